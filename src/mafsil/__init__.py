@@ -1,0 +1,86 @@
+"""mafsil: robot manipulators, from the mathematics of a screw to a controlled arm.
+
+Names are found at their first use, so that `import mafsil` stays quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mafsil import control as control
+    from mafsil import geometry as geometry
+    from mafsil import trajectory as trajectory
+    from mafsil.errors import FileError as FileError
+    from mafsil.errors import InputError as InputError
+    from mafsil.errors import JobError as JobError
+    from mafsil.errors import KernelError as KernelError
+    from mafsil.errors import MafsilError as MafsilError
+    from mafsil.errors import ModelError as ModelError
+    from mafsil.ik import solve_ik as solve_ik
+    from mafsil.messages import language as language
+    from mafsil.model import Actuator as Actuator
+    from mafsil.model import Friction as Friction
+    from mafsil.model import Inertial as Inertial
+    from mafsil.model import Joint as Joint
+    from mafsil.model import JointKind as JointKind
+    from mafsil.model import Limits as Limits
+    from mafsil.model import Link as Link
+    from mafsil.model import Mechanism as Mechanism
+    from mafsil.model import library as library
+    from mafsil.model import urdf as urdf
+    from mafsil.model.denavit_hartenberg import DHRow as DHRow
+    from mafsil.robot import Robot as Robot
+    from mafsil.robot import load as load
+    from mafsil.simulation import Recording as Recording
+    from mafsil.simulation import Scenario as Scenario
+    from mafsil.simulation import simulate as simulate
+
+__version__ = "0.1.0"
+
+_HOME_OF = {
+    "control": "mafsil.control",
+    "geometry": "mafsil.geometry",
+    "library": "mafsil.model.library",
+    "trajectory": "mafsil.trajectory",
+    "urdf": "mafsil.model.urdf",
+    "FileError": "mafsil.errors:FileError",
+    "InputError": "mafsil.errors:InputError",
+    "JobError": "mafsil.errors:JobError",
+    "KernelError": "mafsil.errors:KernelError",
+    "MafsilError": "mafsil.errors:MafsilError",
+    "ModelError": "mafsil.errors:ModelError",
+    "language": "mafsil.messages:language",
+    "Actuator": "mafsil.model:Actuator",
+    "DHRow": "mafsil.model.denavit_hartenberg:DHRow",
+    "Friction": "mafsil.model:Friction",
+    "Inertial": "mafsil.model:Inertial",
+    "Joint": "mafsil.model:Joint",
+    "JointKind": "mafsil.model:JointKind",
+    "Limits": "mafsil.model:Limits",
+    "Link": "mafsil.model:Link",
+    "Mechanism": "mafsil.model:Mechanism",
+    "Recording": "mafsil.simulation:Recording",
+    "Robot": "mafsil.robot:Robot",
+    "Scenario": "mafsil.simulation:Scenario",
+    "load": "mafsil.robot:load",
+    "simulate": "mafsil.simulation:simulate",
+    "solve_ik": "mafsil.ik:solve_ik",
+}
+
+__all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'mafsil' has no attribute {name!r}")
+    module, _, attribute = _HOME_OF[name].partition(":")
+    found = import_module(module)
+    value = getattr(found, attribute) if attribute else found
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,57 @@
+"""An algebra function by its name, as a casadi.Function with one column per port, elements in C order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+
+import casadi as ca
+
+from mafsil.algebra.membership import CONDITIONS
+
+Shape = tuple[int, ...]
+
+
+def function(
+    source: str,
+    inputs: Sequence[tuple[str, Shape]],
+    outputs: Sequence[tuple[str, Shape]],
+    conditions: Mapping[str, str] | None = None,
+    constants: Sequence[object] = (),
+) -> ca.Function:
+    """The function as CasADi sees it.
+
+    Args:
+        source: `module.function` of this package.
+        inputs: name and core shape of every argument that is an expression, in order; at most two dimensions.
+        outputs: name and core shape of every result.
+        conditions: argument name -> name of the condition (`membership.CONDITIONS`) that it must meet; where it does
+            not, every result is NaN.
+        constants: further arguments, after the expressions.
+    """
+    columns = [ca.SX.sym(name, max(1, _size(shape))) for name, shape in inputs]
+    arguments = [_shaped(column, shape) for column, (_, shape) in zip(columns, inputs, strict=True)]
+    answer = _found(source)(*arguments, *constants)
+    results = list(answer) if isinstance(answer, tuple) else [answer]
+    names = [name for name, _ in inputs]
+    for name, condition in (conditions or {}).items():
+        met = CONDITIONS[condition](arguments[names.index(name)])
+        results = [ca.if_else(met, result, ca.nan) for result in results]
+    flat = [ca.vec(ca.densify(ca.SX(result)).T) for result in results]
+    return ca.Function(source.replace(".", "_"), columns, flat, names, [name for name, _ in outputs], {"cse": True})
+
+
+def _found(source: str) -> Callable[..., ca.SX | tuple[ca.SX, ...]]:
+    module, _, name = source.partition(".")
+    return getattr(import_module(f"mafsil.algebra.{module}"), name)
+
+
+def _shaped(column: ca.SX, shape: Shape) -> ca.SX:
+    return ca.reshape(column, shape[1], shape[0]).T if len(shape) == 2 else column
+
+
+def _size(shape: Shape) -> int:
+    size = 1
+    for length in shape:
+        size *= length
+    return size

@@ -1,0 +1,91 @@
+"""Screws: axis, point and pitch <-> the 6-vector S = (omega, v), and displacements along them, as expressions."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.algebra import quaternion, se3
+from mafsil.algebra.spatial import angular, cross, linear
+from mafsil.algebra.tolerance import TRANSLATION
+
+
+def from_axis(direction: ca.SX, point: ca.SX, pitch: ca.SX) -> ca.SX:
+    """(6,) S = (s, -s x q + h s) of a unit direction s, a point q [m] of the axis and a pitch h [m/rad].
+
+    Reference: Lynch & Park, Modern Robotics, sec. 3.3.2.2.
+    """
+    return ca.vertcat(direction, cross(point, direction) + pitch * direction)
+
+
+def pitch(S: ca.SX) -> ca.SX:
+    """omega.v / omega.omega [m/rad]; infinite (or NaN for the zero twist) where omega is zero."""
+    omega = angular(S)
+    return ca.dot(omega, linear(S)) / ca.dot(omega, omega)
+
+
+def nearest_point(S: ca.SX) -> ca.SX:
+    """(3,) point of the axis nearest to the origin, omega x v / omega.omega [m]."""
+    omega = angular(S)
+    return cross(omega, linear(S)) / ca.dot(omega, omega)
+
+
+def magnitude(V: ca.SX) -> ca.SX:
+    """|omega|, or |v| where omega is zero; scaled inside, so that nothing over- or underflows."""
+    omega, v = angular(V), linear(V)
+    size = _norm(omega)
+    return ca.if_else(size > 0, size, _norm(v))
+
+
+def normalized(V: ca.SX) -> ca.SX:
+    """(6,) unit screw S of V = S theta: |omega| = 1, or omega = 0 and |v| = 1; zero for the zero twist."""
+    size = magnitude(V)
+    return V / ca.if_else(size > 0, size, 1.0)
+
+
+def displacement(S: ca.SX, amount: ca.SX) -> ca.SX:
+    """(4, 4) exp([S] q) of a unit screw: |omega| = 1, q an angle [rad]; or omega = 0, q a distance [m].
+
+    R = I + sin(q) [omega] + (1 - cos(q)) [omega]^2
+    p = (q I + (1 - cos(q)) [omega] + (q - sin(q)) [omega]^2) v
+
+    by half angles, so that small amounts keep their digits; no small-angle switch is needed.
+
+    Reference: Lynch & Park, Modern Robotics, prop. 3.25.
+    """
+    omega, v = angular(S), linear(S)
+    c, s = ca.cos(amount / 2), ca.sin(amount / 2)
+    R = quaternion.to_matrix_unit(ca.vertcat(c, s * omega))
+    a = cross(omega, v)
+    return se3.pose(R, amount * v + 2 * s**2 * a + (amount - 2 * s * c) * cross(omega, a))
+
+
+def chasles(T: ca.SX, tolerance: float = TRANSLATION) -> tuple[ca.SX, ca.SX]:
+    """Unit screw S (6,) and amount (angle [rad], or distance [m]) of a displacement: T = exp([S] amount).
+
+    Rotations of less than `tolerance` [rad] count as none: the displacement is then a translation.
+    """
+    V = se3.log(T)
+    omega = angular(V)
+    turning = _norm(omega) > tolerance
+    V = ca.vertcat(ca.if_else(turning, omega, ca.SX.zeros(3)), ca.if_else(turning, linear(V), se3.translation(T)))
+    return normalized(V), magnitude(V)
+
+
+def integral(omega: ca.SX, theta: ca.SX) -> ca.SX:
+    """(3, 3) G(theta) = I theta + (1 - cos) [omega] + (theta - sin) [omega]^2, |omega| = 1: p = G v of exp([S] theta).
+
+    Reference: Lynch & Park, Modern Robotics, eq. 3.87.
+    """
+    columns = [displacement(ca.vertcat(omega, _basis(k)), theta)[:3, 3] for k in range(3)]
+    return ca.horzcat(*columns)
+
+
+def _basis(k: int) -> ca.SX:
+    return ca.SX([float(k == i) for i in range(3)])
+
+
+def _norm(x: ca.SX) -> ca.SX:
+    """|x| without over- or underflow."""
+    scale = ca.fmax(ca.fmax(ca.fabs(x[0]), ca.fabs(x[1])), ca.fabs(x[2]))
+    y = x / ca.if_else(scale > 0, scale, 1.0)
+    return scale * ca.sqrt(ca.if_else(scale > 0, ca.dot(y, y), 1.0))

@@ -1,0 +1,86 @@
+"""Shape vocabulary and the one gate through which numbers of users enter: lists in, checked float64 arrays out."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.errors import InputError
+
+Floats: TypeAlias = NDArray[np.float64]
+"""Any float64 array; the docstring says its shape, `*batch` being any leading dimensions."""
+JointVector: TypeAlias = Floats
+"""(*batch, n) one number per joint coordinate [rad | m]."""
+Vector3: TypeAlias = Floats
+"""(*batch, 3)."""
+Vector6: TypeAlias = Floats
+"""(*batch, 6) a twist (omega, v) or a wrench (m, f)."""
+PoseMatrix: TypeAlias = Floats
+"""(*batch, 4, 4) homogeneous matrix."""
+
+
+def real_array(name: str, value: ArrayLike) -> Floats:
+    """`value` as a float64 array, refusing what is not real numbers.
+
+    Args:
+        name: the argument's name, for the error.
+        value: numbers, (nested) lists of numbers, or an array of any integer or real type.
+
+    Raises:
+        InputError: text, complex numbers, ragged lists, masked arrays, None.
+    """
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError("input.numbers", name=name, got="masked array")
+    try:
+        array: NDArray[Any] = np.asarray(value)
+    except (ValueError, TypeError):
+        raise InputError("input.numbers", name=name, got=_kind(value)) from None
+    if array.dtype.kind not in "fiu":
+        if array.size or array.dtype.kind != "O":
+            raise InputError("input.numbers", name=name, got=_kind(value, array))
+    return array.astype(np.float64, copy=False)
+
+
+def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = False, hint: str = "") -> Floats:
+    """`value` as a float64 array of shape (*batch, *core).
+
+    Args:
+        name: the argument's name, for the error.
+        value: what the user gave.
+        core: the last dimensions that are required, such as (7,) or (4, 4).
+        finite: refuse NaN and infinities, naming the first one's index.
+        hint: appended to the sentence about a wrong shape: what to do.
+
+    Raises:
+        InputError: not real numbers, wrong shape, or (if `finite`) a NaN or infinity.
+    """
+    array = real_array(name, value)
+    if array.shape[array.ndim - len(core) :] != core or array.ndim < len(core):
+        expected = "(*batch, " + ", ".join(map(str, core)) + ")"
+        raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint=hint)
+    return require_finite(name, array) if finite else array
+
+
+def require_finite(name: str, array: Floats) -> Floats:
+    """The array itself, if all its numbers are finite.
+
+    Raises:
+        InputError: names the first NaN or infinity and its index.
+    """
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InputError("input.finite", name=name, value=array[index], index=index)
+    return array
+
+
+def frozen(array: ArrayLike) -> Floats:
+    """A read-only float64 copy: what immutable descriptions hold."""
+    copy = np.array(array, dtype=np.float64)
+    copy.setflags(write=False)
+    return copy
+
+
+def _kind(value: object, array: NDArray[Any] | None = None) -> str:
+    return type(value).__name__ if array is None else f"{type(value).__name__} of {array.dtype}"

@@ -1,0 +1,21 @@
+"""What an operation hands back: data for machines, lines for people, and whether the answer is yes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The result of one operation.
+
+    Attributes:
+        data: plain data, printed by `--json`.
+        lines: the same for people.
+        refusal: why the honest answer is no, or None; it goes to stderr, and the exit code is 1.
+    """
+
+    data: dict[str, Any] = field(default_factory=dict[str, Any])
+    lines: tuple[str, ...] = ()
+    refusal: str | None = None

@@ -1,0 +1,134 @@
+"""`mafsil doctor`: versions, processor, cache, self-test of the compiled kernels."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.cli.answer import Answer
+from mafsil.cli.table import table
+from mafsil.messages import say
+
+NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec")
+OPTIONAL = ("numba", "matplotlib")
+ORACLES = ("pin", "mujoco-core", "example-robot-data")
+_TOLERANCE = 1e-11
+
+
+def doctor() -> Answer:
+    """Look at everything mafsil stands on, and compile and check a small robot."""
+    packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL, *ORACLES)}
+    machine = _machine()
+    cache = _cache()
+    checks = _checks()
+    missing = [name for name in NEEDED if packages[name] is None]
+    failed = [check["name"] for check in checks if not check["ok"]]
+    data = {"packages": packages, "machine": machine, "cache": cache, "checks": checks, "missing": missing, "ok": not missing and not failed}  # fmt: skip
+    lines = [say("cli.doctor_packages"), *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:]]
+    lines += ["", say("cli.doctor_machine"), *(f"  {key}: {value}" for key, value in machine.items())]
+    lines += ["", say("cli.doctor_cache"), *(f"  {key}: {value}" for key, value in cache.items())]
+    lines += ["", say("cli.doctor_checks"), *(f"  {'ok ' if c['ok'] else '!! '} {c['name']}: {c['detail']}" for c in checks)]
+    refusal = None
+    if missing or failed:
+        refusal = say("cli.doctor_sick", what=", ".join([*missing, *failed]))
+    else:
+        lines += ["", say("cli.doctor_healthy")]
+    return Answer(data, tuple(lines), refusal)
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _machine() -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "python": sys.version.split()[0],
+        "system": platform.platform(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+    }
+    try:
+        from mafsil.kernels import target
+
+        host = target.host()
+        facts["processor"] = host.cpu
+        facts["lanes"] = host.lanes
+        facts["triple"] = host.triple
+    except (ImportError, AttributeError) as error:
+        facts["processor"] = f"{platform.processor() or platform.machine()} ({error})"
+    return facts
+
+
+def _cache() -> dict[str, Any]:
+    try:
+        from mafsil.kernels import cache
+
+        return dict(cache.state())
+    except (ImportError, AttributeError) as error:
+        return {"state": str(error)}
+
+
+def _checks() -> list[dict[str, Any]]:
+    """Each check compiles what it needs; one that fails does not stop the others."""
+    return [_check("double_pendulum", _double_pendulum), _check("newton_euler_agrees", _newton_euler_agrees)]
+
+
+def _check(name: str, test: Any) -> dict[str, Any]:
+    try:
+        error = float(test())
+    except Exception as failure:
+        return {"name": say(f"cli.check_{name}"), "ok": False, "detail": f"{type(failure).__name__}: {failure}"}
+    detail = say("cli.check_error", error=f"{error:.1e}", limit=f"{_TOLERANCE:.0e}")
+    return {"name": say(f"cli.check_{name}"), "ok": bool(error <= _TOLERANCE), "detail": detail}
+
+
+def _double_pendulum() -> float:
+    """Compiled gravity torque of two point masses against the formula of the textbook."""
+    arm = _pendulum()
+    q = np.random.default_rng(1).uniform(-3, 3, (37, 2))
+    first, both = np.sin(q[:, 0]), np.sin(q[:, 0] + q[:, 1])
+    expected = np.stack([9.81 * (3.0 * first * 0.7 + 2.0 * both * 0.5), 9.81 * 2.0 * both * 0.5], axis=1)
+    return float(np.abs(np.asarray(arm.gravity_torque(q)) - expected).max() / (9.81 * 3.1))
+
+
+def _newton_euler_agrees() -> float:
+    """M qdd + c + g against inverse dynamics, single calls against a batch."""
+    arm = _pendulum()
+    rng = np.random.default_rng(2)
+    q, qd, qdd = rng.uniform(-3, 3, (3, 37, 2))
+    M = np.asarray(arm.mass_matrix(q))
+    sum_: Floats = (M @ qdd[..., None])[..., 0] + arm.velocity_torque(q, qd) + arm.gravity_torque(q)
+    batch = np.asarray(arm.inverse_dynamics(q, qd, qdd))
+    single = np.stack([arm.inverse_dynamics(*row) for row in zip(q, qd, qdd, strict=True)])
+    return float(max(np.abs(sum_ - batch).max(), np.abs(single - batch).max()) / np.abs(batch).max())
+
+
+def _pendulum() -> Any:
+    """Two hanging point masses, 1 kg at 0.7 m and 2 kg 0.5 m further, turning about y."""
+    from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
+    from mafsil.robot import Robot
+
+    def hung(length: float) -> Floats:
+        T = np.eye(4)
+        T[2, 3] = -length
+        return T
+
+    links = [
+        Link("base"),
+        Link("upper", Inertial(1.0, np.array([0.0, 0.0, -0.7]))),
+        Link("lower", Inertial(2.0, np.array([0.0, 0.0, -0.5]))),
+    ]
+    y = np.array([0.0, 1.0, 0.0])
+    joints = [
+        Joint("shoulder", JointKind.REVOLUTE, "base", "upper", axis=y),
+        Joint("elbow", JointKind.REVOLUTE, "upper", "lower", T_pj=hung(0.7), axis=y),
+    ]
+    return Robot(Mechanism.assemble("double pendulum", links, joints))

@@ -1,0 +1,81 @@
+"""`mafsil dynamics`: mass matrix, bias, gravity, and the efforts or accelerations of one state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.cli.answer import Answer
+from mafsil.cli.state import efforts, joint_values
+from mafsil.cli.table import matrix, number, table
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.robot import Robot, load
+
+
+def dynamics(
+    robot: str,
+    q: list[str],
+    qd: list[str] | None,
+    qdd: list[str] | None,
+    tau: list[str] | None,
+    tip: str | None,
+    degrees: bool,
+) -> Answer:
+    """Inverse dynamics for given accelerations (zero by default), or forward dynamics for given efforts.
+
+    tau = M(q) qdd + c(q, qd) + g(q)
+
+    Args:
+        robot: name or file.
+        q, qd, qdd: (n) coordinates, rates and accelerations as typed; rates and accelerations are zero if left out.
+        tau: (n) efforts; asks for the accelerations.
+        tip: another tip link.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        MafsilError: no such robot, not one number per joint, or both `qdd` and `tau`.
+    """
+    if qdd is not None and tau is not None:
+        raise InputError("cli.dynamics_both")
+    arm = load(robot, tip=tip)
+    zero = np.zeros(arm.n)
+    values = {
+        name: zero if words is None else joint_values(name, words, arm.mechanism, degrees=degrees)
+        for name, words in (("q", q), ("qd", qd), ("qdd", qdd))
+    }
+    if tau is None:
+        values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
+    else:
+        values["tau"] = efforts("tau", tau, arm.mechanism)
+        values["qdd"] = np.asarray(arm.forward_dynamics(values["q"], values["qd"], values["tau"]))
+    return _answer(arm, values, forward=tau is not None)
+
+
+def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
+    q, qd = values["q"], values["qd"]
+    M = np.asarray(arm.mass_matrix(q))
+    c, g = np.asarray(arm.velocity_torque(q, qd)), np.asarray(arm.gravity_torque(q))
+    energy = {"kinetic": float(arm.kinetic_energy(q, qd)), "potential": float(arm.potential_energy(q))}
+    excess = [n for n, t, limit in zip(arm.joint_names, values["tau"], arm.limits.effort, strict=True) if abs(t) > limit]
+    data: dict[str, Any] = {
+        "robot": arm.name,
+        "question": "forward" if forward else "inverse",
+        "joints": list(arm.joint_names),
+        **values,
+        "mass_matrix": M,
+        "velocity_torque": c,
+        "gravity_torque": g,
+        "energy": energy,
+        "beyond_effort_limit": excess,
+    }
+    columns = [values[name] for name in ("q", "qd", "qdd")] + [c, g, values["tau"]]
+    head = (say("cli.joint"), "q", "qd", "qdd", "c(q,qd)", "g(q)", "tau")
+    rows = [(name, *(number(column[k]) for column in columns)) for k, name in enumerate(arm.joint_names)]
+    lines = [say("cli.dynamics_forward_title" if forward else "cli.dynamics_inverse_title", robot=arm.name)]
+    lines += [*table(head, rows), say("cli.mass_matrix"), *matrix(M)]
+    lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
+    lines += [say("cli.beyond_effort", joint=name) for name in excess]
+    return Answer(data, tuple(lines))

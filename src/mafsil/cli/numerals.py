@@ -1,0 +1,53 @@
+"""Numbers as people type them: with a unit, as a fraction of pi, in degrees when marked."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+
+from mafsil.errors import InputError
+from mafsil.messages.visible import visible
+
+UNITS = {
+    "": 1.0,
+    "rad": 1.0,
+    "deg": pi / 180,
+    "°": pi / 180,
+    "m": 1.0,
+    "cm": 0.01,
+    "mm": 0.001,
+    "s": 1.0,
+    "ms": 0.001,
+}
+"""Factor to SI of each unit that may follow a number."""
+
+_NUMBER = re.compile(r"^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|[+-]?nan)\s*\*?\s*(pi)?(?:\s*/\s*(\d+))?\s*([a-z°]*)\s*$", re.A | re.I)  # fmt: skip
+_PI = re.compile(r"^\s*([+-]?)\s*pi", re.I)
+
+
+def number(name: str, text: str) -> float:
+    """A number, perhaps with a unit: `-0.2`, `30deg`, `120mm`, `pi/2`, `-2pi/3`.
+
+    Args:
+        name: of the argument, for the error.
+        text: what was typed.
+
+    Raises:
+        InputError: it is no number, or the unit is not known.
+    """
+    return _read(name, text)[0]
+
+
+def coordinate(name: str, text: str) -> tuple[float, bool]:
+    """A joint coordinate, and whether its unit was written (so that `--degrees` must not touch it)."""
+    return _read(name, text)
+
+
+def _read(name: str, text: str) -> tuple[float, bool]:
+    match = _NUMBER.match(_PI.sub(r"\g<1>1pi", text))
+    if match is None:
+        raise InputError("cli.no_number", name=name, text=visible(text))
+    value, times_pi, divisor, unit = match.groups()
+    if unit not in UNITS or (divisor is not None and int(divisor) == 0):
+        raise InputError("cli.no_unit", name=name, text=visible(text), known=", ".join(u for u in UNITS if u))
+    return float(value) * (pi if times_pi else 1.0) / int(divisor or 1) * UNITS[unit], bool(unit or times_pi)

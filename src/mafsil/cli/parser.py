@@ -1,0 +1,118 @@
+"""The command line's grammar, generated from the registry of operations; every word of it can be Arabic."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+from mafsil.cli.operation import Operation, Parameter
+from mafsil.cli.registry import OPERATIONS
+from mafsil.errors import InputError
+from mafsil.messages import LANGUAGES, say, template
+from mafsil.messages.visible import visible
+
+_NEGATIVE = re.compile(r"^-(?:\.?\d|pi|inf|nan)")
+_SENTENCES = {
+    "usage: ": "argparse_usage",
+    "positional arguments": "argparse_positionals",
+    "options": "argparse_options",
+    "show this help message and exit": "argparse_help",
+    "show program's version number and exit": "argparse_version",
+    "argument %(argument_name)s: %(message)s": "argparse_argument",
+    "the following arguments are required: %s": "argparse_required",
+    "unrecognized arguments: %s": "argparse_unrecognized",
+    "invalid choice: %(value)r (choose from %(choices)s)": "argparse_choice",
+    "expected one argument": "argparse_one",
+    "expected at least one argument": "argparse_at_least_one",
+    "ambiguous option: %(option)s could match %(matches)s": "argparse_ambiguous",
+    "ignored explicit argument %r": "argparse_explicit",
+}
+
+
+class UsageError(InputError):
+    """The command line itself is wrong."""
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse that raises instead of leaving, and takes `-0.2`, `-1e-3` and `-pi/2` for numbers."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(allow_abbrev=False, **options)
+        self._negative_number_matcher = _NEGATIVE
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what argparse has to say.
+
+        Raises:
+            UsageError: always.
+        """
+        raise UsageError("cli.usage", message=visible(message), command=self.prog)
+
+
+def parser(version: str) -> Parser:
+    """The whole grammar, in the language now in force."""
+    _translate()
+    main = Parser(
+        prog="mafsil",
+        description=say("cli.description"),
+        epilog=say("cli.epilog"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    main.add_argument("--version", action="version", version=f"mafsil {version}")
+    _add_common(main)
+    commands = main.add_subparsers(dest="command", metavar=say("cli.command"), title=say("cli.commands"))
+    for operation in OPERATIONS:
+        words = _escaped(say(operation.help_key))
+        command = commands.add_parser(operation.name, help=words, description=words)
+        _add_parameters(command, operation)
+        _add_common(command)
+    return main
+
+
+def _add_common(command: Parser) -> None:
+    """Options of every command; SUPPRESS keeps what was said before the command."""
+    silent = argparse.SUPPRESS
+    command.add_argument("--json", action="store_true", default=silent, help=say("cli.json"))
+    command.add_argument("--lang", choices=LANGUAGES, default=silent, help=say("cli.lang"))
+    command.add_argument("--debug", action="store_true", default=silent, help=say("cli.debug"))
+
+
+def _add_parameters(command: Parser, operation: Operation) -> None:
+    for parameter in operation.parameters:
+        words = _escaped(say(operation.parameter_key(parameter)))
+        flag = parameter.name if parameter.positional else "--" + parameter.name.replace("_", "-")
+        command.add_argument(flag, help=words, **_rules(parameter))
+
+
+def _rules(parameter: Parameter) -> dict[str, Any]:
+    if parameter.kind == "flag":
+        return {"action": "store_true"}
+    rules: dict[str, Any] = {"metavar": parameter.metavar or parameter.name.upper(), "type": str}
+    if parameter.choices:
+        rules["choices"] = parameter.choices
+    if parameter.many:
+        rules["nargs"] = "*" if parameter.positional else "+"
+    if not parameter.positional:
+        rules["required"] = parameter.required
+    return rules
+
+
+def _escaped(words: str) -> str:
+    """argparse formats help with %: a lone one would be an error."""
+    return words.replace("%", "%%")
+
+
+def _translate() -> None:
+    """Give argparse our sentences: it asks `_` for each of its own."""
+
+    def ours(message: str) -> str:
+        return template(f"cli.{_SENTENCES[message]}") if message in _SENTENCES else message
+
+    argparse._ = ours  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def known_sentences() -> Iterable[str]:
+    """Names of the messages that replace argparse's own."""
+    return _SENTENCES.values()

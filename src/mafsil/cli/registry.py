@@ -1,0 +1,50 @@
+"""All operations of the command line."""
+
+from __future__ import annotations
+
+from mafsil.cli.operation import Operation, Parameter
+
+_ROBOT = Parameter("robot", "text", positional=True, required=True)
+_TIP = Parameter("tip", "text")
+_DEGREES = Parameter("degrees", "flag")
+_RUNS = (Parameter("out", "path"), Parameter("progress", "flag"), Parameter("open", "flag"))
+
+OPERATIONS: tuple[Operation, ...] = (
+    Operation("run", "mafsil.cli.run:run", (Parameter("job", "path", positional=True, required=True), *_RUNS)),
+    Operation("demo", "mafsil.cli.run:demo", _RUNS),
+    Operation("show", "mafsil.cli.show:show", (_ROBOT, _TIP, Parameter("picture", "path"), _DEGREES)),
+    Operation(
+        "fk",
+        "mafsil.cli.fk:fk",
+        (
+            _ROBOT,
+            Parameter("q", "angle", positional=True, many=True, metavar="Q"),
+            Parameter("frame", "text"),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation(
+        "dynamics",
+        "mafsil.cli.dynamics:dynamics",
+        (
+            _ROBOT,
+            Parameter("q", "angle", many=True, required=True, metavar="Q"),
+            Parameter("qd", "angle", many=True, metavar="QD"),
+            Parameter("qdd", "angle", many=True, metavar="QDD"),
+            Parameter("tau", "number", many=True, metavar="TAU"),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation("doctor", "mafsil.cli.doctor:doctor"),
+)
+
+
+def operation(name: str) -> Operation:
+    """The operation of that name.
+
+    Raises:
+        KeyError: there is none.
+    """
+    return next(item for item in OPERATIONS if item.name == name)

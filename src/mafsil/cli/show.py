@@ -1,0 +1,174 @@
+"""`mafsil show`: what a robot is made of, and what is wrong with its description."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.cli.answer import Answer
+from mafsil.cli.state import shown, unit
+from mafsil.cli.table import brief, table
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.model import Joint, Mechanism
+from mafsil.robot import load_mechanism
+
+PICTURES = (".html", ".png", ".svg", ".pdf")
+
+
+def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Answer:
+    """Joints, limits, masses, screws, provenance and diagnostics of a robot.
+
+    Args:
+        robot: name or file.
+        tip: another tip link.
+        picture: file to draw it into (.html, .png, .svg, .pdf), or None.
+        degrees: print angles in degrees.
+
+    Raises:
+        MafsilError: no such robot, a broken file, an unknown kind of picture.
+    """
+    if picture is not None and Path(picture).suffix.lower() not in PICTURES:
+        raise InputError("cli.picture_kind", path=picture, known=", ".join(PICTURES))
+    mechanism = load_mechanism(robot)
+    mechanism = mechanism if tip is None else mechanism.with_tip(tip)
+    remarks = _diagnostics(robot)
+    data = _data(mechanism, remarks)
+    lines = [*_summary(mechanism), *_joints(mechanism, degrees), *_masses(mechanism), *_screws(mechanism)]
+    lines += [*_provenance(mechanism), *_remarks(remarks)]
+    if picture is not None:
+        _draw(mechanism, Path(picture))
+        data["picture"] = picture
+        lines.append(say("cli.picture_written", path=picture))
+    return Answer(data, tuple(lines))
+
+
+def _summary(mechanism: Mechanism) -> list[str]:
+    mass = sum(link.inertial.mass for link in mechanism.links if link.inertial)
+    facts = {"robot": mechanism.name, "n": mechanism.n, "links": len(mechanism.links), "loops": len(mechanism.loops)}
+    return [say("cli.show_title", **facts, mass=brief(mass), tip=mechanism.tip)]
+
+
+def _joints(mechanism: Mechanism, degrees: bool) -> list[str]:
+    head = [say(f"cli.{key}") for key in ("joint", "kind", "lower", "upper", "speed", "effort", "unit", "child")]
+    rows: list[list[str]] = []
+    for joint in mechanism.joints:
+        bounds = joint.limits
+        numbers = [brief(shown(x, joint.kind, degrees=degrees)) for x in (bounds.lower, bounds.upper, bounds.velocity)]
+        known = [*numbers, brief(bounds.effort), unit(joint.kind, degrees=degrees)] if joint.moves else [""] * 5
+        rows.append([joint.name, say(f"cli.kind_{joint.kind.value}") + _remark(joint), *known, joint.child])
+    return ["", say("cli.joints"), *table(head, rows)]
+
+
+def _remark(joint: Joint) -> str:
+    if joint.mimic is not None:
+        return f" = {joint.mimic.multiplier:g}·{joint.mimic.leader}{joint.mimic.offset:+g}"
+    return "" if joint.actuated else " " + say("cli.passive")
+
+
+def _masses(mechanism: Mechanism) -> list[str]:
+    heavy = [(link.name, link.inertial) for link in mechanism.links if link.inertial is not None]
+    if not heavy:
+        return ["", say("cli.no_masses")]
+    head = [say("cli.link"), say("cli.mass"), *(say("cli.com", axis=a) for a in "xyz"), "Ixx", "Iyy", "Izz"]
+    rows = [
+        [name, *(brief(float(x)) for x in (body.mass, *body.com, *np.diag(body.inertia)))] for name, body in heavy
+    ]
+    return ["", say("cli.masses"), *table(head, rows)]
+
+
+def _screws(mechanism: Mechanism) -> list[str]:
+    rows = [[name, *(brief(x) for x in screw)] for name, screw in space_screws(mechanism).items()]
+    return ["", say("cli.screws"), *table([say("cli.joint"), *(f"ω{a}" for a in "xyz"), *(f"v{a}" for a in "xyz")], rows)]
+
+
+def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
+    """Screw axis (omega, v) of each joint in {s} at q = 0, rounding dust removed."""
+    poses = [np.asarray(mechanism.T_sb)]
+    screws: dict[str, list[float]] = {}
+    for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):
+        T = poses[parent] @ joint.T_pj
+        poses.append(T)
+        if joint.moves:
+            omega, v = T[:3, :3] @ joint.screw[:3], T[:3, :3] @ joint.screw[3:]
+            both = np.concatenate([omega, v + np.cross(T[:3, 3], omega)])
+            screws[joint.name] = [0.0 if abs(x) < 1e-12 else float(x) for x in both]
+    return screws
+
+
+def _provenance(mechanism: Mechanism) -> list[str]:
+    origin = mechanism.provenance
+    lines = ["", say("cli.provenance"), "  " + (origin.source or say("cli.unknown"))]
+    if origin.licence:
+        lines.append("  " + say("cli.licence", licence=origin.licence))
+    return lines + [f"  - {note}" for note in origin.notes]
+
+
+def _diagnostics(robot: str) -> list[Any]:
+    """What the reader remarked about a robot file; nothing for a robot of the library."""
+    path = Path(robot)
+    if path.suffix.lower() == ".urdf":
+        from mafsil.model import urdf
+
+        return list(urdf.inspect(path)) if hasattr(urdf, "inspect") else []
+    return []
+
+
+def _remarks(remarks: list[Any]) -> list[str]:
+    if not remarks:
+        return []
+    return ["", say("cli.diagnostics"), *("  " + item.line_of_text() for item in remarks)]
+
+
+def _data(mechanism: Mechanism, remarks: list[Any]) -> dict[str, Any]:
+    return {
+        "robot": mechanism.name,
+        "n": mechanism.n,
+        "tip": mechanism.tip,
+        "gravity": mechanism.gravity,
+        "joints": [_joint_data(joint) for joint in mechanism.joints],
+        "links": [
+            {
+                "name": link.name,
+                "mass": link.inertial.mass if link.inertial else None,
+                "com": link.inertial.com if link.inertial else None,
+                "inertia": link.inertial.inertia if link.inertial else None,
+            }
+            for link in mechanism.links
+        ],
+        "space_screws": space_screws(mechanism),
+        "provenance": {
+            "source": mechanism.provenance.source,
+            "licence": mechanism.provenance.licence,
+            "notes": list(mechanism.provenance.notes),
+        },
+        "diagnostics": [item.as_dict() for item in remarks],
+    }
+
+
+def _joint_data(joint: Joint) -> dict[str, Any]:
+    bounds = {name: getattr(joint.limits, name) for name in ("lower", "upper", "velocity", "acceleration", "effort")}
+    return {
+        "name": joint.name,
+        "kind": joint.kind.value,
+        "parent": joint.parent,
+        "child": joint.child,
+        "pose_in_parent": joint.T_pj,
+        "axis": joint.axis,
+        "limits": {name: value if np.isfinite(value) else None for name, value in bounds.items()},
+        "mimic": joint.mimic.leader if joint.mimic else None,
+        "actuated": joint.actuated,
+    }
+
+
+def _draw(mechanism: Mechanism, path: Path) -> None:
+    if path.suffix.lower() == ".html":
+        from mafsil.report import write_picture
+
+        write_picture(mechanism, path)
+    else:
+        from mafsil.figures import save_mechanism
+
+        save_mechanism(mechanism, path)

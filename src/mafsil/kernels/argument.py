@@ -1,0 +1,202 @@
+"""Reduction of angles by quarter turns: x = n pi/2 + r + lo, |r| <= pi/4, for any finite x."""
+
+from __future__ import annotations
+
+from mafsil.kernels.emitter import Lanes, Text
+
+MAGIC = 6755399442104320.0
+"""1.5 * 2^52 + 2^20: added to |n| < 2^20 it leaves the integer n + 2^20 in the low bits, all higher bits known."""
+MAGIC_BITS = 0x4338000000000000
+QUARTERS_PER_RADIAN = 0.6366197723675814
+HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
+"""pi/2 as a sum of doubles; exact remainders need a fused multiply-add."""
+HALF_PI_SHORT = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
+"""pi/2 as a sum whose first two terms have 33 bits, so that products with |n| < 2^20 are exact."""
+TWO_OVER_PI = (
+    "a2f9836e4e441529fc2757d1f534ddc0db6295993c439041fe5163abdebbc561"
+    "b7246e3a424dd2e006492eea09d1921cfe1deb1cb129a73ee88235f52ebb4484"
+    "e99c7026b45f7e413991d639835339f49c845f8bbdf9283b1ff897ffde05980f"
+    "ef2f118b5a0a6d1f6d367ecf27cb09b74f463f669e5fea2d7527bac7ebe5f17b"
+    "3d0739f78a5292ea6bfb5fb11f8d5d0856033046fc7b6bab"
+)
+"""The first 1216 bits of 2/pi after the binary point."""
+HUGE = "mafsil_huge"
+
+
+def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
+    """(r, lo, bits whose last two are n mod 4) of every angle; NaN and infinities give NaN.
+
+    The hot path is for |n| < 2^20; if any lane is beyond, a function reduces those lanes with 2/pi to 1200 bits.
+    """
+    fast = [_moderate(lanes, x) for x in angles]
+    beyond = ""
+    for _, _, turns in fast:
+        known = lanes.integer_op("xor", turns, lanes.whole(MAGIC_BITS))
+        beyond = lanes.integer_op("or", beyond, known) if beyond else known
+    large = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
+    return _joined(lanes, angles, fast, lanes.any(large))
+
+
+def _moderate(lanes: Lanes, x: str) -> tuple[str, str, str]:
+    """Cody and Waite: subtract n times pi/2 in parts, each step exact but the last."""
+    turned = lanes.fma(x, lanes.const(QUARTERS_PER_RADIAN), lanes.const(MAGIC))
+    n = lanes.sub(turned, lanes.const(MAGIC))
+    if lanes.text.fma:
+        first, second, third = (lanes.const(part) for part in HALF_PI)
+        above = lanes.fnma(n, first, x)
+        r = lanes.fnma(n, second, above)
+        lo = lanes.fnma(n, third, lanes.fnma(n, second, lanes.sub(above, r)))
+        return r, lo, lanes.bits(turned)
+    first, second, third = (lanes.const(part) for part in HALF_PI_SHORT)
+    above = lanes.sub(x, lanes.mul(n, first))
+    step = lanes.mul(n, second)
+    middle = lanes.sub(above, step)
+    rest = lanes.sub(lanes.sub(lanes.sub(above, middle), step), lanes.mul(n, third))
+    r = lanes.add(middle, rest)
+    return r, lanes.add(lanes.sub(middle, r), rest), lanes.bits(turned)
+
+
+def _joined(
+    lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]], large: str
+) -> list[tuple[str, str, str]]:
+    """`fast`, unless `large`: then the lanes beyond the hot path are reduced again, through memory."""
+    text, count = lanes.text, len(angles)
+    before, slow, after = text.block, f"huge{text.count}", f"reduced{text.count}"
+    text.do(f"br i1 {large}, label %{slow}, label %{after}, !prof !0")
+    text.label(slow)
+    space = f"%space{text.count}"
+    text.entry.append(f"  {space} = alloca [{4 * count} x {lanes.real}], align 64")
+    for k, (x, (r, lo, turns)) in enumerate(zip(angles, fast, strict=True)):
+        for part, value in enumerate((x, r, lo, lanes.from_bits(turns))):
+            lanes.store(value, space, part * count + k)
+    text.do(f"call void @{HUGE}(ptr {space}, i64 {count * lanes.width})")
+    again = [tuple(lanes.load(space, part * count + k) for part in (1, 2, 3)) for k in range(count)]
+    again = [(r, lo, lanes.bits(turns)) for r, lo, turns in again]
+    text.do(f"br label %{after}")
+    text.label(after)
+    kinds = (lanes.real, lanes.real, lanes.integer)
+    joined: list[tuple[str, str, str]] = []
+    for quick, late in zip(fast, again, strict=True):
+        r, lo, turns = (
+            text.let(f"phi {kind} [ {q}, %{before} ], [ {s}, %{slow} ]")
+            for kind, q, s in zip(kinds, quick, late, strict=True)
+        )
+        joined.append((r, lo, turns))
+    return joined
+
+
+def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
+    """IR of the function that reduces huge angles, and the declarations it needs.
+
+    It gets n angles, then n values of r, of lo and of the turned bits, and renews those beyond the hot path:
+    x = m 2^k; the bits of 2/pi that count for m 2^k 2/pi mod 4 are cut out and multiplied by m in integers.
+
+    Reference: Payne and Hanek 1983, Radian reduction for trigonometric functions.
+    """
+    text = Text(fma, rounding=False)
+    lanes = Lanes(text, 1)
+    words = [0, *(int(TWO_OVER_PI[k : k + 16], 16) for k in range(0, len(TWO_OVER_PI), 16))]
+    table = ", ".join(f"i64 {lanes.whole(word)}" for word in words)
+    text.do("br label %next")
+    text.label("next")
+    text.do("%i = phi i64 [ 0, %entry ], [ %following, %continue ]")
+    for part, name in enumerate(("x", "r", "lo", "turns")):
+        text.do(f"%{name}.skip = mul i64 %n, {part}")
+        text.do(f"%{name}.index = add i64 %i, %{name}.skip")
+        text.do(f"%{name}.place = getelementptr double, ptr %base, i64 %{name}.index")
+    text.do("%x = load double, ptr %x.place, align 8")
+    text.do("%turns = load i64, ptr %turns.place, align 8")
+    beyond = lanes.integer_op("xor", "%turns", lanes.whole(MAGIC_BITS))
+    beyond = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
+    finite = lanes.compare("olt", lanes.fabs("%x"), lanes.const(float("inf")))
+    text.do(f"br i1 {lanes.mask_op('and', beyond, finite)}, label %reduce, label %continue")
+    text.label("reduce")
+    r, lo, turns = _payne_hanek(lanes, "%x")
+    text.do(f"store double {r}, ptr %r.place, align 8")
+    text.do(f"store double {lo}, ptr %lo.place, align 8")
+    text.do(f"store i64 {turns}, ptr %turns.place, align 8")
+    text.do("br label %continue")
+    text.label("continue")
+    text.do("%following = add i64 %i, 1")
+    text.do("%more = icmp ult i64 %following, %n")
+    text.do("br i1 %more, label %next, label %done")
+    text.label("done")
+    text.do("ret void")
+    header = (
+        f"@{HUGE}.bits = private unnamed_addr constant [{len(words)} x i64] [{table}]\n"
+        f"define internal void @{HUGE}(ptr %base, i64 %n) cold noinline {attributes} {{\nentry:\n"
+    )
+    return header + "\n".join(text.lines) + "\n}\n", text.declared
+
+
+def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
+    text, op = lanes.text, lanes.integer_op
+    bits = lanes.bits(x)
+    exponent = op("and", op("lshr", bits, "52"), "2047")
+    mantissa = op("or", op("and", bits, str((1 << 52) - 1)), str(1 << 52))
+    first = op("sub", exponent, str(1075 - 62))
+    word, shift = op("lshr", first, "6"), op("and", first, "63")
+    loaded: list[str] = []
+    for k in range(4):
+        place = text.let(f"getelementptr i64, ptr @{HUGE}.bits, i64 {op('add', word, str(k))}")
+        loaded.append(text.let(f"load i64, ptr {place}, align 8"))
+    high, middle, low = (text.call("fshl", "i64", loaded[k], loaded[k + 1], shift) for k in range(3))
+
+    def wide(value: str) -> str:
+        return text.let(f"zext i64 {value} to i128")
+
+    def long(operation: str, a: str, b: str) -> str:
+        return text.let(f"{operation} i128 {a}, {b}")
+
+    m = wide(mantissa)
+    top = long("shl", wide(op("mul", mantissa, high)), "64")
+    turns = long("add", long("add", top, long("mul", m, wide(middle))), long("lshr", long("mul", m, wide(low)), "64"))
+    quarter = text.let(f"trunc i128 {long('lshr', turns, '126')} to i64")
+    fraction = long("shl", turns, "2")
+    upper = text.let(f"trunc i128 {long('lshr', fraction, '127')} to i64")
+    quarter = op("add", quarter, upper)
+    below = text.let(f"icmp slt i128 {fraction}, 0")
+    size = text.let(f"select i1 {below}, i128 {long('sub', '0', fraction)}, i128 {fraction}")
+    text.declared.add("declare i128 @llvm.ctlz.i128(i128, i1)")
+    zeros = text.let(f"call i128 @llvm.ctlz.i128(i128 {size}, i1 false)")
+    size = long("shl", size, zeros)
+    zeros = text.let(f"trunc i128 {zeros} to i64")
+
+    def piece(skip: int, scale: int) -> str:
+        digits = op("and", text.let(f"trunc i128 {long('lshr', size, str(skip))} to i64"), str((1 << 53) - 1))
+        power = lanes.from_bits(op("shl", op("sub", str(1023 - scale), zeros), "52"))
+        return lanes.mul(text.let(f"sitofp i64 {digits} to double"), power)
+
+    hi, lo = piece(75, 53), piece(22, 106)
+    product, error = two_product(lanes, hi, lanes.const(HALF_PI[0]))
+    error = lanes.add(error, lanes.add(lanes.mul(hi, lanes.const(HALF_PI[1])), lanes.mul(lo, lanes.const(HALF_PI[0]))))
+    r = lanes.add(product, error)
+    lo = lanes.add(lanes.sub(product, r), error)
+    minus = text.let(f"icmp slt i64 {bits}, 0")
+    flip = text.let(f"xor i1 {minus}, {below}")
+    quarter = text.let(f"select i1 {minus}, i64 {op('sub', '0', quarter)}, i64 {quarter}")
+    return lanes.select(flip, lanes.neg(r), r), lanes.select(flip, lanes.neg(lo), lo), quarter
+
+
+def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
+    """x*y as a rounded product and its error, exact (Dekker's splitting where nothing fuses)."""
+    product = lanes.mul(x, y)
+    if lanes.text.fma:
+        return product, lanes.fms(x, y, product)
+    (x1, x2), (y1, y2) = _halves(lanes, x), _halves(lanes, y)
+    error = lanes.sub(lanes.mul(x1, y1), product)
+    error = lanes.add(lanes.add(error, lanes.mul(x1, y2)), lanes.mul(x2, y1))
+    return product, lanes.add(error, lanes.mul(x2, y2))
+
+
+def two_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
+    """x + y as a rounded sum and its error, exact, for |x| >= |y|."""
+    total = lanes.add(x, y)
+    return total, lanes.sub(y, lanes.sub(total, x))
+
+
+def _halves(lanes: Lanes, x: str) -> tuple[str, str]:
+    """x as two numbers of 26 bits."""
+    big = lanes.mul(x, lanes.const(134217729.0))
+    upper = lanes.sub(big, lanes.sub(big, x))
+    return upper, lanes.sub(x, upper)

@@ -1,0 +1,160 @@
+"""The edge of every kernel: arguments checked and named, batches broadcast, large ones split over threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats, gate, require_finite
+from mafsil.errors import InputError
+from mafsil.kernels import threads as pool
+from mafsil.kernels.layout import Port, Signature
+
+_PART_WORK = 400_000
+"""Operations that are worth handing to another thread: about 50 us."""
+_PARTS_PER_THREAD = 4
+
+
+class Evaluator:
+    """Calls a ufunc on what users give.
+
+    Args:
+        signature: ports.
+        ufunc: generalised ufunc of the kernel.
+        work: gives the operations of one evaluation, from which the number of parts of a batch follows.
+    """
+
+    __slots__ = ("_names", "_signature", "_ufunc", "_work")
+
+    def __init__(self, signature: Signature, ufunc: Callable[..., Any], work: Callable[[], int]) -> None:
+        self._signature = signature
+        self._ufunc = ufunc
+        self._work = work
+        self._names = tuple(port.name for port in signature.inputs)
+
+    def __call__(self, *args: Any, out: Any = None, threads: int | None = None, **named: Any) -> Any:
+        """Evaluate over the broadcast batch.
+
+        Args:
+            args: one array (*batch, *core) per input port, by position or by name.
+            out: array, or tuple of arrays, of the exact result shape to write into.
+            threads: how many cores a large batch may use; the default is all that the process may run on.
+            named: inputs by name.
+
+        Returns:
+            Array (*batch, *core) of the output port, or a tuple of them.
+
+        Raises:
+            InputError: wrong number, name, type or shape; in a call without batch also NaN and infinities.
+        """
+        ports = self._signature.inputs
+        arrays = [
+            gate(port.name, value, port.shape)
+            for port, value in zip(ports, self._ordered(args, named), strict=True)
+        ]
+        batch = self._batch(arrays)
+        if not batch:
+            for port, array in zip(ports, arrays, strict=True):
+                require_finite(port.name, array)
+        count = pool.available() if threads is None else pool.checked(threads)
+        results = self._given(out, batch)
+        parts = self._parts(batch, count)
+        if parts > 1 and not _overlapping(arrays, results or ()):
+            return self._split(arrays, batch, results, parts, count)
+        return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+
+    def _ordered(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
+        if not named and len(args) == len(self._names):
+            return args
+        positional = self._names[: len(args)]
+        missing = [name for name in self._names[len(args) :] if name not in named]
+        strange = [name for name in named if name not in self._names or name in positional]
+        if missing or strange or len(args) > len(self._names):
+            raise InputError(
+                "call.arguments",
+                name=self._signature.name,
+                expected=", ".join(self._names),
+                got=", ".join([str(len(args)), *named]),
+            )
+        return [*args, *(named[name] for name in self._names[len(args) :])]
+
+    def _batch(self, arrays: Sequence[Floats]) -> tuple[int, ...]:
+        ports = self._signature.inputs
+        shapes = [a.shape[: a.ndim - len(p.shape)] for a, p in zip(arrays, ports, strict=True)]
+        if not any(shapes):
+            return ()
+        try:
+            return np.broadcast_shapes(*shapes)
+        except ValueError:
+            named = ", ".join(f"{port.name} {shape}" for port, shape in zip(ports, shapes, strict=True))
+            raise InputError("call.batches", name=self._signature.name, batches=named) from None
+
+    def _given(self, out: Any, batch: tuple[int, ...]) -> tuple[Floats, ...] | None:
+        """The caller's result arrays, fit to be written."""
+        if out is None:
+            return None
+        outputs = self._signature.outputs
+        arrays = out if isinstance(out, tuple) else (out,)
+        if len(arrays) != len(outputs):
+            raise InputError("call.outputs", name=self._signature.name, expected=len(outputs), got=len(arrays))
+        for port, array in zip(outputs, arrays, strict=True):
+            _check_out(f"out ({port.name})", array, batch + port.shape)
+        return arrays
+
+    def _parts(self, batch: tuple[int, ...], threads: int) -> int:
+        if not batch or threads < 2:
+            return 1
+        rows = prod(batch)
+        return min(rows * max(self._work(), 1) // _PART_WORK, _PARTS_PER_THREAD * threads, max(batch))
+
+    def _split(
+        self,
+        arrays: Sequence[Floats],
+        batch: tuple[int, ...],
+        results: tuple[Floats, ...] | None,
+        parts: int,
+        threads: int,
+    ) -> Any:
+        """Cut the longest batch axis into parts of nearly equal length; every row is computed as if alone."""
+        ports = self._signature.ports
+        if results is None:
+            results = tuple(np.empty(batch + port.shape) for port in self._signature.outputs)
+        axis = batch.index(max(batch))
+        edges = [batch[axis] * part // parts for part in range(parts + 1)]
+        operands = [*arrays, *results]
+        inputs = len(arrays)
+
+        def evaluate(part: int) -> None:
+            rows = slice(edges[part], edges[part + 1])
+            cut = [_rows(x, port, len(batch) - axis, rows) for x, port in zip(operands, ports, strict=True)]
+            self._ufunc(*cut[:inputs], out=tuple(cut[inputs:]))
+
+        pool.run(evaluate, parts, threads)
+        return results[0] if len(results) == 1 else results
+
+
+def _rows(array: Floats, port: Port, from_end: int, rows: slice) -> Floats:
+    """Part of an operand along a batch axis, unless it is broadcast along it."""
+    axis = array.ndim - len(port.shape) - from_end
+    if axis < 0 or array.shape[axis] == 1:
+        return array
+    return array[(slice(None),) * axis + (rows,)]
+
+
+def _check_out(name: str, array: Any, shape: tuple[int, ...]) -> None:
+    if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.writeable:
+        raise InputError("call.out", name=name)
+    if array.shape != shape:
+        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
+
+
+def _overlapping(arrays: Sequence[Floats], results: Sequence[Floats]) -> bool:
+    """Whether a result may lie over an argument or another result: then NumPy orders the work, in one piece."""
+    return any(
+        np.may_share_memory(result, other)
+        for i, result in enumerate(results)
+        for other in (*arrays, *results[:i])
+    )

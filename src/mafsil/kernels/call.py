@@ -1,0 +1,437 @@
+"""The fast single call: a builtin in machine code that takes NumPy arrays, allocates the results and calls the kernel.
+
+The code depends on the shapes of the signature alone and stands in the kernel's own module, so it is cached with it.
+It reads the fields of CPython's and NumPy's public structs; `available` compares those offsets with objects of known
+contents, and without that proof no builtin is made. Addresses of the running process come from a table, bound at load.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature
+
+CALL = "mafsil_call"
+"""Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
+BIND = "mafsil_bind"
+"""Symbol that takes the address of the process's table."""
+LOOP = "mafsil_loop"
+"""Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
+
+_TYPE, _ARRAY_DATA, _ARRAY_NDIM, _ARRAY_SHAPE, _ARRAY_DTYPE, _ARRAY_FLAGS = 8, 16, 24, 32, 56, 64
+_DTYPE_ORDER, _DTYPE_NUMBER, _FLOAT_VALUE = 26, 28, 16
+_CONTIGUOUS_ALIGNED = 0x101
+_DOUBLE = 12
+_TABLE = (
+    "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
+    "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef",
+)  # fmt: skip
+_FASTCALL_KEYWORDS = 0x0080 | 0x0002
+_UNROLLED = 64
+
+
+def wrapper(signature: Signature, triple: str) -> str:
+    """LLVM IR of the three entries around a kernel, to be appended to its module.
+
+    Args:
+        signature: ports of the kernel.
+        triple: LLVM triple of the target, which decides how the floating-point environment is kept.
+    """
+    return _loop(triple) + _bind() + _Wrapper(signature, triple).text()
+
+
+def builtin(
+    address: int, bind: int, signature: Signature, doc: str, fallback: Callable[..., Any], owner: object
+) -> Callable[..., Any]:
+    """The Python builtin around the compiled call.
+
+    Args:
+        address: of CALL.
+        bind: address of BIND.
+        signature: gives the name.
+        doc: docstring.
+        fallback: called with the same arguments whenever they are not plain contiguous float64 arrays of core shape.
+        owner: object that must outlive the builtin, such as the loaded code.
+    """
+    ctypes.CFUNCTYPE(None, ctypes.c_void_p)(bind)(ctypes.addressof(_table()))
+    head = f"{signature.name}({', '.join(p.name for p in signature.inputs)}, *, out=None, threads=None)\n--\n\n"
+    texts = (signature.name.encode(), (head + doc).encode())
+    method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
+    keeper = _Fallback(fallback, (method, texts, owner))
+    make = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.py_object)(
+        ("PyCFunction_NewEx", ctypes.pythonapi)
+    )
+    return make(ctypes.addressof(method), keeper.call, __name__)
+
+
+class _Fallback:
+    """Holds what must live as long as the builtin; the builtin's `__self__` is this object's bound method."""
+
+    __slots__ = ("_keep", "call_through")
+
+    def __init__(self, call_through: Callable[..., Any], keep: object) -> None:
+        self.call_through = call_through
+        self._keep = keep
+
+    def call(self, *args: Any, **keywords: Any) -> Any:
+        """The slow road."""
+        return self.call_through(*args, **keywords)
+
+
+class _MethodDef(ctypes.Structure):
+    """CPython's PyMethodDef."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("method", ctypes.c_void_p),
+        ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    )
+
+
+@cache
+def available() -> bool:
+    """Whether this interpreter and this NumPy store their objects where the machine code will look."""
+    try:
+        return _same_layout() and _runtime_answers()
+    except (AttributeError, ValueError, OSError, TypeError):
+        return False
+
+
+def api(capsule: str) -> ctypes.Array[ctypes.c_void_p]:
+    """NumPy's table of C functions: `_ARRAY_API` or `_UFUNC_API`."""
+    from numpy._core import _multiarray_umath as core
+
+    pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+        ("PyCapsule_GetPointer", ctypes.pythonapi)
+    )
+    return (ctypes.c_void_p * 300).from_address(pointer(getattr(core, capsule), None))
+
+
+@cache
+def _table() -> ctypes.Array[ctypes.c_void_p]:
+    """Addresses of this process that the machine code needs, in the order of _TABLE."""
+    array = api("_ARRAY_API")
+    python = {name: _address(name) for name in _TABLE if name.startswith(("PyTuple", "PyObject", "Py_"))}
+    known: dict[str, int | None] = {
+        "ndarray": id(np.ndarray),
+        "float64": id(np.dtype(np.float64)),
+        "PyFloat": id(float),
+        "npfloat64": id(np.float64),
+        "PyArray_New": array[93],
+        "PyArray_Return": array[76],
+        **python,
+    }
+    return (ctypes.c_void_p * len(_TABLE))(*(known[name] for name in _TABLE))
+
+
+def _address(name: str) -> int:
+    return ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0
+
+
+def _same_layout() -> bool:
+    """Offsets read by the machine code, compared with arrays, scalars and dtypes of known contents."""
+    if sys.implementation.name != "cpython" or struct.calcsize("P") != 8 or sys.byteorder != "little":
+        return False
+    if "t" in getattr(sys, "abiflags", ""):  # free-threaded builds have another object header
+        return False
+    base = np.arange(24.0).reshape(2, 3, 4)
+    odd = np.frombuffer(bytes(65), dtype=np.uint8)[1:].view(np.float64)
+    samples = [base, base[:, ::2], base.T, base[1, 2, 3:], np.zeros(()), np.zeros(7), np.zeros((0, 6)), odd]
+    return all(map(_reads_right, samples)) and _scalars_read_right()
+
+
+def _reads_right(array: np.ndarray[Any, Any]) -> bool:
+    at = id(array)
+    ndim = _read(ctypes.c_int, at + _ARRAY_NDIM)
+    if ndim != array.ndim or _read(ctypes.c_ssize_t, at + _TYPE) != id(np.ndarray):
+        return False
+    shape = _read(ctypes.c_ssize_t, at + _ARRAY_SHAPE)
+    flags = _read(ctypes.c_int, at + _ARRAY_FLAGS)
+    return (
+        _read(ctypes.c_ssize_t, at + _ARRAY_DATA) == array.ctypes.data
+        and tuple(_read(ctypes.c_ssize_t, shape + 8 * axis) for axis in range(ndim)) == array.shape
+        and _read(ctypes.c_ssize_t, at + _ARRAY_DTYPE) == id(array.dtype)
+        and bool(flags & 0x001) == array.flags.c_contiguous
+        and bool(flags & 0x100) == array.flags.aligned
+    )
+
+
+def _scalars_read_right() -> bool:
+    dtypes = [np.dtype(np.float64), np.dtype(">f8"), np.dtype(np.float32), np.dtype(np.int64)]
+    orders = [chr(_read(ctypes.c_ubyte, id(d) + _DTYPE_ORDER)) == d.byteorder for d in dtypes]
+    numbers = [_read(ctypes.c_int, id(d) + _DTYPE_NUMBER) == d.num for d in dtypes]
+    values = [_read(ctypes.c_double, id(x) + _FLOAT_VALUE) == 1.25 for x in (float("1.25"), np.float64(1.25))]
+    return all(orders) and all(numbers) and all(values) and np.dtype(np.float64).num == _DOUBLE
+
+
+def _runtime_answers() -> bool:
+    """NumPy's table has the allocator and the scalar maker where they are expected."""
+    array = api("_ARRAY_API")
+    if array[2] != id(np.ndarray):
+        return False
+    voidp, integer = ctypes.c_void_p, ctypes.c_int
+    new = ctypes.PYFUNCTYPE(
+        ctypes.py_object, voidp, integer, voidp, integer, voidp, voidp, integer, integer, voidp
+    )(array[93] or 0)
+    shape = (ctypes.c_ssize_t * 2)(3, 4)
+    made = new(id(np.ndarray), 2, ctypes.addressof(shape), _DOUBLE, None, None, 0, 0, None)
+    return type(made) is np.ndarray and made.shape == (3, 4) and made.dtype == np.float64 and all(_table())
+
+
+def _read(kind: Any, address: int) -> Any:
+    return kind.from_address(address).value
+
+
+def _bind() -> str:
+    return f"""
+@mafsil_runtime = internal global ptr null, align 8
+define void @{BIND}(ptr %table) {{
+  store ptr %table, ptr @mafsil_runtime, align 8
+  ret void
+}}
+"""
+
+
+def _loop(triple: str) -> str:
+    """The batch entry with rounding, denormals and sticky flags as the standard has them, and as found on return.
+
+    Rows run through both sides of every select, so flags that are raised say nothing; NumPy would warn of them.
+    """
+    enter, leave, declarations = "", "", ""
+    if triple.startswith(("x86_64", "i686", "amd64")):
+        declarations = "declare void @llvm.x86.sse.stmxcsr(ptr)\ndeclare void @llvm.x86.sse.ldmxcsr(ptr)\n"
+        enter = """  %found = alloca i32, align 4
+  %wanted = alloca i32, align 4
+  store i32 8064, ptr %wanted, align 4
+  call void @llvm.x86.sse.stmxcsr(ptr %found)
+  call void @llvm.x86.sse.ldmxcsr(ptr %wanted)
+"""
+        leave = "  call void @llvm.x86.sse.ldmxcsr(ptr %found)\n"
+    elif triple.startswith(("aarch64", "arm64")):
+        declarations = "".join(
+            f"declare i64 @llvm.aarch64.get.{r}()\ndeclare void @llvm.aarch64.set.{r}(i64)\n" for r in ("fpcr", "fpsr")
+        )
+        enter = """  %control = call i64 @llvm.aarch64.get.fpcr()
+  %status = call i64 @llvm.aarch64.get.fpsr()
+  call void @llvm.aarch64.set.fpcr(i64 0)
+"""
+        leave = """  call void @llvm.aarch64.set.fpcr(i64 %control)
+  call void @llvm.aarch64.set.fpsr(i64 %status)
+"""
+    body = f"{enter}  call void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr %data)\n{leave}  ret void\n"
+    return f"\n{declarations}define void @{LOOP}(ptr %args, ptr %dims, ptr %steps, ptr %data) {{\n{body}}}\n"
+
+
+class _Wrapper:
+    """Prints the IR of the call, block by block; every doubt branches to %slow."""
+
+    def __init__(self, signature: Signature, triple: str) -> None:
+        self._signature = signature
+        self._triple = triple
+        self._lines: list[str] = []
+        self._constants: list[str] = []
+        self._count = 0
+
+    def text(self) -> str:
+        """Constants and the function."""
+        count = len(self._signature.inputs)
+        self._branch(self._value("icmp eq ptr %kwnames, null"))
+        self._branch(self._value(f"icmp eq i64 %nargs, {count}"))
+        self._environment()
+        self._emit("%table = load ptr, ptr @mafsil_runtime, align 8")
+        data = [self._input(i, port) for i, port in enumerate(self._signature.inputs)]
+        for pointer, port in zip(data, self._signature.inputs, strict=True):
+            self._finite(pointer, port.size)
+        self._results(data)
+        self._slow()
+        head = f"define ptr @{CALL}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames) {{\nentry:"
+        return "\n".join([*self._constants, head, *self._lines, "}", ""])
+
+    def _emit(self, line: str) -> None:
+        self._lines.append("  " + line)
+
+    def _value(self, expression: str) -> str:
+        self._count += 1
+        self._emit(f"%v{self._count} = {expression}")
+        return f"%v{self._count}"
+
+    def _label(self) -> str:
+        self._count += 1
+        return f"b{self._count}"
+
+    def _open(self, label: str) -> None:
+        self._lines.append(f"{label}:")
+
+    def _branch(self, condition: str, otherwise: str = "slow") -> None:
+        """Go on if the condition holds."""
+        label = self._label()
+        self._emit(f"br i1 {condition}, label %{label}, label %{otherwise}")
+        self._open(label)
+
+    def _load(self, kind: str, base: str, offset: int, align: int = 8) -> str:
+        at = self._value(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
+        return self._value(f"load {kind}, ptr {at}, align {align}")
+
+    def _runtime(self, name: str) -> str:
+        return self._load("ptr", "%table", 8 * _TABLE.index(name))
+
+    def _environment(self) -> None:
+        """Another library may have set flush-to-zero or a rounding direction; the loop of the slow road undoes that."""
+        if self._triple.startswith(("x86_64", "i686", "amd64")):
+            self._emit("%mode = alloca i32, align 4")
+            self._emit("call void @llvm.x86.sse.stmxcsr(ptr %mode)")
+            control = self._value(f"and i32 {self._load('i32', '%mode', 0, 4)}, 65472")
+            self._branch(self._value(f"icmp eq i32 {control}, 8064"))
+        elif self._triple.startswith(("aarch64", "arm64")):
+            control = self._value(f"and i64 {self._value('call i64 @llvm.aarch64.get.fpcr()')}, 62914560")
+            self._branch(self._value(f"icmp eq i64 {control}, 0"))
+
+    def _input(self, index: int, port: Port) -> str:
+        """Pointer to the numbers of one argument, after all its checks."""
+        argument = self._load("ptr", "%args", 8 * index)
+        kind = self._load("ptr", argument, _TYPE)
+        is_array = self._value(f"icmp eq ptr {kind}, {self._runtime('ndarray')}")
+        if port.shape == ():
+            return self._scalar(argument, kind, is_array)
+        self._branch(is_array)
+        return self._array(argument, port)
+
+    def _scalar(self, argument: str, kind: str, is_array: str) -> str:
+        """A Python float or a NumPy float64 holds its number inside; an array of no dimensions points to it."""
+        array, other, joined = self._label(), self._label(), self._label()
+        self._emit(f"br i1 {is_array}, label %{array}, label %{other}")
+        self._open(other)
+        plain = self._value(f"icmp eq ptr {kind}, {self._runtime('PyFloat')}")
+        numpy = self._value(f"icmp eq ptr {kind}, {self._runtime('npfloat64')}")
+        self._branch(self._value(f"or i1 {plain}, {numpy}"))
+        inside = self._value(f"getelementptr i8, ptr {argument}, i64 {_FLOAT_VALUE}")
+        last = self._lines_label()
+        self._emit(f"br label %{joined}")
+        self._open(array)
+        pointed = self._array(argument, Port("", ()))
+        from_array = self._lines_label()
+        self._emit(f"br label %{joined}")
+        self._open(joined)
+        return self._value(f"phi ptr [ {inside}, %{last} ], [ {pointed}, %{from_array} ]")
+
+    def _lines_label(self) -> str:
+        return next(line[:-1] for line in reversed(self._lines) if line.endswith(":"))
+
+    def _array(self, argument: str, port: Port) -> str:
+        ndim = self._load("i32", argument, _ARRAY_NDIM, 4)
+        flags = self._load("i32", argument, _ARRAY_FLAGS, 4)
+        layout = self._value(f"and i32 {flags}, {_CONTIGUOUS_ALIGNED}")
+        plain = self._value(f"icmp eq i32 {layout}, {_CONTIGUOUS_ALIGNED}")
+        rank = self._value(f"icmp eq i32 {ndim}, {len(port.shape)}")
+        self._branch(self._value(f"and i1 {plain}, {rank}"))
+        self._double(self._load("ptr", argument, _ARRAY_DTYPE))
+        if port.shape:
+            shape = self._load("ptr", argument, _ARRAY_SHAPE)
+            for axis, size in enumerate(port.shape):
+                self._branch(self._value(f"icmp eq i64 {self._load('i64', shape, 8 * axis)}, {size}"))
+        return self._load("ptr", argument, _ARRAY_DATA)
+
+    def _double(self, dtype: str) -> None:
+        """The dtype is NumPy's float64, or a copy of it as unpickled arrays carry."""
+        copy, good = self._label(), self._label()
+        same = self._value(f"icmp eq ptr {dtype}, {self._runtime('float64')}")
+        self._emit(f"br i1 {same}, label %{good}, label %{copy}")
+        self._open(copy)
+        order = self._value(f"icmp eq i8 {self._load('i8', dtype, _DTYPE_ORDER, 1)}, {ord('=')}")
+        number = self._value(f"icmp eq i32 {self._load('i32', dtype, _DTYPE_NUMBER, 4)}, {_DOUBLE}")
+        both = self._value(f"and i1 {order}, {number}")
+        self._emit(f"br i1 {both}, label %{good}, label %slow")
+        self._open(good)
+
+    def _finite(self, pointer: str, size: int) -> None:
+        """x - x is zero for numbers and NaN for NaN and infinities; blocks may overlap, so no tail is needed."""
+        if size == 0:
+            return
+        width = 4 if size >= 4 else 2 if size >= 2 else 1
+        kind = f"<{width} x double>"
+        if size > _UNROLLED:
+            total = self._long_sum(pointer, size, kind)
+        else:
+            starts = [*range(0, size - width, width), size - width]
+            total = self._sum([self._difference(pointer, 8 * start, kind) for start in starts], kind)
+        wrong = self._value(f"fcmp uno {kind} {total}, zeroinitializer")
+        bits = self._value(f"bitcast <{width} x i1> {wrong} to i{width}")
+        self._branch(self._value(f"icmp eq i{width} {bits}, 0"))
+
+    def _difference(self, pointer: str, offset: int, kind: str) -> str:
+        x = self._load(kind, pointer, offset)
+        return self._value(f"fsub {kind} {x}, {x}")
+
+    def _sum(self, terms: list[str], kind: str) -> str:
+        total = terms[0]
+        for term in terms[1:]:
+            total = self._value(f"fadd {kind} {total}, {term}")
+        return total
+
+    def _long_sum(self, pointer: str, size: int, kind: str) -> str:
+        """The same sum as a loop over blocks of four."""
+        before, loop, after = self._lines_label(), self._label(), self._label()
+        self._emit(f"br label %{loop}")
+        self._open(loop)
+        self._count += 2
+        index, total = f"%i{self._count}", f"%s{self._count}"
+        self._emit(f"{index} = phi i64 [ 0, %{before} ], [ {index}.next, %{loop} ]")
+        self._emit(f"{total} = phi {kind} [ zeroinitializer, %{before} ], [ {total}.next, %{loop} ]")
+        at = self._value(f"getelementptr double, ptr {pointer}, i64 {index}")
+        self._emit(f"{total}.next = fadd {kind} {total}, {self._difference(at, 0, kind)}")
+        self._emit(f"{index}.next = add i64 {index}, 4")
+        more = self._value(f"icmp sle i64 {index}.next, {size - 4}")
+        self._emit(f"br i1 {more}, label %{loop}, label %{after}")
+        self._open(after)
+        return self._sum([f"{total}.next", self._difference(pointer, 8 * (size - 4), kind)], kind)
+
+    def _results(self, data: list[str]) -> None:
+        """Allocate every output, evaluate, and hand out one array or a tuple."""
+        outputs = self._signature.outputs
+        arrays = [self._allocate(i, port) for i, port in enumerate(outputs)]
+        pointers = data + [self._load("ptr", array, _ARRAY_DATA) for array in arrays]
+        self._emit(f"call void @{SINGLE}({', '.join('ptr ' + p for p in pointers)})")
+        answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
+        if len(answers) == 1:
+            self._emit(f"ret ptr {answers[0]}")
+            return
+        made = self._value(f"call ptr {self._runtime('PyTuple_New')}(i64 {len(answers)})")
+        self._branch(self._value(f"icmp ne ptr {made}, null"), "failed")
+        for position, answer in enumerate(answers):
+            self._value(f"call i32 {self._runtime('PyTuple_SetItem')}(ptr {made}, i64 {position}, ptr {answer})")
+        self._emit(f"ret ptr {made}")
+
+    def _allocate(self, index: int, port: Port) -> str:
+        shape = "null"
+        if port.shape:
+            sizes = ", ".join(f"i64 {size}" for size in port.shape)
+            shape = f"@mafsil_shape{index}"
+            self._constants.append(f"{shape} = private constant [{len(port.shape)} x i64] [{sizes}], align 8")
+        made = self._value(
+            f"call ptr {self._runtime('PyArray_New')}(ptr {self._runtime('ndarray')}, i32 {len(port.shape)}, "
+            f"ptr {shape}, i32 {_DOUBLE}, ptr null, ptr null, i32 0, i32 0, ptr null)"
+        )
+        self._branch(self._value(f"icmp ne ptr {made}, null"), "failed")
+        return made
+
+    def _answer(self, array: str, port: Port) -> str:
+        if port.shape:
+            return array
+        return self._value(f"call ptr {self._runtime('PyArray_Return')}(ptr {array})")
+
+    def _slow(self) -> None:
+        self._open("failed")  # out of memory: NumPy has set the exception
+        self._emit("ret ptr null")
+        self._open("slow")
+        self._emit("%slow.table = load ptr, ptr @mafsil_runtime, align 8")
+        through = self._load("ptr", "%slow.table", 8 * _TABLE.index("PyObject_Vectorcall"))
+        answer = self._value(f"tail call ptr {through}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
+        self._emit(f"ret ptr {answer}")

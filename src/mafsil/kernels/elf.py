@@ -1,0 +1,171 @@
+"""A linker for the one kind of object file that our kernels are, so that cached code starts without loading LLVM.
+
+Kernels call nothing and refer to nothing outside themselves: sections are laid out in one private mapping, a handful of
+relocation kinds is applied, and the pages become read-execute, read-only or read-write, never writable code. Whatever
+is not known here is declined and goes to LLVM's own loader.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+import os
+import struct
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from mafsil.kernels.target import Code
+
+_FILE = struct.Struct("<16sHHIQQQIHHHHHH")
+_SECTION = struct.Struct("<IIQQQQIIQQ")
+_SYMBOL = struct.Struct("<IBBHQQ")
+_RELOCATION = np.dtype([("offset", "<u8"), ("info", "<u8"), ("addend", "<i8")])
+_RELOCATABLE, _X86_64 = 1, 62
+_PROGRAM, _SYMBOLS, _RELOCATIONS, _ZEROS = 1, 2, 4, 8
+_WRITE, _ALLOCATE, _EXECUTE = 1, 2, 4
+_ABSOLUTE64 = (1,)
+_RELATIVE32 = (2, 4)  # R_X86_64_PC32, R_X86_64_PLT32
+_READ_ONLY, _READ_WRITE, _READ_EXECUTE = 1, 3, 5
+
+
+@dataclass(frozen=True)
+class _Section:
+    kind: int
+    flags: int
+    offset: int
+    size: int
+    link: int
+    info: int
+    align: int
+
+
+def load(code: bytes, symbols: Iterable[str]) -> Code | None:
+    """Loaded code with the addresses of `symbols`, or None if this is no job for this linker.
+
+    Args:
+        code: verified object code.
+        symbols: wanted names.
+    """
+    if not _here():
+        return None
+    try:
+        sections = _sections(code)
+        places, spans, size = _layout(code, sections)
+        memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        base = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+        values, names = _symbols(code, sections, places, base)
+        wanted = {name: int(values[names[name]]) for name in symbols}
+        if not _filled(code, sections, places, memory, base, values):
+            return None
+    except (_UnknownError, StopIteration, struct.error, KeyError, ValueError, IndexError, OSError):
+        return None
+    protect = _protect()
+    if any(protect(base + start, length, mode) for start, length, mode in spans):
+        return None
+    return Code(wanted, memory)
+
+
+class _UnknownError(Exception):
+    """Something that the kernels of this package never contain."""
+
+
+@cache
+def _here() -> bool:
+    return sys.platform == "linux" and os.uname().machine == "x86_64" and struct.calcsize("P") == 8
+
+
+@cache
+def _protect() -> Any:
+    function = ctypes.CDLL(None, use_errno=True).mprotect
+    function.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
+    return function
+
+
+def _sections(code: bytes) -> list[_Section]:
+    ident, kind, machine, _, _, _, start, _, _, _, _, size, count, _ = _FILE.unpack_from(code)
+    if ident[:6] != b"\x7fELF\x02\x01" or (kind, machine, size) != (_RELOCATABLE, _X86_64, _SECTION.size):
+        raise _UnknownError
+    rows = _SECTION.iter_unpack(code[start : start + count * size])
+    return [_Section(r[1], r[2], r[4], r[5], r[6], r[7], max(r[8], 1)) for r in rows]
+
+
+def _layout(code: bytes, sections: list[_Section]) -> tuple[dict[int, int], list[tuple[int, int, int]], int]:
+    """Offset of every section that is loaded, and (start, length, protection) of the page spans."""
+    places: dict[int, int] = {}
+    spans: list[tuple[int, int, int]] = []
+    end = 0
+    for flag, mode in ((_EXECUTE, _READ_EXECUTE), (0, _READ_ONLY), (_WRITE, _READ_WRITE)):
+        start = end
+        for index, section in enumerate(sections):
+            loaded = section.flags & _ALLOCATE and section.kind in (_PROGRAM, _ZEROS)
+            if loaded and section.flags & (_EXECUTE | _WRITE) == flag and section.size:
+                end = -(-end // section.align) * section.align
+                places[index] = end
+                end += section.size
+                if section.align > mmap.PAGESIZE:
+                    raise _UnknownError
+        end = -(-end // mmap.PAGESIZE) * mmap.PAGESIZE
+        if end > start:
+            spans.append((start, end - start, mode))
+    if not end:
+        raise _UnknownError
+    return places, spans, end
+
+
+def _symbols(code: bytes, sections: list[_Section], places: dict[int, int], base: int) -> tuple[Any, dict[str, int]]:
+    """Address of every symbol (0 where it is not in memory), and the global names."""
+    table = next(s for s in sections if s.kind == _SYMBOLS)
+    texts = sections[table.link]
+    rows = list(_SYMBOL.iter_unpack(code[table.offset : table.offset + table.size]))
+    values = np.zeros(len(rows), dtype=np.int64)
+    names: dict[str, int] = {}
+    for index, (name, info, _, section, value, _) in enumerate(rows):
+        if section in places:
+            values[index] = base + places[section] + value
+            if info >> 4:
+                start = texts.offset + name
+                names[code[start : code.index(b"\0", start)].decode()] = index
+    return values, names
+
+
+def _filled(
+    code: bytes, sections: list[_Section], places: dict[int, int], memory: mmap.mmap, base: int, values: Any
+) -> bool:
+    """Copy the sections and apply their relocations; False at the first that is not understood."""
+    view = np.frombuffer(memory, dtype=np.uint8)
+    for index, start in places.items():
+        section = sections[index]
+        if section.kind == _PROGRAM:
+            memory[start : start + section.size] = code[section.offset : section.offset + section.size]
+    for table in sections:
+        if table.kind == _RELOCATIONS and table.info in places:
+            rows = np.frombuffer(code, _RELOCATION, table.size // _RELOCATION.itemsize, table.offset)
+            if not _relocated(view, rows, base, places[table.info], sections[table.info].size, values):
+                return False
+    return True
+
+
+def _relocated(view: Any, rows: Any, base: int, start: int, size: int, values: Any) -> bool:
+    kinds = rows["info"] & 0xFFFFFFFF
+    targets = values[(rows["info"] >> np.uint64(32)).astype(np.intp)]
+    if not np.isin(kinds, (*_ABSOLUTE64, *_RELATIVE32)).all() or not targets.all():
+        return False
+    offsets = rows["offset"].astype(np.int64)
+    if len(rows) and not (0 <= offsets.min() and offsets.max() + 8 <= size + 4):
+        return False
+    places = start + offsets
+    for group, width in ((_ABSOLUTE64, 8), (_RELATIVE32, 4)):
+        chosen = np.isin(kinds, group)
+        value = (targets + rows["addend"])[chosen]
+        if width == 4:
+            value = value - (base + places[chosen])
+            if (np.abs(value) >= 1 << 31).any():
+                return False
+        written = value.astype(f"<i{width}")[:, None].view(np.uint8)
+        view[places[chosen][:, None] + np.arange(width)] = written
+    return True

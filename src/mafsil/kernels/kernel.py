@@ -1,0 +1,134 @@
+"""A compiled quantity: called on one point or on any batch, compiled at its first use, shipped by description."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+from mafsil.kernels import batch, cache, call, identity, ufunc
+from mafsil.kernels.cache import Store
+from mafsil.kernels.call import BIND, CALL, LOOP
+from mafsil.kernels.compiler import Order, obtain
+from mafsil.kernels.image import Image
+from mafsil.kernels.layout import BATCH, SINGLE, Signature
+from mafsil.kernels.provenance import Provenance
+from mafsil.kernels.target import Target
+
+
+class Addresses(NamedTuple):
+    """Entry points for compiled loops; valid while the kernel lives.
+
+    Attributes:
+        batch: void (char **args, npy_intp *dims, npy_intp *steps, void *data).
+        single: void (double *in0, ..., double *out0, ...).
+    """
+
+    batch: int
+    single: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Kernel:
+    """Machine code of an expression, made when it is first needed.
+
+    Attributes:
+        signature: name and ports.
+        key: the caller's words for the expression; equal words must mean equal expressions.
+        build: makes the casadi.Function, one column per port; a module-level function or a partial of one, so that the
+            kernel pickles.
+        fingerprints: of the sources that shape the expression (`identity.fingerprint`).
+        doc: docstring.
+        fallback: called as `fallback(evaluate, *args, **named)` in place of `evaluate(*args, **named)` for all that is
+            not one plain contiguous point.
+        recipe: picklable (function, arguments) that makes this kernel again; None pickles the attributes.
+        target: machine to compile for; None is this one.
+    """
+
+    signature: Signature
+    key: str
+    build: Callable[[], Any]
+    fingerprints: tuple[str, ...] = ()
+    doc: str = ""
+    fallback: Callable[..., Any] | None = None
+    recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None
+    target: Target | None = None
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Evaluate at one point or over a batch; see `Evaluator.__call__`."""
+        return self.call(*args, **named)
+
+    @cached_property
+    def call(self) -> Callable[..., Any]:
+        """The fastest way to evaluate: a builtin that takes plain arrays itself and hands the rest to `evaluate`."""
+        slow = self.evaluate if self.fallback is None else partial(self.fallback, self.evaluate)
+        if not call.available():
+            return slow
+        at = self.image.addresses
+        return call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self.image)
+
+    @cached_property
+    def evaluate(self) -> batch.Evaluator:
+        """The careful way: arguments checked and named, batches split over threads."""
+        image = self.image
+        return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total)
+
+    @cached_property
+    def ufunc(self) -> Callable[..., Any]:
+        """NumPy's generalised ufunc: broadcasting, strides, casting, `out=`; no checks for NaN. It does not pickle."""
+        return ufunc.gufunc(self.image.addresses[LOOP], self.signature, self.doc, self.image)
+
+    @property
+    def addresses(self) -> Addresses:
+        """Entry points for compiled loops."""
+        return Addresses(self.image.addresses[BATCH], self.image.addresses[SINGLE])
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where the code comes from."""
+        return self.image.provenance
+
+    @cached_property
+    def image(self) -> Image:
+        """The loaded code; asking for it compiles."""
+        return obtain(self.order(cache.default()))
+
+    def order(self, store: Store) -> Order:
+        """What is compiled, and under which content key."""
+        machine = identity.machine() if self.target is None else self.target.identity
+        key = identity.content_key(self.key, self.signature, machine, self.fingerprints)
+        return Order(key, self.signature, self.build, self.target, store)
+
+    def __reduce__(self) -> tuple[Callable[..., Kernel], tuple[Any, ...]]:
+        if self.recipe is not None:
+            return self.recipe
+        given = (self.signature, self.key, self.build, self.fingerprints, self.doc, self.fallback, None, self.target)
+        return Kernel, given
+
+    def __copy__(self) -> Kernel:
+        return self
+
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Kernel:
+        return self
+
+    def __repr__(self) -> str:
+        return f"<Kernel {self.signature.name}: {self.signature.gufunc}>"
+
+    def __str__(self) -> str:
+        return str(self.provenance)
+
+
+def compile(
+    signature: Signature,
+    build: Callable[[], Any],
+    *,
+    key: str,
+    fingerprints: Iterable[str] = (),
+    doc: str = "",
+    fallback: Callable[..., Any] | None = None,
+    recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None,
+    target: Target | None = None,
+) -> Kernel:
+    """A kernel that compiles at its first use; arguments as the attributes of `Kernel`."""
+    return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target)

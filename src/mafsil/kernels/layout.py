@@ -1,0 +1,66 @@
+"""The binary interface of a kernel: ports, their core shapes, and the names of the compiled entry points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+
+BATCH = "mafsil_batch"
+"""Symbol of the batch entry, NumPy's gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
+SINGLE = "mafsil_single"
+"""Symbol of the single entry: void (double *in0, ..., double *out0, ...), one evaluation on contiguous ports."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """A named input or output and its core shape, elements in C order; shape () is one number."""
+
+    name: str
+    shape: tuple[int, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return prod(self.shape)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What a kernel takes and gives: its name, its input ports and its output ports."""
+
+    name: str
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+
+    @property
+    def ports(self) -> tuple[Port, ...]:
+        """Inputs, then outputs: the order of the arguments in both entries."""
+        return self.inputs + self.outputs
+
+    @property
+    def gufunc(self) -> str:
+        """Signature in NumPy's language, every core size frozen, such as `(7),(7)->(4,4)`."""
+        return _cores(self.inputs) + "->" + _cores(self.outputs)
+
+    @property
+    def core_steps(self) -> tuple[int, ...]:
+        """For every port, the index in `steps` where its core strides begin (after one outer stride per port)."""
+        first = len(self.ports)
+        starts: list[int] = []
+        for port in self.ports:
+            starts.append(first)
+            first += len(port.shape)
+        return tuple(starts)
+
+
+def contiguous_steps(port: Port, itemsize: int = 8) -> tuple[int, ...]:
+    """Core strides in bytes of a C-contiguous port."""
+    steps: list[int] = []
+    for size in reversed(port.shape):
+        steps.append(itemsize)
+        itemsize *= size
+    return tuple(reversed(steps))
+
+
+def _cores(ports: tuple[Port, ...]) -> str:
+    return ",".join("(" + ",".join(map(str, port.shape)) + ")" for port in ports)

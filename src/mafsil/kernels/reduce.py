@@ -1,0 +1,233 @@
+"""A smaller tape with the same values: constants folded, equal values shared, signs absorbed, products fused with sums.
+
+Every rewrite keeps the IEEE result of every operation, NaN and infinities included; only the sign of a zero may change,
+and a product fused with its sum is rounded once instead of twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mafsil.kernels.fusion import fused
+from mafsil.kernels.schedule import scheduled
+from mafsil.kernels.tape import Node, Tape, alive
+
+COMPARISONS = frozenset("lt le eq ne and or not".split())
+"""Operations whose value is 1 or 0."""
+
+
+def reduce(tape: Tape) -> Tape:
+    """The tape rewritten, dead values removed, in an order that keeps few values alive."""
+    return scheduled(fused(_simplified(tape)))
+
+
+def _simplified(tape: Tape) -> Tape:
+    """Local rewrites, each value offered once to every rule, equal values shared."""
+    builder = _Builder()
+    place: list[int] = []
+    for node in tape.nodes:
+        if node.op in ("input", "const"):
+            place.append(builder.leaf(node))
+        else:
+            place.append(builder.emit(node.op, *(place[a] for a in node.args)))
+    outputs = tuple(tuple(place[i] for i in port) for port in tape.outputs)
+    return alive(Tape(tuple(builder.nodes), tape.input_sizes, outputs))
+
+
+class _Builder:
+    """Grows a list of nodes; equal values get equal indices."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.index: dict[tuple[object, ...], int] = {}
+
+    def leaf(self, node: Node) -> int:
+        key = ("const", node.value.hex()) if node.op == "const" else ("input", *node.args)
+        return self._shared(key, node)
+
+    def const(self, value: float) -> int:
+        return self.leaf(Node("const", (), value))
+
+    def emit(self, op: str, *args: int) -> int:
+        """Index of the value `op(*args)` after all rules."""
+        folded = self._folded(op, args)
+        if folded is not None:
+            return self.const(folded)
+        rule = _RULES.get(op)
+        found = rule(self, *args) if rule else None
+        return self.plain(op, *args) if found is None else found
+
+    def plain(self, op: str, *args: int) -> int:
+        """The operation itself, arguments of commutative ones in a fixed order."""
+        if op in ("add", "mul", "eq", "ne", "and", "or") and args[0] > args[1]:
+            args = (args[1], args[0])
+        return self._shared((op, *args), Node(op, args))
+
+    def value(self, i: int) -> float | None:
+        """The number, if node i is a constant."""
+        return self.nodes[i].value if self.nodes[i].op == "const" else None
+
+    def is_const(self, i: int, value: float) -> bool:
+        """Node i is the constant `value`, whatever the sign of zero."""
+        return self.nodes[i].op == "const" and self.nodes[i].value == value
+
+    def negated(self, i: int) -> int | None:
+        """x, if node i is -x."""
+        return self.nodes[i].args[0] if self.nodes[i].op == "neg" else None
+
+    def _shared(self, key: tuple[object, ...], node: Node) -> int:
+        if key not in self.index:
+            self.index[key] = len(self.nodes)
+            self.nodes.append(node)
+        return self.index[key]
+
+    def _folded(self, op: str, args: tuple[int, ...]) -> float | None:
+        values = [self.value(a) for a in args]
+        fold = _FOLDS.get(op)
+        if fold is None or None in values:
+            return None
+        try:
+            return float(fold(*values))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return None
+
+
+def _neg(b: _Builder, x: int) -> int | None:
+    return b.negated(x)
+
+
+def _add(b: _Builder, x: int, y: int) -> int | None:
+    if b.is_const(x, 0.0):
+        return y
+    if b.is_const(y, 0.0):
+        return x
+    if x == y:
+        return b.emit("mul", b.const(2.0), x)
+    if (minus := b.negated(y)) is not None:
+        return b.emit("sub", x, minus)
+    if (minus := b.negated(x)) is not None:
+        return b.emit("sub", y, minus)
+    return _choice(b, x, y)
+
+
+def _choice(b: _Builder, x: int, y: int) -> int | None:
+    """CasADi writes `if c then u else v` as (c ? u : 0) + (not c ? v : 0)."""
+    first, second = b.nodes[x], b.nodes[y]
+    if first.op != "if_else_zero" or second.op != "if_else_zero":
+        return None
+    if b.nodes[second.args[0]] == Node("not", (first.args[0],)):
+        return b.plain("select", first.args[0], first.args[1], second.args[1])
+    if b.nodes[first.args[0]] == Node("not", (second.args[0],)):
+        return b.plain("select", second.args[0], second.args[1], first.args[1])
+    return None
+
+
+def _sub(b: _Builder, x: int, y: int) -> int | None:
+    if b.is_const(y, 0.0):
+        return x
+    if b.is_const(x, 0.0):
+        return b.emit("neg", y)
+    if (minus := b.negated(y)) is not None:
+        return b.emit("add", x, minus)
+    if (minus := b.negated(x)) is not None:
+        return b.emit("neg", b.emit("add", minus, y))
+    if ("sub", y, x) in b.index:
+        return b.emit("neg", b.index["sub", y, x])
+    return None
+
+
+def _mul(b: _Builder, x: int, y: int) -> int | None:
+    if b.value(y) is not None:
+        x, y = y, x
+    minus_x, minus_y = b.negated(x), b.negated(y)
+    constant = b.value(x)
+    if constant is not None:
+        if constant == 1.0:
+            return y
+        if constant == -1.0:
+            return b.emit("neg", y)
+        if minus_y is not None:
+            return b.emit("mul", b.const(-constant), minus_y)
+        if constant < 0.0 and ("mul", *sorted((b.const(-constant), y))) in b.index:
+            return b.emit("neg", b.emit("mul", b.const(-constant), y))
+    elif minus_x is not None or minus_y is not None:
+        product = b.emit("mul", x if minus_x is None else minus_x, y if minus_y is None else minus_y)
+        return product if minus_x is not None and minus_y is not None else b.emit("neg", product)
+    return None
+
+
+def _div(b: _Builder, x: int, y: int) -> int | None:
+    constant = b.value(y)
+    if constant is not None and constant != 0.0 and math.isfinite(constant):
+        mantissa, exponent = math.frexp(constant)
+        if abs(mantissa) == 0.5 and -1021 < exponent < 1021:
+            return b.emit("mul", x, b.const(1.0 / constant))
+    if (minus := b.negated(y)) is not None:
+        return b.emit("neg", b.emit("div", x, minus))
+    if (minus := b.negated(x)) is not None:
+        return b.emit("neg", b.emit("div", minus, y))
+    return None
+
+
+def _odd(op: str) -> Callable[[_Builder, int], int | None]:
+    """f(-x) = -f(x)."""
+
+    def rule(b: _Builder, x: int) -> int | None:
+        minus = b.negated(x)
+        return None if minus is None else b.emit("neg", b.emit(op, minus))
+
+    return rule
+
+
+def _even(op: str) -> Callable[[_Builder, int], int | None]:
+    """f(-x) = f(x)."""
+
+    def rule(b: _Builder, x: int) -> int | None:
+        minus = b.negated(x)
+        return None if minus is None else b.emit(op, minus)
+
+    return rule
+
+
+def _not(b: _Builder, x: int) -> int | None:
+    inner = b.nodes[x]
+    return inner.args[0] if inner.op == "not" and b.nodes[inner.args[0]].op in COMPARISONS else None
+
+
+def _if_else_zero(b: _Builder, condition: int, x: int) -> int | None:
+    known = b.value(condition)
+    if known is not None:
+        return x if known != 0.0 else b.const(0.0)
+    return x if b.is_const(x, 0.0) else None
+
+
+_RULES: dict[str, Callable[..., int | None]] = {
+    "neg": _neg,
+    "add": _add,
+    "sub": _sub,
+    "mul": _mul,
+    "div": _div,
+    "not": _not,
+    "if_else_zero": _if_else_zero,
+    **{op: _odd(op) for op in "sin tan asin atan sinh tanh asinh atanh".split()},
+    **{op: _even(op) for op in ("cos", "cosh", "fabs")},
+}
+
+_FOLDS: dict[str, Callable[..., float]] = {
+    "neg": lambda x: -x,
+    "add": lambda x, y: x + y,
+    "sub": lambda x, y: x - y,
+    "mul": lambda x, y: x * y,
+    "div": lambda x, y: x / y,
+    "sqrt": math.sqrt,
+    "fabs": abs,
+    "lt": lambda x, y: x < y,
+    "le": lambda x, y: x <= y,
+    "eq": lambda x, y: x == y,
+    "ne": lambda x, y: x != y,
+    "not": lambda x: x == 0.0,
+    "and": lambda x, y: x != 0.0 and y != 0.0,
+    "or": lambda x, y: x != 0.0 or y != 0.0,
+    **{op: getattr(math, op) for op in "exp log sin cos tan asin acos atan sinh cosh tanh atan2 floor ceil".split()},
+}

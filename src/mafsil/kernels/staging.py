@@ -1,0 +1,346 @@
+"""Rows in, lanes out: IR that carries W rows of a port to and from tiles of memory in which equal elements lie side by side.
+
+A tile holds element e of row l at index e W + l. Every row of a batch passes through tiles, so the arithmetic is compiled
+once, and full tiles, tails, broadcasts and any strides give the same bits.
+"""
+
+from __future__ import annotations
+
+from mafsil.kernels.emitter import Text
+from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature, contiguous_steps
+
+BODY = "mafsil_tile"
+"""Symbol of the arithmetic on one tile: void (double *in, double *out)."""
+
+
+def staging(signature: Signature, width: int, attributes: str) -> str:
+    """IR of the batch entry and of the functions that move rows."""
+    blocks = [size for size in (4, 2) if size <= width]
+    movers = [mover(width, block, inward) for block in blocks for inward in (True, False)]
+    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _shapes(signature)]
+    return "\n".join([*parts, _Batch(signature, width, blocks).text()]).replace("#ATTRIBUTES", attributes)
+
+
+def mover(width: int, block: int, inward: bool) -> str:
+    """IR of a function that transposes `width` contiguous rows, `block` columns at a time; the last block may overlap.
+
+    void (double *rows, int64 step in bytes, int64 columns >= block, double *tile).
+    """
+    text = Text(fma=False, rounding=False)
+    wide, narrow = f"<{width} x double>", f"<{block} x double>"
+    for row in range(1, width):
+        text.do(f"%step{row} = mul i64 %step, {row}")
+    text.do(f"%last = sub i64 %columns, {block}")
+    text.do("br label %next")
+    text.label("next")
+    text.do("%column = phi i64 [ 0, %entry ], [ %following, %next ]")
+    text.do("%row0 = getelementptr double, ptr %rows, i64 %column")
+    text.do(f"%skip = mul i64 %column, {width}")
+    text.do("%place = getelementptr double, ptr %tile, i64 %skip")
+    rows = ["%row0"] + [text.let(f"getelementptr i8, ptr %row0, i64 %step{row}") for row in range(1, width)]
+    columns = [text.let(f"getelementptr double, ptr %place, i64 {k * width}") for k in range(block)]
+    if inward:
+        values = [text.let(f"load {narrow}, ptr {row}, align 8") for row in rows]
+        for place, value in zip(columns, _columns(text, values, width, block), strict=True):
+            text.do(f"store {wide} {value}, ptr {place}, align {8 * width}")
+    else:
+        values = [text.let(f"load {wide}, ptr {place}, align {8 * width}") for place in columns]
+        for row, value in zip(rows, _rows(text, values, width, block), strict=True):
+            text.do(f"store {narrow} {value}, ptr {row}, align 8")
+    text.do("%done = icmp sge i64 %column, %last")
+    text.do(f"%ahead = add i64 %column, {block}")
+    text.do("%over = icmp sgt i64 %ahead, %last")
+    text.do("%following = select i1 %over, i64 %last, i64 %ahead")
+    text.do("br i1 %done, label %leave, label %next")
+    text.label("leave")
+    text.do("ret void")
+    head = f"define internal void @{_mover(block, inward)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
+    return "\n".join([head, "entry:", *text.lines, "}", ""])
+
+
+def _mover(block: int, inward: bool) -> str:
+    return f"mafsil_{'in' if inward else 'out'}{block}"
+
+
+def _shuffle(text: Text, a: str, b: str, count: int, picks: list[int]) -> str:
+    kind = f"<{count} x double>"
+    mask = ", ".join(f"i32 {pick}" for pick in picks)
+    return text.let(f"shufflevector {kind} {a}, {kind} {b}, <{len(picks)} x i32> <{mask}>")
+
+
+def _columns(text: Text, rows: list[str], width: int, block: int) -> list[str]:
+    """`block` vectors of `width` lanes from `width` vectors of `block` elements."""
+    return _transposed(text, [_joined(text, rows[k::block], block) for k in range(block)], width, block)
+
+
+def _rows(text: Text, columns: list[str], width: int, block: int) -> list[str]:
+    """The inverse of `_columns`."""
+    split = [_pieces(text, row, width, block) for row in _transposed(text, columns, width, block)]
+    return [split[row % block][row // block] for row in range(width)]
+
+
+def _joined(text: Text, parts: list[str], count: int) -> str:
+    """Vectors of `count` elements, one after another in one vector."""
+    while len(parts) > 1:
+        picks = list(range(2 * count))
+        parts = [_shuffle(text, a, b, count, picks) for a, b in zip(parts[::2], parts[1::2], strict=True)]
+        count *= 2
+    return parts[0]
+
+
+def _pieces(text: Text, vector: str, width: int, block: int) -> list[str]:
+    """A vector cut into vectors of `block` elements."""
+    if width == block:
+        return [vector]
+    return [_shuffle(text, vector, vector, width, list(range(k, k + block))) for k in range(0, width, block)]
+
+
+def _transposed(text: Text, rows: list[str], width: int, block: int) -> list[str]:
+    """Every group of `block` lanes transposed as a small square."""
+    groups = range(0, width, block)
+    if block == 2:
+        low = [pick for g in groups for pick in (g, g + width)]
+        return [_shuffle(text, *rows, width, [pick + k for pick in low]) for k in (0, 1)]
+    even = [pick for g in groups for pick in (g, g + width, g + 2, g + 2 + width)]
+    pairs = [
+        _shuffle(text, rows[a], rows[a + 1], width, [pick + k for pick in even]) for k in (0, 1) for a in (0, 2)
+    ]
+    low = [pick for g in groups for pick in (g, g + 1, g + width, g + 1 + width)]
+    high = [pick + 2 for pick in low]
+    return [_shuffle(text, pairs[2 * k], pairs[2 * k + 1], width, picks) for picks in (low, high) for k in (0, 1)]
+
+
+def _walker(width: int, inward: bool) -> str:
+    """IR of a function that moves any rows element by element: tails, broadcasts, any strides.
+
+    void (char *rows, int64 step, int64 count of rows, int64 elements, int64 rank, int64 *shape, int64 *steps, double *tile).
+    Inward, lanes beyond the count repeat the last row; outward, only `count` rows are written.
+    """
+    copy = (
+        "%number = load double, ptr %source, align 8\n  store double %number, ptr %cell, align 8"
+        if inward
+        else "%number = load double, ptr %cell, align 8\n  store double %number, ptr %source, align 8"
+    )
+    lanes = str(width) if inward else "%count"
+    return f"""define internal void @{_walk(inward)}(ptr %rows, i64 %step, i64 %count, i64 %elements, i64 %rank, ptr %shape, ptr %steps, ptr %tile) #ATTRIBUTES {{
+entry:
+  %lastrow = sub i64 %count, 1
+  %innermost = sub i64 %rank, 1
+  br label %element
+element:
+  %e = phi i64 [ 0, %entry ], [ %e.next, %element.end ]
+  br label %axis
+axis:
+  %d = phi i64 [ %innermost, %element ], [ %d.next, %axis.body ]
+  %rest = phi i64 [ %e, %element ], [ %rest.next, %axis.body ]
+  %offset = phi i64 [ 0, %element ], [ %offset.next, %axis.body ]
+  %axis.done = icmp slt i64 %d, 0
+  br i1 %axis.done, label %lane, label %axis.body
+axis.body:
+  %size.place = getelementptr i64, ptr %shape, i64 %d
+  %size = load i64, ptr %size.place, align 8
+  %axis.step.place = getelementptr i64, ptr %steps, i64 %d
+  %axis.step = load i64, ptr %axis.step.place, align 8
+  %rest.next = udiv i64 %rest, %size
+  %whole = mul i64 %rest.next, %size
+  %along = sub i64 %rest, %whole
+  %shift = mul i64 %along, %axis.step
+  %offset.next = add i64 %offset, %shift
+  %d.next = sub i64 %d, 1
+  br label %axis
+lane:
+  %l = phi i64 [ 0, %axis ], [ %l.next, %lane ]
+  %beyond = icmp sgt i64 %l, %lastrow
+  %row = select i1 %beyond, i64 %lastrow, i64 %l
+  %row.shift = mul i64 %row, %step
+  %place = add i64 %row.shift, %offset
+  %source = getelementptr i8, ptr %rows, i64 %place
+  %cell.row = mul i64 %e, {width}
+  %cell.index = add i64 %cell.row, %l
+  %cell = getelementptr double, ptr %tile, i64 %cell.index
+  {copy}
+  %l.next = add i64 %l, 1
+  %l.more = icmp slt i64 %l.next, {lanes}
+  br i1 %l.more, label %lane, label %element.end
+element.end:
+  %e.next = add i64 %e, 1
+  %e.more = icmp slt i64 %e.next, %elements
+  br i1 %e.more, label %element, label %leave
+leave:
+  ret void
+}}
+"""
+
+
+def _walk(inward: bool) -> str:
+    return f"mafsil_{'in' if inward else 'out'}_any"
+
+
+def _shapes(signature: Signature) -> str:
+    """Constant tables of the core shapes; a contiguous core is walked as one axis with steps of 8 bytes."""
+    lines: list[str] = []
+    for k, port in enumerate(signature.ports):
+        values = ", ".join(f"i64 {n}" for n in port.shape or (1,))
+        lines.append(f"@shape{k} = private unnamed_addr constant [{len(port.shape) or 1} x i64] [{values}]")
+        lines.append(f"@size{k} = private unnamed_addr constant i64 {port.size}")
+    return "\n".join([*lines, "@eight = private unnamed_addr constant i64 8", ""])
+
+
+class _Batch:
+    """Writes the batch entry."""
+
+    def __init__(self, signature: Signature, width: int, blocks: list[int]) -> None:
+        self.signature = signature
+        self.width = width
+        self.blocks = blocks
+        self.out = Text(fma=False, rounding=False)
+        self.inputs = len(signature.inputs)
+
+    def text(self) -> str:
+        out, width = self.out, self.width
+        out.do("%rows = load i64, ptr %dims, align 8")
+        self._tiles()
+        out.do("%some = icmp sgt i64 %rows, 0")
+        out.do("br i1 %some, label %ports, label %leave")
+        out.label("ports")
+        for k, port in enumerate(self.signature.ports):
+            self._port(k, port)
+        self._only_row()
+        for k, port in enumerate(self.signature.inputs):
+            self._broadcast(k, port)
+        out.do(f"%tiles = sub i64 %rows, {width}")
+        out.do("%first = icmp sge i64 %tiles, 0")
+        before = out.block
+        out.do("br i1 %first, label %tile, label %rest")
+        out.label("tile")
+        out.do(f"%row = phi i64 [ 0, %{before} ], [ %row.next, %tile.end ]")
+        for k, port in enumerate(self.signature.ports):
+            if k == self.inputs:
+                out.do(f"call void @{BODY}(ptr %in, ptr %out)")
+            self._full(k, port)
+        out.do("br label %tile.end")
+        out.label("tile.end")
+        out.do(f"%row.next = add i64 %row, {width}")
+        out.do("%more = icmp sle i64 %row.next, %tiles")
+        out.do("br i1 %more, label %tile, label %rest")
+        out.label("rest")
+        out.do(f"%from = phi i64 [ 0, %{before} ], [ %row.next, %tile.end ]")
+        out.do("%left = sub i64 %rows, %from")
+        out.do("%tail = icmp sgt i64 %left, 0")
+        out.do("br i1 %tail, label %partial, label %leave")
+        out.label("partial")
+        for k, port in enumerate(self.signature.ports):
+            if k == self.inputs:
+                out.do(f"call void @{BODY}(ptr %in, ptr %out)")
+            self._walk(k, port, "%from", "%left")
+        out.do("br label %leave")
+        out.label("leave")
+        out.do("ret void")
+        head = f"define void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr %data) #ATTRIBUTES {{"
+        return "\n".join([head, "entry:", *out.entry, *out.lines, "}", ""])
+
+    def _tiles(self) -> None:
+        """Stack space of the tiles, and where every port begins in them."""
+        for name, ports in (("in", self.signature.inputs), ("out", self.signature.outputs)):
+            size = max(1, sum(port.size for port in ports)) * self.width
+            self.out.entry.append(f"  %{name} = alloca [{size} x double], align 64")
+        for offset, k in self._offsets():
+            base = "in" if k < self.inputs else "out"
+            self.out.do(f"%tile{k} = getelementptr double, ptr %{base}, i64 {offset * self.width}")
+
+    def _offsets(self) -> list[tuple[int, int]]:
+        offsets: list[tuple[int, int]] = []
+        for first, ports in ((0, self.signature.inputs), (self.inputs, self.signature.outputs)):
+            total = 0
+            for k, port in enumerate(ports):
+                offsets.append((total, first + k))
+                total += port.size
+        return offsets
+
+    def _port(self, k: int, port: Port) -> None:
+        """Base, outer stride, whether the core is contiguous, and the table of core strides in force."""
+        out, rank = self.out, len(port.shape)
+        out.do(f"%base{k}.place = getelementptr ptr, ptr %args, i64 {k}")
+        out.do(f"%base{k} = load ptr, ptr %base{k}.place, align 8")
+        out.do(f"%step{k}.place = getelementptr i64, ptr %steps, i64 {k}")
+        out.do(f"%step{k} = load i64, ptr %step{k}.place, align 8")
+        out.do(f"%core{k} = getelementptr i64, ptr %steps, i64 {self.signature.core_steps[k]}")
+        dense = "true"
+        for axis, (size, step) in enumerate(zip(port.shape, contiguous_steps(port), strict=True)):
+            if size > 1:
+                place = out.let(f"getelementptr i64, ptr %core{k}, i64 {axis}")
+                same = out.let(f"icmp eq i64 {out.let(f'load i64, ptr {place}, align 8')}, {step}")
+                dense = out.let(f"and i1 {dense}, {same}")
+        out.do(f"%dense{k} = and i1 {dense}, true")
+        out.do(f"%walk.rank{k} = select i1 %dense{k}, i64 {min(rank, 1)}, i64 {rank}")
+        out.do(f"%walk.shape{k} = select i1 %dense{k}, ptr @size{k}, ptr @shape{k}")
+        out.do(f"%walk.steps{k} = select i1 %dense{k}, ptr @eight, ptr %core{k}")
+        if k < self.inputs:
+            out.do(f"%fixed{k} = icmp eq i64 %step{k}, 0")
+
+    def _only_row(self) -> None:
+        """One contiguous row goes to the single entry, which has the shorter way."""
+        out = self.out
+        alone = out.let("icmp eq i64 %rows, 1")
+        for k in range(len(self.signature.ports)):
+            alone = out.let(f"and i1 {alone}, %dense{k}")
+        out.do(f"br i1 {alone}, label %single, label %many")
+        out.label("single")
+        arguments = ", ".join(f"ptr %base{k}" for k in range(len(self.signature.ports)))
+        out.do(f"call void @{SINGLE}({arguments})")
+        out.do("ret void")
+        out.label("many")
+
+    def _broadcast(self, k: int, port: Port) -> None:
+        """An input with outer stride 0 fills its tile once."""
+        if port.size == 0:
+            return
+        self.out.do(f"br i1 %fixed{k}, label %fill{k}, label %filled{k}")
+        self.out.label(f"fill{k}")
+        self._call_walk(k, port, f"%base{k}", str(self.width))
+        self.out.do(f"br label %filled{k}")
+        self.out.label(f"filled{k}")
+
+    def _full(self, k: int, port: Port) -> None:
+        """Move a full tile of one port by the shortest way."""
+        out = self.out
+        if port.size == 0:
+            return
+        inward = k < self.inputs
+        if inward:
+            out.do(f"br i1 %fixed{k}, label %full.end{k}, label %full{k}")
+            out.label(f"full{k}")
+        shift = out.let(f"mul i64 %row, %step{k}")
+        place = out.let(f"getelementptr i8, ptr %base{k}, i64 {shift}")
+        block = next((size for size in self.blocks if size <= port.size), 0)
+        if block:
+            out.do(f"br i1 %dense{k}, label %fast{k}, label %slow{k}")
+            out.label(f"fast{k}")
+            mover_name = _mover(block, inward)
+            out.do(f"call void @{mover_name}(ptr {place}, i64 %step{k}, i64 {port.size}, ptr %tile{k})")
+            out.do(f"br label %full.end{k}")
+            out.label(f"slow{k}")
+        self._call_walk(k, port, place, str(self.width))
+        out.do(f"br label %full.end{k}")
+        out.label(f"full.end{k}")
+
+    def _walk(self, k: int, port: Port, row: str, count: str) -> None:
+        """Move `count` rows of one port from `row` on."""
+        out = self.out
+        if port.size == 0:
+            return
+        if k < self.inputs:
+            out.do(f"br i1 %fixed{k}, label %part.end{k}, label %part{k}")
+            out.label(f"part{k}")
+        shift = out.let(f"mul i64 {row}, %step{k}")
+        self._call_walk(k, port, out.let(f"getelementptr i8, ptr %base{k}, i64 {shift}"), count)
+        if k < self.inputs:
+            out.do(f"br label %part.end{k}")
+            out.label(f"part.end{k}")
+
+    def _call_walk(self, k: int, port: Port, place: str, count: str) -> None:
+        walk = _walk(k < self.inputs)
+        self.out.do(
+            f"call void @{walk}(ptr {place}, i64 %step{k}, i64 {count}, i64 {port.size}, i64 %walk.rank{k}, "
+            f"ptr %walk.shape{k}, ptr %walk.steps{k}, ptr %tile{k})"
+        )

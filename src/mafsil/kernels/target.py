@@ -1,0 +1,213 @@
+"""The machine that kernels are compiled for: its name, its vector lanes, and the way from IR to code in memory."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+from mafsil.errors import KernelError
+from mafsil.kernels.layout import BATCH, SINGLE
+
+FEATURES_VARIABLE = "MAFSIL_FEATURES"
+"""Environment variable with changes to the host's features, such as `-avx512f` or `-avx2,-fma`."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A processor as LLVM names it, and how many doubles one vector operation handles.
+
+    Attributes:
+        triple: LLVM triple, such as `x86_64-unknown-linux-gnu`.
+        cpu: LLVM's processor name, used for instruction costs.
+        features: LLVM's feature string, `+avx2,-avx512f,...`.
+        lanes: rows of a batch that are evaluated together.
+        fma: the target multiplies and adds with one rounding; without it the same pairs are rounded twice.
+        rounding: the target rounds to integers in one instruction.
+    """
+
+    triple: str
+    cpu: str
+    features: str
+    lanes: int
+    fma: bool
+    rounding: bool
+
+    @property
+    def identity(self) -> str:
+        """Text that differs whenever compiled code may differ."""
+        return f"{self.triple} {self.cpu} {self.features} lanes={self.lanes}"
+
+
+@dataclass(frozen=True)
+class Code:
+    """Machine code in memory; the addresses live as long as this object.
+
+    Attributes:
+        addresses: address of every requested symbol.
+    """
+
+    addresses: Mapping[str, int]
+    owner: Any = field(repr=False, compare=False)
+
+    @property
+    def batch(self) -> int:
+        """Address of the batch entry."""
+        return self.addresses[BATCH]
+
+    @property
+    def single(self) -> int:
+        """Address of the single entry."""
+        return self.addresses[SINGLE]
+
+
+def host(features: str | None = None, lanes: int | None = None) -> Target:
+    """The machine this process runs on.
+
+    Args:
+        features: changes to the host's features, such as `-avx512f`; None takes the environment variable
+            MAFSIL_FEATURES. Features that need a removed one are removed by LLVM too.
+        lanes: rows per vector; None chooses by the widest vector unit.
+    """
+    changes = os.environ.get(FEATURES_VARIABLE, "") if features is None else features
+    base = _host()
+    if changes:
+        base = emulate(base, changes)
+    return base if lanes is None else replace(base, lanes=lanes)
+
+
+def emulate(target: Target, changes: str) -> Target:
+    """`target` with features added or removed: `+fma`, `-avx512f,-avx2`."""
+    flags = dict(_flags(target.features))
+    for name, sign in _flags(changes):
+        flags[name] = sign
+        if sign == "-":
+            flags.update({dependent: "-" for dependent in flags if dependent in _needs(name, flags)})
+    joined = ",".join(sign + name for name, sign in sorted(flags.items()))
+    return described(target.triple, target.cpu, joined)
+
+
+def described(triple: str, cpu: str, features: str) -> Target:
+    """The target of that name, its lanes and abilities read from the features."""
+    flags = dict(_flags(features))
+    x86 = triple.startswith(_X86)
+    fma = flags.get("fma") == "+" if x86 else triple.startswith(("aarch64", "arm64"))
+    rounding = flags.get("sse4.1") == "+" if x86 else fma
+    return Target(triple, cpu, features, _lanes(x86, flags), fma, rounding)
+
+
+def compile(ir: str, target: Target) -> bytes:
+    """Object code of an IR module.
+
+    Raises:
+        KernelError: LLVM refuses the module.
+    """
+    llvm = _llvm()
+    try:
+        module = llvm.parse_assembly(ir)
+        module.verify()
+        return bytes(_machine(target).emit_object(module))
+    except RuntimeError as error:
+        raise KernelError("kernels.refused", reason=str(error)) from None
+
+
+def assembly(ir: str, target: Target) -> str:
+    """Assembly text of an IR module, for people."""
+    module = _llvm().parse_assembly(ir)
+    return str(_machine(target).emit_assembly(module))
+
+
+def load(
+    object_code: bytes, symbols: Iterable[str] = (BATCH, SINGLE), imports: Mapping[str, int] | None = None
+) -> Code:
+    """Bring object code into memory.
+
+    Args:
+        object_code: what `compile` returned, unchanged; LLVM does not survive damaged code, so verify a checksum first.
+        symbols: names whose addresses are wanted.
+        imports: addresses of the external symbols that the code calls.
+
+    Raises:
+        KernelError: a symbol is missing.
+    """
+    llvm = _llvm()
+    library = llvm.JITLibraryBuilder().add_object_img(object_code)
+    names = tuple(symbols)
+    for name in names:
+        library.export_symbol(name)
+    for name, address in (imports or {}).items():
+        library.import_symbol(name, address)
+    with _linking:
+        try:
+            tracker = library.link(_jit(), f"mafsil.{next(_counter)}")
+        except RuntimeError as error:
+            raise KernelError("kernels.refused", reason=str(error)) from None
+    return Code({name: int(tracker[name]) for name in names}, tracker)
+
+
+_linking = threading.Lock()
+_counter = itertools.count()
+
+
+@cache
+def _llvm() -> Any:
+    """llvmlite's binding, initialised whatever its age."""
+    import llvmlite.binding as llvm
+
+    try:
+        llvm.initialize()
+    except RuntimeError:
+        pass  # llvmlite >= 0.45 initialises itself and says so by raising
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm
+
+
+@cache
+def _host() -> Target:
+    llvm = _llvm()
+    return described(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+
+
+@cache
+def _machine(target: Target) -> Any:
+    return (
+        _llvm()
+        .Target.from_triple(target.triple)
+        .create_target_machine(
+            cpu=target.cpu, features=target.features, opt=2, reloc="pic", codemodel="small", jit=False
+        )
+    )
+
+
+@cache
+def _jit() -> Any:
+    return _llvm().create_lljit_compiler()
+
+
+def _flags(features: str) -> list[tuple[str, str]]:
+    """(name, sign) of every entry of a feature string."""
+    return [(entry[1:], entry[0]) for entry in features.replace(" ", "").split(",") if entry]
+
+
+def _needs(removed: str, flags: Mapping[str, str]) -> frozenset[str]:
+    """Features that make no sense without `removed`: LLVM would switch it on again for them."""
+    above = {"avx512f": ("avx512", "avx10"), "avx2": ("avx512", "avx10"), "fma": ("avx512", "avx10", "fma4")}
+    above["avx"] = (*above["avx2"], "avx2", "fma", "f16c", "xop", "vaes", "vpclmulqdq")
+    prefixes = above.get(removed, ())
+    return frozenset(name for name in flags if prefixes and name.startswith(prefixes))
+
+
+def _lanes(x86: bool, flags: Mapping[str, str]) -> int:
+    if not x86:
+        return 2
+    if all(flags.get(name) == "+" for name in ("avx512f", "avx512dq", "avx512vl")):
+        return 8
+    return 4 if flags.get("avx2") == "+" else 2
+
+
+_X86 = ("x86_64", "i686", "amd64")

@@ -1,0 +1,165 @@
+"""Joint accelerations by articulated bodies: cost grows with the number of joints, not with its cube."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+
+
+@dataclass(frozen=True, slots=True)
+class ArticulatedInertia:
+    """[[I, H], [H', M]]: the wrench (moment, force) at the origin per acceleration (alpha, a), blocks (3, 3)."""
+
+    I: Expression
+    H: Expression
+    M: Expression
+
+    def added(self, other: ArticulatedInertia) -> ArticulatedInertia:
+        """Both bodies as one."""
+        return ArticulatedInertia(self.I + other.I, self.H + other.H, self.M + other.M)
+
+    def reduced(self, U: tuple[Expression, Expression], D: Expression) -> ArticulatedInertia:
+        """I - U U' / D: what is left where the joint gives way."""
+        m, f = U
+        return ArticulatedInertia(self.I - m @ (m / D).T, self.H - m @ (f / D).T, self.M - f @ (f / D).T)
+
+    def in_parent(self, step: Placement) -> ArticulatedInertia:
+        """Seen from the parent's frame: turned, then shifted by the offset p.
+
+        H <- H + [p] M, I <- I + [p] H' - H [p] - [p] M [p].
+        """
+        inertia, H, M = (_turned(block, step) for block in (self.I, self.H, self.M))
+        P = ca.skew(step.offset)
+        PM = P @ M
+        PHt = P @ H.T
+        return ArticulatedInertia(inertia + PHt + PHt.T - PM @ P, H + PM, M)
+
+
+def articulated_body(
+    tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
+) -> Expression:
+    """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
+
+    Inward: each body with all it carries answers like one rigid body of inertia I_A and bias wrench p_A, its joint
+    giving way: U = I_A S, D = S' I_A S, u = tau - S' p_A. Outward: qdd = (u - U' a') / D.
+
+    Args:
+        tree: the bodies; no joint may follow another.
+        q, qd: (n,) coordinates [rad | m] and rates.
+        tau: (n,) joint efforts [N m | N].
+        F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
+
+    Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 7.3; here with the accelerations of points fixed in
+    the bodies, as in `inverse_dynamics`.
+    """
+    steps, rates, efforts = placements(tree, q), joint_values(tree, qd), joint_values(tree, tau)
+    omega = _angular_velocities(tree, steps, rates)
+    drift = [_drift(tree, steps, omega, rates, i) for i in range(len(tree.bodies))]
+    inertias, bias = _own(tree, omega)
+    if F_tip is not None:
+        _add_tip_wrench(tree, F_tip, bias)
+    gates = _inward(tree, steps, efforts, drift, inertias, bias)
+    return _outward(tree, steps, drift, gates)
+
+
+def _angular_velocities(tree: BodyTree, steps: Sequence[Placement], rates: Sequence[Expression]) -> list[Expression]:
+    omega: list[Expression] = [ca.SX(3, 1)]
+    for i, body in tree.moving:
+        omega.append(steps[i].to_child(omega[body.parent]) + _along_z(steps[i].omega * rates[i]))
+    return omega
+
+
+def _drift(
+    tree: BodyTree, steps: Sequence[Placement], omega: Sequence[Expression], rates: Sequence[Expression], i: int
+) -> tuple[Expression, Expression]:
+    """Angular and linear acceleration of {i} when neither its parent nor its joint accelerates."""
+    if i == 0:
+        return ca.SX(3, 1), ca.SX(3, 1)
+    step, parent = steps[i], omega[tree.bodies[i].parent]
+    angular = ca.cross(omega[i], _along_z(step.omega * rates[i]))
+    linear = step.to_child(ca.cross(parent, ca.cross(parent, step.offset)))
+    return angular, linear + 2 * ca.cross(omega[i], _along_z(step.v * rates[i]))
+
+
+def _own(
+    tree: BodyTree, omega: Sequence[Expression]
+) -> tuple[list[ArticulatedInertia], list[tuple[Expression, Expression]]]:
+    """Each body's own inertia and bias wrench."""
+    inertias: list[ArticulatedInertia] = []
+    bias: list[tuple[Expression, Expression]] = []
+    for body, w in zip(tree.bodies, omega, strict=True):
+        h, inertia = constant(body.inertia.h), constant(body.inertia.I)
+        inertias.append(ArticulatedInertia(inertia, ca.skew(ca.densify(h)), body.inertia.mass * ca.SX(ca.DM.eye(3))))
+        bias.append((ca.cross(w, inertia @ w), ca.cross(w, ca.cross(w, h))))
+    return inertias, bias
+
+
+def _add_tip_wrench(tree: BodyTree, F_tip: Expression, bias: list[tuple[Expression, Expression]]) -> None:
+    R, p, body = constant(tree.tip.R), constant(tree.tip.p), tree.tip.body
+    f = R @ F_tip[3:]
+    bias[body] = (bias[body][0] + R @ F_tip[:3] + ca.cross(p, f), bias[body][1] + f)
+
+
+def _inward(
+    tree: BodyTree,
+    steps: Sequence[Placement],
+    efforts: Sequence[Expression],
+    drift: Sequence[tuple[Expression, Expression]],
+    inertias: list[ArticulatedInertia],
+    bias: list[tuple[Expression, Expression]],
+) -> dict[int, tuple[tuple[Expression, Expression], Expression, Expression]]:
+    """(U, D, u) of each joint, by body index."""
+    gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
+    for i, body in reversed(tree.moving):
+        step, A = steps[i], inertias[i]
+        U = (step.omega * A.I[:, 2] + step.v * A.H[:, 2], step.omega * A.H[2, :].T + step.v * A.M[:, 2])
+        D = step.omega * U[0][2] + step.v * U[1][2] + body.armature
+        moment, force = bias[i]
+        u = efforts[i] - step.omega * moment[2] - step.v * force[2]
+        gates[i] = (U, D, u)
+        if not body.parent:
+            continue
+        angular, linear = drift[i]
+        kept = A.reduced(U, D)
+        moment = moment + kept.I @ angular + kept.H @ linear + U[0] * (u / D)
+        force = force + kept.H.T @ angular + kept.M @ linear + U[1] * (u / D)
+        f = step.to_parent(force)
+        m = step.to_parent(moment) + ca.cross(step.offset, f)
+        bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
+        inertias[body.parent] = inertias[body.parent].added(kept.in_parent(step))
+    return gates
+
+
+def _outward(
+    tree: BodyTree,
+    steps: Sequence[Placement],
+    drift: Sequence[tuple[Expression, Expression]],
+    gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]],
+) -> Expression:
+    alpha, a = [ca.SX(3, 1)], [constant(-tree.gravity)]
+    qdd: list[Expression] = [ca.SX(0)] * tree.n
+    for i, body in tree.moving:
+        step, p = steps[i], body.parent
+        angular = step.to_child(alpha[p]) + drift[i][0]
+        linear = step.to_child(a[p] + ca.cross(alpha[p], step.offset)) + drift[i][1]
+        U, D, u = gates[i]
+        x = (u - ca.dot(U[0], angular) - ca.dot(U[1], linear)) / D
+        qdd[body.coordinate] = x
+        alpha.append(angular + _along_z(step.omega * x))
+        a.append(linear + _along_z(step.v * x))
+    return ca.vertcat(*qdd)
+
+
+def _turned(block: Expression, step: Placement) -> Expression:
+    """R block R' for any (3, 3) block."""
+    rows = ca.horzcat(*(step.to_parent(block[:, k]) for k in range(3)))
+    return ca.horzcat(*(step.to_parent(rows[k, :].T) for k in range(3))).T
+
+
+def _along_z(x: Expression) -> Expression:
+    return ca.vertcat(0, 0, x)

@@ -1,0 +1,45 @@
+"""Kinetic and potential energy of all bodies."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.placement import Expression, constant, joint_values, placements, world_placements
+
+
+def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
+    """K (1,) = sum of (m v.v + omega . I omega) / 2 + v . (omega x h) over the bodies, plus armatures [J].
+
+    Args:
+        tree: the bodies.
+        q, qd: (n,) coordinates [rad | m] and rates.
+    """
+    steps, rates = placements(tree, q), joint_values(tree, qd)
+    omega, v, energy = [ca.SX(3, 1)], [ca.SX(3, 1)], ca.SX(0)
+    for i, body in tree.moving:
+        step, p = steps[i], body.parent
+        turn = ca.vertcat(0, 0, step.omega * rates[i])
+        slide = ca.vertcat(0, 0, step.v * rates[i])
+        omega.append(step.to_child(omega[p]) + turn)
+        v.append(step.to_child(v[p] + ca.cross(omega[p], step.offset)) + slide)
+        h, inertia = constant(body.inertia.h), constant(body.inertia.I)
+        spin = ca.dot(omega[i], inertia @ omega[i]) + body.inertia.mass * ca.dot(v[i], v[i])
+        energy = energy + spin / 2 + ca.dot(v[i], ca.cross(omega[i], h)) + body.armature * rates[i] ** 2 / 2
+    return energy
+
+
+def potential_energy(tree: BodyTree, q: Expression) -> Expression:
+    """P (1,) = - sum of m g . p_com over the bodies, zero height at the origin of {s} [J].
+
+    Args:
+        tree: the bodies with their true inertias (`lumped` or `regauged`, not `regrouped`).
+        q: (n,) joint coordinates [rad | m].
+    """
+    R, p = world_placements(tree, placements(tree, q))
+    gravity, base_height = constant(tree.gravity), tree.R_s0.T @ tree.p_s0 @ tree.gravity
+    energy = ca.SX(0)
+    for i, body in enumerate(tree.bodies):
+        lever = body.inertia.mass * p[i] + R[i] @ constant(body.inertia.h)
+        energy = energy - ca.dot(gravity, lever) - body.inertia.mass * base_height
+    return energy

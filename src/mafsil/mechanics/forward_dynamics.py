@@ -1,0 +1,74 @@
+"""Joint accelerations from joint efforts."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.articulated_body import articulated_body
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.jacobian import jacobian_body
+from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.placement import Expression
+
+LONG_CHAIN = 14
+"""From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
+
+
+def forward_dynamics(
+    tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
+) -> Expression:
+    """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip.
+
+    Of two exact methods the one with fewer operations for this tree: articulated bodies for long chains, otherwise the
+    mass matrix factored along the tree; the latter always where joints follow each other.
+
+    Args:
+        tree: the bodies.
+        q, qd: (n,) coordinates [rad | m] and rates.
+        tau: (n,) joint efforts [N m | N].
+        F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
+    """
+    longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
+    if longest >= LONG_CHAIN and not tree.follows:
+        return articulated_body(tree, q, qd, tau, F_tip)
+    return by_mass_matrix(tree, q, qd, tau, F_tip)
+
+
+def by_mass_matrix(
+    tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
+) -> Expression:
+    """Qdd (n,) by solving with the mass matrix; arguments as in `forward_dynamics`.
+
+    Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.5 (M = L' D L keeps the tree's zeros).
+    """
+    load = tau - inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
+    if F_tip is not None:
+        load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
+    return solved(mass_matrix(tree, q), load)
+
+
+def solved(M: Expression, b: Expression) -> Expression:
+    """X (n,) with M x = b for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
+
+    Eliminates from the last row upwards, so that a matrix with the zeros of a tree fills in nowhere.
+    """
+    n = M.shape[0]
+    entry = {(i, j): M[i, j] for i in range(n) for j in range(i + 1) if not M[i, j].is_zero()}
+    x = [b[i] for i in range(n)]
+    for k in reversed(range(n)):
+        before = [i for i in range(k) if (k, i) in entry]
+        inverse_pivot = 1 / entry[k, k]
+        for i in before:
+            factor = entry[k, i] * inverse_pivot
+            for j in (j for j in before if j <= i):
+                product = factor * entry[k, j]
+                entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
+            x[i] = x[i] - factor * x[k]
+        x[k] = x[k] * inverse_pivot
+        for i in before:
+            entry[k, i] = entry[k, i] * inverse_pivot
+    for k in range(n):
+        for i in (i for i in range(k) if (k, i) in entry):
+            x[k] = x[k] - entry[k, i] * x[i]
+    return ca.vertcat(*x)

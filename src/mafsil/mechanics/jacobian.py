@@ -1,0 +1,125 @@
+"""Twists of a frame from joint rates: space and body Jacobians and their time derivatives."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import Attachment, BodyTree
+from mafsil.mechanics.placement import (
+    Expression,
+    constant,
+    placements,
+    world_placements,
+)
+
+
+def jacobian_space(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
+    """J_s (6, n) with V_s = J_s qd: the joint screws where they stand now, in {s}.
+
+    Column of a joint with axis z through p: (w z, p x w z + v z).
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+        frame: the frame whose twist is meant; only joints between it and the base count.
+
+    Reference: Lynch & Park, Modern Robotics, def. 5.1.
+    """
+    return _summed(tree, frame, _space_screws(tree, q, frame))
+
+
+def jacobian_body(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
+    """J_b (6, n) with V_b = J_b qd: the joint screws seen from the frame {f} itself, J_b = Ad(T_fs) J_s.
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+        frame: where {f} is attached.
+
+    Reference: Lynch & Park, Modern Robotics, def. 5.2.
+    """
+    return _summed(tree, frame, _body_screws(tree, q, frame))
+
+
+def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
+    """dJ_s/dt (6, n): each screw is carried along by the joints before it, dJ_i/dt = [V_before, J_i].
+
+    Args:
+        tree: the bodies.
+        q, qd: (n,) coordinates [rad | m] and rates.
+        frame: as in `jacobian_space`.
+    """
+    screws = _space_screws(tree, q, frame)
+    twist, rates = ca.SX(6, 1), {}
+    for i in tree.path(frame.body):
+        body = tree.bodies[i]
+        rates[i] = bracket(twist, screws[i])
+        twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
+    return _summed(tree, frame, rates)
+
+
+def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
+    """dJ_b/dt (6, n): seen from {f}, each screw moves against the joints behind it, dJ_i/dt = -[V_behind, J_i].
+
+    Args:
+        tree: the bodies.
+        q, qd: (n,) coordinates [rad | m] and rates.
+        frame: as in `jacobian_body`.
+    """
+    screws = _body_screws(tree, q, frame)
+    twist, rates = ca.SX(6, 1), {}
+    for i in reversed(tree.path(frame.body)):
+        body = tree.bodies[i]
+        rates[i] = -bracket(twist, screws[i])
+        twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
+    return _summed(tree, frame, rates)
+
+
+def bracket(V1: Expression, V2: Expression) -> Expression:
+    """Lie bracket [V1, V2] = (w1 x w2, w1 x v2 - w2 x v1) of two twists (6,)."""
+    w1, v1, w2, v2 = V1[:3], V1[3:], V2[:3], V2[3:]
+    return ca.vertcat(ca.cross(w1, w2), ca.cross(w1, v2) - ca.cross(w2, v1))
+
+
+def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
+    """Joint screws of the path to `frame`, in {s}, by body index."""
+    R, p = world_placements(tree, placements(tree, q))
+    R_s0, p_s0 = constant(tree.R_s0), constant(tree.p_s0)
+    screws: dict[int, Expression] = {}
+    for i in tree.path(frame.body):
+        z, origin = R_s0 @ R[i][:, 2], p_s0 + R_s0 @ p[i]
+        screws[i] = _screw(tree, i, z, ca.cross(origin, z))
+    return screws
+
+
+def _body_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
+    """Joint screws of the path to `frame`, in that frame, by body index: built from the frame back to the base."""
+    steps = placements(tree, q)
+    R, r = constant(frame.R), constant(frame.p)
+    screws: dict[int, Expression] = {}
+    for i in reversed(tree.path(frame.body)):
+        z = R[2, :].T
+        screws[i] = _screw(tree, i, z, R.T @ ca.vertcat(-r[1], r[0], 0))
+        r = ca.densify(steps[i].offset + steps[i].to_parent(r))
+        R = ca.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3)))
+    return screws
+
+
+def _screw(tree: BodyTree, i: int, z: Expression, moment: Expression) -> Expression:
+    """(w z, w moment + v z) for the joint of body i."""
+    match tree.bodies[i].kind.value:
+        case "prismatic":
+            return ca.vertcat(ca.SX(3, 1), z)
+        case "helical":
+            return ca.vertcat(z, moment + tree.bodies[i].pitch * z)
+        case _:
+            return ca.vertcat(z, moment)
+
+
+def _summed(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) -> Expression:
+    """Columns of the coordinates: joints that follow one coordinate add up; joints beside the path give zero."""
+    columns: list[Expression] = [ca.SX(6, 1) for _ in range(tree.n)]
+    for i in tree.path(frame.body):
+        body = tree.bodies[i]
+        columns[body.coordinate] = columns[body.coordinate] + body.multiplier * screws[i]
+    return ca.horzcat(*columns) if columns else ca.SX(6, 0)

@@ -1,0 +1,115 @@
+"""The mass matrix by composite bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.placement import Expression, Placement, constant, placements
+
+
+@dataclass(frozen=True, slots=True)
+class CompositeInertia:
+    """Mass, first moment h (3,) and rotational inertia I (3, 3) about the origin, as expressions."""
+
+    mass: Expression
+    h: Expression
+    I: Expression
+
+    def added(self, other: CompositeInertia) -> CompositeInertia:
+        """Both bodies as one."""
+        return CompositeInertia(self.mass + other.mass, self.h + other.h, self.I + other.I)
+
+    def in_parent(self, step: Placement) -> CompositeInertia:
+        """Seen from the parent's frame: turned, then shifted by the offset (Steiner)."""
+        h = step.to_parent(self.h)
+        turned = _turned(self.I, step)
+        p = step.offset
+        return CompositeInertia(self.mass, h + self.mass * p, turned + _shift(p, h + 0.5 * self.mass * p))
+
+
+def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
+    """M(q) (n, n) [kg m^2 | kg m | kg], symmetric.
+
+    Composite inertias are gathered from the leaves; F = I_composite S is the wrench that accelerates joint i by one,
+    and its projections on the axes before it are the column's entries.
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+
+    Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.2 (composite-rigid-body algorithm).
+    """
+    steps = placements(tree, q)
+    composite = _composites(tree, steps)
+    entries: dict[tuple[int, int], Expression] = {}
+    for i, body in tree.moving:
+        moment, force = _unit_acceleration_wrench(composite[i], steps[i])
+        j = i
+        while j:
+            effort = steps[j].omega * moment[2] + steps[j].v * force[2]
+            _accumulate(tree, entries, i, j, effort + body.armature if i == j else effort)
+            force = steps[j].to_parent(force)
+            moment = steps[j].to_parent(moment) + ca.cross(steps[j].offset, force)
+            j = tree.bodies[j].parent
+    return _symmetric(entries, tree.n)
+
+
+def _composites(tree: BodyTree, steps: list[Placement]) -> list[CompositeInertia]:
+    own = [CompositeInertia(ca.SX(b.inertia.mass), constant(b.inertia.h), constant(b.inertia.I)) for b in tree.bodies]
+    for i, body in reversed(tree.moving):
+        if body.parent:
+            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i]))
+    return own
+
+
+def _unit_acceleration_wrench(inertia: CompositeInertia, step: Placement) -> tuple[Expression, Expression]:
+    """(moment, force) = I_composite S for the joint's screw S = (w z, v z)."""
+    h = ca.densify(inertia.h)
+    moment = step.omega * inertia.I[:, 2] + step.v * ca.vertcat(h[1], -h[0], 0)
+    force = step.omega * ca.vertcat(-h[1], h[0], 0) + step.v * ca.vertcat(0, 0, inertia.mass)
+    return moment, force
+
+
+def _accumulate(tree: BodyTree, entries: dict[tuple[int, int], Expression], i: int, j: int, effort: Expression) -> None:
+    """Add joint entry (i, j), j an ancestor or i itself, to the entry of their coordinates; once per unordered pair."""
+    a, b = tree.bodies[i], tree.bodies[j]
+    key = (max(a.coordinate, b.coordinate), min(a.coordinate, b.coordinate))
+    both = 2.0 if i != j and a.coordinate == b.coordinate else 1.0
+    factor = both * a.multiplier * b.multiplier
+    scaled = effort if factor == 1.0 else factor * effort
+    entries[key] = entries[key] + scaled if key in entries else scaled
+
+
+def _symmetric(entries: dict[tuple[int, int], Expression], n: int) -> Expression:
+    zero = ca.SX(0)
+    rows = [[entries.get((max(i, j), min(i, j)), zero) for j in range(n)] for i in range(n)]
+    return ca.vertcat(*(ca.horzcat(*row) for row in rows)) if n else ca.SX(0, 0)
+
+
+def _turned(inertia: Expression, step: Placement) -> Expression:
+    """R_c Rz I Rz' R_c' for a symmetric I, by double angles about z, then the constant turn."""
+    c, s = step.cosine, step.sine
+    xx, yy, zz, xy, xz, yz = inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]
+    half_swing = s * (s * (yy - xx) - 2 * c * xy)
+    new_xx, new_yy = xx + half_swing, yy - half_swing
+    new_xy = c * (s * (xx - yy) + 2 * c * xy) - xy
+    new_xz, new_yz = c * xz - s * yz, s * xz + c * yz
+    about_z = _from_six(new_xx, new_yy, zz, new_xy, new_xz, new_yz)
+    return step.R @ about_z @ step.R.T
+
+
+def _from_six(
+    xx: Expression, yy: Expression, zz: Expression, xy: Expression, xz: Expression, yz: Expression
+) -> Expression:
+    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+
+
+def _shift(p: Expression, g: Expression) -> Expression:
+    """(p . g + g . p) E - p g' - g p': what moving the origin by p adds, with g = h + m p / 2."""
+    px, py, pz = p[0], p[1], p[2]
+    gx, gy, gz = g[0], g[1], g[2]
+    x, y, z = 2 * px * gx, 2 * py * gy, 2 * pz * gz
+    return _from_six(y + z, x + z, x + y, -(px * gy + py * gx), -(px * gz + pz * gx), -(py * gz + pz * gy))

@@ -1,0 +1,139 @@
+"""Where the bodies stand for given joint coordinates: turns about z and constant poses, kept factored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
+from mafsil.model import JointKind
+
+Expression: TypeAlias = Any
+"""A CasADi SX: column vector or matrix."""
+
+QUARTER_DUST = 1e-11
+"""Joint offsets closer than this to a quarter turn [rad] are exact quarter turns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Pose of a body's frame {i} in its parent's frame {p}: constant R, p, then the joint.
+
+    A vector goes `to_child` by R(q)' R' x and `to_parent` by R R(q) x: two cheap turns instead of one full product.
+
+    Attributes:
+        R: constant rotation (sparse: its zeros are structural).
+        cosine, sine: of the joint angle; 1 and 0 for a prismatic joint.
+        offset: (3,) origin of {i} in {p} [m].
+        omega, v: angular and linear part of the joint's screw along z.
+    """
+
+    R: Expression
+    cosine: Expression
+    sine: Expression
+    offset: Expression
+    omega: float
+    v: float
+
+    def to_child(self, x: Expression) -> Expression:
+        """A vector given in {p}, in {i}."""
+        x = self.R.T @ x
+        return ca.vertcat(
+            self.cosine * x[0] + self.sine * x[1],
+            self.cosine * x[1] - self.sine * x[0],
+            x[2],
+        )
+
+    def to_parent(self, x: Expression) -> Expression:
+        """A vector given in {i}, in {p}."""
+        return self.R @ ca.vertcat(
+            self.cosine * x[0] - self.sine * x[1],
+            self.sine * x[0] + self.cosine * x[1],
+            x[2],
+        )
+
+
+def placements(tree: BodyTree, q: Expression) -> list[Placement]:
+    """Placements of all bodies, the base's (unused) first.
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+    """
+    return [_placement(tree.bodies[0], 0.0), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
+
+
+def joint_values(tree: BodyTree, x: Expression) -> list[Expression]:
+    """Rates or accelerations of the joints (base first) from those of the coordinates (n,)."""
+    return [0.0, *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
+
+
+def coordinate_efforts(tree: BodyTree, efforts: Sequence[Expression]) -> Expression:
+    """(n,) efforts of the coordinates from those of the joints (base first): the dual of `joint_values`."""
+    total: list[Expression] = [ca.SX(0)] * tree.n
+    for i, body in tree.moving:
+        total[body.coordinate] = total[body.coordinate] + _times(body.multiplier, efforts[i])
+    return ca.vertcat(*total)
+
+
+def world_placements(tree: BodyTree, steps: Sequence[Placement]) -> tuple[list[Expression], list[Expression]]:
+    """Rotations and origins of all bodies in the base frame {0}: R_0i (3, 3), p_0i (3,)."""
+    R, p = [ca.SX(ca.DM.eye(3))], [ca.SX(3, 1)]
+    for i, body in tree.moving:
+        step = steps[i]
+        turned = R[body.parent] @ step.R
+        p.append(p[body.parent] + R[body.parent] @ step.offset)
+        R.append(
+            ca.horzcat(
+                turned[:, 0] * step.cosine + turned[:, 1] * step.sine,
+                turned[:, 1] * step.cosine - turned[:, 0] * step.sine,
+                turned[:, 2],
+            )
+        )
+    return R, p
+
+
+def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]) -> tuple[Expression, Expression]:
+    """Rotation and origin of an attached frame in {0}."""
+    body = frame.body
+    return R[body] @ constant(frame.R), p[body] + R[body] @ constant(frame.p)
+
+
+def constant(values: Floats) -> Expression:
+    """A constant matrix or vector whose zeros are structural, so that they cost nothing."""
+    return ca.SX(ca.sparsify(ca.DM(np.asarray(values, dtype=float))))
+
+
+def _placement(body: Body, q: Expression) -> Placement:
+    x = _times(body.multiplier, q)
+    along_z = constant(body.R[:, 2])
+    origin = ca.SX(ca.DM(body.p))
+    match body.kind:
+        case JointKind.PRISMATIC:
+            return Placement(constant(body.R), 1.0, 0.0, ca.densify(origin + along_z * (x + body.offset)), 0.0, 1.0)
+        case JointKind.HELICAL:
+            cosine, sine = _cosine_sine(x, body.offset)
+            advance = along_z * (body.pitch * (x + body.offset))
+            return Placement(constant(body.R), cosine, sine, ca.densify(origin + advance), 1.0, body.pitch)
+        case _:
+            cosine, sine = _cosine_sine(x, body.offset)
+            return Placement(constant(body.R), cosine, sine, origin, 1.0, 0.0)
+
+
+def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
+    """Cos and sin of x + offset; quarter turns in the offset only swap and negate."""
+    quarters = round(offset / (pi / 2))
+    rest = offset - quarters * pi / 2
+    angle = x if abs(rest) < QUARTER_DUST else x + rest
+    cosine, sine = ca.cos(angle), ca.sin(angle)
+    return [(cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine)][quarters % 4]
+
+
+def _times(multiplier: float, x: Expression) -> Expression:
+    return x if multiplier == 1.0 else multiplier * x

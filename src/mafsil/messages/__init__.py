@@ -1,0 +1,8 @@
+"""The message catalogue: every sentence that a user reads, in English and Arabic."""
+
+from mafsil.messages.catalogue import LANGUAGES as LANGUAGES
+from mafsil.messages.catalogue import direction as direction
+from mafsil.messages.catalogue import keys as keys
+from mafsil.messages.catalogue import language as language
+from mafsil.messages.catalogue import say as say
+from mafsil.messages.catalogue import template as template

@@ -1,0 +1,68 @@
+"""Sentences by key. `area.name` stands in `<language>/<area>.toml`; areas are read at their first use."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from functools import cache
+from importlib import resources
+
+LANGUAGES = ("en", "ar")
+
+_chosen: str | None = None
+
+
+def language(code: str | None = None) -> str:
+    """Choose the language of all messages of this process, or return the current one.
+
+    Args:
+        code: `en` or `ar`; None changes nothing. The environment variable MAFSIL_LANG sets the language at start.
+
+    Returns:
+        The language now in force.
+
+    Raises:
+        ValueError: the language is not one of LANGUAGES.
+    """
+    global _chosen
+    if code is not None:
+        if code not in LANGUAGES:
+            raise ValueError(say("messages.language", code=code, known=", ".join(LANGUAGES)))
+        _chosen = code
+    if _chosen is not None:
+        return _chosen
+    from_environment = os.environ.get("MAFSIL_LANG", "en")[:2].lower()
+    return from_environment if from_environment in LANGUAGES else "en"
+
+
+def direction(code: str | None = None) -> str:
+    """Writing direction of a language: `ltr` or `rtl`."""
+    return "rtl" if (code or language()) == "ar" else "ltr"
+
+
+def say(key: str, *, language: str | None = None, **facts: object) -> str:
+    """The sentence `key` with its facts filled in.
+
+    Args:
+        key: `area.name`.
+        language: `en` or `ar`; the current language if None.
+        facts: values for the placeholders of the sentence (str.format).
+    """
+    return template(key, language).format(**facts)
+
+
+def template(key: str, code: str | None = None) -> str:
+    """The sentence `key` with its placeholders unfilled."""
+    area, _, name = key.partition(".")
+    return _area(code or language(), area)[name]
+
+
+def keys(code: str, area: str) -> frozenset[str]:
+    """Names of all sentences of an area."""
+    return frozenset(_area(code, area))
+
+
+@cache
+def _area(code: str, area: str) -> dict[str, str]:
+    text = resources.files(__package__).joinpath(code, f"{area}.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)

@@ -1,0 +1,19 @@
+"""The robot as immutable data; no algorithm."""
+
+from mafsil.model.actuator import Actuator as Actuator
+from mafsil.model.actuator import Friction as Friction
+from mafsil.model.joint import Joint as Joint
+from mafsil.model.joint import JointKind as JointKind
+from mafsil.model.joint import Mimic as Mimic
+from mafsil.model.limits import Limits as Limits
+from mafsil.model.link import Inertial as Inertial
+from mafsil.model.link import Link as Link
+from mafsil.model.mechanism import JointLimits as JointLimits
+from mafsil.model.mechanism import Mechanism as Mechanism
+from mafsil.model.mechanism import Provenance as Provenance
+from mafsil.model.shape import Box as Box
+from mafsil.model.shape import Capsule as Capsule
+from mafsil.model.shape import Cylinder as Cylinder
+from mafsil.model.shape import Mesh as Mesh
+from mafsil.model.shape import Shape as Shape
+from mafsil.model.shape import Sphere as Sphere

@@ -1,0 +1,40 @@
+"""What drives a joint, and what resists it besides the links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator:
+    """Motor and gear of one joint.
+
+    Attributes:
+        rotor_inertia: inertia of the rotor about its own axis, on the motor side [kg m^2].
+        gear_ratio: motor turns per joint turn (or motor radians per metre).
+        armature: inertia seen at the joint in addition to the rotor's, as MuJoCo's `armature` [kg m^2 | kg].
+    """
+
+    rotor_inertia: float = 0.0
+    gear_ratio: float = 1.0
+    armature: float = 0.0
+
+    @property
+    def reflected_inertia(self) -> float:
+        """Inertia seen at the joint: gear_ratio^2 rotor_inertia + armature [kg m^2 | kg]."""
+        return self.gear_ratio**2 * self.rotor_inertia + self.armature
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """Friction of one joint, on the joint side.
+
+    Attributes:
+        viscous: effort per speed [N m s/rad | N s/m].
+        coulomb: effort against the motion, positive sense [N m | N].
+        coulomb_negative: the same in the negative sense (a magnitude); equal to `coulomb` if None.
+    """
+
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    coulomb_negative: float | None = None

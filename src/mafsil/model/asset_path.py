@@ -1,0 +1,149 @@
+"""Where a file named inside a robot file may be found: inside the model's root or an allowed package, nowhere else."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote
+
+from mafsil.model.diagnostics import Fault
+from mafsil.model.faults import (
+    FILE_NOT_FOUND,
+    PACKAGE_NOT_FOUND,
+    PATH_ESCAPES,
+    PATH_NOT_ALLOWED,
+    UNKNOWN_SCHEME,
+)
+
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.*)", re.DOTALL)
+_PACKAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+_SEARCH_PATHS = ("MAFSIL_PACKAGE_PATH", "ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH")
+MOST_ANCESTORS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """The file behind a reference, or why there is none.
+
+    Attributes:
+        path: an existing file inside an allowed directory, or None.
+        fault: what was wrong, or None.
+        package: name of the package that the reference asks for, or empty.
+        similar: a file that differs only by upper and lower case, or empty.
+    """
+
+    path: Path | None
+    fault: Fault | None = None
+    package: str = ""
+    similar: str = ""
+
+
+@dataclass(slots=True)
+class Assets:
+    """Resolves references of one robot file.
+
+    Attributes:
+        folder: where the robot file lies; None for a text, which has no relative files.
+        packages: directories that the caller allows: packages themselves, or directories that hold packages.
+    """
+
+    folder: Path | None
+    packages: tuple[Path, ...] = ()
+    _found: dict[str, Path | None] = field(default_factory=dict[str, Path | None])
+    _root: Path | None = None
+
+    @classmethod
+    def of(cls, folder: Path | None, packages: Iterable[str | Path] = ()) -> Assets:
+        """For a robot file in `folder`; the search paths of the environment follow the caller's packages."""
+        from_environment = [
+            entry for name in _SEARCH_PATHS for entry in os.environ.get(name, "").split(os.pathsep) if entry
+        ]
+        allowed = (*packages, *from_environment)
+        return cls(None if folder is None else folder.resolve(), tuple(Path(entry).resolve() for entry in allowed))
+
+    @property
+    def root(self) -> Path | None:
+        """The nearest directory upwards that holds a package.xml, else the robot file's own."""
+        if self._root is None and self.folder is not None:
+            ancestors = (self.folder, *self.folder.parents)[:MOST_ANCESTORS]
+            holds = (a for a in ancestors if (a / "package.xml").is_file() and a != Path(a.anchor))
+            self._root = next(holds, self.folder)
+        return self._root
+
+    def resolve(self, reference: str) -> Resolved:
+        """The file that a reference means.
+
+        Args:
+            reference: `package://name/path`, `model://name/path`, `file:///path` or a path relative to the file.
+        """
+        text = reference.strip()
+        scheme = _SCHEME.fullmatch(text)
+        if scheme is None:
+            return self._relative(text)
+        kind, rest = scheme[1].lower(), scheme[2]
+        if kind in ("package", "model"):
+            return self._in_package(rest)
+        if kind == "file":
+            return self._absolute(unquote(rest.removeprefix("localhost")))
+        return Resolved(None, UNKNOWN_SCHEME)
+
+    def package(self, name: str) -> Path | None:
+        """The directory of a package, or None."""
+        if name not in self._found:
+            self._found[name] = self._search(name)
+        return self._found[name]
+
+    def _in_package(self, rest: str) -> Resolved:
+        name, _, path = rest.lstrip("/").partition("/")
+        if ".." in PurePosixPath(rest.replace("\\", "/")).parts or not _PACKAGE_NAME.fullmatch(name):
+            return Resolved(None, PATH_ESCAPES)
+        folder = self.package(name)
+        if folder is None:
+            return Resolved(None, PACKAGE_NOT_FOUND, name)
+        return _inside(folder, path, (folder,))
+
+    def _relative(self, path: str) -> Resolved:
+        if PurePosixPath(path).is_absolute():
+            return self._absolute(path)
+        if self.folder is None or self.root is None:
+            return Resolved(None, FILE_NOT_FOUND)
+        return _inside(self.folder, path, (self.root, *self.packages))
+
+    def _absolute(self, path: str) -> Resolved:
+        roots = (*(() if self.root is None else (self.root,)), *self.packages)
+        return _inside(Path("/"), path.lstrip("/"), roots)
+
+    def _search(self, name: str) -> Path | None:
+        around = () if self.folder is None else (self.folder, *self.folder.parents)[:MOST_ANCESTORS]
+        for place in (*self.packages, *around):
+            for candidate in (place, place / name, place / "share" / name):
+                if candidate.name == name and candidate.is_dir():
+                    return candidate.resolve()
+        return None
+
+
+def _inside(base: Path, path: str, roots: tuple[Path, ...]) -> Resolved:
+    """The existing file base/path, if it lies in one of the roots after all links are followed."""
+    try:
+        target = Path(os.path.normpath(base / path))
+        if not any(target.is_relative_to(root) for root in roots):
+            return Resolved(None, PATH_NOT_ALLOWED)
+        real = target.resolve()
+        if not any(real.is_relative_to(root) for root in roots):
+            return Resolved(None, PATH_ESCAPES)
+        return Resolved(real) if real.is_file() else Resolved(None, FILE_NOT_FOUND, similar=_similar(target))
+    except (OSError, ValueError, RuntimeError):
+        return Resolved(None, FILE_NOT_FOUND)
+
+
+def _similar(target: Path) -> str:
+    """Name of a file beside the target that differs only by case."""
+    wanted = target.name.casefold()
+    try:
+        names = (entry.name for entry in os.scandir(target.parent))
+        return next((name for name in names if name.casefold() == wanted), "")
+    except OSError:
+        return ""

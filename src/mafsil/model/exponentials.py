@@ -1,0 +1,160 @@
+"""Screws and home pose: the product-of-exponentials description of an arm, read from and turned into a mechanism.
+
+Space form: T(q) = exp([S_1] q_1) ... exp([S_n] q_n) home. Body form: T(q) = home exp([B_1] q_1) ... exp([B_n] q_n),
+B_i = Ad(home^-1) S_i. A screw is (omega, v): revolute (w, -w x p), helical (w, -w x p + pitch w), prismatic (0, v).
+
+Reference: Lynch & Park, Modern Robotics, ch. 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
+from mafsil.errors import ModelError
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.placement import adjoint, frame_along, inverse
+from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+
+UNIT_TOLERANCE = 1e-6
+"""By how much the length of a screw may miss 1: rounding of printed tables, removed silently."""
+PITCH_TOLERANCE = 1e-9
+"""Pitches below this are rounding [m/rad]."""
+
+
+class Screws(NamedTuple):
+    """Product-of-exponentials parameters of a chain of n joints.
+
+    Attributes:
+        S_s: (n, 6) screw axes at q = 0 in the space frame.
+        S_b: (n, 6) the same in the tip frame.
+        home: (4, 4) pose of the tip at q = 0 in the space frame.
+    """
+
+    S_s: Floats
+    S_b: Floats
+    home: PoseMatrix
+
+
+def mechanism_from_screws(
+    screws: ArrayLike,
+    home: ArrayLike,
+    *,
+    form: Literal["space", "body"] = "space",
+    normalise: bool = False,
+    inertial_frames: Sequence[PoseMatrix] | None = None,
+    **parts: Unpack[ArmParts],
+) -> Mechanism:
+    """The serial arm of a product of exponentials.
+
+    A link's frame sits on the axis of its joint, z along it, at the point nearest to the frame of the link before
+    (for the first, to the origin of {s}; a prismatic joint, which has no point, keeps the origin before it). The
+    base link is {s}.
+
+    Args:
+        screws: (n, 6) screw axes (omega, v) at q = 0: unit omega, or omega = 0 and unit v.
+        home: (4, 4) pose of the tip at q = 0 in the space frame.
+        form: `space` if the screws are given in {s}, `body` if in the tip frame.
+        normalise: scale every screw to unit length. This changes what q_i means, so it has to be asked for.
+        inertial_frames: n poses (4, 4) at q = 0 in {s} of the frames in which `inertials` are given; the links' own
+            frames by default.
+        **parts: name, inertials, limits, actuators, frictions, joint_names, link_names, gravity, provenance: see
+            `ArmParts`.
+
+    Raises:
+        ModelError: a screw is zero or not of unit length, an unknown form, a list of another length.
+        InputError: wrong shapes, NaN or infinite numbers.
+    """
+    home_pose = gate("home", home, (4, 4), finite=True)
+    given = np.atleast_2d(gate("screws", screws, (6,), finite=True))
+    if form not in ("space", "body"):
+        raise ModelError("screws.form", value=form)
+    if not len(given):
+        raise ModelError("screws.none")
+    axes = [_unit_screw(S, i, normalise) for i, S in enumerate(given, start=1)]
+    if form == "body":
+        axes = [adjoint(home_pose) @ S for S in axes]
+    if inertial_frames is not None and len(inertial_frames) != len(axes):
+        raise ModelError("serial.length", name="inertial_frames", got=len(inertial_frames), expected=len(axes))
+    places: list[JointPlace] = []
+    T_sp = np.eye(4)
+    for i, S in enumerate(axes):
+        kind, direction, pitch = kind_of_screw(S)
+        T_sj = _frame_on(S, kind, direction, pitch, T_sp[:3, 3])
+        frame = T_sj if inertial_frames is None else gate("inertial_frames", inertial_frames[i], (4, 4), finite=True)
+        places.append(JointPlace(kind, inverse(T_sp) @ T_sj, inverse(T_sj) @ frame, pitch))
+        T_sp = T_sj
+    return serial_arm(places, base=None, T_lt=inverse(T_sp) @ home_pose, **parts)
+
+
+def screws(mechanism: Mechanism) -> Screws:
+    """Screw axes of the joints between base and tip, and the home pose.
+
+    Args:
+        mechanism: its chain to the tip may have fixed joints; branches beside the chain are left out. The order is
+            that of the chain, which for an arm without branches is that of q.
+
+    Raises:
+        ModelError: a joint of the chain mimics another: its motion is no screw of its own.
+    """
+    T_sl = mechanism.T_sb
+    columns: list[Vector6] = []
+    for joint in chain_to_tip(mechanism):
+        if joint.mimic is not None:
+            raise ModelError("screws.mimic", joint=joint.name, leader=joint.mimic.leader)
+        T_sl = T_sl @ joint.T_pj
+        if joint.moves:
+            columns.append(adjoint(T_sl) @ joint.screw)
+    home = T_sl @ mechanism.T_lt
+    S_s = np.reshape(columns, (-1, 6))
+    return Screws(S_s, S_s @ adjoint(inverse(home)).T, home)
+
+
+def chain_to_tip(mechanism: Mechanism) -> tuple[Joint, ...]:
+    """The joints between the base and the tip link, base first."""
+    carrying = {joint.child: joint for joint in mechanism.joints}
+    chain: list[Joint] = []
+    link = mechanism.tip
+    while link in carrying:
+        chain.append(carrying[link])
+        link = carrying[link].parent
+    return tuple(reversed(chain))
+
+
+def kind_of_screw(S: Vector6) -> tuple[JointKind, Vector3, float]:
+    """Joint kind, unit direction (3,) and pitch [m/rad] of a unit screw (omega, v)."""
+    omega, v = S[:3], S[3:]
+    if not omega.any():
+        return JointKind.PRISMATIC, v, 0.0
+    pitch = float(omega @ v)
+    if abs(pitch) <= PITCH_TOLERANCE * max(1.0, float(np.linalg.norm(v))):
+        return JointKind.REVOLUTE, omega, 0.0
+    return JointKind.HELICAL, omega, pitch
+
+
+def _unit_screw(S: Vector6, index: int, normalise: bool) -> Vector6:
+    """The screw with omega, or v if there is no rotation, of length exactly one."""
+    turning = float(np.linalg.norm(S[:3]))
+    slides = turning <= UNIT_TOLERANCE
+    length = float(np.linalg.norm(S[3:])) if slides else turning
+    if length == 0.0:
+        raise ModelError("screws.zero", index=index)
+    if abs(length - 1.0) > UNIT_TOLERANCE and not normalise:
+        raise ModelError("screws.unit", index=index, length=length)
+    return np.concatenate([np.zeros(3) if slides else S[:3], S[3:]]) / length
+
+
+def _frame_on(S: Vector6, kind: JointKind, direction: Vector3, pitch: float, near: Vector3) -> PoseMatrix:
+    """(4, 4) frame with z along the axis, at the point of it nearest to `near`."""
+    T = np.eye(4)
+    T[:3, :3] = frame_along(direction)
+    T[:3, 3] = near
+    if kind is not JointKind.PRISMATIC:
+        foot = np.cross(direction, S[3:] - pitch * direction)
+        T[:3, 3] = foot + direction * (direction @ (near - foot))
+    return T

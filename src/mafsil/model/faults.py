@@ -1,0 +1,135 @@
+"""The catalogue of faults of robot files: code, severity, sentence key.
+
+Letters: F file and XML, N number, S structure, J joint, I inertia, G geometry and assets, M only in MJCF.
+"""
+
+from mafsil.model.diagnostics import Fault, Severity
+
+FAULTS: dict[str, Fault] = {}
+"""Every fault of this catalogue by its code."""
+
+
+def _fault(code: str, severity: Severity, name: str) -> Fault:
+    if code in FAULTS:
+        raise ValueError(code)
+    FAULTS[code] = Fault(code, severity, f"robotfile.{name}")
+    return FAULTS[code]
+
+
+def _error(code: str, name: str) -> Fault:
+    return _fault(code, Severity.ERROR, name)
+
+
+def _warning(code: str, name: str) -> Fault:
+    return _fault(code, Severity.WARNING, name)
+
+
+def _info(code: str, name: str) -> Fault:
+    return _fault(code, Severity.INFO, name)
+
+
+# File and XML
+FILE_MISSING = _error("F0101", "file_missing")
+NOT_A_FILE = _error("F0102", "not_a_file")
+TOO_LARGE = _error("F0103", "too_large")
+EMPTY = _error("F0104", "empty")
+NUL_BYTE = _error("F0105", "nul_byte")
+ENCODING = _error("F0106", "encoding")
+UNKNOWN_ENCODING = _error("F0107", "unknown_encoding")
+BYTE_ORDER_MARK = _info("F0108", "byte_order_mark")
+CONVERTED_ENCODING = _warning("F0109", "converted_encoding")
+MALFORMED = _error("F0110", "malformed")
+CUT_SHORT = _error("F0111", "cut_short")
+MISMATCHED_TAG = _error("F0112", "mismatched_tag")
+DUPLICATE_ATTRIBUTE = _error("F0113", "duplicate_attribute")
+JUNK_AFTER_END = _error("F0114", "junk_after_end")
+UNDEFINED_ENTITY = _error("F0115", "undefined_entity")
+DOCTYPE = _error("F0116", "doctype")
+TOO_MANY_ELEMENTS = _error("F0120", "too_many_elements")
+TOO_MANY_LINKS = _error("F0121", "too_many_links")
+TOO_DEEP = _error("F0122", "too_deep")
+TOO_MANY_ATTRIBUTES = _error("F0123", "too_many_attributes")
+WRONG_ROOT = _error("F0130", "wrong_root")
+UNEXPANDED_XACRO = _error("F0131", "unexpanded_xacro")
+TOO_MANY_DIAGNOSTICS = _error("F0132", "too_many_diagnostics")
+UNKNOWN_ELEMENT = _warning("F0133", "unknown_element")
+REPEATED_ELEMENT = _error("F0134", "repeated_element")
+MISSING_ELEMENT = _error("F0135", "missing_element")
+IGNORED_ELEMENT = _info("F0136", "ignored_element")
+
+# Numbers
+MISSING_ATTRIBUTE = _error("N0201", "missing_attribute")
+NOT_A_NUMBER = _error("N0202", "not_a_number")
+NOT_FINITE = _error("N0203", "not_finite")
+OVERFLOW = _error("N0204", "overflow")
+WRONG_COUNT = _error("N0205", "wrong_count")
+UNDERFLOW = _warning("N0206", "underflow")
+TOO_BIG = _error("N0207", "too_big")
+DECIMAL_COMMA = _error("N0208", "decimal_comma")
+HEXADECIMAL = _error("N0209", "hexadecimal")
+LOCAL_DIGITS = _error("N0210", "local_digits")
+WITH_UNIT = _error("N0211", "with_unit")
+
+# Structure
+NO_NAME = _error("S0301", "no_name")
+STRANGE_NAME = _warning("S0302", "strange_name")
+DUPLICATE_LINK = _error("S0303", "duplicate_link")
+DUPLICATE_JOINT = _error("S0304", "duplicate_joint")
+UNKNOWN_LINK = _error("S0305", "unknown_link")
+SELF_JOINT = _error("S0306", "self_joint")
+TWO_PARENTS = _error("S0307", "two_parents")
+TWO_ROOTS = _error("S0308", "two_roots")
+CYCLE = _error("S0309", "cycle")
+NO_LINKS = _error("S0310", "no_links")
+INCONSISTENT = _error("S0312", "inconsistent")
+NAMELESS_ROBOT = _warning("S0311", "nameless_robot")
+
+# Joints
+UNKNOWN_TYPE = _error("J0401", "unknown_type")
+SEVERAL_FREEDOMS = _error("J0403", "several_freedoms")
+ZERO_AXIS = _error("J0404", "zero_axis")
+AXIS_NORMALISED = _warning("J0405", "axis_normalised")
+DEFAULT_AXIS = _warning("J0406", "default_axis")
+NO_LIMIT = _warning("J0410", "no_limit")
+NO_RANGE = _warning("J0411", "no_range")
+LIMITS_INVERTED = _error("J0412", "limits_inverted")
+LIMITS_EQUAL = _warning("J0413", "limits_equal")
+EMPTY_RANGE = _warning("J0414", "empty_range")
+NO_BOUND = _warning("J0415", "no_bound")
+ZERO_BOUND = _warning("J0416", "zero_bound")
+NEGATIVE_BOUND = _error("J0417", "negative_bound")
+HALF_RANGE = _warning("J0419", "half_range")
+UNUSED_RANGE = _info("J0418", "unused_range")
+MIMIC_LEADER_MISSING = _warning("J0420", "mimic_leader_missing")
+MIMIC_ITSELF = _error("J0421", "mimic_itself")
+MIMIC_CYCLE = _error("J0422", "mimic_cycle")
+MIMIC_CHAIN = _info("J0423", "mimic_chain")
+MIMIC_ON_FIXED = _info("J0424", "mimic_on_fixed")
+MIMIC_LEADER_FIXED = _warning("J0425", "mimic_leader_fixed")
+MIMIC_ZERO = _warning("J0426", "mimic_zero")
+NEGATIVE_DAMPING = _error("J0430", "negative_damping")
+SAFETY_IGNORED = _info("J0431", "safety_ignored")
+TRANSMISSION_IGNORED = _info("J0432", "transmission_ignored")
+
+# Inertia
+NO_INERTIAL = _warning("I0501", "no_inertial")
+ZERO_MASS = _warning("I0502", "zero_mass")
+NEGATIVE_MASS = _error("I0503", "negative_mass")
+NEGATIVE_MOMENT = _error("I0504", "negative_moment")
+NOT_POSITIVE = _warning("I0505", "not_positive")
+TRIANGLE = _warning("I0506", "triangle")
+ZERO_INERTIA = _warning("I0507", "zero_inertia")
+MASSLESS_INERTIA = _warning("I0508", "massless_inertia")
+
+# Geometry and assets
+NO_GEOMETRY = _warning("G0601", "no_geometry")
+UNKNOWN_GEOMETRY = _warning("G0602", "unknown_geometry")
+BAD_SIZE = _error("G0603", "bad_size")
+ZERO_SCALE = _error("G0604", "zero_scale")
+PATH_ESCAPES = _error("G0610", "path_escapes")
+PATH_NOT_ALLOWED = _warning("G0611", "path_not_allowed")
+PACKAGE_NOT_FOUND = _warning("G0612", "package_not_found")
+FILE_NOT_FOUND = _warning("G0613", "file_not_found")
+UNKNOWN_SCHEME = _warning("G0614", "unknown_scheme")
+BAD_COLOUR = _warning("G0620", "bad_colour")
+UNKNOWN_MATERIAL = _info("G0621", "unknown_material")

@@ -1,0 +1,82 @@
+"""Joints of one degree of freedom (and none), as screws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
+from mafsil.model.actuator import Actuator, Friction
+from mafsil.model.limits import Limits
+
+
+class JointKind(Enum):
+    """How the child moves against the parent."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    HELICAL = "helical"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """The joint follows another: q = multiplier * q[leader] + offset."""
+
+    leader: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joint:
+    """Connects `child` to `parent`: T_parent,child(q) = T_pj exp([S] q).
+
+    Attributes:
+        name: unique among the joints.
+        kind: revolute, prismatic, helical or fixed.
+        parent, child: names of links.
+        T_pj: (4, 4) pose of the joint frame, which is the child's frame at q = 0, in the parent's frame.
+        axis: (3,) unit direction in the joint frame.
+        pitch: advance per angle of a helical joint [m/rad].
+        limits: bounds of q and its derivatives.
+        wraps: the joint turns without end (URDF `continuous`).
+        actuated: False for a passive joint of a closed chain.
+        mimic: the joint follows another one.
+        actuator, friction: what drives and what resists it.
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    T_pj: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    axis: Vector3 = field(default_factory=lambda: frozen([0.0, 0.0, 1.0]))
+    pitch: float = 0.0
+    limits: Limits = Limits()
+    wraps: bool = False
+    actuated: bool = True
+    mimic: Mimic | None = None
+    actuator: Actuator | None = None
+    friction: Friction | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint has a coordinate (its own or, as a mimic, another's)."""
+        return self.kind is not JointKind.FIXED
+
+    @property
+    def screw(self) -> Vector6:
+        """(6,) screw axis S = (omega, v) in the joint frame; zero for a fixed joint."""
+        zero = np.zeros(3)
+        match self.kind:
+            case JointKind.REVOLUTE:
+                return np.concatenate([self.axis, zero])
+            case JointKind.PRISMATIC:
+                return np.concatenate([zero, self.axis])
+            case JointKind.HELICAL:
+                return np.concatenate([self.axis, self.pitch * self.axis])
+            case JointKind.FIXED:
+                return np.zeros(6)

@@ -1,0 +1,4 @@
+"""Robots by name: published numbers and textbook arms, each with its provenance."""
+
+from mafsil.model.library.registry import load as load
+from mafsil.model.library.registry import names as names

@@ -1,0 +1,153 @@
+"""Arms of Franka Robotics: Panda (FER) and Research 3 (FR3), without hand; the tip is the flange."""
+
+from __future__ import annotations
+
+from math import pi
+
+from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.library.masses import inertial
+from mafsil.model.limits import Limits
+from mafsil.model.link import Inertial
+from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.placement import translation
+
+_FLANGE = 0.107
+
+_ROWS = (
+    DHRow(a=0.0, alpha=0.0, d=0.333),
+    DHRow(a=0.0, alpha=-pi / 2),
+    DHRow(a=0.0, alpha=pi / 2, d=0.316),
+    DHRow(a=0.0825, alpha=pi / 2),
+    DHRow(a=-0.0825, alpha=-pi / 2, d=0.384),
+    DHRow(a=0.0, alpha=pi / 2),
+    DHRow(a=0.088, alpha=pi / 2),
+)
+
+_PANDA_LIMITS = (
+    Limits(-2.8973, 2.8973, 2.1750, 15.0, 7500.0, 87.0),
+    Limits(-1.7628, 1.7628, 2.1750, 7.5, 3750.0, 87.0),
+    Limits(-2.8973, 2.8973, 2.1750, 10.0, 5000.0, 87.0),
+    Limits(-3.0718, -0.0698, 2.1750, 12.5, 6250.0, 87.0),
+    Limits(-2.8973, 2.8973, 2.6100, 15.0, 7500.0, 12.0),
+    Limits(-0.0175, 3.7525, 2.6100, 20.0, 10000.0, 12.0),
+    Limits(-2.8973, 2.8973, 2.6100, 20.0, 10000.0, 12.0),
+)
+
+_PANDA_MASSES = (
+    inertial(4.970684, (0.003875, 0.002081, -0.04762), (0.70337, 0.70661, 0.009117, -0.000139, 0.006772, 0.019169)),
+    inertial(0.646926, (-0.003141, -0.02872, 0.003495), (0.007962, 0.02811, 0.025995, -0.003925, 0.010254, 0.000704)),
+    inertial(3.228604, (0.027518, 0.039252, -0.066502), (0.037242, 0.036155, 0.01083, -0.004761, -0.011396, -0.012805)),
+    inertial(3.587895, (-0.05317, 0.104419, 0.027454), (0.025853, 0.019552, 0.028323, 0.007796, -0.001332, 0.008641)),
+    inertial(
+        1.225946, (-0.011953, 0.041065, -0.038437), (0.035549, 0.029474, 0.008627, -0.002117, -0.004037, 0.000229)
+    ),
+    inertial(1.666555, (0.060149, -0.014117, -0.010517), (0.001964, 0.004354, 0.005433, 0.000109, -0.001158, 0.000341)),
+    inertial(
+        0.735522, (0.010517, -0.004252, 0.061597), (0.012516, 0.010027, 0.004815, -0.000428, -0.001196, -0.000741)
+    ),
+)
+
+
+def panda() -> Mechanism:
+    """Franka Emika Panda (FER), 7 revolute joints, tip at the flange.
+
+    Reference: Franka Emika, robot and interface specifications (kinematics, limits); C. Gaz, M. Cognetti, A. Oliva,
+    P. Robuffo Giordano, A. De Luca, Dynamic identification of the Franka Emika Panda robot with retrieval of feasible
+    parameters using penalty-based optimization, IEEE RA-L 4(4), 2019 (masses).
+    """
+    return _franka(
+        "panda",
+        _PANDA_LIMITS,
+        _PANDA_MASSES,
+        Provenance(
+            source="Franka Emika robot and interface specifications; Gaz et al., IEEE RA-L 4(4), 2019",
+            notes=(
+                "masses identified from motion data under physical bounds: predict torques well, but a single link's"
+                " mass, centre or inertia need not be the true one (link 1: 0.7 kg m^2 across)",
+                "inertia tensors about the centres of mass, axes of the modified Denavit-Hartenberg frames",
+                "no hand: the tip is the flange, 107 mm beyond axis 7; the inertia of motors is contained in the links",
+                "jerk limits as published: rad/s^3",
+            ),
+        ),
+    )
+
+
+def _franka(name: str, limits: tuple[Limits, ...], masses: tuple[Inertial, ...], provenance: Provenance) -> Mechanism:
+    return mechanism_from_dh(
+        _ROWS,
+        "modified",
+        tool=translation(0.0, 0.0, _FLANGE),
+        name=name,
+        inertials=masses,
+        limits=limits,
+        provenance=provenance,
+    )
+
+
+_FR3_LIMITS = (
+    Limits(-2.7437, 2.7437, 2.62, 10.0, 5000.0, 87.0),
+    Limits(-1.7837, 1.7837, 2.62, 10.0, 5000.0, 87.0),
+    Limits(-2.9007, 2.9007, 2.62, 10.0, 5000.0, 87.0),
+    Limits(-3.0421, -0.1518, 2.62, 10.0, 5000.0, 87.0),
+    Limits(-2.8065, 2.8065, 5.26, 10.0, 5000.0, 12.0),
+    Limits(0.5445, 4.5169, 4.18, 10.0, 5000.0, 12.0),
+    Limits(-3.0159, 3.0159, 5.26, 10.0, 5000.0, 12.0),
+)
+
+_FR3_MASSES = (
+    inertial(
+        2.9274653454,
+        (4.128e-7, -0.0181251324, -0.038603597),
+        (0.0239273165, 0.0224821613, 0.0063500983, 0.0000133179, -0.0001140477, -0.0019950321),
+    ),
+    inertial(
+        2.9355370338,
+        (0.0031828864, -0.0743221644, 0.0088146084),
+        (0.0419389463, 0.0251451489, 0.0617021447, 0.0002025733, 0.0040777842, -0.0042252158),
+    ),
+    inertial(
+        2.2449013699,
+        (0.0407015686, -0.0048200565, -0.0289730823),
+        (0.0241014255, 0.0197405327, 0.0190444945, 0.0024046946, -0.0028562693, -0.0021042127),
+    ),
+    inertial(
+        2.6155955791,
+        (-0.0459100965, 0.063049296, -0.0085187868),
+        (0.0345299832, 0.0288816219, 0.0412547117, 0.0132255227, 0.0101514300, -0.0009762834),
+    ),
+    inertial(
+        2.3271207594,
+        (-0.0016039605, 0.0292536262, -0.097296599),
+        (0.0516102785, 0.0478772971, 0.0164236256, -0.0057151734, -0.0035673168, 0.0106739851),
+    ),
+    inertial(
+        1.8170376524,
+        (0.0597131221, -0.0410294666, -0.0101692726),
+        (0.0054123336, 0.0140583295, 0.0160808179, 0.0061934564, 0.0014219289, -0.0013140754),
+    ),
+    inertial(
+        0.6271432862,
+        (0.0045225817, 0.0086261921, -0.0161633251),
+        (0.0002109239, 0.0001771857, 0.0000599319, -0.0000243330, 0.0000456448, 0.0000874407),
+    ),
+)
+
+
+def fr3() -> Mechanism:
+    """Franka Research 3, 7 revolute joints, tip at the flange: the Panda's kinematics, other limits and masses.
+
+    Reference: Franka Robotics, robot specifications of the FR3 and the maker's description package.
+    """
+    return _franka(
+        "fr3",
+        _FR3_LIMITS,
+        _FR3_MASSES,
+        Provenance(
+            source="Franka Robotics, FR3 specifications; masses: the maker's package franka_description",
+            notes=(
+                "inertia tensors about the centres of mass, axes of the modified Denavit-Hartenberg frames",
+                "speed limits are the largest; the robot lowers them near the ends of the joint ranges",
+                "no hand: the tip is the flange, 107 mm beyond axis 7",
+            ),
+        ),
+    )

@@ -1,0 +1,223 @@
+"""Spatial arms of textbooks: the worked examples of product of exponentials, Jacobians and inverse kinematics.
+
+Lengths are parameters, masses are invented (`with_rods`). Figure numbers are those of F. C. Park and K. M. Lynch,
+Introduction to Robotics: Mechanics, Planning, and Control (draft of Modern Robotics), with the errata applied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+
+from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.library.masses import with_rods
+from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.placement import translation
+
+_BOOK = "Park and Lynch, Introduction to Robotics"
+
+
+def spatial3r(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
+    """Spatial 3R arm, fig. 5.5: axis 1 up, axis 2 across, axis 3 along the base's x at zero.
+
+    Args:
+        L1, L2: distances between the axes [m].
+    """
+    rows = (DHRow(), DHRow(alpha=pi / 2, a=L1, theta=-pi / 2), DHRow(alpha=-pi / 2, a=L2))
+    return _from_dh(
+        "spatial3r", rows, "fig. 5.5", "the book prints v3 = (0, +L2, 0); (0, -L2, 0) agrees with its table"
+    )
+
+
+def rrrp(L2: float = 1.0) -> Mechanism:
+    """Spatial RRRP arm, fig. 5.6: the slide along x at zero.
+
+    Args:
+        L2: distance between the parallel axes 2 and 3 [m].
+    """
+    rows = (
+        DHRow(),
+        DHRow(alpha=pi / 2),
+        DHRow(a=L2, theta=pi / 2),
+        DHRow(alpha=pi / 2, kind="P"),
+    )
+    return _from_dh("rrrp", rows, "fig. 5.6")
+
+
+def elbow6r(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
+    """6R elbow arm with a ZYZ wrist, fig. 5.7: a PUMA without offsets.
+
+    Args:
+        L1, L2: upper arm and forearm [m].
+    """
+    rows = (
+        DHRow(),
+        DHRow(alpha=pi / 2),
+        DHRow(a=L1, theta=pi / 2),
+        DHRow(alpha=pi / 2, d=L2, theta=pi),
+        DHRow(alpha=pi / 2, theta=pi),
+        DHRow(alpha=pi / 2),
+    )
+    return _from_dh("elbow6r", rows, "fig. 5.7", "R_36 = Rot(x, 90 deg) Rot(z, q4) Rot(y, q5) Rot(z, q6)")
+
+
+def arm6r(L: float = 1.0) -> Mechanism:
+    """6R arm, fig. 5.9: three axes through the base's origin, then 4 and 5 parallel to 3, 6 along the arm.
+
+    Args:
+        L: distance between the parallel axes [m].
+    """
+    S = [
+        (0, 0, 1, 0, 0, 0),
+        (0, 1, 0, 0, 0, 0),
+        (-1, 0, 0, 0, 0, 0),
+        (-1, 0, 0, 0, 0, L),
+        (-1, 0, 0, 0, 0, 2 * L),
+        (0, 1, 0, 0, 0, 0),
+    ]
+    return _from_screws("arm6r", S, (0, 3 * L, 0), "fig. 5.9", "the book prints v4, v5 with a minus sign")
+
+
+def rrprrr(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
+    """RRPRRR arm, fig. 5.10: slide along y at zero, first wrist axis along the slide.
+
+    Args:
+        L1: from the base to the wrist centre at q3 = 0 [m].
+        L2: from the wrist centre to the tip [m].
+    """
+    S = [
+        (0, 0, 1, 0, 0, 0),
+        (1, 0, 0, 0, 0, 0),
+        (0, 0, 0, 0, 1, 0),
+        (0, 1, 0, 0, 0, 0),
+        (1, 0, 0, 0, 0, -L1),
+        (0, 1, 0, 0, 0, 0),
+    ]
+    return _from_screws("rrprrr", S, (0, L1 + L2, 0), "fig. 5.10")
+
+
+def scara_rrrp(L1: float = 1.0, L2: float = 1.0, L3: float = 1.0) -> Mechanism:
+    """SCARA-like RRRP arm, fig. 6.2: three vertical axes, then a slide pointing down.
+
+    Args:
+        L1: height of the column [m].
+        L2, L3: lengths of the two arms [m].
+    """
+    S = [(0, 0, 1, 0, 0, 0), (0, 0, 1, 0, -L2, 0), (0, 0, 1, 0, -(L2 + L3), 0), (0, 0, 0, 0, 0, -1)]
+    return _from_screws(
+        "scara_rrrp", S, (L2 + L3, 0, L1), "fig. 6.2", "the tip frame is not given: parallel to {s} at zero"
+    )
+
+
+def rrprrr_upright(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
+    """RRPRRR arm, fig. 6.3: slide along y at zero, first wrist axis up.
+
+    Args:
+        L1: height of the shoulder [m].
+        L2: from the shoulder to the wrist centre at q3 = 0 [m].
+    """
+    S = [
+        (0, 0, 1, 0, 0, 0),
+        (-1, 0, 0, 0, -L1, 0),
+        (0, 0, 0, 0, 1, 0),
+        (0, 0, 1, L2, 0, 0),
+        (-1, 0, 0, 0, -L1, L2),
+        (0, 1, 0, -L1, 0, 0),
+    ]
+    return _from_screws(
+        "rrprrr_upright",
+        S,
+        (0, L2, L1),
+        "fig. 6.3",
+        "the tip is the wrist centre, its axes parallel to {s} at zero",
+    )
+
+
+def offset_puma(
+    a1: float = 0.5, a2: float = 0.4, base_height: float = 0.6, shoulder_offset: float = 0.15, tool: float = 0.1
+) -> Mechanism:
+    """6R PUMA-class arm with a shoulder offset; zero pose: arm stretched along x, wrist z, y, x.
+
+    Args:
+        a1, a2: upper arm and forearm [m].
+        base_height: of the shoulder above {s} [m].
+        shoulder_offset: of the arm plane to the left of its heading [m]; 0 for a PUMA without offset.
+        tool: from the wrist centre to the tip [m].
+
+    Reference: R. P. Paul, Robot manipulators, 1981; Lynch & Park, Modern Robotics, sec. 6.1.1.
+    """
+    d, h, wrist = shoulder_offset, base_height, a1 + a2
+    S = [
+        _axis((0, 0, 1), (0, 0, 0)),
+        _axis((0, -1, 0), (0, d, h)),
+        _axis((0, -1, 0), (a1, d, h)),
+        _axis((1, 0, 0), (wrist, d, h)),
+        _axis((0, -1, 0), (wrist, d, h)),
+        _axis((1, 0, 0), (wrist, d, h)),
+    ]
+    return _from_screws("offset_puma", S, (wrist + tool, d, h), "PUMA class with offset", source="Paul; Lynch and Park")
+
+
+def offset_stanford(d1: float = 0.7, a1: float = 0.2, offset: float = 0.1, tool: float = 0.1) -> Mechanism:
+    """RRPRRR Stanford-class arm with a shoulder offset; zero pose: boom along x.
+
+    Args:
+        d1: height of the shoulder above {s} [m].
+        a1: length of the boom at q3 = 0 [m].
+        offset: of the boom to the left of its heading [m]; 0 for a Stanford arm without offset.
+        tool: from the wrist centre to the tip [m].
+
+    Reference: Lynch & Park, Modern Robotics, sec. 6.1.2.
+    """
+    S = [
+        _axis((0, 0, 1), (0, 0, 0)),
+        _axis((0, -1, 0), (0, offset, d1)),
+        (0, 0, 0, 1, 0, 0),
+        _axis((1, 0, 0), (a1, offset, d1)),
+        _axis((0, -1, 0), (a1, offset, d1)),
+        _axis((1, 0, 0), (a1, offset, d1)),
+    ]
+    return _from_screws(
+        "offset_stanford", S, (a1 + tool, offset, d1), "Stanford class with offset", source="Lynch and Park"
+    )
+
+
+def generalized_puma() -> Mechanism:
+    """6R arm of the generalised PUMA class: axes 1, 2 meet, 4, 5, 6 meet, nothing else is special."""
+    S = [
+        (0, 0, 1, 0, 0, 0),
+        (0, 1, 0, 0, 0, 0),
+        (0, 1, 0, -0.1, 0, 0.5),
+        (0, 0, 1, 0.05, -0.9, 0),
+        (0, 1, 0, -0.1, 0, 0.9),
+        (1, 0, 0, 0, 0.1, -0.05),
+    ]
+    return _from_screws("generalized_puma", S, (1.05, 0.05, 0.1), "generalised PUMA", source="Lynch and Park")
+
+
+def _axis(omega: Sequence[float], point: Sequence[float]) -> tuple[float, ...]:
+    """Screw of a revolute axis through a point."""
+    v = -np.cross(np.asarray(omega, float), np.asarray(point, float))
+    return (*omega, *v.tolist())
+
+
+def _from_dh(name: str, rows: tuple[DHRow, ...], figure: str, *notes: str) -> Mechanism:
+    return with_rods(
+        mechanism_from_dh(rows, "modified", name=name, provenance=Provenance(source=f"{_BOOK}, {figure}", notes=notes))
+    )
+
+
+def _from_screws(
+    name: str,
+    S: Sequence[Sequence[float]],
+    tip: tuple[float, float, float],
+    figure: str,
+    *notes: str,
+    source: str = _BOOK,
+) -> Mechanism:
+    """Tip frame parallel to {s} at zero."""
+    provenance = Provenance(source=f"{source}, {figure}", notes=notes)
+    return with_rods(mechanism_from_screws(S, translation(*tip), name=name, provenance=provenance))

@@ -1,0 +1,180 @@
+"""Arms of Universal Robots: the maker's Denavit-Hartenberg tables, masses and tensors; tip at the flange."""
+
+from __future__ import annotations
+
+from math import inf, pi, radians
+
+from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.library.masses import inertial
+from mafsil.model.limits import Limits
+from mafsil.model.link import Inertial
+from mafsil.model.mechanism import Mechanism, Provenance
+
+JOINT_NAMES = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+LINK_NAMES = ("base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+
+_SOURCE = (
+    "Universal Robots, DH parameters for calculations of kinematics and dynamics (support article); joint ranges and"
+    " speeds: e-Series user manuals; torques: support article on maximum joint torques"
+)
+_FRAMES = "space frame = the controller's `base` frame; ROS `base_link` is turned against it by half a turn about z"
+_ELBOW = "all joints turn +-360 degrees by the data sheet, the elbow too; in practice the upper arm stops it near 180"
+_TENSORS = (
+    "tensors from the maker's description package (CAD), about the centres of mass in the axes of the table's frames;"
+    " the support article calls them negligible for the small models and prints none"
+)
+
+
+def ur3e() -> Mechanism:
+    """Universal Robots UR3e, 6R with offset wrist.
+
+    Reference: Universal Robots, DH parameters for calculations of kinematics and dynamics.
+    """
+    return _arm(
+        "ur3e",
+        (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
+        (
+            inertial(1.98, (0, -0.02, 0), (0.0027657, 0.0021501, 0.0025626, 0.0000096, -0.0000149, 0.0001873)),
+            inertial(3.4445, (0.13, 0, 0.1157), (0.0042623, 0.0460284, 0.0448947, -0.0000409, -0.001496, -0.0000129)),
+            inertial(1.437, (0.05, 0, 0.0238), (0.0010511, 0.0113396, 0.0110895, 0.0, -0.0000331, 0.0000022)),
+            inertial(0.871, (0, 0, 0.01), (0.0008174, 0.0006844, 0.0005497, -0.0000005, 0.0000021, 0.0000617)),
+            inertial(0.805, (0, 0, 0.01), (0.0006059, 0.0005837, 0.0003831, -0.0000006, -0.0000006, -0.0000271)),
+            inertial(0.261, (0, 0, -0.02), (0.000108, 0.0001086, 0.0001371, -0.0000001, -0.0000001, -0.0000002)),
+        ),
+        _limits((180, 180, 180, 360, 360, 360), (56, 56, 28, 12, 12, 12), endless_last=True),
+        (_FRAMES, _ELBOW, _TENSORS, "the last joint turns without end; its range is infinite"),
+    )
+
+
+def ur5e() -> Mechanism:
+    """Universal Robots UR5e, 6R with offset wrist.
+
+    Reference: Universal Robots, DH parameters for calculations of kinematics and dynamics.
+    """
+    return _arm(
+        "ur5e",
+        (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996),
+        (
+            inertial(
+                3.761,
+                (0, -0.02561, 0.00193),
+                (0.0070021, 0.00648091, 0.00657286, 0.00000073, -0.00001053, 0.00049994),
+            ),
+            inertial(
+                8.058,
+                (0.2125, 0, 0.11336),
+                (0.01505885, 0.33388086, 0.33247207, -0.000054, 0.00000563, -0.00000181),
+            ),
+            inertial(
+                2.846, (0.15, 0, 0.0265), (0.00399632, 0.07879254, 0.0784851, -0.00001365, 0.00137272, -0.0000066)
+            ),
+            inertial(
+                1.37,
+                (0, -0.0018, 0.01634),
+                (0.00165491, 0.00135962, 0.00126279, -0.00000282, -0.00000438, 0.00010157),
+            ),
+            inertial(
+                1.3,
+                (0, 0.0018, 0.01634),
+                (0.00135617, 0.00127827, 0.00096614, -0.00000274, 0.00000444, -0.00005048),
+            ),
+            inertial(
+                0.365,
+                (0, 0, -0.001159),
+                (0.00018694, 0.00018908, 0.00025756, 0.00000006, -0.00000017, -0.00000092),
+            ),
+        ),
+        _limits((180,) * 6, (150, 150, 150, 28, 28, 28)),
+        (_FRAMES, _ELBOW, _TENSORS),
+    )
+
+
+def ur10e() -> Mechanism:
+    """Universal Robots UR10e, 6R with offset wrist.
+
+    Reference: Universal Robots, DH parameters for calculations of kinematics and dynamics.
+    """
+    return _arm(
+        "ur10e",
+        (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
+        (
+            inertial(7.369, (0.021, 0, 0.027), (0.03408, 0.03529, 0.02156, 0.00002, -0.00425, 0.00008)),
+            inertial(13.051, (0.38, 0, 0.158), (0.02814, 0.77068, 0.76943, 0.00005, -0.01561, 0.00002)),
+            inertial(3.989, (0.24, 0, 0.068), (0.01014, 0.30928, 0.30646, 0.00008, 0.00916, 0.0)),
+            inertial(2.1, (0, 0.007, 0.018), (0.00296, 0.00222, 0.00258, -0.00001, 0.0, -0.00024)),
+            inertial(1.98, (0, 0.007, 0.018), (0.00296, 0.00222, 0.00258, -0.00001, 0.0, -0.00024)),
+            inertial(0.615, (0, 0, -0.026), (0.0004, 0.00041, 0.00034)),
+        ),
+        _limits((120, 120, 180, 180, 180, 180), (330, 330, 150, 56, 56, 56)),
+        (_FRAMES, _ELBOW, _TENSORS),
+    )
+
+
+def ur5() -> Mechanism:
+    """Universal Robots UR5 (CB3 series), 6R with offset wrist.
+
+    Reference: Universal Robots, DH parameters for calculations of kinematics and dynamics.
+    """
+    return _arm(
+        "ur5",
+        (0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823),
+        (
+            inertial(3.7, (0, -0.02561, 0.00193), (0.0149724, 0.0104063, 0.0149724)),
+            inertial(8.393, (0.2125, 0, 0.11336), (0.0151074, 0.1338858, 0.1338858)),
+            inertial(2.33, (0.15, 0, 0.0265), (0.004095, 0.0312168, 0.0312168)),
+            inertial(1.219, (0, -0.0018, 0.01634), (0.0020139, 0.0021942, 0.0020139)),
+            inertial(1.219, (0, 0.0018, 0.01634), (0.001831, 0.0021942, 0.001831)),
+            inertial(0.1879, (0, 0, -0.001159), (0.0000806, 0.0000806, 0.0001321)),
+        ),
+        _limits((180,) * 6, (150, 150, 150, 28, 28, 28)),
+        (
+            _FRAMES,
+            _ELBOW,
+            "tensors are those of solid cylinders with the links' masses, as in the maker's description package",
+            "centre of mass of wrist 2: some copies of the maker's table print y = -0.0018; the sign here is the"
+            " description package's, opposite to wrist 1 like the axes",
+        ),
+    )
+
+
+def _arm(
+    name: str,
+    dimensions: tuple[float, float, float, float, float, float],
+    inertials: tuple[Inertial, ...],
+    limits: list[Limits],
+    notes: tuple[str, ...],
+) -> Mechanism:
+    """The table that all models share, with the dimensions d1, a2, a3, d4, d5, d6."""
+    d1, a2, a3, d4, d5, d6 = dimensions
+    return mechanism_from_dh(
+        (
+            DHRow(d=d1, alpha=pi / 2),
+            DHRow(a=a2),
+            DHRow(a=a3),
+            DHRow(d=d4, alpha=pi / 2),
+            DHRow(d=d5, alpha=-pi / 2),
+            DHRow(d=d6),
+        ),
+        "classic",
+        name=name,
+        inertials=inertials,
+        limits=limits,
+        joint_names=JOINT_NAMES,
+        link_names=LINK_NAMES,
+        provenance=Provenance(source=_SOURCE, notes=notes),
+    )
+
+
+def _limits(speeds: tuple[float, ...], torques: tuple[float, ...], endless_last: bool = False) -> list[Limits]:
+    """Speeds in degrees per second, as in the data sheets."""
+    each = [Limits(-2 * pi, 2 * pi, radians(v), effort=t) for v, t in zip(speeds, torques, strict=True)]
+    if endless_last:
+        each[-1] = Limits(-inf, inf, radians(speeds[-1]), effort=torques[-1])
+    return each

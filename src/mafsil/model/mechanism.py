@@ -1,0 +1,248 @@
+"""A robot as immutable data: links, the tree of joints, the loops that close it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
+from mafsil.errors import ModelError
+from mafsil.model.joint import Joint
+from mafsil.model.link import Link
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a description comes from.
+
+    Attributes:
+        source: file, publication or table.
+        licence: of the source, if it has one.
+        notes: what was guessed, known errors, conventions converted at the border.
+    """
+
+    source: str = ""
+    licence: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """Bounds of all coordinates as arrays of shape (n,); unknown bounds are infinite.
+
+    Attributes:
+        lower, upper: [rad | m].
+        velocity, acceleration, jerk, effort: magnitudes.
+    """
+
+    lower: Floats
+    upper: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    effort: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """Links and joints of an open or closed chain.
+
+    Build it with `Mechanism.assemble`, which checks the parts and sorts them: `links[0]` is the base link, and
+    `joints[k].child` is `links[k + 1].name`, every parent before its children (depth first, in order of declaration).
+
+    Attributes:
+        name: of the robot.
+        links: (k + 1) links, the base first.
+        joints: (k) joints of the spanning tree.
+        loops: joints that close loops: both links are already in the tree. Empty for an open chain.
+        tip: name of the link that carries the tip frame.
+        T_lt: (4, 4) pose of the tip frame {t} in the tip link.
+        T_sb: (4, 4) pose of the base link in the space frame {s}.
+        gravity: (3,) acceleration of gravity in {s} [m/s^2].
+        provenance: where the numbers come from.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    loops: tuple[Joint, ...] = ()
+    tip: str = ""
+    T_lt: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    T_sb: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    gravity: Vector3 = field(default_factory=lambda: frozen(STANDARD_GRAVITY))
+    provenance: Provenance = Provenance()
+
+    @classmethod
+    def assemble(
+        cls,
+        name: str,
+        links: Iterable[Link],
+        joints: Iterable[Joint],
+        *,
+        loops: Iterable[Joint] = (),
+        tip: str | None = None,
+        T_lt: PoseMatrix | None = None,
+        T_sb: PoseMatrix | None = None,
+        gravity: Vector3 | tuple[float, float, float] = STANDARD_GRAVITY,
+        provenance: Provenance = Provenance(),
+    ) -> Mechanism:
+        """Check the parts, sort them into a tree, choose the tip.
+
+        Args:
+            name: of the robot.
+            links, joints: in any order.
+            loops: joints that close loops.
+            tip: name of the tip link; by default the end of the longest chain of moving joints, its last link.
+            T_lt, T_sb, gravity: see the class; identity and (0, 0, -9.81) by default.
+            provenance: where the numbers come from.
+
+        Raises:
+            ModelError: a name is used twice or missing, the joints do not form one tree, a mimic joint follows
+                nothing or itself.
+        """
+        given_links, given_joints, closing = tuple(links), tuple(joints), tuple(loops)
+        _require_unique("link", [link.name for link in given_links])
+        _require_unique("joint", [joint.name for joint in (*given_joints, *closing)])
+        by_name = {link.name: link for link in given_links}
+        for joint in (*given_joints, *closing):
+            for end in (joint.parent, joint.child):
+                if end not in by_name:
+                    raise ModelError("model.unknown_link", joint=joint.name, link=end)
+        base, ordered = _sorted_tree(name, given_links, given_joints)
+        _require_mimic_leaders(ordered)
+        chosen = tip if tip is not None else _longest_chain_end(base, ordered)
+        if chosen not in by_name:
+            raise ModelError("model.unknown_tip", link=chosen, known=", ".join(by_name))
+        return cls(
+            name=name,
+            links=(by_name[base], *(by_name[joint.child] for joint in ordered)),
+            joints=ordered,
+            loops=closing,
+            tip=chosen,
+            T_lt=frozen(np.eye(4) if T_lt is None else T_lt),
+            T_sb=frozen(np.eye(4) if T_sb is None else T_sb),
+            gravity=frozen(gravity),
+            provenance=provenance,
+        )
+
+    def with_tip(self, tip: str, T_lt: PoseMatrix | None = None) -> Mechanism:
+        """The same mechanism with another tip frame."""
+        if tip not in self.link_names:
+            raise ModelError("model.unknown_tip", link=tip, known=", ".join(self.link_names))
+        return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else T_lt))
+
+    def with_gravity(self, gravity: Vector3) -> Mechanism:
+        """The same mechanism under another gravity [m/s^2], in {s}."""
+        return replace(self, gravity=frozen(gravity))
+
+    @property
+    def n(self) -> int:
+        """Number of joint coordinates: moving joints of the tree that follow no other."""
+        return len(self.coordinates)
+
+    @cached_property
+    def coordinates(self) -> tuple[Joint, ...]:
+        """The joints that own a coordinate, in the order of q."""
+        return tuple(joint for joint in self.joints if joint.moves and joint.mimic is None)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that own a coordinate, in the order of q."""
+        return tuple(joint.name for joint in self.coordinates)
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Names of the links, the base first."""
+        return tuple(link.name for link in self.links)
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """Index into `links` of the parent of each joint: `links[parents[k]]` carries `joints[k]`."""
+        index = {link.name: i for i, link in enumerate(self.links)}
+        return tuple(index[joint.parent] for joint in self.joints)
+
+    @cached_property
+    def limits(self) -> JointLimits:
+        """Bounds of the coordinates, arrays of shape (n,)."""
+        each = [joint.limits for joint in self.coordinates]
+        fields = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
+        return JointLimits(*(frozen([getattr(limits, name) for limits in each]) for name in fields))
+
+    @property
+    def actuated(self) -> tuple[bool, ...]:
+        """For each coordinate, whether a motor drives it."""
+        return tuple(joint.actuated for joint in self.coordinates)
+
+    def link(self, name: str) -> Link:
+        """The link of that name.
+
+        Raises:
+            ModelError: there is none; the sentence lists the links.
+        """
+        for link in self.links:
+            if link.name == name:
+                return link
+        raise ModelError("model.no_such_link", link=name, known=", ".join(self.link_names))
+
+
+def _require_unique(what: str, names: list[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise ModelError(f"model.duplicate_{what}", name=name)
+        seen.add(name)
+
+
+def _sorted_tree(name: str, links: tuple[Link, ...], joints: tuple[Joint, ...]) -> tuple[str, tuple[Joint, ...]]:
+    """The base link, and the joints depth first, siblings in order of declaration."""
+    if not links:
+        raise ModelError("model.no_links", robot=name)
+    carried: dict[str, Joint] = {}
+    for joint in joints:
+        if joint.child in carried:
+            raise ModelError("model.two_parents", link=joint.child, first=carried[joint.child].name, second=joint.name)
+        carried[joint.child] = joint
+    roots = [link.name for link in links if link.name not in carried]
+    if not roots:
+        raise ModelError("model.cycle", joint=joints[0].name)
+    if len(roots) > 1:
+        raise ModelError("model.many_roots", roots=", ".join(roots))
+    outgoing: dict[str, list[Joint]] = {}
+    for joint in joints:
+        outgoing.setdefault(joint.parent, []).append(joint)
+    ordered: list[Joint] = []
+    waiting = list(reversed(outgoing.get(roots[0], [])))
+    while waiting:
+        joint = waiting.pop()
+        ordered.append(joint)
+        waiting.extend(reversed(outgoing.get(joint.child, [])))
+    if len(ordered) < len(joints):
+        reached = {joint.name for joint in ordered}
+        raise ModelError("model.cycle", joint=next(joint.name for joint in joints if joint.name not in reached))
+    return roots[0], tuple(ordered)
+
+
+def _require_mimic_leaders(joints: tuple[Joint, ...]) -> None:
+    """A mimic joint follows a joint that owns its coordinate."""
+    by_name = {joint.name: joint for joint in joints}
+    for joint in joints:
+        if joint.mimic is None:
+            continue
+        leader = by_name.get(joint.mimic.leader)
+        if leader is None or not leader.moves or leader.mimic is not None or not joint.moves:
+            raise ModelError("model.mimic_leader", joint=joint.name, leader=joint.mimic.leader)
+
+
+def _longest_chain_end(base: str, joints: tuple[Joint, ...]) -> str:
+    """The last link behind the most moving joints; fixed links after it count as its continuation."""
+    depth = {base: (0, 0)}
+    for joint in joints:
+        moving, fixed = depth[joint.parent]
+        depth[joint.child] = (moving + 1, 0) if joint.moves and joint.mimic is None else (moving, fixed + 1)
+    deepest = max(moving for moving, _ in depth.values())
+    return max((link for link in depth if depth[link][0] == deepest), key=lambda link: depth[link][1])

@@ -1,0 +1,118 @@
+"""Poses of constant frames as NumPy matrices: what tables and files of robots are built from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, pi, sin
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
+from mafsil.model.link import Inertial
+
+_QUARTER = pi / 2
+_ROUNDING = 4 * 2.0**-52
+
+
+def cos_sin(angle: float) -> tuple[float, float]:
+    """Cosine and sine of an angle [rad]; exact at whole quarter turns, so that no rounding dust enters a robot."""
+    quarters = angle / _QUARTER
+    nearest = round(quarters)
+    if abs(quarters - nearest) <= _ROUNDING * max(1.0, abs(quarters)):
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
+    return cos(angle), sin(angle)
+
+
+def rotation_x(angle: float) -> PoseMatrix:
+    """(4, 4) Rot(x, angle [rad])."""
+    c, s = cos_sin(angle)
+    return np.array([[1.0, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+
+def rotation_y(angle: float) -> PoseMatrix:
+    """(4, 4) Rot(y, angle [rad])."""
+    c, s = cos_sin(angle)
+    return np.array([[c, 0, s, 0], [0, 1.0, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
+
+
+def rotation_z(angle: float) -> PoseMatrix:
+    """(4, 4) Rot(z, angle [rad])."""
+    c, s = cos_sin(angle)
+    return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1]])
+
+
+def translation(x: float, y: float, z: float) -> PoseMatrix:
+    """(4, 4) Trans(x, y, z) [m]."""
+    T = np.eye(4)
+    T[:3, 3] = x, y, z
+    return T
+
+
+def pose_from_xyz_rpy(xyz: Sequence[float] | Vector3, rpy: Sequence[float] | Vector3) -> PoseMatrix:
+    """(4, 4) Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), as URDF's `origin`.
+
+    Args:
+        xyz: (3,) [m].
+        rpy: (3,) roll, pitch, yaw about the fixed x, y, z [rad].
+    """
+    roll, pitch, yaw = (float(angle) for angle in rpy)
+    turned = rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    x, y, z = (float(length) for length in xyz)
+    return translation(x, y, z) @ turned
+
+
+def inverse(T: PoseMatrix) -> PoseMatrix:
+    """(4, 4) inverse of one pose."""
+    result = np.eye(4)
+    result[:3, :3] = T[:3, :3].T
+    result[:3, 3] = -T[:3, :3].T @ T[:3, 3]
+    return result
+
+
+def skew(w: Vector3) -> Floats:
+    """(3, 3) matrix [w] with [w] p = w x p."""
+    x, y, z = w
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def adjoint(T: PoseMatrix) -> Floats:
+    """(6, 6) Ad(T) = [[R, 0], [[p] R, R]] for twists (omega, v)."""
+    R, p = T[:3, :3], T[:3, 3]
+    return np.block([[R, np.zeros((3, 3))], [skew(p) @ R, R]])
+
+
+def screw_motion(S: Vector6, q: float) -> PoseMatrix:
+    """(4, 4) exp([S] q) of a screw S = (omega, v), |omega| = 1, or omega = 0.
+
+    Reference: Lynch & Park, Modern Robotics, prop. 3.25.
+    """
+    T = np.eye(4)
+    omega, v = S[:3], S[3:]
+    if not omega.any():
+        T[:3, 3] = v * q
+        return T
+    c, s = cos_sin(q)
+    W = skew(omega)
+    T[:3, :3] += s * W + (1 - c) * (W @ W)
+    T[:3, 3] = (q * np.eye(3) + (1 - c) * W + (q - s) * (W @ W)) @ v
+    return T
+
+
+def moved_inertial(inertial: Inertial, T_ab: PoseMatrix) -> Inertial:
+    """The same mass properties, given in {b}, expressed in {a}."""
+    R, p = T_ab[:3, :3], T_ab[:3, 3]
+    return Inertial(inertial.mass, _frozen(R @ inertial.com + p), _frozen(R @ inertial.inertia @ R.T))
+
+
+def frame_along(direction: Vector3) -> Floats:
+    """(3, 3) rotation of the shortest turn that takes z onto a unit direction; half a turn about x for -z."""
+    x, y, z = direction
+    if z < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    W = skew(np.array([-y, x, 0.0]))
+    return np.eye(3) + W + W @ W / (1.0 + z)
+
+
+def _frozen(array: Floats) -> Floats:
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,196 @@
+"""The state of one reading: the document, the diagnostics so far, and strict access to numbers and names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, shown
+from mafsil.model.faults import (
+    MISSING_ATTRIBUTE,
+    NO_NAME,
+    REPEATED_ELEMENT,
+    STRANGE_NAME,
+    TOO_MANY_DIAGNOSTICS,
+    UNDERFLOW,
+    UNKNOWN_ELEMENT,
+    WRONG_COUNT,
+)
+from mafsil.model.numbers import LARGEST, decimal, proposal
+from mafsil.model.xml_tree import Document, Element, Refusal
+
+_FORBIDDEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
+LONGEST_NAME = 500
+
+
+@dataclass(slots=True)
+class Reading:
+    """Collects diagnostics while a document is read; the reader goes on after an error to find the next one."""
+
+    document: Document
+    diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
+
+    @property
+    def failed(self) -> bool:
+        """Whether an error was reported."""
+        return any(diagnostic.severity is Severity.ERROR for diagnostic in self.diagnostics)
+
+    def report(
+        self,
+        fault: Fault,
+        element: Element,
+        attribute: str | None = None,
+        repair: Repair | None = None,
+        /,
+        **facts: object,
+    ) -> None:
+        """Add a diagnostic at an element or one of its attributes."""
+        line, column = self.document.place(element, attribute)
+        safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
+        self.diagnostics.append(Diagnostic(fault, line, column, safe, repair))
+        if len(self.diagnostics) >= MOST_DIAGNOSTICS:
+            raise Refusal(Diagnostic(TOO_MANY_DIAGNOSTICS, line, column, {"limit": MOST_DIAGNOSTICS}))
+
+    def name(self, element: Element, attribute: str = "name") -> str:
+        """A name; reported if it is missing, empty or holds characters that do not show."""
+        value = element.get(attribute)
+        if not value.strip() or len(value) > LONGEST_NAME:
+            self.report(NO_NAME, element, attribute, element=element.tag, attribute=attribute)
+            return ""
+        clean = _FORBIDDEN.sub("", value).strip()
+        if clean != value:
+            repair = self.set_attribute(element, attribute, clean) if clean else None
+            self.report(STRANGE_NAME, element, attribute, repair, name=value)
+        return value
+
+    def reference(self, element: Element, attribute: str) -> str:
+        """A name of something else; reported only if it is missing."""
+        value = element.get(attribute)
+        if not value.strip():
+            self.report(MISSING_ATTRIBUTE, element, element=element.tag, attribute=attribute)
+        return value
+
+    def one(self, element: Element, tag: str) -> Element | None:
+        """The only child with a tag, or None; a second one is reported."""
+        found = element.all(tag)
+        for extra in found[1:]:
+            self.report(REPEATED_ELEMENT, extra, None, self.remove(extra), element=tag, parent=element.tag)
+        return found[0] if found else None
+
+    def report_strangers(self, element: Element, known: tuple[str, ...], ignored: tuple[str, ...]) -> None:
+        """Children that the format does not know are reported, unless they are widespread extensions."""
+        for child in element.children:
+            if child.tag not in known and child.tag not in ignored:
+                self.report(
+                    UNKNOWN_ELEMENT, child, None, None,
+                    element=child.tag, parent=element.tag, known=", ".join(known),
+                )  # fmt: skip
+
+    def number(
+        self,
+        element: Element,
+        attribute: str,
+        default: float | None = None,
+        *,
+        fallback: Repair | None = None,
+        largest: float = LARGEST,
+    ) -> float | None:
+        """One number.
+
+        Args:
+            element, attribute: where it stands.
+            default: taken if the attribute is missing; None makes that an error.
+            fallback: the repair to offer if none is obvious.
+            largest: magnitude beyond which it is refused.
+
+        Returns:
+            The number, or None after an error.
+        """
+        values = self.vector(
+            element, attribute, 1, None if default is None else (default,), fallback=fallback, largest=largest
+        )
+        return values[0] if values else None
+
+    def vector(
+        self,
+        element: Element,
+        attribute: str,
+        count: int,
+        default: tuple[float, ...] | None = None,
+        *,
+        fallback: Repair | None = None,
+        largest: float = LARGEST,
+    ) -> tuple[float, ...] | None:
+        """`count` numbers separated by blanks, as `number`."""
+        if attribute not in element.attributes:
+            if default is None:
+                self.report(MISSING_ATTRIBUTE, element, None, fallback, element=element.tag, attribute=attribute)
+            return default
+        text = element.attributes[attribute]
+        words = text.split()
+        if count == 1 and len(words) > 1 and proposal(text) is not None:
+            words = [text.strip()]
+        if len(words) != count:
+            self._wrong_count(element, attribute, words, count, fallback)
+            return None
+        return self._decimals(element, attribute, words, fallback, largest)
+
+    def set_attribute(self, element: Element, attribute: str, value: str) -> Repair:
+        """The repair that writes a value."""
+        edit = self.document.set_attribute(element, attribute, value)
+        return Repair("robotfile.repair_set", (edit,), {"attribute": attribute, "value": shown(value)})
+
+    def swap_attributes(self, element: Element, first: str, second: str) -> Repair:
+        """The repair that exchanges two values."""
+        edits = (
+            self.document.set_attribute(element, first, element.get(second)),
+            self.document.set_attribute(element, second, element.get(first)),
+        )
+        return Repair("robotfile.repair_swap", edits, {"first": first, "second": second})
+
+    def remove_attribute(self, element: Element, attribute: str) -> Repair:
+        """The repair that removes an attribute."""
+        edit = self.document.remove_attribute(element, attribute)
+        return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
+
+    def remove(self, element: Element) -> Repair:
+        """The repair that removes an element."""
+        return Repair("robotfile.repair_remove", (self.document.remove(element),), {"element": shown(element.tag)})
+
+    def append(self, element: Element, text: str) -> Repair:
+        """The repair that adds a child."""
+        edit: Edit = self.document.append(element, text)
+        return Repair("robotfile.repair_add", (edit,), {"text": shown(text), "element": shown(element.tag)})
+
+    def _decimals(
+        self, element: Element, attribute: str, words: list[str], fallback: Repair | None, largest: float
+    ) -> tuple[float, ...] | None:
+        read = [decimal(word, largest=largest) for word in words]
+        faults = [(word, fault) for word, (_, fault) in zip(words, read, strict=True) if fault is not None]
+        if not faults:
+            return tuple(value for value, _ in read)
+        proposals = [word if fault is None else proposal(word) for word, (_, fault) in zip(words, read, strict=True)]
+        mended = [word for word in proposals if word is not None]
+        repair = self.set_attribute(element, attribute, " ".join(mended)) if len(mended) == len(words) else fallback
+        word, fault = next(((w, f) for w, f in faults if f is not UNDERFLOW), faults[0])
+        if fault is UNDERFLOW:
+            repair = self.set_attribute(
+                element, attribute, " ".join(w if f is None else "0" for w, (_, f) in zip(words, read, strict=True))
+            )
+        self.report(
+            fault, element, attribute, repair,
+            element=element.tag, attribute=attribute, text=word, limit=largest,
+        )  # fmt: skip
+        return tuple(value for value, _ in read) if fault is UNDERFLOW else None
+
+    def _wrong_count(
+        self, element: Element, attribute: str, words: list[str], count: int, fallback: Repair | None
+    ) -> None:
+        clean = all(decimal(word)[1] is None for word in words)
+        repair = fallback
+        if fallback is None and clean and words:
+            repair = self.set_attribute(element, attribute, " ".join((words + ["0"] * count)[:count]))
+        self.report(
+            WRONG_COUNT, element, attribute, repair,
+            element=element.tag, attribute=attribute, expected=count, got=len(words), text=" ".join(words),
+        )  # fmt: skip

@@ -1,0 +1,93 @@
+"""Applies the repairs that diagnostics offer to a document, round by round, and lists what was changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from mafsil.model.diagnostics import Diagnostic, Edit, Repair, Report, Severity, require_mechanism
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.xml_tree import ReadLimits, Refusal
+
+MOST_ROUNDS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One repair that was carried out, and the diagnostic that asked for it (place in the text of its round)."""
+
+    diagnostic: Diagnostic
+    repair: Repair
+
+    def sentence(self, language: str | None = None) -> str:
+        """Place, code and what was done."""
+        return f"{self.diagnostic.line}: {self.diagnostic.code} {self.repair.sentence(language)}"
+
+
+def mended(
+    source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], *, only_errors: bool = False
+) -> tuple[Text, tuple[Change, ...]]:
+    """The document with all offered repairs carried out.
+
+    Args:
+        source, limits: what to read.
+        report_of: the reader of its format.
+        only_errors: leave alone what is only a warning.
+
+    Returns:
+        The corrected document and the changes. Errors without a repair remain.
+
+    Raises:
+        FileError: the source cannot be read.
+    """
+    try:
+        text = load(source, limits)
+    except Refusal as refusal:
+        require_mechanism(Report(name_of(source), (refusal.diagnostic,)))
+        raise
+    text = replace(text, remarks=())
+    changes: list[Change] = []
+    for _ in range(MOST_ROUNDS):
+        report = report_of(text)
+        chosen = _apart(_offers(report, only_errors))
+        if not chosen:
+            break
+        edits = [edit for change in chosen for edit in change.repair.edits]
+        text = replace(text, data=edited(text.data, edits))
+        changes.extend(chosen)
+    return text, tuple(changes)
+
+
+def noted(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
+    """The mechanism with the changes among the notes of its provenance."""
+    provenance = mechanism.provenance
+    notes = (*(change.sentence("en") for change in changes), *provenance.notes)
+    return replace(mechanism, provenance=replace(provenance, notes=notes))
+
+
+def edited(data: bytes, edits: list[Edit]) -> bytes:
+    """The bytes after edits that do not overlap."""
+    result = bytearray(data)
+    for edit in sorted(edits, key=lambda edit: (edit.start, edit.end), reverse=True):
+        result[edit.start : edit.end] = edit.replacement.encode("utf-8")
+    return bytes(result)
+
+
+def _offers(report: Report, only_errors: bool) -> list[Change]:
+    """The repairs on offer; those of errors first."""
+    asking = report.errors if only_errors else report.diagnostics
+    offers = [Change(d, d.repair) for d in asking if d.repair is not None]
+    return sorted(offers, key=lambda change: change.diagnostic.severity is not Severity.ERROR)
+
+
+def _apart(offers: list[Change]) -> list[Change]:
+    """As many as can be carried out at once; those that touch the same bytes wait for the next round."""
+    chosen: list[Change] = []
+    taken: list[tuple[int, int]] = []
+    for change in offers:
+        spans = [(edit.start, edit.end) for edit in change.repair.edits]
+        if not any(start <= end_ and start_ <= end for start, end in spans for start_, end_ in taken):
+            chosen.append(change)
+            taken.extend(spans)
+    return chosen

@@ -1,0 +1,76 @@
+"""Geometry attached to links: what is drawn and what collides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, frozen
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box centred on its frame; `size` are the full edge lengths along x, y, z [m]."""
+
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder centred on its frame, axis along z; full `length` [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A cylinder with hemispherical ends, axis along z; `length` without the ends [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A ball centred on its frame [m]."""
+
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A surface in a file.
+
+    Attributes:
+        reference: the reference as written in the robot file, such as `package://arm/link1.stl`.
+        path: the file it was resolved to, or None if it was not found or not allowed.
+        scale: factors along x, y, z.
+    """
+
+    reference: str
+    path: Path | None = None
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+Geometry: TypeAlias = Box | Cylinder | Capsule | Sphere | Mesh
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shape:
+    """A geometry placed in the frame of its link.
+
+    Attributes:
+        geometry: what it is.
+        T_lg: (4, 4) pose of the geometry's frame {g} in the link frame {l}.
+        name: optional name.
+        colour: red, green, blue, opacity in 0..1, or None.
+    """
+
+    geometry: Geometry
+    T_lg: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    name: str = ""
+    colour: tuple[float, float, float, float] | None = None

@@ -1,0 +1,166 @@
+"""From what a caller hands over (path, text or bytes) to a document in clean UTF-8, or one diagnostic."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import re
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, shown
+from mafsil.model.faults import (
+    BYTE_ORDER_MARK,
+    CONVERTED_ENCODING,
+    EMPTY,
+    ENCODING,
+    FILE_MISSING,
+    NOT_A_FILE,
+    NUL_BYTE,
+    TOO_LARGE,
+    UNKNOWN_ENCODING,
+)
+from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal
+
+Source: TypeAlias = str | Path | bytes
+"""A path, or the document itself: bytes, or a str that begins with `<`."""
+
+_DECLARATION = re.compile(rb"""^\s*<\?xml[^>]*?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+_ENCODINGS = {
+    "utf-8": "utf-8",
+    "utf8": "utf-8",
+    "us-ascii": "utf-8",
+    "ascii": "utf-8",
+    "iso-8859-1": "iso-8859-1",
+    "latin1": "iso-8859-1",
+    "windows-1252": "windows-1252",
+    "windows-1256": "windows-1256",
+    "iso-8859-6": "iso-8859-6",
+}
+_WIDE_MARKS = ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+_UNMARKED_WIDE = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A document ready for the parser.
+
+    Attributes:
+        name: of the file, or `<text>`.
+        data: the document in UTF-8 without byte order mark.
+        folder: where the file lies, or None for a text.
+        remarks: about the encoding.
+    """
+
+    name: str
+    data: bytes
+    folder: Path | None
+    remarks: tuple[Diagnostic, ...] = ()
+
+
+def name_of(source: Source) -> str:
+    """The name under which a source stands in reports."""
+    return "<text>" if _is_text(source) else str(source)
+
+
+def load(source: Source, limits: ReadLimits = DEFAULT_LIMITS) -> Text:
+    """Read and decode a source.
+
+    Raises:
+        Refusal: no such file, not a regular file, too large, empty, a NUL byte, not in its encoding.
+    """
+    if isinstance(source, bytes):
+        data, folder = source, None
+    elif isinstance(source, str) and _is_text(source):
+        data, folder = source.encode("utf-8", "surrogatepass"), None
+    else:
+        path = Path(source)
+        data, folder = _read(path, limits), path.parent
+    if len(data) > limits.bytes:
+        raise _refusal(TOO_LARGE, limit=limits.bytes)
+    clean, remarks = _decoded(data)
+    if not clean.strip():
+        raise _refusal(EMPTY)
+    return Text(name_of(source), clean, folder, remarks)
+
+
+def _is_text(source: Source) -> bool:
+    return isinstance(source, bytes) or (isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"))
+
+
+def _read(path: Path, limits: ReadLimits) -> bytes:
+    """At most one byte more than the limit of a regular file."""
+    name = shown(str(path))
+    try:
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError:
+        raise _refusal(FILE_MISSING, path=name) from None
+    except (OSError, ValueError):
+        raise _refusal(NOT_A_FILE, path=name) from None
+    with os.fdopen(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise _refusal(NOT_A_FILE, path=name)
+        try:
+            return file.read(limits.bytes + 1)
+        except OSError:
+            raise _refusal(NOT_A_FILE, path=name) from None
+
+
+def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
+    """The document as UTF-8, and what had to be said about its encoding."""
+    if data.startswith(codecs.BOM_UTF8):
+        data = data[len(codecs.BOM_UTF8) :]
+        return _checked(data), (Diagnostic(BYTE_ORDER_MARK, 1, 1),)
+    for mark, encoding in (*_WIDE_MARKS, *_UNMARKED_WIDE):
+        if data.startswith(mark):
+            return _converted(data, encoding, "UTF-16")
+    declared = _DECLARATION.match(data[:200])
+    if declared is None:
+        return _checked(data), ()
+    name = declared.group(1).decode("ascii")
+    encoding = _ENCODINGS.get(name.lower())
+    if encoding is None:
+        return _undeclared(data, name, declared.start(1), declared.end(1))
+    return (_checked(data), ()) if encoding == "utf-8" else _converted(data, encoding, name)
+
+
+def _undeclared(data: bytes, name: str, start: int, end: int) -> tuple[bytes, tuple[Diagnostic, ...]]:
+    """An encoding that is not read: an error, with the repair of declaring UTF-8 if the bytes are UTF-8."""
+    _checked(data)
+    repair = Repair("robotfile.repair_declare_utf8", (Edit(start, end, "UTF-8"),))
+    return data, (Diagnostic(UNKNOWN_ENCODING, 1, start + 1, {"encoding": name}, repair),)
+
+
+def _converted(data: bytes, encoding: str, name: str) -> tuple[bytes, tuple[Diagnostic, ...]]:
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise _refusal(ENCODING, encoding=name, offset=error.start) from None
+    remark = Diagnostic(CONVERTED_ENCODING, 1, 1, {"encoding": name})
+    return _checked(_as_utf8_declaration(text).encode("utf-8", "replace")), (remark,)
+
+
+def _as_utf8_declaration(text: str) -> str:
+    return re.sub(r"""(<\?xml[^>]*?encoding\s*=\s*["'])[A-Za-z0-9._-]+""", r"\1UTF-8", text, count=1)
+
+
+def _checked(data: bytes) -> bytes:
+    """The bytes, if they are UTF-8 without NUL."""
+    if (at := data.find(b"\0")) >= 0:
+        raise Refusal(_at(NUL_BYTE, data, at, offset=at))
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise Refusal(_at(ENCODING, data, error.start, encoding="UTF-8", offset=error.start)) from None
+    return data
+
+
+def _at(fault: Fault, data: bytes, at: int, **facts: object) -> Diagnostic:
+    line = data.count(b"\n", 0, at) + 1
+    return Diagnostic(fault, line, at - data.rfind(b"\n", 0, at), facts)
+
+
+def _refusal(fault: Fault, **facts: object) -> Refusal:
+    return Refusal(Diagnostic(fault, 0, 0, facts))

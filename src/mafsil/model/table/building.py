@@ -1,0 +1,126 @@
+"""A mechanism from a valid robot table: units become SI here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, Vector6, frozen
+from mafsil.errors import ModelError
+from mafsil.model.actuator import Actuator, Friction
+from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.joint import JointKind
+from mafsil.model.limits import Limits
+from mafsil.model.link import Inertial
+from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+from mafsil.model.table.form import InertialTable, JointTable, LimitsTable, PoseTable, RobotTable
+
+KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC, "H": JointKind.HELICAL}
+
+
+def mechanism_of(table: RobotTable) -> Mechanism:
+    """The mechanism of a valid table."""
+    turn, long = (radians(1.0) if table.units.angle == "deg" else 1.0), (1e-3 if table.units.length == "mm" else 1.0)
+    parts = _parts(table, turn, long)
+    base, tool = _pose(table.base, turn, long), _pose(table.tool, turn, long)
+    if table.convention in ("modified", "classic"):
+        rows = [_row(joint, turn, long) for joint in table.joint]
+        return mechanism_from_dh(rows, table.convention, base=base, tool=tool, **parts)
+    if table.convention == "frames":
+        return serial_arm([_place(joint, turn, long) for joint in table.joint], base=base, T_lt=tool, **parts)
+    screws = [_screw(joint, long) for joint in table.joint]
+    home = _pose(table.home or PoseTable(), turn, long)
+    arm = mechanism_from_screws(screws, home, form="space" if table.convention == "space" else "body", **parts)
+    return replace(arm, T_sb=frozen(base), T_lt=frozen(arm.T_lt @ tool))
+
+
+def _parts(table: RobotTable, turn: float, long: float) -> ArmParts:
+    """Everything besides the kinematics, in SI."""
+    joints = table.joint
+    return ArmParts(
+        name=table.name,
+        inertials=[_inertial(joint.inertial, long) for joint in joints],
+        limits=[_limits(joint.limits, long if _slides(joint) else turn) for joint in joints],
+        actuators=[
+            None
+            if (motor := joint.actuator) is None
+            else Actuator(motor.rotor_inertia, motor.gear_ratio, motor.armature)
+            for joint in joints
+        ],
+        frictions=[
+            None
+            if (brake := joint.friction) is None
+            else Friction(brake.viscous, brake.coulomb, brake.coulomb_negative)
+            for joint in joints
+        ],
+        joint_names=[joint.name or f"joint{k}" for k, joint in enumerate(joints, start=1)],
+        link_names=[table.base_link, *(joint.link or f"link{k}" for k, joint in enumerate(joints, start=1))],
+        gravity=table.gravity,
+        provenance=Provenance(table.provenance.source, table.provenance.licence, table.provenance.notes),
+    )
+
+
+def _row(joint: JointTable, turn: float, long: float) -> DHRow:
+    """A Denavit-Hartenberg row in SI."""
+    if joint.kind == "H":
+        raise ModelError("table.kind", joint=joint.name or "", kind=joint.kind)
+    return DHRow(
+        a=long * (joint.a or 0.0),
+        alpha=turn * (joint.alpha or 0.0),
+        d=long * (joint.d or 0.0),
+        theta=turn * (joint.theta or 0.0),
+        kind=joint.kind,
+        offset=(turn if joint.kind == "R" else long) * (joint.offset or 0.0),
+    )
+
+
+def _place(joint: JointTable, turn: float, long: float) -> JointPlace:
+    """A joint at a free frame, about a free axis."""
+    zero = (0.0, 0.0, 0.0)
+    pose = _pose(PoseTable(joint.xyz or zero, joint.rpy or zero, joint.matrix), turn, long)
+    axis = np.array(joint.axis or (0.0, 0.0, 1.0))
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        raise ModelError("table.axis", joint=joint.name or "")
+    return JointPlace(KINDS[joint.kind], pose, np.eye(4), long * (joint.pitch or 0.0), axis / length)
+
+
+def _pose(table: PoseTable, turn: float, long: float) -> PoseMatrix:
+    """A pose (4, 4) in metres."""
+    if table.matrix is None:
+        return pose_from_xyz_rpy(tuple(long * x for x in table.xyz), tuple(turn * x for x in table.rpy))
+    T = np.array(table.matrix)
+    R = T[:3, :3]
+    if np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0 or (T[3] != (0, 0, 0, 1)).any():
+        raise ModelError("table.pose", matrix=T.tolist())
+    T[:3, 3] *= long
+    return T
+
+
+def _screw(joint: JointTable, long: float) -> Vector6:
+    """A screw with v in metres; the direction of a slide has no unit."""
+    S: Floats = np.array(joint.screw)
+    return S if _slides(joint) else S * np.array([1.0, 1.0, 1.0, long, long, long])
+
+
+def _slides(joint: JointTable) -> bool:
+    """Whether the coordinate is a length."""
+    return joint.kind == "P" if joint.screw is None else not any(joint.screw[:3])
+
+
+def _limits(table: LimitsTable, unit: float) -> Limits:
+    bounds = (table.lower, table.upper, table.velocity, table.acceleration, table.jerk)
+    return Limits(*(unit * bound for bound in bounds), effort=table.effort)
+
+
+def _inertial(table: InertialTable | None, long: float) -> Inertial | None:
+    if table is None:
+        return None
+    xx, yy, zz, xy, xz, yz = (*table.inertia, 0.0, 0.0, 0.0)[:6]
+    com = [long * x for x in table.com]
+    return Inertial(table.mass, frozen(com), frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))

@@ -1,0 +1,110 @@
+"""Robot tables from files: size, encoding, form, then numbers."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from mafsil.errors import FileError
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.table.building import mechanism_of
+from mafsil.model.table.form import KEYS, RobotTable
+from mafsil.model.table.text import line_of, numbers_of
+
+SIZE_LIMIT = 1_000_000
+"""Largest file that is read [bytes]; a table of a hundred joints has 30 000."""
+
+
+def read_table(path: str | Path) -> Mechanism:
+    """The robot of a TOML file.
+
+    Args:
+        path: of the file; at most SIZE_LIMIT bytes, UTF-8.
+
+    Raises:
+        FileError: the file is missing, too large, not UTF-8, not TOML, or a key has the wrong type, is unknown or does
+            not belong to the convention; the sentence names the line.
+        ModelError: the numbers describe no mechanism.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(SIZE_LIMIT + 1)
+    except OSError as error:
+        raise FileError("table.open", path=str(file), reason=error.strerror or str(error)) from None
+    if len(data) > SIZE_LIMIT:
+        raise FileError("table.size", path=str(file), limit=SIZE_LIMIT)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError("table.utf8", path=str(file), line=data[: error.start].count(b"\n") + 1) from None
+    return parse_table(text, str(file))
+
+
+def parse_table(text: str, path: str = "<text>") -> Mechanism:
+    """The robot of a TOML text; `path` is named in errors.
+
+    Raises:
+        FileError, ModelError: as `read_table`.
+    """
+    return mechanism_of(decoded(text, path))
+
+
+def decoded(text: str, path: str) -> RobotTable:
+    """The text as a table of the right form, or the line where it is not."""
+    try:
+        table = msgspec.convert(tomllib.loads(text), RobotTable)
+    except tomllib.TOMLDecodeError as error:
+        raise FileError("table.toml", path=path, reason=str(error)) from None
+    except RecursionError:
+        raise FileError("table.toml", path=path, reason="nested too deeply") from None
+    except msgspec.ValidationError as error:
+        reason, _, place = str(error).partition(" - at ")
+        named = re.search(r"field `(\w+)`", reason)
+        where = (place.strip("`") or "$") + (f".{named[1]}" if named else "")
+        raise FileError("table.form", path=path, line=line_of(text, where), place=where, reason=reason) from None
+    _require_finite(table, text, path)
+    _require_moments(table, text, path)
+    _require_own_keys(table, text, path)
+    return table
+
+
+def _require_finite(table: RobotTable, text: str, path: str) -> None:
+    """No NaN anywhere, and infinities in limits alone."""
+    for place, value in numbers_of(msgspec.to_builtins(table)):
+        if not np.isfinite(value) and (np.isnan(value) or ".limits." not in place):
+            raise FileError("table.finite", path=path, line=line_of(text, place), place=place, value=value)
+
+
+def _require_moments(table: RobotTable, text: str, path: str) -> None:
+    """An inertia has three numbers or six."""
+    for k, joint in enumerate(table.joint):
+        if joint.inertial is not None and len(joint.inertial.inertia) not in (3, 6):
+            place = f"$.joint[{k}].inertial.inertia"
+            raise FileError(
+                "table.moments", path=path, line=line_of(text, place), place=place, got=len(joint.inertial.inertia)
+            )
+
+
+def _require_own_keys(table: RobotTable, text: str, path: str) -> None:
+    """Every joint has the keys of the file's convention and no others; `home` belongs to screws."""
+    own = KEYS[table.convention]
+    for k, joint in enumerate(table.joint):
+        for key in sorted({key for keys in KEYS.values() for key in keys}):
+            place = f"$.joint[{k}].{key}"
+            if getattr(joint, key) is not None and key not in own:
+                raise FileError(
+                    "table.foreign", path=path, line=line_of(text, place), field=key, convention=table.convention
+                )
+        if "screw" in own and joint.screw is None:
+            place = f"$.joint[{k}]"
+            raise FileError(
+                "table.missing", path=path, line=line_of(text, place), field="screw", convention=table.convention
+            )
+    if ("screw" in own) != (table.home is not None):
+        key = "table.missing" if table.home is None else "table.foreign"
+        raise FileError(key, path=path, line=line_of(text, "$.home"), field="home", convention=table.convention)

@@ -1,0 +1,95 @@
+"""Robot tables written to files."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.errors import FileError, ModelError
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.link import Link
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.table.building import KINDS
+from mafsil.model.table.text import toml_text
+
+
+def write_table(mechanism: Mechanism, path: str | Path) -> None:
+    """Write an arm as a TOML file that `read_table` turns into the same mechanism, up to rounding in the last digit.
+
+    The `frames` convention is used, in metres and radians; shapes of links are not part of a table and are left out.
+
+    Args:
+        mechanism: an arm of moving joints in a row.
+        path: of the file; an existing file is replaced.
+
+    Raises:
+        ModelError: the robot has loops, branches, fixed, mimic, passive or endless joints, or masses of the base,
+            which a table cannot hold; write URDF.
+        FileError: the file cannot be written.
+    """
+    text = format_table(mechanism)
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError("table.write", path=str(path), reason=error.strerror or str(error)) from None
+
+
+def format_table(mechanism: Mechanism) -> str:
+    """The text that `write_table` writes.
+
+    Raises:
+        ModelError: as `write_table`.
+    """
+    _require_writable(mechanism)
+    return toml_text(
+        {
+            "name": mechanism.name,
+            "convention": "frames",
+            "base_link": mechanism.links[0].name,
+            "gravity": mechanism.gravity,
+            "base": {"matrix": mechanism.T_sb},
+            "tool": {"matrix": mechanism.T_lt},
+            "provenance": asdict(mechanism.provenance),
+        },
+        [_joint_fields(joint, link) for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True)],
+    )
+
+
+def _require_writable(mechanism: Mechanism) -> None:
+    """Nothing that a table would lose, except shapes."""
+    base = mechanism.links[0].name
+    previous = base
+    for joint in mechanism.joints:
+        plain = joint.moves and joint.mimic is None and joint.actuated and not joint.wraps
+        if not plain or joint.parent != previous:
+            raise ModelError("table.unwritable", robot=mechanism.name, part=joint.name)
+        previous = joint.child
+    if mechanism.loops:
+        raise ModelError("table.unwritable", robot=mechanism.name, part=mechanism.loops[0].name)
+    if mechanism.links[0].inertial is not None or mechanism.tip != previous or previous == base:
+        raise ModelError("table.unwritable", robot=mechanism.name, part=base)
+
+
+def _joint_fields(joint: Joint, link: Link) -> dict[str, object]:
+    """Keys of one joint; what has its default value is left out."""
+    fields: dict[str, object] = {
+        "name": joint.name,
+        "link": link.name,
+        "kind": next(letter for letter, kind in KINDS.items() if kind is joint.kind),
+        "matrix": joint.T_pj,
+        "axis": joint.axis,
+    }
+    if joint.kind is JointKind.HELICAL:
+        fields["pitch"] = joint.pitch
+    bounds = {name: value for name, value in asdict(joint.limits).items() if np.isfinite(value)}
+    if bounds:
+        fields["limits"] = bounds
+    if link.inertial is not None:
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = link.inertial.inertia
+        fields["inertial"] = {"mass": link.inertial.mass, "com": link.inertial.com, "inertia": [xx, yy, zz, xy, xz, yz]}
+    for name, part in (("actuator", joint.actuator), ("friction", joint.friction)):
+        if part is not None:
+            fields[name] = {key: value for key, value in asdict(part).items() if value is not None}
+    return fields

@@ -1,0 +1,240 @@
+"""Joints of a URDF file: type, axis, limits, mimic, friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, sqrt
+
+from mafsil.arrays import Vector3, frozen
+from mafsil.model.actuator import Friction
+from mafsil.model.faults import (
+    AXIS_NORMALISED,
+    DEFAULT_AXIS,
+    EMPTY_RANGE,
+    HALF_RANGE,
+    LIMITS_EQUAL,
+    LIMITS_INVERTED,
+    MIMIC_ON_FIXED,
+    MIMIC_ZERO,
+    MISSING_ELEMENT,
+    NEGATIVE_BOUND,
+    NEGATIVE_DAMPING,
+    NO_BOUND,
+    NO_LIMIT,
+    NO_RANGE,
+    SAFETY_IGNORED,
+    SEVERAL_FREEDOMS,
+    UNKNOWN_TYPE,
+    UNUSED_RANGE,
+    ZERO_AXIS,
+    ZERO_BOUND,
+)
+from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.limits import Limits
+from mafsil.model.numbers import written
+from mafsil.model.reading import Reading
+from mafsil.model.urdf.origin import read_origin
+from mafsil.model.xml_tree import Element
+
+KINDS = {
+    "revolute": JointKind.REVOLUTE,
+    "continuous": JointKind.REVOLUTE,
+    "prismatic": JointKind.PRISMATIC,
+    "fixed": JointKind.FIXED,
+}
+_MEANT = {
+    "hinge": "revolute",
+    "rotational": "revolute",
+    "rotary": "revolute",
+    "revolution": "revolute",
+    "slide": "prismatic",
+    "slider": "prismatic",
+    "linear": "prismatic",
+    "translational": "prismatic",
+    "rigid": "fixed",
+    "weld": "fixed",
+}
+_URDF_AXIS = frozen([1.0, 0.0, 0.0])
+LARGEST_LIMIT = 1e300
+UNIT = 1e-9
+"""Deviation of an axis from unit length that is rounding of its decimals, normalised without a remark."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A joint as it stands in the file, with its element for later remarks."""
+
+    joint: Joint
+    element: Element
+
+
+def read_joint(reading: Reading, element: Element) -> Declared | None:
+    """A joint, or None after an error that leaves nothing to go on with."""
+    name = reading.name(element)
+    kind = _read_kind(reading, element, name)
+    parent, child = _end(reading, element, "parent"), _end(reading, element, "child")
+    reading.report_strangers(
+        element,
+        ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration"),
+        ("hardwareInterface",),
+    )
+    T_pj = read_origin(reading, element)
+    axis = _read_axis(reading, element, name, kind)
+    wraps = element.get("type") == "continuous"
+    limits = _read_limits(reading, element, name, wraps=wraps) if kind is not JointKind.FIXED else Limits()
+    mimic = _read_mimic(reading, element, name, kind)
+    friction = _read_friction(reading, element)
+    if (safety := element.first("safety_controller")) is not None:
+        reading.report(SAFETY_IGNORED, safety, joint=name)
+    if not (name and parent and child):
+        return None
+    joint = Joint(name, kind, parent, child, T_pj, axis, 0.0, limits, wraps, True, mimic, None, friction)
+    return Declared(joint, element)
+
+
+def _read_kind(reading: Reading, element: Element, name: str) -> JointKind:
+    word = element.get("type")
+    if word in KINDS:
+        return KINDS[word]
+    lowered = word.strip().lower()
+    if lowered in ("floating", "planar"):
+        reading.report(
+            SEVERAL_FREEDOMS, element, "type", reading.set_attribute(element, "type", "fixed"),
+            joint=name, kind=lowered,
+        )  # fmt: skip
+        return JointKind.FIXED
+    meant = lowered if lowered in KINDS else _MEANT.get(lowered, "fixed")
+    repair = reading.set_attribute(element, "type", meant)
+    reading.report(UNKNOWN_TYPE, element, "type", repair, joint=name, kind=word, known=", ".join(KINDS))
+    return KINDS[meant]
+
+
+def _end(reading: Reading, joint: Element, tag: str) -> str:
+    """The link named by `parent` or `child`."""
+    element = reading.one(joint, tag)
+    if element is None:
+        reading.report(MISSING_ELEMENT, joint, None, reading.remove(joint), element=tag, parent="joint")
+        return ""
+    return reading.reference(element, "link")
+
+
+def _read_axis(reading: Reading, joint: Element, name: str, kind: JointKind) -> Vector3:
+    element = reading.one(joint, "axis")
+    if kind is JointKind.FIXED:
+        if element is not None:
+            reading.vector(element, "xyz", 3)
+        return _URDF_AXIS
+    if element is None:
+        reading.report(DEFAULT_AXIS, joint, None, reading.append(joint, '<axis xyz="1 0 0"/>'), joint=name)
+        return _URDF_AXIS
+    xyz = reading.vector(element, "xyz", 3)
+    if xyz is None:
+        return _URDF_AXIS
+    largest = max(abs(x) for x in xyz)
+    if largest < 1e-150:
+        repair = reading.set_attribute(element, "xyz", "1 0 0")
+        reading.report(ZERO_AXIS, element, "xyz", repair, joint=name)
+        return _URDF_AXIS
+    scaled = [x / largest for x in xyz]
+    length = sqrt(sum(x * x for x in scaled))
+    if abs(length * largest - 1.0) > UNIT:
+        unit = " ".join(written(x / length) for x in scaled)
+        repair = reading.set_attribute(element, "xyz", unit)
+        reading.report(AXIS_NORMALISED, element, "xyz", repair, joint=name, length=f"{length * largest:.6g}")
+    return frozen([x / length for x in scaled])
+
+
+def _read_limits(reading: Reading, joint: Element, name: str, *, wraps: bool) -> Limits:
+    element = reading.one(joint, "limit")
+    if element is None:
+        if not wraps:
+            reading.report(NO_LIMIT, joint, joint=name)
+        return Limits()
+    lower, upper = _read_range(reading, element, name, wraps=wraps)
+    velocity = _read_bound(reading, element, "velocity", name)
+    effort = _read_bound(reading, element, "effort", name)
+    return Limits(lower, upper, velocity, effort=effort)
+
+
+def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -> tuple[float, float]:
+    """Position bounds; infinite where the file gives none."""
+    given = [key for key in ("lower", "upper") if key in element.attributes]
+    bounds = {
+        key: reading.number(element, key, fallback=reading.remove_attribute(element, key), largest=LARGEST_LIMIT)
+        for key in given
+    }
+    if None in bounds.values():
+        return -inf, inf
+    lower, upper = bounds.get("lower") or 0.0, bounds.get("upper") or 0.0
+    if wraps:
+        if lower != upper:
+            reading.report(UNUSED_RANGE, element, given[0], joint=name)
+        return -inf, inf
+    if not given:
+        reading.report(NO_RANGE, element, joint=name)
+        return -inf, inf
+    if lower > upper:
+        repair = reading.swap_attributes(element, "lower", "upper") if len(given) == 2 else None
+        reading.report(LIMITS_INVERTED, element, given[0], repair, joint=name, lower=lower, upper=upper)
+        return -inf, inf
+    return _judged_range(reading, element, name, lower, upper, given)
+
+
+def _judged_range(
+    reading: Reading, element: Element, name: str, lower: float, upper: float, given: list[str]
+) -> tuple[float, float]:
+    """An ordered range, with remarks about an empty or a half one."""
+    if lower == upper == 0.0:
+        reading.report(EMPTY_RANGE, element, given[0], joint=name)
+        return -inf, inf
+    if lower == upper:
+        reading.report(LIMITS_EQUAL, element, given[0], joint=name, value=lower)
+    elif len(given) == 1:
+        missing = "upper" if given[0] == "lower" else "lower"
+        reading.report(HALF_RANGE, element, given[0], joint=name, attribute=missing)
+    return lower, upper
+
+
+def _read_bound(reading: Reading, element: Element, key: str, name: str) -> float:
+    """A velocity or effort limit; zero and missing mean unknown, which is infinite."""
+    if key not in element.attributes:
+        reading.report(NO_BOUND, element, None, joint=name, attribute=key)
+        return inf
+    fallback = reading.remove_attribute(element, key)
+    value = reading.number(element, key, fallback=fallback, largest=LARGEST_LIMIT)
+    if value == 0.0:
+        reading.report(ZERO_BOUND, element, key, joint=name, attribute=key)
+    elif value is not None and value < 0.0:
+        repair = reading.set_attribute(element, key, written(-value))
+        reading.report(NEGATIVE_BOUND, element, key, repair, joint=name, attribute=key, value=value)
+    return value if value is not None and value > 0.0 else inf
+
+
+def _read_mimic(reading: Reading, joint: Element, name: str, kind: JointKind) -> Mimic | None:
+    element = reading.one(joint, "mimic")
+    if element is None:
+        return None
+    leader = reading.reference(element, "joint")
+    multiplier = reading.number(element, "multiplier", 1.0)
+    offset = reading.number(element, "offset", 0.0)
+    if kind is JointKind.FIXED:
+        reading.report(MIMIC_ON_FIXED, element, joint=name)
+        return None
+    if multiplier == 0.0:
+        reading.report(MIMIC_ZERO, element, "multiplier", joint=name)
+    return Mimic(leader, multiplier or 0.0, offset or 0.0) if leader else None
+
+
+def _read_friction(reading: Reading, joint: Element) -> Friction | None:
+    element = reading.one(joint, "dynamics")
+    if element is None:
+        return None
+    values: list[float] = []
+    for key in ("damping", "friction"):
+        value = reading.number(element, key, 0.0, fallback=reading.remove_attribute(element, key)) or 0.0
+        if value < 0.0:
+            repair = reading.set_attribute(element, key, written(-value))
+            reading.report(NEGATIVE_DAMPING, element, key, repair, attribute=key, value=value)
+        values.append(value)
+    viscous, coulomb = values
+    return Friction(viscous, coulomb) if viscous or coulomb else None

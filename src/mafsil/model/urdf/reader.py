@@ -1,0 +1,163 @@
+"""The strict URDF reader: finds everything wrong in one pass, says where, and changes nothing silently."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from mafsil.errors import ModelError
+from mafsil.model.asset_path import Assets
+from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
+from mafsil.model.faults import IGNORED_ELEMENT, INCONSISTENT, NAMELESS_ROBOT, UNEXPANDED_XACRO, WRONG_ROOT
+from mafsil.model.joint import Joint
+from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.reading import Reading
+from mafsil.model.repairing import Change, mended, noted
+from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.urdf.joint import read_joint
+from mafsil.model.urdf.link import read_link
+from mafsil.model.urdf.shape import Materials
+from mafsil.model.urdf.structure import DeclaredLink, check_joints, check_links, resolve_mimics
+from mafsil.model.urdf.transmission import read_transmissions
+from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
+
+_PARTS = ("link", "joint", "material", "transmission")
+_IGNORED = ("gazebo", "ros2_control", "sensor", "verbose", "loop_joint")
+MOST_NOTES = 50
+
+
+def read(
+    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS, repair: bool = False
+) -> Mechanism:
+    """The mechanism described by a URDF file.
+
+    Args:
+        source: path of the file, or the document itself (bytes, or a str that begins with `<`).
+        packages: directories of packages, or that hold packages, for `package://` references.
+        limits: sizes beyond which the file is refused.
+        repair: apply the repairs that the diagnostics offer before giving up; the file itself is not touched.
+
+    Returns:
+        The mechanism; what was normalised or guessed stands in its `provenance.notes`.
+
+    Raises:
+        FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
+    """
+    report = diagnose(source, packages=packages, limits=limits)
+    if repair and not report.ok:
+        text, changes = mended(source, limits, lambda text: report_of(text, packages, limits), only_errors=True)
+        return noted(require_mechanism(report_of(text, packages, limits)), changes)
+    return require_mechanism(report)
+
+
+def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> Report:
+    """All that is to be said about a URDF file, with the mechanism if there is one.
+
+    Args:
+        source, packages, limits: as for `read`.
+
+    Returns:
+        Coded diagnostics in the order of the file; never raises for what stands in the file.
+    """
+    name = name_of(source)
+    try:
+        text = load(source, limits)
+    except Refusal as refusal:
+        return Report(name, (refusal.diagnostic,))
+    return report_of(text, packages, limits)
+
+
+def repair(
+    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
+) -> tuple[str, tuple[Change, ...]]:
+    """A corrected document, and what was changed in it: all repairs that the diagnostics of `source` offer.
+
+    Args:
+        source, packages, limits: as for `read`.
+
+    Returns:
+        The text, with everything that needed no repair left as it was, and the list of changes.
+
+    Raises:
+        FileError: the source cannot be read at all (missing, too large, not in its encoding).
+    """
+    text, changes = mended(source, limits, lambda text: report_of(text, packages, limits))
+    return text.data.decode("utf-8"), changes
+
+
+def report_of(text: Text, packages: Iterable[str | Path], limits: ReadLimits) -> Report:
+    """The report about a decoded document."""
+    try:
+        reading = Reading(parse(text.data, limits), list(text.remarks))
+    except Refusal as refusal:
+        return Report(text.name, (*text.remarks, refusal.diagnostic))
+    try:
+        mechanism = _read_robot(reading, Assets.of(text.folder, packages), text.name)
+    except Refusal as refusal:
+        reading.diagnostics.append(refusal.diagnostic)
+        mechanism = None
+    ordered = tuple(sorted(reading.diagnostics, key=lambda d: (d.line, d.column)))
+    if mechanism is not None:
+        mechanism = replace(mechanism, provenance=Provenance(text.name, notes=_notes(ordered)))
+    return Report(text.name, ordered, mechanism)
+
+
+def _read_robot(reading: Reading, assets: Assets, source: str) -> Mechanism | None:
+    robot = reading.document.root
+    if _is_foreign(reading):
+        return None
+    for child in robot.children:
+        if child.tag not in (*_PARTS, *_IGNORED):
+            reading.report(IGNORED_ELEMENT, child, element=child.tag)
+    name = robot.get("name").strip()
+    if not name:
+        reading.report(NAMELESS_ROBOT, robot)
+        name = Path(source).stem if source != "<text>" else "robot"
+    links, joints = _read_parts(reading, assets)
+    return None if reading.failed else _assembled(reading, name, links, joints)
+
+
+def _read_parts(reading: Reading, assets: Assets) -> tuple[list[DeclaredLink], list[Joint]]:
+    robot = reading.document.root
+    materials = Materials.collect(reading, robot)
+    links = [
+        DeclaredLink(link, element)
+        for element in robot.all("link")
+        if (link := read_link(reading, element, materials, assets)) is not None
+    ]
+    declared = [read for element in robot.all("joint") if (read := read_joint(reading, element)) is not None]
+    check_links(reading, robot, links)
+    check_joints(reading, robot, links, declared)
+    joints = read_transmissions(reading, robot, resolve_mimics(reading, declared))
+    return links, joints
+
+
+def _assembled(reading: Reading, name: str, links: list[DeclaredLink], joints: list[Joint]) -> Mechanism | None:
+    try:
+        return Mechanism.assemble(name, [declared.link for declared in links], joints)
+    except ModelError as error:
+        reading.report(INCONSISTENT, reading.document.root, reason=str(error))
+        return None
+
+
+def _is_foreign(reading: Reading) -> bool:
+    """Whether the document is no finished URDF: another root, or a xacro that was not expanded."""
+    root = reading.document.root
+    if root.tag != "robot":
+        reading.report(WRONG_ROOT, root, found=root.tag, expected="robot")
+        return True
+    for element in root.walk():
+        macro = element.tag.startswith("xacro:")
+        if macro or any("${" in value or "$(" in value for value in element.attributes.values()):
+            if macro or element.tag != "plugin":
+                reading.report(UNEXPANDED_XACRO, element)
+                return True
+    return False
+
+
+def _notes(diagnostics: tuple[Diagnostic, ...]) -> tuple[str, ...]:
+    """What was guessed or normalised, as the notes of the mechanism."""
+    warnings = [d.line_of_text("en") for d in diagnostics if d.severity is Severity.WARNING]
+    more = len(warnings) - MOST_NOTES
+    return (*warnings[:MOST_NOTES], f"... {more} more") if more > 0 else tuple(warnings)

@@ -1,0 +1,170 @@
+"""Whether links and joints form one tree, with a place and a repair for each contradiction; mimic chains resolved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from mafsil.arrays import frozen
+from mafsil.model.faults import (
+    CYCLE,
+    DUPLICATE_JOINT,
+    DUPLICATE_LINK,
+    MIMIC_CHAIN,
+    MIMIC_CYCLE,
+    MIMIC_ITSELF,
+    MIMIC_LEADER_FIXED,
+    MIMIC_LEADER_MISSING,
+    NO_LINKS,
+    SELF_JOINT,
+    TWO_PARENTS,
+    TWO_ROOTS,
+    UNEXPANDED_XACRO,
+    UNKNOWN_LINK,
+)
+from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.link import Link
+from mafsil.model.placement import screw_motion
+from mafsil.model.reading import Reading
+from mafsil.model.urdf.joint import Declared
+from mafsil.model.xml_tree import Element, escaped
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredLink:
+    """A link with its element."""
+
+    link: Link
+    element: Element
+
+
+def check_links(reading: Reading, robot: Element, links: list[DeclaredLink]) -> None:
+    """At least one link, no name twice."""
+    if not robot.all("link"):
+        xacro = "xmlns:xacro" in robot.attributes
+        reading.report(UNEXPANDED_XACRO if xacro else NO_LINKS, robot)
+    seen: dict[str, int] = {}
+    for declared in links:
+        name = declared.link.name
+        if name in seen:
+            repair = reading.remove(declared.element)
+            reading.report(DUPLICATE_LINK, declared.element, "name", repair, link=name, line=seen[name])
+        else:
+            seen[name] = declared.element.line
+
+
+def check_joints(reading: Reading, robot: Element, links: list[DeclaredLink], joints: list[Declared]) -> None:
+    """Unique names, both ends exist, one parent each, one root, no cycle."""
+    known = {declared.link.name for declared in links}
+    names: dict[str, int] = {}
+    carried: dict[str, str] = {}
+    sound = True
+    for declared in joints:
+        _check_name(reading, declared, names)
+        sound &= _check_ends(reading, robot, declared, known)
+        sound &= _check_parent(reading, declared, carried)
+    if sound:
+        _check_tree(reading, robot, [declared.link.name for declared in links], joints)
+
+
+def _check_name(reading: Reading, declared: Declared, names: dict[str, int]) -> None:
+    name, element = declared.joint.name, declared.element
+    if name not in names:
+        names[name] = element.line
+        return
+    number = next(k for k in range(2, len(names) + 3) if f"{name}_{k}" not in names)
+    repair = reading.set_attribute(element, "name", f"{name}_{number}")
+    reading.report(DUPLICATE_JOINT, element, "name", repair, joint=name, line=names[name])
+    names[f"{name}_{number}"] = element.line
+
+
+def _check_ends(reading: Reading, robot: Element, declared: Declared, known: set[str]) -> bool:
+    joint, element = declared.joint, declared.element
+    if joint.parent == joint.child:
+        reading.report(SELF_JOINT, element, None, reading.remove(element), joint=joint.name, link=joint.child)
+        return False
+    missing = [(tag, link) for tag, link in (("parent", joint.parent), ("child", joint.child)) if link not in known]
+    for tag, link in missing:
+        end = element.first(tag) or element
+        repair = reading.append(robot, f'<link name="{escaped(link)}"/>')
+        reading.report(UNKNOWN_LINK, end, "link", repair, joint=joint.name, link=link)
+        known.add(link)
+    return not missing
+
+
+def _check_parent(reading: Reading, declared: Declared, carried: dict[str, str]) -> bool:
+    joint, element = declared.joint, declared.element
+    first = carried.setdefault(joint.child, joint.name)
+    if first == joint.name:
+        return True
+    reading.report(
+        TWO_PARENTS, element, None, reading.remove(element),
+        link=joint.child, first=first, second=joint.name,
+    )  # fmt: skip
+    return False
+
+
+def _check_tree(reading: Reading, robot: Element, links: list[str], joints: list[Declared]) -> None:
+    """One root from which every link is reached."""
+    children = {declared.joint.child for declared in joints}
+    roots = [name for name in links if name not in children]
+    outgoing: dict[str, list[Declared]] = {}
+    for declared in joints:
+        outgoing.setdefault(declared.joint.parent, []).append(declared)
+    reached, waiting = set(roots), list(roots)
+    while waiting:
+        for declared in outgoing.get(waiting.pop(), []):
+            reached.add(declared.joint.child)
+            waiting.append(declared.joint.child)
+    looping = next((declared for declared in joints if declared.joint.child not in reached), None)
+    if looping is not None:
+        repair = reading.remove(looping.element)
+        reading.report(CYCLE, looping.element, None, repair, joint=looping.joint.name)
+        return
+    for extra in roots[1:]:
+        element = next(e for e in robot.all("link") if e.get("name") == extra)
+        repair = reading.append(robot, _weld(roots[0], extra))
+        reading.report(TWO_ROOTS, element, None, repair, first=roots[0], second=extra)
+
+
+def _weld(parent: str, child: str) -> str:
+    name, parent, child = escaped(f"{parent}_to_{child}"), escaped(parent), escaped(child)
+    return f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+
+
+def resolve_mimics(reading: Reading, joints: list[Declared]) -> list[Joint]:
+    """The joints with every mimic pointing to a joint that owns its coordinate."""
+    by_name = {declared.joint.name: declared for declared in joints}
+    return [_resolved(reading, declared, by_name) for declared in joints]
+
+
+def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]) -> Joint:
+    joint, mimic = declared.joint, declared.joint.mimic
+    if mimic is None:
+        return joint
+    element = declared.element.first("mimic") or declared.element
+    seen, current, steps = {joint.name}, mimic, 0
+    while True:
+        leader = by_name.get(current.leader)
+        if leader is None or current.leader in seen:
+            fault = MIMIC_LEADER_MISSING if leader is None else MIMIC_CYCLE if steps else MIMIC_ITSELF
+            reading.report(fault, element, "joint", reading.remove(element), joint=joint.name, leader=current.leader)
+            return replace(joint, mimic=None)
+        if leader.joint.mimic is None:
+            break
+        seen.add(current.leader)
+        after = leader.joint.mimic
+        current = Mimic(after.leader, current.multiplier * after.multiplier,
+                        current.multiplier * after.offset + current.offset)  # fmt: skip
+        steps += 1
+    if steps:
+        reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)
+    if leader.joint.kind is JointKind.FIXED:
+        reading.report(MIMIC_LEADER_FIXED, element, "joint", joint=joint.name, leader=current.leader)
+        return _held_at(joint, current.offset)
+    return replace(joint, mimic=current)
+
+
+def _held_at(joint: Joint, q: float) -> Joint:
+    """The joint fixed at a value of its coordinate."""
+    T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, q))
+    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, mimic=None, wraps=False)

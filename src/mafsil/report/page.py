@@ -1,0 +1,118 @@
+"""A page as one self-contained HTML file: no request leaves it, no script but its own runs in it."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.messages import direction, say
+from mafsil.messages.visible import visible
+from mafsil.report import fragments
+from mafsil.report.content import Page, Plot, Scene
+
+SCRIPTS = ("matrix.js", "shapes.js", "renderer.js", "replay.js", "plot.js", "main.js")
+_LABELS = (
+    "replay", "no_scene", "hint", "play", "time", "speed", "path", "frames", "view", "numbers_title",
+    "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
+)  # fmt: skip
+
+
+def render(page: Page) -> str:
+    """The page as HTML text."""
+    style, script = _asset("report.css"), _script()
+    slots = {name: fragments.text(say(f"report.{name}", language=page.language)) for name in ("footer",)}
+    slots |= {name: _attribute(say(f"report.{name}", language=page.language)) for name in _LABELS if name not in slots}
+    slots |= {
+        "lang": page.language,
+        "dir": direction(page.language),
+        "policy": _policy(style, script),
+        "title": _attribute(visible(page.title)),
+        "style": style,
+        "script": script,
+        "header": fragments.header(page),
+        "numbers": fragments.figures(page.figures),
+        "warnings": fragments.findings(page.findings),
+        "moves": fragments.steps(page.steps, page.language),
+        "joints": fragments.table(page.joint_table),
+        "source": fragments.facts(page.facts),
+        "data": _embedded(_data(page)),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], _asset("report.html"))
+
+
+def _data(page: Page) -> dict[str, Any]:
+    return {
+        "duration": page.duration,
+        "joints": [visible(name) for name in page.joints],
+        "time": _packed(page.times),
+        "labels": {key: say(f"report.{key}", language=page.language) for key in ("play", "pause", "share")},
+        "moves": [{"name": visible(step.name), "from": step.start, "to": step.end} for step in page.steps],
+        "plots": [_plot(plot) for plot in page.plots],
+        "scene": _scene(page.scene),
+    }
+
+
+def _plot(plot: Plot) -> dict[str, Any]:
+    limits = None
+    if plot.limits is not None:
+        limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
+    return {"title": plot.title, "unit": plot.unit, "values": _packed(plot.values), "limits": limits}
+
+
+def _scene(scene: Scene) -> dict[str, Any]:
+    return {
+        "bodies": [
+            {"shapes": [{"kind": s.kind, "size": s.size, "pose": s.pose, "colour": s.colour} for s in body.solids]}
+            for body in scene.bodies
+        ],
+        "period": scene.period,
+        "frames": len(scene.tips),
+        "poses": _packed(scene.poses),
+        "tips": _packed(scene.tips),
+        "reference": _packed(scene.references),
+        "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
+        "centre": scene.centre,
+        "size": scene.size,
+        "floor": scene.floor,
+    }
+
+
+def _packed(array: Floats) -> str:
+    """Little-endian float32, base64."""
+    return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode("ascii")
+
+
+def _embedded(data: dict[str, Any]) -> str:
+    """JSON that can stand inside a script element: `<` and `&` never appear."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace("&", "\\u0026").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _policy(style: str, script: str) -> str:
+    """Content security policy: only this very style and script, nothing from anywhere."""
+    return f"default-src 'none'; style-src '{_digest(style)}'; script-src '{_digest(script)}'; base-uri 'none'; form-action 'none'"
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+
+
+def _attribute(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+
+
+def _script() -> str:
+    return '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
+
+
+@cache
+def _asset(name: str) -> str:
+    return resources.files(__package__).joinpath("template", name).read_text(encoding="utf-8").strip()

@@ -1,0 +1,45 @@
+"""A quantity of a mechanism as a compiled kernel, found by the content of the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from mafsil.kernels.identity import fingerprint as source_fingerprint
+from mafsil.kernels.kernel import Kernel, compile
+from mafsil.mechanics.quantities import quantity
+from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint
+from mafsil.robot.trace import signature, trace
+
+SOURCES = ("mafsil.algebra", "mafsil.mechanics")
+"""Packages whose code shapes the expressions: a change there makes new kernels."""
+
+
+def compiled(
+    mechanism: Mechanism,
+    name: str,
+    frame: str | None = None,
+    optional: tuple[str, ...] = (),
+    fallback: Callable[..., Any] | None = None,
+) -> Kernel:
+    """The kernel of a quantity; machine code is made or loaded at its first use.
+
+    Args:
+        mechanism: its numbers become constants of the code.
+        name: a name of the catalogue.
+        frame: link name for framed quantities; the tip frame if None.
+        optional: which optional inputs are present.
+        fallback: see `Kernel`.
+    """
+    row = quantity(name)
+    return compile(
+        signature(mechanism, row, optional),
+        partial(trace, mechanism, row, frame, optional),
+        key=f"{fingerprint(mechanism)} {name} {frame!r} {optional}",
+        fingerprints=(source_fingerprint(*SOURCES),),
+        doc=row.doc(),
+        fallback=fallback,
+        recipe=(compiled, (mechanism, name, frame, optional)),
+    )

@@ -1,0 +1,51 @@
+"""Robots by name or file."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from mafsil.errors import FileError
+from mafsil.model import Mechanism
+from mafsil.robot.robot import Robot
+
+
+def load(source: str | PathLike[str], *, tip: str | None = None) -> Robot:
+    """A robot from the library or a file.
+
+    Args:
+        source: a name of the library, or a path to a .urdf, .xml (MJCF) or .toml (DH or screws) file.
+        tip: name of the link that carries the tip frame, if another than the description's default.
+
+    Raises:
+        FileError: no such file or name, or a malformed file; the sentence says where and what to do.
+        ModelError: the file describes something that is no robot.
+    """
+    mechanism = load_mechanism(source)
+    return Robot(mechanism if tip is None else mechanism.with_tip(tip))
+
+
+def load_mechanism(source: str | PathLike[str]) -> Mechanism:
+    """The description of a robot from the library or a file; arguments and errors as for `load`."""
+    from mafsil.model import library
+
+    path = Path(source)
+    if not path.suffix and not path.exists():
+        if str(source) != "default" and str(source) not in library.names():
+            raise FileError("robot.no_file", source=str(source), known=", ".join(library.names()))
+        return library.load(str(source))
+    match path.suffix.lower():
+        case ".urdf":
+            from mafsil.model import urdf
+
+            return urdf.read(path)
+        case ".xml" | ".mjcf":
+            from mafsil.model import mjcf
+
+            return mjcf.read(path)
+        case ".toml":
+            from mafsil.model import table
+
+            return table.read(path)
+        case _:
+            raise FileError("robot.kind", source=str(source), suffix=path.suffix)

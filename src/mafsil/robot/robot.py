@@ -1,0 +1,253 @@
+"""A robot: a mechanism whose quantities are compiled at their first use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import Any, Literal, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.errors import InputError
+from mafsil.kernels.kernel import Kernel
+from mafsil.mechanics.quantities import Quantity, quantity
+from mafsil.model import JointLimits, Mechanism
+from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
+from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.serial import ArmParts
+from mafsil.robot.compiling import compiled
+from mafsil.robot.routine import (
+    ForwardDynamics,
+    InverseDynamics,
+    OfPosition,
+    OfPositionInFrame,
+    OfVelocity,
+    OfVelocityInFrame,
+)
+
+
+class Robot:
+    """The quantities of a mechanism as fast routines.
+
+    Every routine takes single states or batches with any leading dimensions: q (*batch, n) and so on, inputs broadcast.
+    The first call of each compiles machine code for this very robot, or loads it from the cache on disk.
+
+    Attributes:
+        mechanism: the description; immutable.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._kernels: dict[tuple[str, str | None, tuple[str, ...]], Kernel] = {}
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name!r}: {self.n} joints, {len(self.mechanism.links)} links, tip {self.mechanism.tip!r}>"
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[Mechanism]]:
+        return Robot, (self.mechanism,)
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: Sequence[DHRow],
+        convention: Convention | str,
+        *,
+        base: PoseMatrix | None = None,
+        tool: PoseMatrix | None = None,
+        **parts: Unpack[ArmParts],
+    ) -> Robot:
+        """A serial robot from a table of Denavit and Hartenberg; see `mafsil.model.denavit_hartenberg`."""
+        return cls(mechanism_from_dh(rows, convention, base=base, tool=tool, **parts))
+
+    @classmethod
+    def from_screws(
+        cls,
+        screws: ArrayLike,
+        home: ArrayLike,
+        *,
+        form: Literal["space", "body"] = "space",
+        normalise: bool = False,
+        inertial_frames: Sequence[PoseMatrix] | None = None,
+        **parts: Unpack[ArmParts],
+    ) -> Robot:
+        """A serial robot from its screw axes and home pose; see `mafsil.model.exponentials`."""
+        mechanism = mechanism_from_screws(
+            screws, home, form=form, normalise=normalise, inertial_frames=inertial_frames, **parts
+        )
+        return cls(mechanism)
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.mechanism.name
+
+    @property
+    def n(self) -> int:
+        """Number of joint coordinates."""
+        return self.mechanism.n
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of q."""
+        return self.mechanism.joint_names
+
+    @property
+    def limits(self) -> JointLimits:
+        """Bounds of positions, rates, accelerations and efforts, arrays of shape (n,)."""
+        return self.mechanism.limits
+
+    @cached_property
+    def forward_kinematics(self) -> OfPositionInFrame:
+        """T_sf (*batch, 4, 4) of the tip frame, or of the link `frame`, in {s}: `robot.forward_kinematics(q)`."""
+        return self._routine("forward_kinematics")
+
+    @cached_property
+    def link_poses(self) -> OfPosition:
+        """(*batch, L, 4, 4) poses of all links in {s}, in the order of `mechanism.links`."""
+        return self._routine("link_poses")
+
+    @cached_property
+    def jacobian_space(self) -> OfPositionInFrame:
+        """J_s (*batch, 6, n), V_s = J_s qd, rows (omega, v), in {s}."""
+        return self._routine("jacobian_space")
+
+    @cached_property
+    def jacobian_body(self) -> OfPositionInFrame:
+        """J_b (*batch, 6, n), V_b = J_b qd, rows (omega, v), in the frame itself."""
+        return self._routine("jacobian_body")
+
+    @cached_property
+    def jacobian_space_rate(self) -> OfVelocityInFrame:
+        """dJ_s/dt (*batch, 6, n) of (q, qd)."""
+        return self._routine("jacobian_space_rate")
+
+    @cached_property
+    def jacobian_body_rate(self) -> OfVelocityInFrame:
+        """dJ_b/dt (*batch, 6, n) of (q, qd)."""
+        return self._routine("jacobian_body_rate")
+
+    @cached_property
+    def inverse_dynamics(self) -> InverseDynamics:
+        """Tau (*batch, n) = M qdd + c + g + J' F_tip [N m | N] of (q, qd, qdd, tip_wrench=None)."""
+        return self._routine("inverse_dynamics")
+
+    @cached_property
+    def forward_dynamics(self) -> ForwardDynamics:
+        """Qdd (*batch, n) from M qdd = tau - c - g - J' F_tip, of (q, qd, tau, tip_wrench=None)."""
+        return self._routine("forward_dynamics")
+
+    @cached_property
+    def mass_matrix(self) -> OfPosition:
+        """M (*batch, n, n), symmetric."""
+        return self._routine("mass_matrix")
+
+    @cached_property
+    def coriolis_matrix(self) -> OfVelocity:
+        """C (*batch, n, n) with C qd = c and dM/dt - 2 C skew."""
+        return self._routine("coriolis_matrix")
+
+    @cached_property
+    def velocity_torque(self) -> OfVelocity:
+        """C (*batch, n): centrifugal and Coriolis efforts [N m | N]."""
+        return self._routine("velocity_torque")
+
+    @cached_property
+    def gravity_torque(self) -> OfPosition:
+        """G (*batch, n): efforts that hold the robot still [N m | N]."""
+        return self._routine("gravity_torque")
+
+    @cached_property
+    def kinetic_energy(self) -> OfVelocity:
+        """K (*batch,) [J]."""
+        return self._routine("kinetic_energy")
+
+    @cached_property
+    def potential_energy(self) -> OfPosition:
+        """P (*batch,) [J], zero height at the origin of {s}."""
+        return self._routine("potential_energy")
+
+    def friction_torque(self, qd: ArrayLike, *, smoothing: float = 1e-3) -> JointVector:
+        """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) [N m | N].
+
+        Args:
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            smoothing: rate [rad/s | m/s] within which the Coulomb part changes its sign smoothly.
+        """
+        rates = gate("qd", qd, (self.n,))
+        viscous, positive, negative = self._friction
+        side = np.tanh(rates / smoothing)
+        return viscous * rates + np.where(rates >= 0, positive, negative) * side
+
+    def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Kernel:
+        """The compiled kernel of a quantity; made once.
+
+        Args:
+            name: a name of the catalogue.
+            frame: link name for framed quantities; the tip frame if None.
+            optional: optional inputs that shall be present, such as ("tip_wrench",).
+
+        Raises:
+            InputError: the name or the frame is not known; the sentence lists what is.
+        """
+        wanted = (name, frame, optional)
+        if wanted not in self._kernels:
+            row = quantity(name)
+            if frame is not None:
+                self._require_frame(row, frame)
+            self._kernels[wanted] = compiled(self.mechanism, name, frame, optional)
+        return self._kernels[wanted]
+
+    def _routine(self, name: str) -> Any:
+        """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        return compiled(self.mechanism, name, fallback=partial(self._general, quantity(name))).call
+
+    def _general(
+        self,
+        row: Quantity,
+        evaluate: Callable[..., Floats],
+        *arrays: ArrayLike,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        **named: ArrayLike,
+    ) -> Floats:
+        """Any call: inputs by position or name, optional inputs, frames, batches."""
+        inputs = _arranged(row, arrays, named)
+        optional = row.optional[: len(inputs) - len(row.inputs)]
+        if frame is not None or optional:
+            evaluate = self.kernel(row.name, frame, optional).evaluate
+        return evaluate(*inputs, out=out, threads=threads)
+
+    def _require_frame(self, row: Quantity, frame: str) -> None:
+        if not row.framed:
+            raise InputError("robot.no_frame", name=row.name)
+        self.mechanism.link(frame)
+
+    @cached_property
+    def _friction(self) -> tuple[Floats, Floats, Floats]:
+        """Viscous coefficients and Coulomb efforts in both senses, arrays of shape (n,)."""
+        rows: list[tuple[float, float, float]] = []
+        for joint in self.mechanism.coordinates:
+            f = joint.friction
+            negative = f.coulomb if f is not None and f.coulomb_negative is None else f and f.coulomb_negative
+            rows.append((0.0, 0.0, 0.0) if f is None else (f.viscous, f.coulomb, float(negative or 0.0)))
+        viscous, positive, negative = np.array(rows, dtype=np.float64).reshape(-1, 3).T
+        return viscous, positive, negative
+
+
+def _arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike]) -> list[ArrayLike]:
+    """Inputs in the order of the catalogue, optional ones at the end only if given."""
+    names = (*row.inputs, *row.optional)
+    if len(arrays) > len(names):
+        raise InputError("robot.too_many", name=row.name, count=len(arrays), inputs=", ".join(names))
+    given: dict[str, Any] = dict(zip(names, arrays, strict=False))
+    for name, value in named.items():
+        if name not in names or name in given:
+            raise InputError("robot.unexpected", routine=row.name, name=name, inputs=", ".join(names))
+        given[name] = value
+    missing = [name for name in row.inputs if name not in given]
+    if missing:
+        raise InputError("robot.missing", name=row.name, missing=", ".join(missing), inputs=", ".join(names))
+    return [given[name] for name in names if given.get(name) is not None]

@@ -1,0 +1,75 @@
+"""Call signatures of a robot's quantities: what editors show and type checkers read."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats
+
+
+class OfPosition(Protocol):
+    """A quantity of the joint coordinates."""
+
+    def __call__(self, q: ArrayLike, *, out: Floats | None = None, threads: int | None = None) -> Floats: ...
+
+
+class OfPositionInFrame(Protocol):
+    """A quantity of the joint coordinates, for the tip frame or a named link's frame."""
+
+    def __call__(
+        self, q: ArrayLike, *, frame: str | None = None, out: Floats | None = None, threads: int | None = None
+    ) -> Floats: ...
+
+
+class OfVelocity(Protocol):
+    """A quantity of joint coordinates and rates."""
+
+    def __call__(
+        self, q: ArrayLike, qd: ArrayLike, *, out: Floats | None = None, threads: int | None = None
+    ) -> Floats: ...
+
+
+class OfVelocityInFrame(Protocol):
+    """A quantity of joint coordinates and rates, for the tip frame or a named link's frame."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...
+
+
+class InverseDynamics(Protocol):
+    """Joint efforts from a motion."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        tip_wrench: ArrayLike | None = None,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...
+
+
+class ForwardDynamics(Protocol):
+    """Joint accelerations from joint efforts."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike,
+        tip_wrench: ArrayLike | None = None,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...

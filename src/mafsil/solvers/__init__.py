@@ -1,0 +1,15 @@
+"""Numbers only: iterations, integrators and their honest outcomes; no robot."""
+
+from mafsil.solvers.integrate import first_order as first_order
+from mafsil.solvers.integrate import integrate as integrate
+from mafsil.solvers.integrate import second_order as second_order
+from mafsil.solvers.least_squares import damped_step as damped_step
+from mafsil.solvers.least_squares import levenberg_marquardt as levenberg_marquardt
+from mafsil.solvers.outcome import Outcome as Outcome
+from mafsil.solvers.outcome import SolverStatus as SolverStatus
+from mafsil.solvers.outcome import Status as Status
+from mafsil.solvers.tableaus import METHODS as METHODS
+from mafsil.solvers.tableaus import Method as Method
+from mafsil.solvers.tableaus import Splitting as Splitting
+from mafsil.solvers.tableaus import Tableau as Tableau
+from mafsil.solvers.tableaus import method as method

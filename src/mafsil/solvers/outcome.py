@@ -1,0 +1,70 @@
+"""The honest result of a computation that may fail: a value, a status with its sentence, a residual."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Generic, TypeVar
+
+from mafsil.arrays import Floats, frozen
+from mafsil.messages import say
+
+Value = TypeVar("Value")
+
+
+class Status(Enum):
+    """How a computation ended. Subclasses declare members as `(sentence key, succeeded)`; this base has none.
+
+    Attributes:
+        key: name of the sentence in the message catalogue, `area.name`.
+        succeeded: whether the value is an answer to the question.
+    """
+
+    def __init__(self, key: str, succeeded: bool) -> None:
+        self.key = key
+        self.succeeded = succeeded
+
+    def sentence(self, language: str | None = None, **facts: object) -> str:
+        """The sentence of this status, in `en` or `ar` or the current language, with its facts filled in."""
+        return say(self.key, language=language, **facts)
+
+
+class SolverStatus(Status):
+    """How an iteration ended."""
+
+    CONVERGED = ("solvers.converged", True)
+    STALLED = ("solvers.stalled", False)
+    BUDGET_SPENT = ("solvers.budget_spent", False)
+    NOT_FINITE = ("solvers.not_finite", False)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome(Generic[Value]):
+    """What a solver hands back.
+
+    Attributes:
+        value: the answer, or the best that was reached.
+        status: how it ended; `status.succeeded` says whether the value is an answer.
+        residual: size of what is left of the equation, recomputed at `value`.
+        iterations: number of steps made.
+        history: (iterations + 1,) residual before the first and after each step; may be empty.
+        facts: what the status's sentence mentions besides residual and iterations.
+    """
+
+    value: Value
+    status: Status
+    residual: float = 0.0
+    iterations: int = 0
+    history: Floats = field(default_factory=lambda: frozen([]))
+    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the value is an answer."""
+        return self.status.succeeded
+
+    def explain(self, language: str | None = None) -> str:
+        """One sentence: how it ended and why."""
+        known = {"residual": self.residual, "iterations": self.iterations, **self.facts}
+        return self.status.sentence(language, **known)

@@ -1,0 +1,16 @@
+"""Motions in time: polynomials, trapezoids, Cartesian lines, sequences, and their checks."""
+
+from mafsil.trajectory.limit_check import LimitCheck as LimitCheck
+from mafsil.trajectory.limit_check import Violation as Violation
+from mafsil.trajectory.limit_check import check as check
+from mafsil.trajectory.motion import Motion as Motion
+from mafsil.trajectory.motion import Trajectory as Trajectory
+from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
+from mafsil.trajectory.polynomial import cubic as cubic
+from mafsil.trajectory.polynomial import cubic_through as cubic_through
+from mafsil.trajectory.polynomial import quintic as quintic
+from mafsil.trajectory.polynomial import rest as rest
+from mafsil.trajectory.sequence import Sequence as Sequence
+from mafsil.trajectory.sequence import sequence as sequence
+from mafsil.trajectory.status import PlanStatus as PlanStatus
+from mafsil.trajectory.trapezoid import trapezoid as trapezoid

@@ -1,0 +1,123 @@
+"""Holding a trajectory against limits: which joint exceeds what, when, and by how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.messages import say
+from mafsil.model import JointLimits
+from mafsil.trajectory.motion import Trajectory
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+
+SAMPLES_PER_PIECE = 128
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """One limit that a trajectory exceeds, at the time where it does so most.
+
+    Attributes:
+        joint: name, or index if there are no names.
+        quantity: `lower`, `upper`, `velocity`, `acceleration` or `jerk`.
+        time: [s].
+        value: the coordinate's value or derivative there.
+        limit: what was allowed.
+    """
+
+    joint: str
+    quantity: str
+    time: float
+    value: float
+    limit: float
+
+    def explain(self, language: str | None = None) -> str:
+        """The violation as a sentence."""
+        quantity = say(f"trajectory.{self.quantity}", language=language)
+        facts = {"joint": self.joint, "time": self.time, "value": self.value, "limit": self.limit}
+        return say("trajectory.exceeded", language=language, quantity=quantity, **facts)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitCheck:
+    """The verdict: `violations` is empty if the trajectory keeps every limit."""
+
+    violations: tuple[Violation, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every limit is kept."""
+        return not self.violations
+
+    def explain(self, language: str | None = None) -> str:
+        """One line per violation, or a sentence that there is none."""
+        if self.ok:
+            return say("trajectory.within_limits", language=language)
+        return "\n".join(violation.explain(language) for violation in self.violations)
+
+
+def check(
+    trajectory: Trajectory, limits: JointLimits, names: tuple[str, ...] = (), *, tolerance: float = 1e-9
+) -> LimitCheck:
+    """Hold a trajectory against the limits of its joints.
+
+    Piecewise polynomials are checked at the exact extremes; others are sampled between their breaks and refined
+    around the largest samples.
+
+    Args:
+        trajectory: of n coordinates, without batch dimensions.
+        limits: (n,) bounds; infinite ones are not checked.
+        names: (n,) of the joints, for the sentences.
+        tolerance: excess that is still allowed, relative to max(1, limit).
+    """
+    labels = names or tuple(str(i) for i in range(trajectory.n))
+    found: list[Violation] = []
+    for order, quantity, limit in (
+        (0, "upper", limits.upper),
+        (0, "lower", limits.lower),
+        (1, "velocity", limits.velocity),
+        (2, "acceleration", limits.acceleration),
+        (3, "jerk", limits.jerk),
+    ):
+        if not np.isfinite(limit).any():
+            continue
+        moments = extreme_times(trajectory, order)
+        values = derivative(trajectory, moments, order)
+        size = {"upper": values, "lower": -values}.get(quantity, np.abs(values))
+        bound = -limit if quantity == "lower" else limit
+        worst = size.argmax(axis=0)
+        for joint in np.flatnonzero(size.max(axis=0) - bound > tolerance * np.maximum(1.0, np.abs(bound))):
+            at = worst[joint]
+            place = (float(moments[at]), float(values[at, joint]), float(limit[joint]))
+            found.append(Violation(labels[joint], quantity, *place))
+    return LimitCheck(tuple(found))
+
+
+def extreme_times(trajectory: Trajectory, order: int) -> Floats:
+    """(k,) times among which every coordinate's derivative of the given order takes its extremes [s]."""
+    breaks = trajectory.breaks()
+    # Values jump at breaks: the moment just before belongs to the piece that ends there.
+    sides = np.concatenate([breaks, np.nextafter(breaks[1:], 0.0)])
+    if isinstance(trajectory, PiecewisePolynomial):
+        return np.unique(np.concatenate([sides, trajectory.stationary_times(order)]))
+    moments = np.unique(np.concatenate([sides, *(_between(a, b) for a, b in pairwise(breaks))]))
+    for _ in range(2):
+        values = derivative(trajectory, moments, order)
+        peaks = np.unique([values.argmax(axis=0), values.argmin(axis=0)])
+        last = len(moments) - 1
+        near = [_between(float(moments[max(k - 1, 0)]), float(moments[min(k + 1, last)])) for k in peaks]
+        moments = np.unique(np.concatenate([moments, *near]))
+    return moments
+
+
+def _between(begin: float, end: float) -> Floats:
+    """Evenly spaced times."""
+    return np.linspace(begin, end, SAMPLES_PER_PIECE, endpoint=False)
+
+
+def derivative(trajectory: Trajectory, t: Floats, order: int) -> Floats:
+    """(*times, n) derivative of order 0 to 3."""
+    return trajectory.jerk(t) if order == 3 else trajectory.at(t)[order]

@@ -1,0 +1,117 @@
+"""Piecewise polynomials on a common time axis: what cubics, quintics, trapezoids and rests are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, frozen
+from mafsil.trajectory.motion import Motion, moving_at, times
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """u(t) = sum_k coefficients[i, k] (t - knots[i])^k for knots[i] <= t < knots[i + 1].
+
+    Attributes:
+        knots: (pieces + 1,) increasing times, the first is zero [s].
+        coefficients: (pieces, degree + 1, *batch, n) in ascending powers of the time since the piece's start.
+    """
+
+    knots: Floats
+    coefficients: Floats
+
+    @classmethod
+    def from_pieces(cls, durations: ArrayLike, coefficients: ArrayLike) -> PiecewisePolynomial:
+        """Pieces one after the other.
+
+        Args:
+            durations: (pieces,) length of each [s].
+            coefficients: (pieces, degree + 1, *batch, n).
+        """
+        return cls(frozen(np.concatenate([[0.0], np.cumsum(durations)])), frozen(coefficients))
+
+    @property
+    def duration(self) -> float:
+        """Length in time [s]."""
+        return float(self.knots[-1])
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.coefficients.shape[-1]
+
+    @property
+    def degree(self) -> int:
+        """Degree of the pieces."""
+        return self.coefficients.shape[1] - 1
+
+    def breaks(self) -> Floats:
+        """(pieces + 1,) the knots [s]."""
+        return self.knots
+
+    def at(self, t: ArrayLike) -> Motion:
+        """Position, velocity and acceleration at the times `t` (*times) [s]; at rest outside 0 .. duration."""
+        moment = times(t)
+        piece, local = self._locate(moment)
+        moving = moving_at(moment, self.duration, self.coefficients.ndim - 2)
+        u, v, a = (self._derivative(piece, local, order) for order in range(3))
+        return Motion(u, v * moving, a * moving)
+
+    def jerk(self, t: ArrayLike) -> Floats:
+        """(*times, *batch, n) third derivative at the times `t` [rad/s^3 | m/s^3]; zero outside 0 .. duration."""
+        moment = times(t)
+        piece, local = self._locate(moment)
+        return self._derivative(piece, local, 3) * moving_at(moment, self.duration, self.coefficients.ndim - 2)
+
+    def stretched(self, factor: float) -> PiecewisePolynomial:
+        """The same path, `factor` times as slow."""
+        powers = factor ** -np.arange(self.degree + 1.0)
+        scaled = self.coefficients * powers.reshape((-1,) + (1,) * (self.coefficients.ndim - 2))
+        return PiecewisePolynomial(frozen(self.knots * factor), frozen(scaled))
+
+    def stationary_times(self, order: int) -> Floats:
+        """(k,) times between knots at which a coordinate's derivative of the given order is stationary [s]."""
+        found: list[Floats] = []
+        for piece, length in enumerate(np.diff(self.knots)):
+            rows = self.coefficients[piece].reshape(self.degree + 1, -1)
+            slopes = _factors(self.degree, order + 1)[:, None] * rows[order + 1 :]
+            for polynomial in slopes.T:
+                roots = _real_roots(polynomial)
+                found.append(self.knots[piece] + roots[(roots > 0.0) & (roots < length)])
+        return np.unique(np.concatenate(found)) if found else np.zeros(0)
+
+    def _locate(self, t: Floats) -> tuple[NDArray[np.intp], Floats]:
+        """Index of the piece (*times), and time since its start."""
+        clamped = np.clip(t, 0.0, self.duration)
+        piece = np.clip(np.searchsorted(self.knots, clamped, side="right") - 1, 0, len(self.knots) - 2)
+        return piece, clamped - self.knots[piece]
+
+    def _derivative(self, piece: NDArray[np.intp], local: Floats, order: int) -> Floats:
+        """Horner's rule on the derivative of the given order."""
+        rows = self.coefficients[piece]
+        axis = piece.ndim
+        local = local.reshape(local.shape + (1,) * (rows.ndim - axis - 1))
+        value = np.zeros(rows.shape[:axis] + rows.shape[axis + 1 :])
+        for power, factor in reversed(list(enumerate(_factors(self.degree, order), start=order))):
+            value = value * local + factor * rows.take(power, axis=axis)
+        return value
+
+
+def _factors(degree: int, order: int) -> Floats:
+    """The factors k! / (k - order)! for k = order .. degree."""
+    k = np.arange(order, degree + 1, dtype=np.float64)
+    factors = np.ones_like(k)
+    for i in range(order):
+        factors *= k - i
+    return factors
+
+
+def _real_roots(ascending: Floats) -> Floats:
+    """Real roots of a polynomial, nearly real ones included: a double root may come out as a complex pair."""
+    if not ascending[1:].any():
+        return np.zeros(0)
+    roots = np.polynomial.polynomial.polyroots(ascending)
+    return roots.real[np.abs(roots.imag) <= 1e-6 * (1.0 + np.abs(roots.real))]

@@ -1,0 +1,211 @@
+"""Cubic and quintic polynomials between boundary conditions, and cubics through via points."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+
+ViaRule = Literal["continuous", "heuristic", "stop"]
+
+
+def cubic(
+    start: ArrayLike,
+    goal: ArrayLike,
+    duration: float,
+    *,
+    start_velocity: ArrayLike = 0.0,
+    goal_velocity: ArrayLike = 0.0,
+) -> PiecewisePolynomial:
+    """The cubic with given positions and velocities at both ends.
+
+    u = u0 + v0 t + (3 (uf - u0)/T^2 - (2 v0 + vf)/T) t^2 + (-2 (uf - u0)/T^3 + (v0 + vf)/T^2) t^3
+
+    Args:
+        start, goal: (*batch, n) positions [rad | m]; a number is one coordinate.
+        duration: T [s].
+        start_velocity, goal_velocity: (*batch, n) [rad/s | m/s].
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, or a duration that is not positive.
+
+    Reference: Craig, Introduction to Robotics, sec. 7.3.
+    """
+    u0, uf, v0, vf = _conditions(start=start, goal=goal, start_velocity=start_velocity, goal_velocity=goal_velocity)
+    T = positive("duration", duration)
+    return PiecewisePolynomial.from_pieces([T], cubic_coefficients(u0, uf, v0, vf, T)[None])
+
+
+def quintic(
+    start: ArrayLike,
+    goal: ArrayLike,
+    duration: float,
+    *,
+    start_velocity: ArrayLike = 0.0,
+    goal_velocity: ArrayLike = 0.0,
+    start_acceleration: ArrayLike = 0.0,
+    goal_acceleration: ArrayLike = 0.0,
+) -> PiecewisePolynomial:
+    """The quintic with given positions, velocities and accelerations at both ends.
+
+    Args:
+        start, goal: (*batch, n) positions [rad | m]; a number is one coordinate.
+        duration: T [s].
+        start_velocity, goal_velocity: (*batch, n) [rad/s | m/s].
+        start_acceleration, goal_acceleration: (*batch, n) [rad/s^2 | m/s^2].
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, or a duration that is not positive.
+
+    Reference: Craig, Introduction to Robotics, eq. (7.18).
+    """
+    u0, uf, v0, vf, a0, af = _conditions(
+        start=start,
+        goal=goal,
+        start_velocity=start_velocity,
+        goal_velocity=goal_velocity,
+        start_acceleration=start_acceleration,
+        goal_acceleration=goal_acceleration,
+    )
+    T = positive("duration", duration)
+    return PiecewisePolynomial.from_pieces([T], quintic_coefficients(u0, uf, v0, vf, a0, af, T)[None])
+
+
+def cubic_through(
+    points: ArrayLike,
+    durations: ArrayLike,
+    *,
+    velocities: ViaRule | ArrayLike = "continuous",
+    start_velocity: ArrayLike = 0.0,
+    goal_velocity: ArrayLike = 0.0,
+) -> PiecewisePolynomial:
+    """Cubics through via points.
+
+    Args:
+        points: (k + 1, n) positions, start and goal included [rad | m].
+        durations: (k,) times from point to point [s].
+        velocities: at the via points: `continuous` acceleration (a clamped spline), `heuristic` (the mean of the
+            slopes on both sides, zero where they differ in sign), `stop`, or (k - 1, n) given values [rad/s | m/s].
+        start_velocity, goal_velocity: (n,) [rad/s | m/s].
+
+    Raises:
+        InputError: a wrong shape, an unknown rule, a duration that is not positive.
+
+    Reference: Craig, Introduction to Robotics, sec. 7.3.
+    """
+    u = require_finite("points", real_array("points", points))
+    u = u[:, None] if u.ndim == 1 else u
+    h = require_finite("durations", real_array("durations", durations))
+    if u.ndim != 2 or len(u) < 2:
+        raise InputError("input.shape", name="points", expected="(k + 1, n), k >= 1", got=u.shape, hint="")
+    if h.shape != (len(u) - 1,):
+        raise InputError("input.shape", name="durations", expected=(len(u) - 1,), got=h.shape, hint="")
+    for leg in h:
+        positive("durations", leg)
+    ends = [
+        np.broadcast_to(require_finite(name, real_array(name, v)), u[0].shape)
+        for name, v in (("start_velocity", start_velocity), ("goal_velocity", goal_velocity))
+    ]
+    v = np.concatenate([ends[:1], _via_velocities(u, h, velocities, *ends), ends[1:]])
+    pieces = [cubic_coefficients(u[i], u[i + 1], v[i], v[i + 1], h[i]) for i in range(len(h))]
+    return PiecewisePolynomial.from_pieces(h, pieces)
+
+
+def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
+    """Standing still at `position` (*batch, n) for `duration` [s]."""
+    (u,) = _conditions(position=position)
+    return PiecewisePolynomial.from_pieces([positive("duration", duration)], u[None, None])
+
+
+def cubic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, T: float) -> Floats:
+    """(4, *shape) ascending coefficients of the cubic with these end values."""
+    D = uf - u0
+    return np.stack([u0, v0, 3 * D / T**2 - (2 * v0 + vf) / T, -2 * D / T**3 + (v0 + vf) / T**2])
+
+
+def quintic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, a0: Floats, af: Floats, T: float) -> Floats:
+    """(6, *shape) ascending coefficients of the quintic with these end values."""
+    D = uf - u0
+    return np.stack(
+        [
+            u0,
+            v0,
+            a0 / 2,
+            (20 * D - (8 * vf + 12 * v0) * T - (3 * a0 - af) * T**2) / (2 * T**3),
+            (-30 * D + (14 * vf + 16 * v0) * T + (3 * a0 - 2 * af) * T**2) / (2 * T**4),
+            (12 * D - 6 * (vf + v0) * T - (a0 - af) * T**2) / (2 * T**5),
+        ]
+    )
+
+
+def positive(name: str, value: float) -> float:
+    """The value itself, if it is a finite positive number.
+
+    Raises:
+        InputError: it is not.
+    """
+    number = real_array(name, value)
+    if number.ndim or not np.isfinite(number) or number <= 0.0:
+        raise InputError("input.positive", name=name, value=value)
+    return float(number)
+
+
+def _conditions(**values: ArrayLike) -> list[Floats]:
+    """All end values as finite arrays of one shape (*batch, n)."""
+    arrays = [require_finite(name, np.atleast_1d(real_array(name, value))) for name, value in values.items()]
+    shape = arrays[0].shape
+    for name, array in zip(values, arrays, strict=True):
+        try:
+            shape = np.broadcast_shapes(shape, array.shape)
+        except ValueError:
+            raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
+    return [np.broadcast_to(array, shape) for array in arrays]
+
+
+def _via_velocities(u: Floats, h: Floats, rule: ViaRule | ArrayLike, v0: Floats, vn: Floats) -> Floats:
+    """(k - 1, n) velocities at the inner points."""
+    inner = (len(u) - 2, u.shape[1])
+    if not isinstance(rule, str):
+        given = require_finite("velocities", real_array("velocities", rule))
+        if given.shape != inner:
+            raise InputError("input.shape", name="velocities", expected=inner, got=given.shape, hint="")
+        return given
+    slopes = np.diff(u, axis=0) / h[:, None]
+    match rule:
+        case "continuous":
+            return _spline_velocities(u, h, v0, vn)
+        case "heuristic":
+            return np.where(slopes[:-1] * slopes[1:] <= 0.0, 0.0, (slopes[:-1] + slopes[1:]) / 2)
+        case "stop":
+            return np.zeros(inner)
+        case _:
+            raise InputError("input.choice", name="velocities", value=rule, known="continuous, heuristic, stop")
+
+
+def _spline_velocities(u: Floats, h: Floats, v0: Floats, vn: Floats) -> Floats:
+    """Inner velocities with continuous acceleration.
+
+    h_k v_{k-1} + 2 (h_{k-1} + h_k) v_k + h_{k-1} v_{k+1} = 3 (h_k slope_{k-1} + h_{k-1} slope_k)
+    """
+    if len(h) == 1:
+        return np.zeros((0, u.shape[1]))
+    before, after = h[:-1, None], h[1:, None]
+    slopes = np.diff(u, axis=0) / h[:, None]
+    right = 3 * (after * slopes[:-1] + before * slopes[1:])
+    right[0] -= after[0] * v0
+    right[-1] -= before[-1] * vn
+    diagonal = 2 * (h[:-1] + h[1:])
+    for k in range(1, len(diagonal)):
+        weight = h[k + 1] / diagonal[k - 1]
+        diagonal[k] -= weight * h[k - 1]
+        right[k] -= weight * right[k - 1]
+    v = np.empty_like(right)
+    v[-1] = right[-1] / diagonal[-1]
+    for k in range(len(diagonal) - 2, -1, -1):
+        v[k] = (right[k] - h[k] * v[k + 1]) / diagonal[k]
+    return v

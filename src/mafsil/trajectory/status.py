@@ -1,0 +1,17 @@
+"""Why a trajectory could or could not be planned."""
+
+from __future__ import annotations
+
+from mafsil.solvers import Status
+
+
+class PlanStatus(Status):
+    """How planning a trajectory ended."""
+
+    PLANNED = ("trajectory.planned", True)
+    STRETCHED = ("trajectory.stretched", True)
+    TOO_SHORT = ("trajectory.too_short", False)
+    UNREACHABLE = ("trajectory.unreachable", False)
+    SINGULAR = ("trajectory.singular", False)
+    JOINT_LIMIT = ("trajectory.joint_limit", False)
+    RATE_LIMIT = ("trajectory.rate_limit", False)

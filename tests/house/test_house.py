@@ -1,0 +1,127 @@
+"""The rules of the house: sizes, names, documentation, languages, and what the README promises."""
+
+import ast
+import re
+import string
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "mafsil"
+FILES = sorted(SOURCE.rglob("*.py"))
+DRAWERS = {"utils", "util", "helpers", "helper", "common", "misc", "tools", "base", "stuff"}
+LONGEST_FILE = 450
+LONGEST_FUNCTION = 70
+
+
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _functions(tree: ast.Module) -> list[ast.FunctionDef]:
+    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_file_keeps_the_rules(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    tree = _parsed(path)
+    assert path.stem not in DRAWERS, "a homeless function means a missing concept: find its noun"
+    assert text.count("\n") <= LONGEST_FILE
+    assert ast.get_docstring(tree) or path.name == "__init__.py"
+    for function in _functions(tree):
+        body = [s for s in function.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+        lines = (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
+        assert lines <= LONGEST_FUNCTION, f"{function.name} has {lines} lines"
+    assert "import *" not in text
+
+
+def test_functions_are_short() -> None:
+    lengths = sorted(
+        (f.body[-1].end_lineno or 0) - f.body[0].lineno + 1 for path in FILES for f in _functions(_parsed(path))
+    )
+    assert lengths[len(lengths) // 2] <= 10
+
+
+@pytest.mark.parametrize("package", ["algebra", "mechanics", "robot", "geometry", "trajectory", "ik"])
+def test_public_functions_document_their_arguments(package: str) -> None:
+    """Every argument of a public function is explained, there or where its docstring points to."""
+    for path in sorted((SOURCE / package).rglob("*.py")):
+        for node in _parsed(path).body:
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
+                continue
+            doc = ast.get_docstring(node) or ""
+            assert doc, f"{path.name}: {node.name} has no docstring"
+            names = [a.arg for a in (*node.args.args, *node.args.kwonlyargs) if a.arg not in {"self", "cls"}]
+            if len(names) >= 3 and "rguments as " not in doc:
+                missing = [name for name in names if not re.search(rf"(?<!\w){re.escape(name)}(?!\w)", doc)]
+                assert not missing, f"{path.name}: {node.name} does not explain {missing}"
+
+
+def test_every_sentence_exists_in_both_languages_with_the_same_facts() -> None:
+    def fields(text: str) -> set[str]:
+        return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+
+    english = {path.name: tomllib.loads(path.read_text("utf-8")) for path in (SOURCE / "messages/en").glob("*.toml")}
+    arabic = {path.name: tomllib.loads(path.read_text("utf-8")) for path in (SOURCE / "messages/ar").glob("*.toml")}
+    assert english.keys() == arabic.keys()
+    for area in english:
+        assert english[area].keys() == arabic[area].keys(), area
+        for key, text in english[area].items():
+            assert fields(text) == fields(arabic[area][key]), f"{area}: {key}"
+            words = re.sub(r"\{[^}]*\}", "", arabic[area][key])
+            assert re.search(r"[\u0600-\u06ff]", words) or not re.search(r"[A-Za-z]{4}", re.sub(r"\{[^}]*\}", "", text))
+
+
+def test_every_sentence_that_the_code_says_exists() -> None:
+    english = {p.stem: tomllib.loads(p.read_text("utf-8")) for p in (SOURCE / "messages/en").glob("*.toml")}
+    said = re.compile(r"""(?:Error|say|template)\(\s*["']([a-z_]+)\.([a-z0-9_]+)["']""")
+    for path in FILES:
+        for area, key in said.findall(path.read_text("utf-8")):
+            assert key in english.get(area, {}), f"{path.relative_to(SOURCE)} says {area}.{key}"
+
+
+def test_import_is_light() -> None:
+    heavy = ("casadi", "llvmlite", "scipy", "matplotlib", "numba", "msgspec")
+    code = f"import mafsil, sys; print([m for m in {heavy!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_found() -> None:
+    import mafsil
+
+    for name in mafsil.__all__:
+        assert getattr(mafsil, name) is not None
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = mafsil.no_such_name
+
+
+def test_commands_of_the_readme_exist() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    scripts = re.findall(r"^python3 (\S+\.py) (\w+)", text, flags=re.M)
+    assert {verb for _, verb in scripts} >= {"run", "test"}
+    assert all((ROOT / script).exists() for script, _ in scripts)
+    used = set(re.findall(r"^mafsil (\w+)", text, flags=re.M))
+    shown = subprocess.run([sys.executable, "-m", "mafsil.cli.main", "--help"], capture_output=True, text=True).stdout
+    assert used
+    assert not [command for command in used if command not in shown]
+
+
+def test_pictures_of_the_readme_exist() -> None:
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", (ROOT / "README.md").read_text("utf-8")):
+        assert (ROOT / picture).exists(), picture
+
+
+def test_nothing_names_the_workshop() -> None:
+    """No path of the machine on which it was written, no word about how."""
+    forbidden = re.compile(r"/work/(main|shared)|/tmp/[a-z]\d?\.md|\bhelper-\d")
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True).stdout.split()
+    for name in listed:
+        path = ROOT / name
+        if path.suffix in {".py", ".md", ".toml", ".html", ".js", ".css", ""} and path.is_file() and path != Path(__file__):
+            assert not forbidden.search(path.read_text("utf-8", errors="ignore")), name

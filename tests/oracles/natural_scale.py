@@ -1,0 +1,76 @@
+"""The one place that says against what an error is relative: a robot's own sizes, never the number that happens to be small.
+
+Prismatic coordinates are counted in units of the robot's reach, so that all joints, and all rows of a Jacobian, have one
+unit. Then poses compare with 1, efforts with weight x reach, the mass matrix with mass x reach^2. Where the quantity
+itself is larger than that (fast motion, long chains), its largest entry of the state counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.model import JointKind, Mechanism
+
+STANDARD_FALL = 9.81
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalScale:
+    """Sizes of a robot: reach [m], mass [kg] and the unit of each coordinate, 1 or `reach`."""
+
+    reach: float
+    mass: float
+    unit: Floats
+
+    @property
+    def weight_times_reach(self) -> float:
+        return self.mass * STANDARD_FALL * self.reach
+
+    def dimensionless(self, quantity: str, values: Floats) -> Floats:
+        """Values (N, ...) of a quantity divided by its natural scale, entry by entry."""
+        u, L = self.unit, self.reach
+        rows = np.array([1.0, 1.0, 1.0, 1 / L, 1 / L, 1 / L])[:, None]
+        inertia, effort = self.mass * L * L, self.weight_times_reach
+        match quantity:
+            case "forward_kinematics" | "link_poses":
+                size = np.ones((4, 4))
+                size[:3, 3] = 1 / L
+                return values * size
+            case "jacobian_space" | "jacobian_body" | "jacobian_space_rate" | "jacobian_body_rate":
+                return values * rows * u
+            case "mass_matrix" | "coriolis_matrix":
+                return values * u[:, None] * u / inertia
+            case "kinetic_energy" | "potential_energy":
+                return values / effort
+            case "forward_dynamics":
+                return values / u
+            case _:
+                return values * u / effort
+
+    def error(self, quantity: str, ours: Floats, reference: Floats) -> Floats:
+        """(N,) largest error of each state, relative to the natural scale or the state's largest entry."""
+        a, b = self.dimensionless(quantity, ours), self.dimensionless(quantity, reference)
+        if not a.size:
+            return np.zeros(len(a))
+        core = tuple(range(1, a.ndim))
+        worst = np.abs(a - b).max(axis=core, initial=0.0)
+        return np.where(np.isfinite(worst), worst, np.inf) / np.maximum(1.0, np.abs(b).max(axis=core, initial=0.0))
+
+
+def natural_scale(mechanism: Mechanism) -> NaturalScale:
+    """Reach: the longest way from {s} along the links to a centre of mass, frame or tip, slides at 0.5 m."""
+    way = {mechanism.links[0].name: float(np.linalg.norm(mechanism.T_sb[:3, 3]))}
+    for joint in mechanism.joints:
+        slide = 0.5 if joint.kind is JointKind.PRISMATIC else np.pi * abs(joint.pitch)
+        way[joint.child] = way[joint.parent] + float(np.linalg.norm(joint.T_pj[:3, 3])) + slide
+    ends = [
+        way[link.name] + (0.0 if link.inertial is None else float(np.linalg.norm(link.inertial.com)))
+        for link in mechanism.links
+    ]
+    reach = max(*ends, way[mechanism.tip] + float(np.linalg.norm(mechanism.T_lt[:3, 3])), 1e-3)
+    mass = sum(link.inertial.mass for link in mechanism.links[1:] if link.inertial is not None)
+    slides = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
+    return NaturalScale(reach, max(mass, 1e-6), np.where(slides, reach, 1.0))

@@ -1,0 +1,47 @@
+"""Our own numbers by two roads: CasADi evaluating the expression, and the compiled kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.model import Mechanism
+from mafsil.robot.trace import signature, trace
+from tests.oracles.oracle import Answers
+from tests.oracles.states import States
+
+ALL = (*CATALOGUE, "inverse_dynamics tip_wrench", "forward_dynamics tip_wrench")
+"""Names of all quantities, optional inputs named behind."""
+
+
+def traced(mechanism: Mechanism, states: States, names: Iterable[str] = ALL) -> Answers:
+    """By CasADi's virtual machine, without our code generator."""
+    return {name: _evaluated(mechanism, states, name) for name in names}
+
+
+def compiled(robot: Any, states: States, names: Iterable[str] = ALL) -> Answers:
+    """By the kernels of a Robot."""
+    return {name: robot.kernel(name.split()[0], None, tuple(name.split()[1:]))(*_inputs(name, states)) for name in names}
+
+
+def function(mechanism: Mechanism, name: str) -> Any:
+    """The casadi.Function of a quantity."""
+    row, *optional = name.split()
+    return trace(mechanism, CATALOGUE[row], None, tuple(optional))
+
+
+def _inputs(name: str, states: States) -> list[Floats]:
+    row, *optional = name.split()
+    return states.arguments((*CATALOGUE[row].inputs, *optional))
+
+
+def _evaluated(mechanism: Mechanism, states: States, name: str) -> Floats:
+    row, *optional = name.split()
+    shape = signature(mechanism, CATALOGUE[row], tuple(optional)).outputs[0].shape
+    columns = [np.ascontiguousarray(x.T) for x in _inputs(name, states)]
+    result = np.asarray(function(mechanism, name)(*columns).full())
+    return np.ascontiguousarray(result.T).reshape(len(states), *shape)

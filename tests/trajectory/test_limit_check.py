@@ -1,0 +1,89 @@
+"""The check finds the joint, the time and the value; sampling and exact extremes agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mafsil.errors import InputError
+from mafsil.model import JointLimits
+from mafsil.trajectory import check, cubic, quintic, rest, sequence, trapezoid
+
+
+def bounds(n, **given):
+    names = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
+    return JointLimits(*(np.full(n, given.get(name, -np.inf if name == "lower" else np.inf)) for name in names))
+
+
+@pytest.mark.capability("11-4")
+def test_worst_place_is_named():
+    motion = cubic([0.0, 0.0], [1.0, 3.0], 2.0)
+    verdict = check(motion, bounds(2, velocity=2.0), ("shoulder", "elbow"))
+    (violation,) = verdict.violations
+    assert violation.joint == "elbow"
+    assert violation.quantity == "velocity"
+    assert violation.time == pytest.approx(1.0)
+    assert violation.value == pytest.approx(1.5 * 3.0 / 2.0)
+    assert "elbow" in verdict.explain("en")
+    assert "2.25" in verdict.explain("ar")
+
+
+@pytest.mark.parametrize("quantity", ["upper", "lower", "velocity", "acceleration", "jerk"])
+def test_every_quantity(quantity):
+    motion = quintic([0.0], [3.0], 1.0, start_velocity=-20.0)
+    limit = -0.1 if quantity == "lower" else 0.5
+    verdict = check(motion, bounds(1, **{quantity: limit}))
+    assert [v.quantity for v in verdict.violations] == [quantity]
+    dense = np.linspace(0, 1, 200001)
+    order = {"upper": 0, "lower": 0, "velocity": 1, "acceleration": 2, "jerk": 3}[quantity]
+    values = (motion.jerk(dense) if order == 3 else motion.at(dense)[order])[:, 0]
+    extreme = {"upper": values.max(), "lower": values.min()}.get(quantity, values[np.abs(values).argmax()])
+    assert verdict.violations[0].value == pytest.approx(extreme, rel=1e-8)
+
+
+def test_within_limits_says_so():
+    verdict = check(rest([0.0], 1.0), bounds(1, velocity=1.0, lower=-1.0, upper=1.0))
+    assert verdict.ok
+    assert verdict.explain("en") == "every joint keeps its limits"
+    assert verdict.explain("ar")
+
+
+def test_sampled_agrees_with_exact():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        motion = quintic(*rng.normal(size=(2, 3)), 1.7, start_velocity=rng.normal(size=3))
+        exact = check(motion, bounds(3, velocity=1e-3, acceleration=1e-3, jerk=1e-3, upper=-9.0))
+        sampled = check(sequence(motion), bounds(3, velocity=1e-3, acceleration=1e-3, jerk=1e-3, upper=-9.0))
+        assert len(exact.violations) == len(sampled.violations) == 12
+        for a, b in zip(exact.violations, sampled.violations, strict=True):
+            assert abs(b.value) == pytest.approx(abs(a.value), rel=1e-7)
+
+
+def test_left_side_of_a_jump_counts():
+    # The second blend decelerates at exactly the acceleration limit up to the very end, then rests.
+    motion = sequence(trapezoid([0.0], [1.0], acceleration=1.0).value, rest([1.0], 1.0))
+    assert check(motion, bounds(1, acceleration=1.0)).ok
+    assert not check(motion, bounds(1, acceleration=0.999)).ok
+
+
+def test_sequence_rests_between_parts():
+    first, second = quintic([0.0], [1.0], 1.0), quintic([1.0], [-1.0], 2.0)
+    motion = sequence(first, second, rests=0.5)
+    assert motion.duration == 3.5
+    assert motion.n == 1
+    at = motion.at([0.5, 1.2, 1.5, 3.5, 9.0])
+    np.testing.assert_allclose(at.u[:, 0], [first.at(0.5).u[0], 1.0, 1.0, -1.0, -1.0], atol=1e-12)
+    np.testing.assert_allclose(at.v[[1, 2, 3, 4]], 0.0, atol=1e-12)
+    np.testing.assert_allclose(motion.jerk(2.0), second.jerk(0.5), atol=1e-12)
+    np.testing.assert_allclose(motion.at(2.5).a, second.at(1.0).a, atol=1e-12)
+
+
+def test_sequence_refuses_gaps_and_nonsense():
+    with pytest.raises(InputError, match="parts"):
+        sequence(cubic([0.0], [1.0], 1.0), cubic([1.1], [2.0], 1.0))
+    with pytest.raises(InputError, match="parts"):
+        sequence(cubic([0.0], [1.0], 1.0), cubic([1.0, 1.0], [2.0, 2.0], 1.0))
+    with pytest.raises(InputError, match="at least one"):
+        sequence()
+    with pytest.raises(InputError, match="rests"):
+        sequence(cubic([0.0], [1.0], 1.0), cubic([1.0], [2.0], 1.0), rests=-1.0)
