@@ -107,7 +107,9 @@ def test_commands_of_the_readme_exist() -> None:
     assert {verb for _, verb in scripts} >= {"run", "test"}
     assert all((ROOT / script).exists() for script, _ in scripts)
     used = set(re.findall(r"^mafsil (\w+)", text, flags=re.M))
-    shown = subprocess.run([sys.executable, "-m", "mafsil.cli.main", "--help"], capture_output=True, text=True).stdout
+    shown = subprocess.run(
+        [sys.executable, "-m", "mafsil.cli.main", "--help"], capture_output=True, text=True, check=True
+    ).stdout
     assert used
     assert not [command for command in used if command not in shown]
 
@@ -120,8 +122,12 @@ def test_pictures_of_the_readme_exist() -> None:
 def test_nothing_names_the_workshop() -> None:
     """No path of the machine on which it was written, no word about how."""
     forbidden = re.compile(r"/work/(main|shared)|/tmp/[a-z]\d?\.md|\bhelper-\d")
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True).stdout.split()
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     for name in listed:
         path = ROOT / name
-        if path.suffix in {".py", ".md", ".toml", ".html", ".js", ".css", ""} and path.is_file() and path != Path(__file__):
+        if (
+            path.suffix in {".py", ".md", ".toml", ".html", ".js", ".css", ""}
+            and path.is_file()
+            and path != Path(__file__)
+        ):
             assert not forbidden.search(path.read_text("utf-8", errors="ignore")), name

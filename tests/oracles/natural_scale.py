@@ -34,7 +34,7 @@ class NaturalScale:
         u, L = self.unit, self.reach
         rows = np.array([1.0, 1.0, 1.0, 1 / L, 1 / L, 1 / L])[:, None]
         inertia, effort = self.mass * L * L, self.weight_times_reach
-        match quantity:
+        match quantity.split()[0]:
             case "forward_kinematics" | "link_poses":
                 size = np.ones((4, 4))
                 size[:3, 3] = 1 / L

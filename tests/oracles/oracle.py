@@ -59,3 +59,11 @@ def expansion(mechanism: Mechanism) -> Expansion:
 def stacked(rows: list[Answers]) -> Answers:
     """One array per quantity."""
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def accelerations(M: Floats, load: Floats) -> Floats:
+    """M^-1 load; NaN for a singular M: a robot with joints that move no inertia."""
+    try:
+        return np.linalg.solve(M, load)
+    except np.linalg.LinAlgError:
+        return np.full_like(load, np.nan)

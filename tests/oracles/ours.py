@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.errors import ModelError
 from mafsil.mechanics.quantities import CATALOGUE
 from mafsil.model import Mechanism
 from mafsil.robot.trace import signature, trace
@@ -20,12 +21,29 @@ ALL = (*CATALOGUE, "inverse_dynamics tip_wrench", "forward_dynamics tip_wrench")
 
 def traced(mechanism: Mechanism, states: States, names: Iterable[str] = ALL) -> Answers:
     """By CasADi's virtual machine, without our code generator."""
-    return {name: _evaluated(mechanism, states, name) for name in names}
+    return _answered(names, lambda name: _evaluated(mechanism, states, name))
 
 
 def compiled(robot: Any, states: States, names: Iterable[str] = ALL) -> Answers:
     """By the kernels of a Robot."""
-    return {name: robot.kernel(name.split()[0], None, tuple(name.split()[1:]))(*_inputs(name, states)) for name in names}
+
+    def evaluated(name: str) -> Floats:
+        row, *optional = name.split()
+        return robot.kernel(row, None, tuple(optional))(*_inputs(name, states))
+
+    return _answered(names, evaluated)
+
+
+def _answered(names: Iterable[str], evaluated: Callable[[str], Floats]) -> Answers:
+    """All quantities but the accelerations of robots that have none: joints that move no inertia."""
+    answers: Answers = {}
+    for name in names:
+        try:
+            answers[name] = evaluated(name)
+        except ModelError as error:
+            if error.key != "mechanics.no_inertia":
+                raise
+    return answers
 
 
 def function(mechanism: Mechanism, name: str) -> Any:

@@ -30,6 +30,11 @@ def matrix(angles: ca.SX, sequence: str) -> ca.SX:
     return first @ second @ third
 
 
+def elementary_rotation(angle: ca.SX, axis: int) -> ca.SX:
+    """(3, 3) rotation about a coordinate axis; `elementary` with the expression first."""
+    return elementary(axis, angle)
+
+
 def elementary(axis: int, angle: ca.SX) -> ca.SX:
     """(3, 3) rotation about x (0), y (1) or z (2)."""
     c, s = ca.cos(angle), ca.sin(angle)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from math import nan
 
 import casadi as ca
 
-from mafsil.algebra.membership import CONDITIONS
+from mafsil.algebra.membership import is_member
 
 Shape = tuple[int, ...]
 
@@ -25,8 +26,8 @@ def function(
         source: `module.function` of this package.
         inputs: name and core shape of every argument that is an expression, in order; at most two dimensions.
         outputs: name and core shape of every result.
-        conditions: argument name -> name of the condition (`membership.CONDITIONS`) that it must meet; where it does
-            not, every result is NaN.
+        conditions: argument name -> kind it must be a member of (`membership.MEASURES`); where it is not, every
+            result is NaN.
         constants: further arguments, after the expressions.
     """
     columns = [ca.SX.sym(name, max(1, _size(shape))) for name, shape in inputs]
@@ -35,8 +36,8 @@ def function(
     results = list(answer) if isinstance(answer, tuple) else [answer]
     names = [name for name, _ in inputs]
     for name, condition in (conditions or {}).items():
-        met = CONDITIONS[condition](arguments[names.index(name)])
-        results = [ca.if_else(met, result, ca.nan) for result in results]
+        met = is_member(condition, arguments[names.index(name)])
+        results = [ca.if_else(met, result, nan) for result in results]
     flat = [ca.vec(ca.densify(ca.SX(result)).T) for result in results]
     return ca.Function(source.replace(".", "_"), columns, flat, names, [name for name, _ in outputs], {"cse": True})
 

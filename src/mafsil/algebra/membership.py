@@ -1,4 +1,7 @@
-"""Conditions under which numbers of a user are what they are called: a rotation, a pose, a unit quaternion, an axis."""
+"""How far numbers of a user are from being what they are called: a rotation, a pose, a unit quaternion, an axis.
+
+Every measure is zero at a perfect member, infinite where no rounding can explain the distance, and NaN for NaN.
+"""
 
 from __future__ import annotations
 
@@ -6,55 +9,89 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from mafsil.algebra import se3, so3
-from mafsil.algebra.tolerance import AXIS, ROTATION, UNIT
+from mafsil.algebra.spatial import angular, cross, length, linear
+from mafsil.algebra.tolerance import LIMITS
+
+
+def rotation(M: ca.SX) -> ca.SX:
+    """Frobenius norm of M'M - I of a (3, 3) matrix; infinite where det M <= 0."""
+    a, b, c = M[:, 0], M[:, 1], M[:, 2]
+    norms = (ca.dot(a, a) - 1) ** 2 + (ca.dot(b, b) - 1) ** 2 + (ca.dot(c, c) - 1) ** 2
+    angles = ca.dot(a, b) ** 2 + ca.dot(a, c) ** 2 + ca.dot(b, c) ** 2
+    return ca.if_else(ca.dot(a, cross(b, c)) > 0, ca.sqrt(norms + 2 * angles), ca.inf)
+
+
+def pose(T: ca.SX) -> ca.SX:
+    """That of the rotation of a (4, 4) matrix; infinite where the last row is not exactly (0, 0, 0, 1)."""
+    return ca.if_else(_last_row(T), rotation(T[:3, :3]), ca.inf)
 
 
 def unit_quaternion(q: ca.SX) -> ca.SX:
-    """1 where | |q| - 1 | is within the tolerance UNIT, else 0."""
-    return ca.fabs(ca.sqrt(ca.dot(q, q)) - 1) <= UNIT
+    """| |q| - 1 | of four numbers."""
+    return ca.fabs(ca.sqrt(ca.dot(q, q)) - 1)
 
 
-def non_zero(x: ca.SX) -> ca.SX:
-    """1 where the vector has a direction: not zero and finite, else 0."""
-    largest = ca.fabs(x[0])
-    for k in range(1, x.numel()):
-        largest = ca.fmax(largest, ca.fabs(x[k]))
-    return ca.logic_and(largest >= AXIS, ca.dot(x, x) < ca.inf)
+def axis(x: ca.SX) -> ca.SX:
+    """Zero where three numbers have a direction; infinite where their squares vanish or overflow."""
+    s = ca.dot(x, x)
+    return ca.if_else(ca.logic_and(s >= 1e-300, s < ca.inf), 0.0, ca.inf)
+
+
+def quaternion(q: ca.SX) -> ca.SX:
+    """Zero where four numbers can be scaled to unit length; infinite where they are all zero."""
+    return ca.if_else(ca.fabs(q[0]) + ca.fabs(q[1]) + ca.fabs(q[2]) + ca.fabs(q[3]) > 0, 0.0, ca.inf)
+
+
+def unit_screw(S: ca.SX) -> ca.SX:
+    """| |omega| - 1 | of a screw (omega, v), or | |v| - 1 | where omega is zero."""
+    omega, v = angular(S), linear(S)
+    return ca.fabs(ca.if_else(ca.dot(omega, omega) > 0, length(omega), length(v)) - 1)
 
 
 def axis_triple(axes: ca.SX) -> ca.SX:
-    """1 where the rows are unit and the second is orthogonal to the other two, within UNIT, else 0."""
-    inside = ca.SX(1)
+    """Frobenius norm of what three rows miss to be unit and the second to be orthogonal to the other two."""
+    total = ca.SX(0)
     for k in range(3):
-        inside = ca.logic_and(inside, ca.fabs(ca.dot(axes[k, :], axes[k, :]) - 1) <= UNIT)
+        total += (ca.dot(axes[k, :], axes[k, :]) - 1) ** 2
     for k in (0, 2):
-        inside = ca.logic_and(inside, ca.fabs(ca.dot(axes[1, :], axes[k, :])) <= UNIT)
-    return inside
+        total += ca.dot(axes[1, :], axes[k, :]) ** 2
+    return ca.sqrt(total)
 
 
 def planar_rotation(R: ca.SX) -> ca.SX:
-    """1 where a (2, 2) matrix is a rotation within the tolerance ROTATION, else 0."""
+    """Frobenius norm of R'R - I of a (2, 2) matrix; infinite where det R <= 0."""
     a, b = R[:, 0], R[:, 1]
-    inside = ca.logic_and(ca.fabs(ca.dot(a, a) - 1) <= ROTATION, ca.fabs(ca.dot(b, b) - 1) <= ROTATION)
-    return ca.logic_and(ca.logic_and(inside, ca.fabs(ca.dot(a, b)) <= ROTATION), a[0] * b[1] - a[1] * b[0] > 0)
+    defect = (ca.dot(a, a) - 1) ** 2 + (ca.dot(b, b) - 1) ** 2 + 2 * ca.dot(a, b) ** 2
+    return ca.if_else(a[0] * b[1] - a[1] * b[0] > 0, ca.sqrt(defect), ca.inf)
 
 
 def planar_pose(T: ca.SX) -> ca.SX:
-    """1 where a (3, 3) matrix is a planar pose: its rotation is one and its last row is (0, 0, 1), else 0."""
-    inside = planar_rotation(T[:2, :2])
-    for k, wanted in enumerate((0, 0, 1)):
-        inside = ca.logic_and(inside, T[2, k] == wanted)
-    return inside
+    """That of the rotation of a (3, 3) matrix; infinite where the last row is not exactly (0, 0, 1)."""
+    return ca.if_else(_last_row(T), planar_rotation(T[:2, :2]), ca.inf)
 
 
-CONDITIONS: dict[str, Callable[[ca.SX], ca.SX]] = {
-    "rotation": so3.is_rotation,
-    "pose": se3.is_pose,
+MEASURES: dict[str, Callable[[ca.SX], ca.SX]] = {
+    "rotation": rotation,
+    "pose": pose,
     "unit_quaternion": unit_quaternion,
-    "axis": non_zero,
+    "axis": axis,
+    "quaternion": quaternion,
+    "unit_screw": unit_screw,
     "axis_triple": axis_triple,
     "planar_rotation": planar_rotation,
     "planar_pose": planar_pose,
 }
-"""Conditions by the name under which declarations and error sentences know them."""
+"""Measures by the name under which declarations, limits and error sentences know them."""
+
+
+def is_member(kind: str, value: ca.SX) -> ca.SX:
+    """1 where the measure is within its limit, else 0 (also for NaN)."""
+    return MEASURES[kind](value) <= LIMITS[kind]
+
+
+def _last_row(T: ca.SX) -> ca.SX:
+    last = T.shape[0] - 1
+    exact = T[last, last] == 1
+    for k in range(last):
+        exact = ca.logic_and(exact, T[last, k] == 0)
+    return exact

@@ -30,8 +30,10 @@ def conjugate(q: ca.SX) -> ca.SX:
 
 
 def normalized(q: ca.SX) -> ca.SX:
-    """(4,) q / |q|."""
-    return q / ca.sqrt(ca.dot(q, q))
+    """(4,) q / |q|, of any length but zero."""
+    largest = ca.fmax(ca.fmax(ca.fabs(q[0]), ca.fabs(q[1])), ca.fmax(ca.fabs(q[2]), ca.fabs(q[3])))
+    scaled = q / largest
+    return scaled / ca.sqrt(ca.dot(scaled, scaled))
 
 
 def canonical(q: ca.SX) -> ca.SX:
@@ -88,7 +90,8 @@ def from_matrix(R: ca.SX) -> ca.SX:
 
     Reference: Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1, 1978.
     """
-    return canonical(normalized(proportional_to_matrix(R)))
+    q = proportional_to_matrix(R)
+    return canonical(q / ca.sqrt(ca.dot(q, q)))
 
 
 def proportional_to_matrix(R: ca.SX) -> ca.SX:
@@ -123,9 +126,14 @@ def to_su2(q: ca.SX) -> ca.SX:
     return ca.vertcat(w, x, y, z, -y, z, w, -x)
 
 
-def from_su2(u: ca.SX) -> ca.SX:
-    """(4,) quaternion of an SU(2) matrix given as (8,) real and imaginary parts; both rows are averaged."""
-    return ca.vertcat(u[0] + u[6], u[1] - u[7], u[2] - u[4], u[3] + u[5]) / 2
+def from_su2(u: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Quaternion (4,) of a matrix [[a, b], [-b*, a*]] given as (8,) real and imaginary parts, and its defect.
+
+    Both rows are averaged; the defect is the norm of what they differ by and of what the length of q misses to 1.
+    """
+    q = ca.vertcat(u[0] + u[6], u[1] - u[7], u[2] - u[4], u[3] + u[5]) / 2
+    rest = to_su2(q) - u
+    return q, ca.sqrt(ca.dot(rest, rest) + (ca.sqrt(ca.dot(q, q)) - 1) ** 2)
 
 
 def to_gibbs(q: ca.SX) -> ca.SX:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import casadi as ca
 
-from mafsil.algebra import quaternion, se3
-from mafsil.algebra.spatial import angular, cross, linear
+from mafsil.algebra import quaternion, se3, so3
+from mafsil.algebra.spatial import angular, cross, length, linear
 from mafsil.algebra.tolerance import TRANSLATION
 
 
 def from_axis(direction: ca.SX, point: ca.SX, pitch: ca.SX) -> ca.SX:
-    """(6,) S = (s, -s x q + h s) of a unit direction s, a point q [m] of the axis and a pitch h [m/rad].
+    """(6,) S = (s, -s x q + h s), s the unit vector along a direction, q a point [m] of the axis, h its pitch [m/rad].
 
     Reference: Lynch & Park, Modern Robotics, sec. 3.3.2.2.
     """
+    direction = direction / length(direction)
     return ca.vertcat(direction, cross(point, direction) + pitch * direction)
 
 
@@ -32,8 +33,8 @@ def nearest_point(S: ca.SX) -> ca.SX:
 def magnitude(V: ca.SX) -> ca.SX:
     """|omega|, or |v| where omega is zero; scaled inside, so that nothing over- or underflows."""
     omega, v = angular(V), linear(V)
-    size = _norm(omega)
-    return ca.if_else(size > 0, size, _norm(v))
+    size = length(omega)
+    return ca.if_else(size > 0, size, length(v))
 
 
 def normalized(V: ca.SX) -> ca.SX:
@@ -59,6 +60,11 @@ def displacement(S: ca.SX, amount: ca.SX) -> ca.SX:
     return se3.pose(R, amount * v + 2 * s**2 * a + (amount - 2 * s * c) * cross(omega, a))
 
 
+def motion(S: ca.SX, amount: ca.SX) -> ca.SX:
+    """(4, 4) exp([S] q) of a screw of any length: `displacement` without the promise that S is unit."""
+    return se3.exp(S * amount)
+
+
 def chasles(T: ca.SX, tolerance: float = TRANSLATION) -> tuple[ca.SX, ca.SX]:
     """Unit screw S (6,) and amount (angle [rad], or distance [m]) of a displacement: T = exp([S] amount).
 
@@ -66,7 +72,7 @@ def chasles(T: ca.SX, tolerance: float = TRANSLATION) -> tuple[ca.SX, ca.SX]:
     """
     V = se3.log(T)
     omega = angular(V)
-    turning = _norm(omega) > tolerance
+    turning = length(omega) > tolerance
     V = ca.vertcat(ca.if_else(turning, omega, ca.SX.zeros(3)), ca.if_else(turning, linear(V), se3.translation(T)))
     return normalized(V), magnitude(V)
 
@@ -76,16 +82,12 @@ def integral(omega: ca.SX, theta: ca.SX) -> ca.SX:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.87.
     """
-    columns = [displacement(ca.vertcat(omega, _basis(k)), theta)[:3, 3] for k in range(3)]
-    return ca.horzcat(*columns)
+    return theta * so3.left_jacobian(omega * theta)
 
 
-def _basis(k: int) -> ca.SX:
-    return ca.SX([float(k == i) for i in range(3)])
+def integral_inverse(omega: ca.SX, theta: ca.SX) -> ca.SX:
+    """(3, 3) G(theta)^-1 = I/theta - [omega]/2 + (1/theta - cot(theta/2)/2) [omega]^2, 0 < theta < 2 pi.
 
-
-def _norm(x: ca.SX) -> ca.SX:
-    """|x| without over- or underflow."""
-    scale = ca.fmax(ca.fmax(ca.fabs(x[0]), ca.fabs(x[1])), ca.fabs(x[2]))
-    y = x / ca.if_else(scale > 0, scale, 1.0)
-    return scale * ca.sqrt(ca.if_else(scale > 0, ca.dot(y, y), 1.0))
+    Reference: Lynch & Park, Modern Robotics, eq. 3.92.
+    """
+    return so3.left_jacobian_inverse(omega * theta) / theta

@@ -6,7 +6,6 @@ import casadi as ca
 
 from mafsil.algebra import quaternion, series, so3
 from mafsil.algebra.spatial import angular, cross, linear, skew, skew_square
-from mafsil.algebra.tolerance import ROTATION
 
 
 def pose(R: ca.SX, p: ca.SX) -> ca.SX:
@@ -114,20 +113,12 @@ def right_jacobian_inverse(V: ca.SX) -> ca.SX:
     return left_jacobian_inverse(-V)
 
 
-def is_pose(T: ca.SX, tolerance: float = ROTATION) -> ca.SX:
-    """1 where the rotation is one within the tolerance and the last row is exactly (0, 0, 0, 1), else 0."""
-    inside = so3.is_rotation(rotation(T), tolerance)
-    for k, wanted in enumerate((0, 0, 0, 1)):
-        inside = ca.logic_and(inside, T[3, k] == wanted)
-    return inside
-
-
-def slerp_screw(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
+def interpolate_screw(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
     """(4, 4) T_0 exp(t log(T_0^-1 T_1)): one screw motion from T_0 (t = 0) to T_1 (t = 1)."""
     return compose(T_0, exp(t * body_error(T_0, T_1)))
 
 
-def slerp_decoupled(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
+def interpolate_decoupled(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
     """(4, 4) rotation at constant angular velocity, origin along the straight line."""
     R = rotation(T_0) @ so3.exp(t * so3.log(rotation(T_0).T @ rotation(T_1)))
     return pose(R, translation(T_0) + t * (translation(T_1) - translation(T_0)))

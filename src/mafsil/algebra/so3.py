@@ -5,8 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mafsil.algebra import eigen, quaternion, series
-from mafsil.algebra.spatial import cross, skew, skew_square
-from mafsil.algebra.tolerance import ROTATION
+from mafsil.algebra.spatial import cross, length, skew, skew_square
 
 
 def hat(w: ca.SX) -> ca.SX:
@@ -92,15 +91,6 @@ def residuals(M: ca.SX) -> ca.SX:
     return ca.vertcat(norms, ca.dot(a, b), ca.dot(a, c), ca.dot(b, c), ca.dot(a, cross(b, c)) - 1)
 
 
-def is_rotation(M: ca.SX, tolerance: float = ROTATION) -> ca.SX:
-    """1 where all entries of |M'M - I| are within the tolerance and det M > 0, else 0 (also for NaN)."""
-    parts = residuals(M)
-    inside = ca.SX(1)
-    for k in range(6):
-        inside = ca.logic_and(inside, ca.fabs(parts[k]) <= tolerance)
-    return ca.logic_and(inside, parts[6] > -1)
-
-
 def project(M: ca.SX) -> ca.SX:
     """(3, 3) the rotation nearest to M in the Frobenius norm: the R that maximises tr(R'M).
 
@@ -121,3 +111,22 @@ def horn_matrix(M: ca.SX) -> ca.SX:
 def _polynomial(r: ca.SX, a: float, b: ca.SX, c: ca.SX) -> ca.SX:
     """(3, 3) a I + b [r] + c [r]^2."""
     return a * ca.SX.eye(3) + b * skew(r) + c * skew_square(r)
+
+
+def angle_between(R_0: ca.SX, R_1: ca.SX) -> ca.SX:
+    """Angle of R_0' R_1 [rad], in [0, pi]."""
+    return angle(R_0.T @ R_1)
+
+
+def to_axis_angle(R: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Unit axis (3,) and angle in [0, pi] [rad]; the axis of the identity is x by convention."""
+    r = log(R)
+    theta = length(r)
+    turning = theta > 0
+    axis = ca.if_else(turning, r / ca.if_else(turning, theta, 1.0), ca.SX([1, 0, 0]))
+    return axis, theta
+
+
+def slerp(R_0: ca.SX, R_1: ca.SX, t: ca.SX) -> ca.SX:
+    """(3, 3) R_0 exp(t log(R_0' R_1))."""
+    return R_0 @ exp(t * log(R_0.T @ R_1))

@@ -21,6 +21,13 @@ def skew_square(w: ca.SX) -> ca.SX:
     return ca.blockcat([[-(y**2 + z**2), x * y, x * z], [x * y, -(x**2 + z**2), y * z], [x * z, y * z, -(x**2 + y**2)]])
 
 
+def length(x: ca.SX) -> ca.SX:
+    """|x| without over- or underflow."""
+    scale = ca.fmax(ca.fmax(ca.fabs(x[0]), ca.fabs(x[1])), ca.fabs(x[2]))
+    y = x / ca.if_else(scale > 0, scale, 1.0)
+    return scale * ca.sqrt(ca.if_else(scale > 0, ca.dot(y, y), 1.0))
+
+
 def angular(V: ca.SX) -> ca.SX:
     """(3,) first half: omega of a twist [rad/s], m of a wrench [N m]."""
     return V[:3]
@@ -103,3 +110,15 @@ def point_velocity(V: ca.SX, point: ca.SX) -> ca.SX:
 def reciprocal_product(V: ca.SX, W: ca.SX) -> ca.SX:
     """omega_V . v_W + v_V . omega_W: zero when two screws do no work on each other."""
     return ca.dot(angular(V), linear(W)) + ca.dot(linear(V), angular(W))
+
+
+def wrench_pitch(F: ca.SX) -> ca.SX:
+    """Pitch m.f / f.f [m] of a wrench; infinite (or NaN for zero) where f is zero."""
+    m, f = angular(F), linear(F)
+    return ca.dot(m, f) / ca.dot(f, f)
+
+
+def wrench_axis_point(F: ca.SX) -> ca.SX:
+    """(3,) f x m / f.f [m]: the point nearest to the origin of the line on which the wrench is a force and a couple."""
+    m, f = angular(F), linear(F)
+    return cross(f, m) / ca.dot(f, f)

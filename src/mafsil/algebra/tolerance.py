@@ -1,10 +1,23 @@
-"""Named tolerances of membership. Knows no expressions, so that reading them costs nothing."""
+"""Named tolerances. Knows no expressions, so that reading them costs nothing."""
 
 ROTATION = 1e-6
-"""Largest entry of |R'R - I| at which a matrix still counts as a rotation: single-precision data pass."""
+"""Largest Frobenius norm of R'R - I at which a matrix counts as a rotation: single-precision data pass."""
 UNIT = 1e-6
-"""Largest deviation of a length from 1 at which a quaternion or an axis still counts as unit."""
-AXIS = 1e-150
-"""Largest component below which a vector has no direction to speak of: its square would underflow."""
+"""Largest deviation of a length from 1 at which a quaternion or an axis counts as unit."""
+SKEW = 1e-6
+"""Largest norm of the symmetric part of R'Rdot, over the norm of Rdot, at which Rdot counts as a velocity of R."""
 TRANSLATION = 1e-12
 """Angle [rad] below which a displacement counts as a translation when its screw axis is asked for."""
+
+LIMITS: dict[str, float] = {
+    "rotation": ROTATION,
+    "pose": ROTATION,
+    "planar_rotation": ROTATION,
+    "planar_pose": ROTATION,
+    "unit_quaternion": UNIT,
+    "axis_triple": UNIT,
+    "unit_screw": UNIT,
+    "axis": 0.0,
+    "quaternion": 0.0,
+}
+"""Largest measure (`mafsil.algebra.membership`) of every kind of member."""

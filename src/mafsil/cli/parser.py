@@ -19,7 +19,6 @@ _SENTENCES = {
     "positional arguments": "argparse_positionals",
     "options": "argparse_options",
     "show this help message and exit": "argparse_help",
-    "show program's version number and exit": "argparse_version",
     "argument %(argument_name)s: %(message)s": "argparse_argument",
     "the following arguments are required: %s": "argparse_required",
     "unrecognized arguments: %s": "argparse_unrecognized",
@@ -60,7 +59,7 @@ def parser(version: str) -> Parser:
         epilog=say("cli.epilog"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    main.add_argument("--version", action="version", version=f"mafsil {version}")
+    main.add_argument("--version", action="version", version=f"mafsil {version}", help=say("cli.version"))
     _add_common(main)
     commands = main.add_subparsers(dest="command", metavar=say("cli.command"), title=say("cli.commands"))
     for operation in OPERATIONS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mafsil.kernels.emitter import Lanes, Text
+from mafsil.kernels.exact import two_product
 
 MAGIC = 6755399442104320.0
 """1.5 * 2^52 + 2^20: added to |n| < 2^20 it leaves the integer n + 2^20 in the low bits, all higher bits known."""
@@ -176,27 +177,3 @@ def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
     flip = text.let(f"xor i1 {minus}, {below}")
     quarter = text.let(f"select i1 {minus}, i64 {op('sub', '0', quarter)}, i64 {quarter}")
     return lanes.select(flip, lanes.neg(r), r), lanes.select(flip, lanes.neg(lo), lo), quarter
-
-
-def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """x*y as a rounded product and its error, exact (Dekker's splitting where nothing fuses)."""
-    product = lanes.mul(x, y)
-    if lanes.text.fma:
-        return product, lanes.fms(x, y, product)
-    (x1, x2), (y1, y2) = _halves(lanes, x), _halves(lanes, y)
-    error = lanes.sub(lanes.mul(x1, y1), product)
-    error = lanes.add(lanes.add(error, lanes.mul(x1, y2)), lanes.mul(x2, y1))
-    return product, lanes.add(error, lanes.mul(x2, y2))
-
-
-def two_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """x + y as a rounded sum and its error, exact, for |x| >= |y|."""
-    total = lanes.add(x, y)
-    return total, lanes.sub(y, lanes.sub(total, x))
-
-
-def _halves(lanes: Lanes, x: str) -> tuple[str, str]:
-    """x as two numbers of 26 bits."""
-    big = lanes.mul(x, lanes.const(134217729.0))
-    upper = lanes.sub(big, lanes.sub(big, x))
-    return upper, lanes.sub(x, upper)

@@ -190,6 +190,20 @@ class Lanes:
             return self.text.call("trunc", self.real, x)
         return self.copysign(self.floor(self.fabs(x)), x)
 
+    def sign(self, x: str) -> str:
+        """-1, 0 or 1; NaN stays."""
+        zero, one = self.const(0.0), self.const(1.0)
+        above = self.select(self.compare("ogt", x, zero), one, x)
+        return self.select(self.compare("olt", x, zero), self.const(-1.0), above)
+
+    def fmin(self, x: str, y: str) -> str:
+        """The smaller; of a number and NaN the number, as in C."""
+        return self.select(self.compare("uno", y, y), x, self.select(self.compare("olt", x, y), x, y))
+
+    def fmax(self, x: str, y: str) -> str:
+        """The larger; of a number and NaN the number, as in C."""
+        return self.select(self.compare("uno", y, y), x, self.select(self.compare("ogt", x, y), x, y))
+
     def load(self, pointer: str, offset: int) -> str:
         """The lanes at an aligned offset, counted in vectors of this width."""
         place = self.text.let(f"getelementptr i8, ptr {pointer}, i64 {offset * self.width * 8}") if offset else pointer

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
-from mafsil.kernels import batch, cache, call, identity, ufunc
+from mafsil.kernels import batch, cache, call, identity, threads, ufunc
 from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL, LOOP
 from mafsil.kernels.compiler import Order, obtain
@@ -132,3 +132,24 @@ def compile(
 ) -> Kernel:
     """A kernel that compiles at its first use; arguments as the attributes of `Kernel`."""
     return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target)
+
+
+def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:
+    """Compile or load several kernels at once, those in the cache at little cost.
+
+    LLVM works on one kernel at a time in a process but without Python's lock, so that the next kernel is traced and
+    lowered meanwhile.
+
+    Args:
+        kernels: to be ready afterwards.
+        workers: threads that share the work; the default is all cores of the process.
+
+    Raises:
+        KernelError: the first failure, after all others are done.
+    """
+    count = threads.available() if workers is None else threads.checked(workers, "workers")
+
+    def ready(index: int) -> None:
+        _ = kernels[index].call
+
+    threads.run(ready, len(kernels), count)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from mafsil.errors import KernelError
-from mafsil.kernels import transcendental
+from mafsil.kernels import remainder, transcendental
 from mafsil.kernels.argument import huge_function
 from mafsil.kernels.emitter import Lanes, Text
 from mafsil.kernels.layout import SINGLE, Signature
@@ -37,7 +37,9 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
         [
             f'target triple = "{target.triple}"',
             *sorted(batch.text.declared | single.text.declared | declared),
+            "declare i64 @llvm.ctlz.i64(i64, i1)",
             huge,
+            remainder.far_function("#0"),
             batch.function(),
             single.function(),
             staging(signature, width, "#0"),
@@ -116,8 +118,12 @@ class _Program:
 
 
 _ORDER = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
+_PLAIN = "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil sign fmin fmax"
 _EMIT: dict[str, Callable[..., str]] = {
-    **{op: getattr(Lanes, op) for op in "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil".split()},
+    **{op: getattr(Lanes, op) for op in _PLAIN.split()},
+    "hypot": transcendental.hypot,
+    "fmod": remainder.fmod,
+    "remainder": remainder.remainder,
 }
 
 

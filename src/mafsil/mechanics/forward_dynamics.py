@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
+from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.inverse_dynamics import inverse_dynamics
@@ -11,7 +12,7 @@ from mafsil.mechanics.jacobian import jacobian_body
 from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression
 
-LONG_CHAIN = 14
+LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
 
 
@@ -28,11 +29,25 @@ def forward_dynamics(
         q, qd: (n,) coordinates [rad | m] and rates.
         tau: (n,) joint efforts [N m | N].
         F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
+
+    Raises:
+        ModelError: a joint moves no inertia at all, so that no acceleration follows from its effort.
     """
+    _require_inertia(tree)
     longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
     if longest >= LONG_CHAIN and not tree.follows:
         return articulated_body(tree, q, qd, tau, F_tip)
     return by_mass_matrix(tree, q, qd, tau, F_tip)
+
+
+def _require_inertia(tree: BodyTree) -> None:
+    """Every joint moves some mass, rotational inertia or armature: its own body's or that of the bodies behind it."""
+    loaded: set[int] = set()
+    for i, body in reversed(tree.moving):
+        if i in loaded or body.armature or body.inertia.mass or body.inertia.h.any() or body.inertia.I.any():
+            loaded.update((i, body.parent))
+        else:
+            raise ModelError("mechanics.no_inertia", joint=body.joint)
 
 
 def by_mass_matrix(
@@ -45,7 +60,11 @@ def by_mass_matrix(
     load = tau - inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
     if F_tip is not None:
         load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
-    return solved(mass_matrix(tree, q), load)
+    M = mass_matrix(tree, q)
+    for _, body in tree.moving:
+        if M[body.coordinate, body.coordinate].is_zero():
+            raise ModelError("mechanics.no_inertia", joint=body.joint)
+    return solved(M, load)
 
 
 def solved(M: Expression, b: Expression) -> Expression:

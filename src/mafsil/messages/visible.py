@@ -19,7 +19,8 @@ def visible(text: str) -> str:
 
 
 def _obeyed(character: str) -> bool:
-    return unicodedata.category(character) in {"Cc", "Cf", "Zl", "Zp", "Cs", "Co"} and character not in _ARABIC_JOINERS
+    return unicodedata.category(character) in {"Cc", "Cf", "Zl", "Zp", "Cs", "Co"} and character not in _HARMLESS
 
 
-_ARABIC_JOINERS = "\u200c\u200d"
+# Joiners shape Arabic letters; marks only stand beside their neighbours and cannot turn what follows.
+_HARMLESS = "\u200c\u200d\u200e\u200f\u061c"

@@ -20,7 +20,7 @@ from mafsil.arrays import PoseMatrix, gate
 from mafsil.errors import ModelError
 from mafsil.model.joint import JointKind
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.placement import rotation_x, rotation_z, translation
+from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
 
 
@@ -81,7 +81,7 @@ def mechanism_from_dh(
 
     Raises:
         ModelError: no rows, a row that is neither R nor P or is not finite, an unknown convention, a list of another
-            length.
+            length, a base or tool that is no pose.
         InputError: base, tool or gravity has another shape or is not finite.
     """
     _require_rows(rows)
@@ -89,7 +89,7 @@ def mechanism_from_dh(
     return serial_arm(
         [JointPlace(_KINDS[row.kind], T_pj, T_li) for row, T_pj, T_li in zip(rows, homes, within, strict=True)],
         base=base,
-        T_lt=within[-1] if tool is None else within[-1] @ gate("tool", tool, (4, 4), finite=True),
+        T_lt=within[-1] if tool is None else within[-1] @ checked_pose("tool", tool),
         **parts,
     )
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
-from mafsil.errors import ModelError
+from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.placement import adjoint, frame_along, inverse
+from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
 
 UNIT_TOLERANCE = 1e-6
@@ -67,13 +67,15 @@ def mechanism_from_screws(
             `ArmParts`.
 
     Raises:
-        ModelError: a screw is zero or not of unit length, an unknown form, a list of another length.
+        ModelError: a screw is zero or not of unit length, home is no pose, an unknown form, a list of another length.
         InputError: wrong shapes, NaN or infinite numbers.
     """
-    home_pose = gate("home", home, (4, 4), finite=True)
+    home_pose = checked_pose("home", home)
     given = np.atleast_2d(gate("screws", screws, (6,), finite=True))
     if form not in ("space", "body"):
         raise ModelError("screws.form", value=form)
+    if given.ndim != 2:
+        raise InputError("input.shape", name="screws", expected="(n, 6)", got=given.shape, hint="")
     if not len(given):
         raise ModelError("screws.none")
     axes = [_unit_screw(S, i, normalise) for i, S in enumerate(given, start=1)]
@@ -86,7 +88,7 @@ def mechanism_from_screws(
     for i, S in enumerate(axes):
         kind, direction, pitch = kind_of_screw(S)
         T_sj = _frame_on(S, kind, direction, pitch, T_sp[:3, 3])
-        frame = T_sj if inertial_frames is None else gate("inertial_frames", inertial_frames[i], (4, 4), finite=True)
+        frame = T_sj if inertial_frames is None else checked_pose("inertial_frames", inertial_frames[i])
         places.append(JointPlace(kind, inverse(T_sp) @ T_sj, inverse(T_sj) @ frame, pitch))
         T_sp = T_sj
     return serial_arm(places, base=None, T_lt=inverse(T_sp) @ home_pose, **parts)

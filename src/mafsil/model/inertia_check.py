@@ -20,6 +20,8 @@ ROUNDING = 1e-6
 """Share of the largest moment below which a violation counts as rounding of the file's decimals."""
 
 
+GROSS = 0.5
+"""Share of the largest moment beyond which a negative one is a mistake; published robots reach 0.4."""
 NOTHING = 1e-15
 """Inertia that is rounding dust of a CAD export, far below that of a milligram [kg m^2]."""
 
@@ -40,9 +42,9 @@ def inertia_fault(mass: float, inertia: Floats) -> Fault | None:
     """
     if np.abs(inertia).max() <= NOTHING:
         return ZERO_INERTIA if mass > 0.0 else None
-    if inertia.diagonal().min() < 0.0:
-        return NEGATIVE_MOMENT
     least, middle, largest = np.linalg.eigvalsh(inertia)
+    if least < -GROSS * abs(largest):
+        return NEGATIVE_MOMENT
     if least < -ROUNDING * largest:
         return NOT_POSITIVE
     return TRIANGLE if largest - middle - least > ROUNDING * largest else None

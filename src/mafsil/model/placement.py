@@ -6,12 +6,37 @@ from collections.abc import Sequence
 from math import cos, pi, sin
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
+from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, frozen, gate
+from mafsil.errors import InputError, ModelError
 from mafsil.model.link import Inertial
 
 _QUARTER = pi / 2
 _ROUNDING = 4 * 2.0**-52
+POSE_TOLERANCE = 1e-6
+"""By how much R'R of a given pose may miss the identity: rounding of printed tables."""
+
+
+def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
+    """A pose (4, 4) as the user gave it, if it is one.
+
+    Args:
+        name: the argument's name, for the error.
+        value: (4, 4) numbers.
+
+    Raises:
+        InputError: another shape, or NaN or infinite numbers.
+        ModelError: the rotation block is no rotation to POSE_TOLERANCE, or the last row is not 0, 0, 0, 1.
+    """
+    T = gate(name, value, (4, 4), finite=True)
+    if T.ndim != 2:
+        raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
+    R = T[:3, :3]
+    miss = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
+    if miss > POSE_TOLERANCE or np.linalg.det(R) < 0:
+        raise ModelError("serial.pose", name=name, miss=miss, limit=POSE_TOLERANCE)
+    return T
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
@@ -101,7 +126,13 @@ def screw_motion(S: Vector6, q: float) -> PoseMatrix:
 def moved_inertial(inertial: Inertial, T_ab: PoseMatrix) -> Inertial:
     """The same mass properties, given in {b}, expressed in {a}."""
     R, p = T_ab[:3, :3], T_ab[:3, 3]
-    return Inertial(inertial.mass, _frozen(R @ inertial.com + p), _frozen(R @ inertial.inertia @ R.T))
+    return Inertial(inertial.mass, frozen(R @ inertial.com + p), turned_tensor(inertial.inertia, R))
+
+
+def turned_tensor(inertia: Floats, R: Floats) -> Floats:
+    """(3, 3) tensor R inertia R', symmetric to the last bit."""
+    turned = R @ inertia @ R.T
+    return frozen((turned + turned.T) / 2)
 
 
 def frame_along(direction: Vector3) -> Floats:
@@ -111,8 +142,3 @@ def frame_along(direction: Vector3) -> Floats:
         return np.diag([1.0, -1.0, -1.0])
     W = skew(np.array([-y, x, 0.0]))
     return np.eye(3) + W + W @ W / (1.0 + z)
-
-
-def _frozen(array: Floats) -> Floats:
-    array.setflags(write=False)
-    return array

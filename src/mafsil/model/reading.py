@@ -19,8 +19,10 @@ from mafsil.model.faults import (
 from mafsil.model.numbers import LARGEST, decimal, proposal
 from mafsil.model.xml_tree import Document, Element, Refusal
 
-_FORBIDDEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
+FORBIDDEN_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 LONGEST_NAME = 500
+NAMING = frozenset({"name", "link", "joint", "joint1", "joint2", "body", "body1", "body2", "reference"})
+"""Attributes that give or repeat names of links and joints."""
 
 
 @dataclass(slots=True)
@@ -29,6 +31,7 @@ class Reading:
 
     document: Document
     diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
+    _names: dict[str, list[tuple[Element, str]]] = field(default_factory=dict[str, list[tuple[Element, str]]])
 
     @property
     def failed(self) -> bool:
@@ -57,9 +60,9 @@ class Reading:
         if not value.strip() or len(value) > LONGEST_NAME:
             self.report(NO_NAME, element, attribute, element=element.tag, attribute=attribute)
             return ""
-        clean = _FORBIDDEN.sub("", value).strip()
+        clean = FORBIDDEN_IN_NAMES.sub("", value).strip()
         if clean != value:
-            repair = self.set_attribute(element, attribute, clean) if clean else None
+            repair = self._rename(value, clean)
             self.report(STRANGE_NAME, element, attribute, repair, name=value)
         return value
 
@@ -161,6 +164,17 @@ class Reading:
         """The repair that adds a child."""
         edit: Edit = self.document.append(element, text)
         return Repair("robotfile.repair_add", (edit,), {"text": shown(text), "element": shown(element.tag)})
+
+    def _rename(self, old: str, new: str) -> Repair | None:
+        """The repair that gives a name and all references to it another spelling, if that is free."""
+        if not self._names:
+            for element in self.document.root.walk():
+                for key in NAMING.intersection(element.attributes):
+                    self._names.setdefault(element.get(key), []).append((element, key))
+        if not new or new in self._names:
+            return None
+        edits = tuple(self.document.set_attribute(e, key, new) for e, key in self._names[old])
+        return Repair("robotfile.repair_rename", edits, {"old": shown(old), "new": shown(new)})
 
     def _decimals(
         self, element: Element, attribute: str, words: list[str], fallback: Repair | None, largest: float

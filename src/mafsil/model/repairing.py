@@ -46,7 +46,7 @@ def mended(
     except Refusal as refusal:
         require_mechanism(Report(name_of(source), (refusal.diagnostic,)))
         raise
-    text = replace(text, remarks=())
+    text = replace(text, remarks=tuple(remark for remark in text.remarks if remark.repair is not None))
     changes: list[Change] = []
     for _ in range(MOST_ROUNDS):
         report = report_of(text)
@@ -54,7 +54,7 @@ def mended(
         if not chosen:
             break
         edits = [edit for change in chosen for edit in change.repair.edits]
-        text = replace(text, data=edited(text.data, edits))
+        text = replace(text, data=edited(text.data, edits), remarks=())
         changes.extend(chosen)
     return text, tuple(changes)
 

@@ -15,7 +15,7 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism, Provenance
-from mafsil.model.placement import moved_inertial
+from mafsil.model.placement import checked_pose, moved_inertial
 
 _Part = TypeVar("_Part")
 
@@ -117,7 +117,7 @@ def serial_arm(
         ),
         tip=chain[-1],
         T_lt=T_lt,
-        T_sb=np.eye(4) if base is None else gate("base", base, (4, 4), finite=True),
+        T_sb=np.eye(4) if base is None else checked_pose("base", base),
         gravity=gate("gravity", gravity, (3,), finite=True),
         provenance=provenance,
     )

@@ -8,18 +8,22 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from mafsil.messages import say
 from mafsil.messages.visible import visible
-from mafsil.report.content import Facts, Figure, Finding, Page, Step, Table
+from mafsil.report.content import Facts, Figure, Finding, Step, Table
 
-_LATIN = re.compile(r"^[\x20-\x7e\u00b0\u00b1\u00b2\u00b3\u00b7\u00d7\u03bc\u2013\u2026\u2212\u221e]+$")
+_ARABIC = re.compile(r"[\u0600-\u06ff]")
+_RUN = re.compile(r"[+\-\u2212~<\[('\"]?[A-Za-z0-9\u0370-\u03ff\u03c9/_.](?:[ \x21-\x7e\u00b0-\u00d7\u0370-\u03ff\u2013\u2026]*[A-Za-z0-9\u0370-\u03ff_%\u00b0\u00b2'\"\])>])?")  # fmt: skip
+"""A stretch of numbers and names inside Arabic, which must be read left to right as one piece."""
 
 
-def header(page: Page) -> str:
+def header(title: str, subtitle: str, verdict: Finding | None = None) -> str:
     """Title, subtitle and verdict."""
     words = Element("div")
-    _say(SubElement(words, "h1"), page.title)
-    _say(SubElement(words, "p"), page.subtitle)
-    chip = Element("span", {"class": f"chip {page.verdict.level}"})
-    _say(chip, page.verdict.text)
+    _say(SubElement(words, "h1"), title)
+    _say(SubElement(words, "p"), subtitle)
+    if verdict is None:
+        return _html(words)
+    chip = Element("span", {"class": f"chip {verdict.level}"})
+    _say(chip, verdict.text)
     return _html(words, chip)
 
 
@@ -103,12 +107,25 @@ def _table(head: tuple[str, ...]) -> tuple[Element, Element]:
 
 
 def _say(parent: Element, value: str) -> None:
-    """Put a text into an element; numbers and identifiers are isolated left to right inside Arabic."""
+    """Put a text into an element; in Arabic sentences numbers and names are isolated left to right."""
     shown = visible(value)
-    if _LATIN.match(shown):
+    if not _ARABIC.search(shown):
         SubElement(parent, "bdi", {"dir": "ltr"}).text = shown
+        return
+    sentence = SubElement(parent, "bdi", {"dir": "rtl"})
+    sentence.text, end, last = "", 0, None
+    for match in _RUN.finditer(shown):
+        between = shown[end : match.start()]
+        if last is None:
+            sentence.text += between
+        else:
+            last.tail = between
+        last = SubElement(sentence, "bdi", {"dir": "ltr"})
+        last.text, end = match.group(), match.end()
+    if last is None:
+        sentence.text = shown
     else:
-        SubElement(parent, "bdi").text = shown
+        last.tail = shown[end:]
 
 
 def _html(*elements: Element) -> str:

@@ -18,7 +18,9 @@ from mafsil.messages.visible import visible
 from mafsil.report import fragments
 from mafsil.report.content import Page, Plot, Scene
 
-SCRIPTS = ("matrix.js", "shapes.js", "renderer.js", "replay.js", "plot.js", "main.js")
+SCENE_SCRIPTS = ("matrix.js", "shapes.js", "renderer.js", "replay.js")
+PAGE_SCRIPTS = (*SCENE_SCRIPTS, "plot.js", "main.js")
+PICTURE_SCRIPTS = (*SCENE_SCRIPTS, "picture.js")
 _LABELS = (
     "replay", "no_scene", "hint", "play", "time", "speed", "path", "frames", "view", "numbers_title",
     "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
@@ -27,17 +29,8 @@ _LABELS = (
 
 def render(page: Page) -> str:
     """The page as HTML text."""
-    style, script = _asset("report.css"), _script()
-    slots = {name: fragments.text(say(f"report.{name}", language=page.language)) for name in ("footer",)}
-    slots |= {name: _attribute(say(f"report.{name}", language=page.language)) for name in _LABELS if name not in slots}
-    slots |= {
-        "lang": page.language,
-        "dir": direction(page.language),
-        "policy": _policy(style, script),
-        "title": _attribute(visible(page.title)),
-        "style": style,
-        "script": script,
-        "header": fragments.header(page),
+    slots = _frame(page.language, page.title, PAGE_SCRIPTS) | {
+        "header": fragments.header(page.title, page.subtitle, page.verdict),
         "numbers": fragments.figures(page.figures),
         "warnings": fragments.findings(page.findings),
         "moves": fragments.steps(page.steps, page.language),
@@ -45,7 +38,35 @@ def render(page: Page) -> str:
         "source": fragments.facts(page.facts),
         "data": _embedded(_data(page)),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], _asset("report.html"))
+    return _filled("report.html", slots)
+
+
+def render_picture(title: str, subtitle: str, scene: Scene, language: str) -> str:
+    """A page that shows nothing but a scene, as HTML text."""
+    slots = _frame(language, title, PICTURE_SCRIPTS) | {
+        "header": fragments.header(title, subtitle),
+        "data": _embedded({"scene": _scene(scene)}),
+    }
+    return _filled("picture.html", slots)
+
+
+def _filled(template: str, slots: dict[str, str]) -> str:
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], _asset(template))
+
+
+def _frame(language: str, title: str, scripts: tuple[str, ...]) -> dict[str, str]:
+    """What every page has: language, labels, style, script and the policy that allows just these two."""
+    style, script = _asset("report.css"), '"use strict";\n' + "\n".join(map(_asset, scripts))
+    labels = {name: _attribute(say(f"report.{name}", language=language)) for name in _LABELS}
+    return labels | {
+        "footer": fragments.text(say("report.footer", language=language)),
+        "lang": language,
+        "dir": direction(language),
+        "policy": _policy(style, script),
+        "title": _attribute(visible(title)),
+        "style": style,
+        "script": script,
+    }
 
 
 def _data(page: Page) -> dict[str, Any]:
@@ -107,10 +128,6 @@ def _digest(text: str) -> str:
 
 def _attribute(text: str) -> str:
     return text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-
-
-def _script() -> str:
-    return '"use strict";\n' + "\n".join(_asset(name) for name in SCRIPTS)
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats, Vector3
+from mafsil.geometry import rotation
 from mafsil.model import Box, Capsule, Cylinder, Joint, JointKind, Link, Mechanism, Shape, Sphere
 from mafsil.report.content import Body, Solid
 
@@ -16,6 +17,8 @@ SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
 HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
 ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
 _TINY = 1e-6
+_PLACEHOLDERS = ("joint", "bone", "tip")
+"""Names of the shapes that `model.skeleton` gives to robots without geometry: the ones made here fit the page."""
 
 
 def bodies(mechanism: Mechanism) -> tuple[Body, ...]:
@@ -45,6 +48,8 @@ def reach(mechanism: Mechanism) -> float:
 def _primitives(link: Link) -> tuple[Solid, ...]:
     """The link's own primitives: what is meant to be seen, else what collides."""
     for shapes in (link.visuals, link.collisions):
+        if any(shape.name in _PLACEHOLDERS for shape in shapes):
+            continue
         solids = tuple(solid for shape in shapes if (solid := _solid(shape)) is not None)
         if solids and len(solids) == len(shapes):
             return solids
@@ -156,23 +161,21 @@ def compact(T: Floats) -> Floats:
     Returns:
         (*batch, 7).
     """
-    R = T[..., :3, :3]
-    # The four candidates of Shepperd's method; the largest one has no cancellation.
-    trace = np.trace(R, axis1=-2, axis2=-1)
-    diagonal = np.diagonal(R, axis1=-2, axis2=-1)
-    scores = np.concatenate([trace[..., None], diagonal], axis=-1)
-    pick = np.argmax(scores, axis=-1)
-    off = {(i, j): (R[..., i, j] + R[..., j, i], R[..., i, j] - R[..., j, i]) for i, j in ((2, 1), (0, 2), (1, 0))}
-    (a, x), (b, y), (c, z) = off[2, 1], off[0, 2], off[1, 0]
-    d = diagonal
-    rows = np.stack(
-        [
-            np.stack([1 + trace, x, y, z], axis=-1),
-            np.stack([x, 1 + 2 * d[..., 0] - trace, c, b], axis=-1),
-            np.stack([y, c, 1 + 2 * d[..., 1] - trace, a], axis=-1),
-            np.stack([z, b, a, 1 + 2 * d[..., 2] - trace], axis=-1),
-        ],
-        axis=-2,
-    )
-    q = np.take_along_axis(rows, pick[..., None, None], axis=-2)[..., 0, :]
-    return np.concatenate([T[..., :3, 3], q / np.linalg.norm(q, axis=-1, keepdims=True)], axis=-1)
+    return np.concatenate([T[..., :3, 3], rotation.to_quaternion(T[..., :3, :3])], axis=-1)
+
+
+def extent(mechanism: Mechanism, points: Floats) -> tuple[tuple[float, float, float], float, float]:
+    """Middle of the scene, its radius, and the height of the floor.
+
+    Args:
+        mechanism: the robot.
+        points: (k, 3) that must be seen, in {s} [m].
+
+    Returns:
+        (3,) centre, radius and floor [m].
+    """
+    every = np.vstack([points, mechanism.T_sb[:3, 3]])
+    low, high = every.min(axis=0), every.max(axis=0)
+    centre = (low + high) / 2
+    size = max(float(np.linalg.norm(high - low)) * 0.62, 0.45 * reach(mechanism))
+    return (float(centre[0]), float(centre[1]), float(centre[2])), size, float(min(mechanism.T_sb[2, 3], low[2]))

@@ -12,14 +12,14 @@ from mafsil.solvers.outcome import Outcome, SolverStatus
 LANES = 512
 """Rows that are factorised together: their matrices fit the second-level cache."""
 
-FEW = 48
-"""Below this many rows LAPACK is faster than lane-wise elimination."""
-
 
 def damped_step(jacobian: Floats, residual: Floats, damping: Floats) -> Floats:
     """The step dx that minimises |J dx - r|^2 + damping |dx|^2.
 
     dx = J' (J J' + damping I)^-1 r = (J' J + damping I)^-1 J' r; the smaller of the two matrices is factorised.
+
+    Rows are worked on lane by lane with the same operations whatever their number, so a row's result never depends on
+    the others.
 
     Args:
         jacobian: (k, m, n).
@@ -30,8 +30,6 @@ def damped_step(jacobian: Floats, residual: Floats, damping: Floats) -> Floats:
         (k, n). Rows whose matrix is not positive definite to working precision are NaN.
     """
     k, m, n = jacobian.shape
-    if k < FEW:
-        return _by_lapack(jacobian, residual, damping)
     step = np.empty((k, n))
     for begin in range(0, k, LANES):
         rows = slice(begin, begin + LANES)
@@ -43,28 +41,6 @@ def damped_step(jacobian: Floats, residual: Floats, damping: Floats) -> Floats:
             J = J.transpose(1, 0, 2)
             step[rows] = cholesky_solve(_gram(J, damping[rows]), (J * r).sum(axis=1)).T
     return step
-
-
-def _by_lapack(jacobian: Floats, residual: Floats, damping: Floats) -> Floats:
-    """The same for few rows."""
-    _, m, n = jacobian.shape
-    J, Jt = jacobian, jacobian.transpose(0, 2, 1)
-    gram = J @ Jt if m <= n else Jt @ J
-    gram[:, range(min(m, n)), range(min(m, n))] += damping[:, None]
-    right = residual[..., None] if m <= n else Jt @ residual[..., None]
-    try:
-        solved = np.linalg.solve(gram, right)
-    except np.linalg.LinAlgError:
-        solved = np.stack([_solved_or_nan(A, b) for A, b in zip(gram, right, strict=True)])
-    step: Floats = (Jt @ solved if m <= n else solved)[..., 0].astype(np.float64, copy=False)
-    return step
-
-
-def _solved_or_nan(A: Floats, b: Floats) -> Floats:
-    try:
-        return np.linalg.solve(A, b).astype(np.float64, copy=False)
-    except np.linalg.LinAlgError:
-        return np.full_like(b, np.nan)
 
 
 def _gram(J: Floats, damping: Floats) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Vector3, frozen
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.placement import frame_along
+from mafsil.model.placement import frame_along, turned_tensor
 
 Six = tuple[float, float, float, float, float, float]
 Three = tuple[float, float, float]
@@ -56,4 +56,4 @@ def _rod(end: Vector3, radius: float) -> Inertial:
     mass = ALUMINIUM * pi * radius**2 * length
     across = mass * (3 * radius**2 + length**2) / 12
     R = frame_along(end / length)
-    return Inertial(mass, frozen(end / 2), frozen(R @ np.diag([across, across, mass * radius**2 / 2]) @ R.T))
+    return Inertial(mass, frozen(end / 2), turned_tensor(np.diag([across, across, mass * radius**2 / 2]), R))

@@ -33,6 +33,8 @@ _RANGES = ((-160, 160), (-45, 225), (-225, 45), (-110, 170), (-100, 100), (-266,
 """[deg]"""
 _TORQUES = (97.6, 186.4, 89.4, 24.2, 20.1, 21.3)
 """Largest torque of the motors at the joints [N m]."""
+_MOTOR_SPEEDS = (120.0, 163.0, 129.0, 406.0, 366.0, 440.0)
+"""Largest speed of the motors, where their voltage saturates [rad/s]."""
 
 _MOTORS = (
     (200e-6, -62.6111, 1.48e-3, 0.395, 0.435),
@@ -53,7 +55,7 @@ def puma560(base_height: float = 0.0) -> Mechanism:
 
     Reference: P. I. Corke, B. Armstrong-Helouvry, A search for consensus among model parameters reported for the PUMA
     560 robot, IEEE ICRA 1994; B. Armstrong, O. Khatib, J. Burdick, The explicit dynamic model and inertial parameters
-    of the PUMA 560 arm, IEEE ICRA 1986 (torques).
+    of the PUMA 560 arm, IEEE ICRA 1986 (torques); P. I. Corke, Visual control of robots, 1996 (motor speeds).
     """
     return mechanism_from_dh(
         _ROWS,
@@ -62,8 +64,8 @@ def puma560(base_height: float = 0.0) -> Mechanism:
         name="puma560",
         inertials=_MASSES,
         limits=[
-            Limits(radians(low), radians(high), effort=torque)
-            for (low, high), torque in zip(_RANGES, _TORQUES, strict=True)
+            Limits(radians(low), radians(high), speed / abs(motor[1]), effort=torque)
+            for (low, high), torque, speed, motor in zip(_RANGES, _TORQUES, _MOTOR_SPEEDS, _MOTORS, strict=True)
         ],
         actuators=[Actuator(rotor_inertia=rotor, gear_ratio=gear) for rotor, gear, *_ in _MOTORS],
         frictions=[
@@ -80,7 +82,10 @@ def puma560(base_height: float = 0.0) -> Mechanism:
                 " rigid body can have",
                 "signs of the gear ratios as published: motors 1 and 3 turn against their joints",
                 "friction published at the motor, converted: viscous times gear ratio squared, Coulomb times its size",
-                "joint ranges from Wang and Chen, IEEE T-RA 7(4), 1991; speed limits are not in these sources",
+                "joint ranges from Wang and Chen, IEEE T-RA 7(4), 1991; other sources differ by up to 75 degrees",
+                "speed limits: measured voltage saturation of the motors over the gear ratios (Corke 1996, tables 2.9,"
+                " 2.18), not the maker's data",
+                "shoulder offset 0.15005 m as in the Robotics Toolbox; Corke's book of 1996 prints 0.1254 m",
                 "zero pose: the L shape of Paul and Corke, forearm up; space frame at the shoulder",
             ),
         ),

@@ -13,6 +13,7 @@ from mafsil.model.library.masses import Three
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.placement import translation
 
 _INCH = 0.0254
 
@@ -30,7 +31,7 @@ _ARMATURES = (0.953, 2.193, 0.782, 0.106, 0.097, 0.020)
 
 
 def stanford_arm() -> Mechanism:
-    """Stanford arm: two revolute joints, a boom that slides, a spherical wrist.
+    """Stanford arm: two revolute joints, a boom that slides, a spherical wrist; the tip lies between the finger tips.
 
     Reference: R. P. Paul, Modelling, trajectory calculation and servoing of a computer controlled arm, Stanford
     AIM-177, 1972 (kinematics); R. P. Paul, Robot manipulators, MIT Press 1981, tables 6.5 and 6.6 (masses), after
@@ -39,14 +40,15 @@ def stanford_arm() -> Mechanism:
     half_turn = Limits(radians(-170), radians(170))
     return mechanism_from_dh(
         (
-            DHRow(d=0.412, alpha=-pi / 2),
-            DHRow(d=0.154, alpha=pi / 2),
-            DHRow(theta=-pi / 2, a=0.0203, kind="P"),
+            DHRow(d=16.24 * _INCH, alpha=-pi / 2),
+            DHRow(d=6.05 * _INCH, alpha=pi / 2),
+            DHRow(theta=-pi / 2, kind="P"),
             DHRow(alpha=-pi / 2),
             DHRow(alpha=pi / 2),
             DHRow(),
         ),
         "classic",
+        tool=translation(0.0, 0.0, 10.35 * _INCH),
         name="stanford_arm",
         inertials=[_about_origin(*row) for row in _MASSES],
         limits=[
@@ -61,6 +63,7 @@ def stanford_arm() -> Mechanism:
         provenance=Provenance(
             source="Paul, AIM-177, 1972, and Robot manipulators, 1981; numbers as collected in the Robotics Toolbox",
             notes=(
+                "link length a3 is 0 as in Paul's figure 2.3; some collections print 0.0203 m, which is the PUMA's",
                 "centres of mass: the collected table mixes metres with tenths; taken here as Paul's centimetres,"
                 " for example -64.47 cm for the boom, not -6.447 m",
                 "moments taken about the origins of the table's frames: about the centres of mass they would give"

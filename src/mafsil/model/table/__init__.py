@@ -28,7 +28,7 @@ Angles are in the file's unit in alpha, theta, offset, rpy and the limits of tur
 v of screws, pitch and the limits of sliding joints. Everything else is SI: kg, kg m^2, N m, N, m/s^2, s.
 """
 
-from mafsil.model.table.reading import parse_table as parse_table
-from mafsil.model.table.reading import read_table as read_table
-from mafsil.model.table.writing import format_table as format_table
-from mafsil.model.table.writing import write_table as write_table
+from mafsil.model.table.reading import parse as parse
+from mafsil.model.table.reading import read as read
+from mafsil.model.table.writing import formatted as formatted
+from mafsil.model.table.writing import write as write

@@ -16,7 +16,7 @@ from mafsil.model.joint import JointKind
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
-from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.model.placement import checked_pose, pose_from_xyz_rpy
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
 from mafsil.model.table.form import InertialTable, JointTable, LimitsTable, PoseTable, RobotTable
 
@@ -94,10 +94,7 @@ def _pose(table: PoseTable, turn: float, long: float) -> PoseMatrix:
     """A pose (4, 4) in metres."""
     if table.matrix is None:
         return pose_from_xyz_rpy(tuple(long * x for x in table.xyz), tuple(turn * x for x in table.rpy))
-    T = np.array(table.matrix)
-    R = T[:3, :3]
-    if np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0 or (T[3] != (0, 0, 0, 1)).any():
-        raise ModelError("table.pose", matrix=T.tolist())
+    T = np.array(checked_pose("matrix", table.matrix))
     T[:3, 3] *= long
     return T
 

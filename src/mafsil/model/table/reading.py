@@ -19,7 +19,7 @@ SIZE_LIMIT = 1_000_000
 """Largest file that is read [bytes]; a table of a hundred joints has 30 000."""
 
 
-def read_table(path: str | Path) -> Mechanism:
+def read(path: str | Path) -> Mechanism:
     """The robot of a TOML file.
 
     Args:
@@ -42,14 +42,14 @@ def read_table(path: str | Path) -> Mechanism:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileError("table.utf8", path=str(file), line=data[: error.start].count(b"\n") + 1) from None
-    return parse_table(text, str(file))
+    return parse(text, str(file))
 
 
-def parse_table(text: str, path: str = "<text>") -> Mechanism:
+def parse(text: str, path: str = "<text>") -> Mechanism:
     """The robot of a TOML text; `path` is named in errors.
 
     Raises:
-        FileError, ModelError: as `read_table`.
+        FileError, ModelError: as `read`.
     """
     return mechanism_of(decoded(text, path))
 

@@ -15,8 +15,8 @@ from mafsil.model.table.building import KINDS
 from mafsil.model.table.text import toml_text
 
 
-def write_table(mechanism: Mechanism, path: str | Path) -> None:
-    """Write an arm as a TOML file that `read_table` turns into the same mechanism, up to rounding in the last digit.
+def write(mechanism: Mechanism, path: str | Path) -> None:
+    """Write an arm as a TOML file that `read` turns into the same mechanism, up to rounding in the last digit.
 
     The `frames` convention is used, in metres and radians; shapes of links are not part of a table and are left out.
 
@@ -29,18 +29,19 @@ def write_table(mechanism: Mechanism, path: str | Path) -> None:
             which a table cannot hold; write URDF.
         FileError: the file cannot be written.
     """
-    text = format_table(mechanism)
+    text = formatted(mechanism)
     try:
         Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileError("table.write", path=str(path), reason=error.strerror or str(error)) from None
+    except (OSError, UnicodeEncodeError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or str(error)
+        raise FileError("table.write", path=str(path), reason=reason) from None
 
 
-def format_table(mechanism: Mechanism) -> str:
-    """The text that `write_table` writes.
+def formatted(mechanism: Mechanism) -> str:
+    """The text that `write` writes.
 
     Raises:
-        ModelError: as `write_table`.
+        ModelError: as `write`.
     """
     _require_writable(mechanism)
     return toml_text(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import copysign, inf, sqrt
 
 from mafsil.arrays import Vector3, frozen
 from mafsil.model.actuator import Friction
@@ -55,7 +55,8 @@ _MEANT = {
     "weld": "fixed",
 }
 _URDF_AXIS = frozen([1.0, 0.0, 0.0])
-LARGEST_LIMIT = 1e300
+UNBOUNDED = 1e300
+"""A limit of this magnitude or more means none."""
 UNIT = 1e-9
 """Deviation of an axis from unit length that is rounding of its decimals, normalised without a remark."""
 
@@ -83,7 +84,7 @@ def read_joint(reading: Reading, element: Element) -> Declared | None:
     wraps = element.get("type") == "continuous"
     limits = _read_limits(reading, element, name, wraps=wraps) if kind is not JointKind.FIXED else Limits()
     mimic = _read_mimic(reading, element, name, kind)
-    friction = _read_friction(reading, element)
+    friction = _read_friction(reading, element, kind)
     if (safety := element.first("safety_controller")) is not None:
         reading.report(SAFETY_IGNORED, safety, joint=name)
     if not (name and parent and child):
@@ -160,12 +161,11 @@ def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -
     """Position bounds; infinite where the file gives none."""
     given = [key for key in ("lower", "upper") if key in element.attributes]
     bounds = {
-        key: reading.number(element, key, fallback=reading.remove_attribute(element, key), largest=LARGEST_LIMIT)
-        for key in given
+        key: reading.number(element, key, fallback=reading.remove_attribute(element, key), largest=inf) for key in given
     }
     if None in bounds.values():
         return -inf, inf
-    lower, upper = bounds.get("lower") or 0.0, bounds.get("upper") or 0.0
+    lower, upper = (_unbounded(bounds.get(key) or 0.0) for key in ("lower", "upper"))
     if wraps:
         if lower != upper:
             reading.report(UNUSED_RANGE, element, given[0], joint=name)
@@ -178,6 +178,10 @@ def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -
         reading.report(LIMITS_INVERTED, element, given[0], repair, joint=name, lower=lower, upper=upper)
         return -inf, inf
     return _judged_range(reading, element, name, lower, upper, given)
+
+
+def _unbounded(value: float) -> float:
+    return copysign(inf, value) if abs(value) >= UNBOUNDED else value
 
 
 def _judged_range(
@@ -201,7 +205,7 @@ def _read_bound(reading: Reading, element: Element, key: str, name: str) -> floa
         reading.report(NO_BOUND, element, None, joint=name, attribute=key)
         return inf
     fallback = reading.remove_attribute(element, key)
-    value = reading.number(element, key, fallback=fallback, largest=LARGEST_LIMIT)
+    value = reading.number(element, key, fallback=fallback, largest=inf)
     if value == 0.0:
         reading.report(ZERO_BOUND, element, key, joint=name, attribute=key)
     elif value is not None and value < 0.0:
@@ -225,7 +229,7 @@ def _read_mimic(reading: Reading, joint: Element, name: str, kind: JointKind) ->
     return Mimic(leader, multiplier or 0.0, offset or 0.0) if leader else None
 
 
-def _read_friction(reading: Reading, joint: Element) -> Friction | None:
+def _read_friction(reading: Reading, joint: Element, kind: JointKind) -> Friction | None:
     element = reading.one(joint, "dynamics")
     if element is None:
         return None
@@ -237,4 +241,4 @@ def _read_friction(reading: Reading, joint: Element) -> Friction | None:
             reading.report(NEGATIVE_DAMPING, element, key, repair, attribute=key, value=value)
         values.append(value)
     viscous, coulomb = values
-    return Friction(viscous, coulomb) if viscous or coulomb else None
+    return Friction(viscous, coulomb) if (viscous or coulomb) and kind is not JointKind.FIXED else None

@@ -7,7 +7,7 @@ import numpy as np
 from mafsil.arrays import Floats, frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Repair
-from mafsil.model.faults import MISSING_ELEMENT, NO_INERTIAL
+from mafsil.model.faults import MISSING_ELEMENT, NO_INERTIAL, ZERO_INERTIA
 from mafsil.model.inertia_check import inertia_fault, mass_fault, nearest_physical
 from mafsil.model.link import Inertial, Link
 from mafsil.model.numbers import written
@@ -75,7 +75,7 @@ def _judge(reading: Reading, inertial: Element, name: str, mass: float, moments:
         reading.report(fault, element, "value", repair, link=name, mass=mass)
     if fault := inertia_fault(mass, moments):
         element = inertial.first("inertia") or inertial
-        repair = _physical(reading, element, moments) if np.any(moments) else None
+        repair = _physical(reading, element, moments) if fault is not ZERO_INERTIA else None
         eigenvalues = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(moments))
         reading.report(fault, element, None, repair, link=name, moments=eigenvalues)
 

@@ -72,13 +72,13 @@ def _read_geometry(reading: Reading, shape: Element, materials: Materials, asset
     element = holder.children[0]
     match element.tag:
         case "box":
-            size = _sizes(reading, element, "size", 3)
+            size = _sizes(reading, shape, element, "size", 3)
             return Box((size[0], size[1], size[2])) if size else None
         case "sphere":
-            radius = _sizes(reading, element, "radius")
+            radius = _sizes(reading, shape, element, "radius")
             return Sphere(radius[0]) if radius else None
         case "cylinder" | "capsule":
-            radius, length = _sizes(reading, element, "radius"), _sizes(reading, element, "length")
+            radius, length = _sizes(reading, shape, element, "radius"), _sizes(reading, shape, element, "length")
             kind = Cylinder if element.tag == "cylinder" else Capsule
             return kind(radius[0], length[0]) if radius and length else None
         case "mesh":
@@ -88,11 +88,16 @@ def _read_geometry(reading: Reading, shape: Element, materials: Materials, asset
             return None
 
 
-def _sizes(reading: Reading, element: Element, attribute: str, count: int = 1) -> tuple[float, ...] | None:
+def _sizes(
+    reading: Reading, shape: Element, element: Element, attribute: str, count: int = 1
+) -> tuple[float, ...] | None:
     """Lengths, which must be positive."""
     values = reading.vector(element, attribute, count)
     if values is not None and min(values) <= 0.0:
-        reading.report(BAD_SIZE, element, attribute, element=element.tag, attribute=attribute, value=min(values))
+        repair = reading.remove(shape)
+        reading.report(
+            BAD_SIZE, element, attribute, repair, element=element.tag, attribute=attribute, value=min(values)
+        )
         return None
     return values
 

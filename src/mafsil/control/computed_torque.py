@@ -1,0 +1,69 @@
+"""Computed torque: the model turns the wanted acceleration into efforts, so the error obeys linear equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import JointVector
+from mafsil.control.feedback import Integral, pd
+from mafsil.control.gains import Gains
+from mafsil.control.law import Law
+from mafsil.robot import Robot
+from mafsil.trajectory import Motion
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ComputedTorque:
+    """tau = M(q) (a + Kd (v - qd) + Kp (u - q) + Ki int (u - q)) + c(q, qd) + g(q).
+
+    Attributes:
+        robot: the model; it may differ from the plant.
+        gains: in units of acceleration.
+    """
+
+    robot: Robot
+    gains: Gains
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Joint efforts (*batch, n) without the integral term, which needs a session [N m | N]."""
+        return self.robot.inverse_dynamics(q, qd, reference.a + pd(self.gains, q, qd, reference))
+
+    def session(self, period: float) -> Law:
+        """The law with a fresh integral; the law itself if Ki is zero."""
+        return _WithIntegral(self, period) if self.gains.integrates else self
+
+
+class _WithIntegral:
+    """One run of a computed torque law."""
+
+    def __init__(self, law: ComputedTorque, period: float) -> None:
+        self._law = law
+        self._integral = Integral(law.gains, period)
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        acceleration = reference.a + pd(self._law.gains, q, qd, reference) + self._integral(q, reference)
+        return self._law.robot.inverse_dynamics(q, qd, acceleration)
+
+    def session(self, period: float) -> Law:
+        return self._law.session(period)
+
+
+def computed_torque(
+    robot: Robot, *, natural_frequency: ArrayLike = 20.0, damping_ratio: ArrayLike = 1.0, integral: ArrayLike = 0.0
+) -> ComputedTorque:
+    """Computed torque with gains by natural frequency and damping; the error obeys e'' + 2 zeta w e' + w^2 e = 0.
+
+    Args:
+        robot: the model.
+        natural_frequency: w, a number or (n,) [rad/s].
+        damping_ratio: zeta, a number or (n,); 1 is critical damping.
+        integral: Ki, a number or (n,) [1/s^3]; below 2 zeta w^3.
+
+    Raises:
+        InputError: a wrong shape, a negative number, an integral gain that makes the loop unstable.
+
+    Reference: Lynch and Park, Modern Robotics, sec. 11.4.2.
+    """
+    return ComputedTorque(robot, Gains.from_natural_frequency(robot.n, natural_frequency, damping_ratio, integral))

@@ -1,0 +1,74 @@
+"""Feedback gains from what a designer wants: natural frequency and damping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, frozen, real_array, require_finite
+from mafsil.errors import InputError
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Gains:
+    """Gains of position error, its rate and its integral, (n,) each.
+
+    Units are those of the quantity that they make per rad | m: accelerations [1/s^2, 1/s, 1/s^3] for computed torque,
+    efforts [N m/rad | N/m, ...] for a law without a model.
+    """
+
+    kp: Floats
+    kd: Floats
+    ki: Floats
+
+    @classmethod
+    def of(cls, n: int, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> Gains:
+        """Gains from numbers or (n,) arrays.
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite, a negative gain.
+        """
+        return cls(*(_row(name, value, n) for name, value in (("kp", kp), ("kd", kd), ("ki", ki))))
+
+    @classmethod
+    def from_natural_frequency(
+        cls, n: int, natural_frequency: ArrayLike, damping_ratio: ArrayLike = 1.0, integral: ArrayLike = 0.0
+    ) -> Gains:
+        """Gains that make the error obey e'' + 2 zeta w e' + w^2 e + ki int e = 0.
+
+        Args:
+            n: number of joints.
+            natural_frequency: w, a number or (n,) [rad/s].
+            damping_ratio: zeta, a number or (n,); 1 is critical damping.
+            integral: ki, a number or (n,) [1/s^3]; below 2 zeta w^3, where the loop would start to oscillate.
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite or negative, an integral gain that destabilises.
+
+        Reference: Lynch and Park, Modern Robotics, sec. 11.4.1.
+        """
+        w = _row("natural_frequency", natural_frequency, n)
+        gains = cls(
+            frozen(w**2), frozen(2.0 * _row("damping_ratio", damping_ratio, n) * w), _row("integral", integral, n)
+        )
+        bound = gains.kp * gains.kd
+        if ((gains.ki > 0.0) & (gains.ki >= bound)).any():
+            joint = int(np.argmax(gains.ki - bound))
+            raise InputError("control.integral", joint=joint, value=gains.ki[joint], limit=bound[joint])
+        return gains
+
+    @property
+    def integrates(self) -> bool:
+        """Whether any integral gain is not zero."""
+        return bool(self.ki.any())
+
+
+def _row(name: str, value: ArrayLike, n: int) -> Floats:
+    array = require_finite(name, real_array(name, value))
+    if array.shape not in ((), (1,), (n,)):
+        raise InputError("input.shape", name=name, expected=(n,), got=array.shape, hint="")
+    if (array < 0.0).any():
+        raise InputError("input.range", name=name, value=array.min(), low=0.0, high=np.inf)
+    return frozen(np.broadcast_to(array, (n,)))

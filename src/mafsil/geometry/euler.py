@@ -1,0 +1,212 @@
+"""Rotations by three successive angles: every Euler and roll-pitch-yaw convention, and general orthogonal axis triples.
+
+A sequence is named by three letters: capitals for axes carried by the body (`ZYX`), small letters for fixed axes
+(`xyz`), in the order in which the turns are listed; `ZYX` with (a, b, c) is `xyz` with (c, b, a). Angles in radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
+from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
+from mafsil.arrays import Floats, Vector3, gate
+from mafsil.errors import InputError
+from mafsil.geometry.declared import Declared
+
+LOCK = 1e-9
+"""Angle [rad] to a gimbal lock within which `solutions` reports a family rather than two triples."""
+
+_R = {"R": "rotation"}
+_AXES = {"axes": "axis_triple"}
+_to_davenport = Declared("euler.davenport_angles", "R:3,3 axes:3,3", "angles:2,3", {**_R, **_AXES})
+_from_davenport = Declared("euler.davenport_matrix", "angles:3 axes:3,3", "R:3,3", _AXES)
+_distance = Declared("euler.gimbal_distance", "R:3,3 axes:3,3", "distance", {**_R, **_AXES})
+
+
+def from_euler(angles: ArrayLike, sequence: str) -> Floats:
+    """Rotation of three angles.
+
+    Args:
+        angles: (*batch, 3) [rad], in the order of the letters.
+        sequence: such as `ZYX` (body axes) or `xyz` (fixed axes).
+
+    Returns:
+        (*batch, 3, 3).
+
+    Raises:
+        InputError: the sequence is not one of the 24.
+
+    Reference: Lynch & Park, Modern Robotics, app. B.
+    """
+    return _kernels(sequence).matrix(angles)
+
+
+def to_euler(R: ArrayLike, sequence: str) -> Vector3:
+    """Principal angles of a rotation; `solutions` gives all.
+
+    Middle angle in [-pi/2, pi/2], or in [0, pi] where first and third axis are equal; the others in (-pi, pi]. At a
+    gimbal lock the leftmost factor of R gets angle zero.
+
+    Args:
+        R: (*batch, 3, 3) rotation.
+        sequence: such as `ZYX` or `xyz`.
+
+    Returns:
+        (*batch, 3) [rad]; R is recovered to rounding everywhere, at and near gimbal locks too.
+    """
+    return _kernels(sequence).principal(R)
+
+
+def from_rpy(rpy: ArrayLike) -> Floats:
+    """Rotation of roll, pitch, yaw about the fixed axes x, y, z: R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
+
+    Args:
+        rpy: (*batch, 3) [rad].
+
+    Returns:
+        (*batch, 3, 3).
+    """
+    return _kernels("xyz").matrix(rpy)
+
+
+def to_rpy(R: ArrayLike) -> Vector3:
+    """Roll, pitch, yaw (*batch, 3) [rad] of (*batch, 3, 3), pitch in [-pi/2, pi/2]; at pitch +-pi/2 yaw is 0."""
+    return _kernels("xyz").principal(R)
+
+
+def quaternion_from_euler(angles: ArrayLike, sequence: str) -> Floats:
+    """(*batch, 4) unit quaternion of three angles (*batch, 3) [rad]."""
+    return _kernels(sequence).quaternion(angles)
+
+
+def from_davenport(angles: ArrayLike, axes: ArrayLike) -> Floats:
+    """Rotation by three angles about general axes: R = Rot(n1, a) Rot(n2, b) Rot(n3, c).
+
+    Args:
+        angles: (*batch, 3) [rad].
+        axes: (*batch, 3, 3) unit axes n1, n2, n3 as rows, n2 orthogonal to n1 and n3.
+
+    Returns:
+        (*batch, 3, 3).
+
+    Raises:
+        InputError: the axes are not such; triples of other axes leave orientations out of reach.
+
+    Reference: Shuster & Markley, Generalization of the Euler angles, J. Astronautical Sciences 51, 2003.
+    """
+    return _from_davenport(angles, axes)
+
+
+def to_davenport(R: ArrayLike, axes: ArrayLike) -> Floats:
+    """Both angle triples (*batch, 2, 3) [rad] of rotations (*batch, 3, 3) about general axes; see `from_davenport`."""
+    return _to_davenport(R, axes)
+
+
+def rates_to_angular_velocity(angles: ArrayLike, sequence: str) -> Floats:
+    """(*batch, 3, 3) E with omega_s = E (angle rates); its determinant vanishes at gimbal locks.
+
+    Args:
+        angles: (*batch, 3) [rad].
+        sequence: such as `ZYX` or `xyz`.
+    """
+    return _kernels(sequence).rates(angles)
+
+
+@dataclass(frozen=True)
+class EulerSolutions:
+    """All angle triples of rotations.
+
+    Attributes:
+        angles: (*batch, 2, 3) [rad], row 0 principal; away from locks these two are all, up to turns by 2 pi.
+        locked: (*batch) whether the rotation is at a gimbal lock: then the triples are members of a family.
+        direction: (3,) the change of angles that changes nothing at the lock, per row: (*batch, 3), zero elsewhere.
+    """
+
+    angles: Floats
+    locked: Any
+    direction: Floats
+
+    def family(self, t: ArrayLike) -> Floats:
+        """(*batch, 3) members of the family at the parameter t [rad]: principal + t direction."""
+        return self.angles[..., 0, :] + np.asarray(t, dtype=np.float64)[..., None] * self.direction
+
+    def positive(self) -> Floats:
+        """(*batch, 2, 3) the angles in [0, 2 pi)."""
+        return wrap_positive(self.angles)
+
+
+def solutions(R: ArrayLike, sequence: str, tolerance: float = LOCK) -> EulerSolutions:
+    """All angle triples of rotations: two, or a family of one parameter at gimbal locks.
+
+    Args:
+        R: (*batch, 3, 3) rotation.
+        sequence: such as `ZYX` or `xyz`.
+        tolerance: angle [rad] to a lock within which it counts as one.
+    """
+    known = sequence_named(sequence)
+    angles = _kernels(sequence).angles(R)
+    axes = np.eye(3)[list(known.body_axes)]
+    locked = np.asarray(_distance(R, axes)) <= tolerance
+    # cos(b + lambda) = n1 . R n3 tells which lock it is: at +1 the axes agree and a + c is fixed, at -1 they oppose.
+    agree = np.asarray(gate("R", R, (3, 3)))[..., known.body_axes[0], known.body_axes[2]] > 0
+    third = np.where(agree, -1.0, 1.0)
+    direction = np.stack([np.ones_like(third), np.zeros_like(third), third], axis=-1) * locked[..., None]
+    return EulerSolutions(angles, locked, direction)
+
+
+def to_fixed(angles: ArrayLike, sequence: str) -> tuple[Vector3, str]:
+    """The same rotation in the other reading, axes fixed: order and letters reversed; fixed sequences stay."""
+    known = sequence_named(sequence)
+    array = gate("angles", angles, (3,))
+    return (array, sequence) if known.fixed else (array[..., ::-1], sequence[::-1].lower())
+
+
+def to_moving(angles: ArrayLike, sequence: str) -> tuple[Vector3, str]:
+    """The same rotation in the other reading, axes carried by the body; moving sequences stay as they are."""
+    known = sequence_named(sequence)
+    array = gate("angles", angles, (3,))
+    return (array[..., ::-1], sequence[::-1].upper()) if known.fixed else (array, sequence)
+
+
+def wrap_positive(angles: ArrayLike) -> Floats:
+    """Angles [rad] of any shape brought into [0, 2 pi)."""
+    wrapped = np.mod(np.asarray(angles, dtype=np.float64), 2 * np.pi)
+    return np.where(wrapped >= 2 * np.pi, 0.0, wrapped)
+
+
+def wrap_symmetric(angles: ArrayLike) -> Floats:
+    """Angles [rad] of any shape brought into (-pi, pi]."""
+    return np.pi - wrap_positive(np.pi - np.asarray(angles, dtype=np.float64))
+
+
+def sequence_named(name: str) -> EulerSequence:
+    """The sequence of a name.
+
+    Raises:
+        InputError: unknown; the sentence lists all 24.
+    """
+    if name not in SEQUENCES:
+        raise InputError("input.choice", name="sequence", value=name, known=", ".join(SEQUENCES))
+    return SEQUENCES[name]
+
+
+class _SequenceKernels:
+    """The compiled functions of one sequence."""
+
+    def __init__(self, name: str) -> None:
+        self.matrix = Declared("euler.matrix", "angles:3", "R:3,3", {}, name)
+        self.angles = Declared("euler.angles", "R:3,3", "angles:2,3", _R, name)
+        self.principal = Declared("euler.principal_angles", "R:3,3", "angles:3", _R, name)
+        self.quaternion = Declared("euler.to_quaternion", "angles:3", "q:4", {}, name)
+        self.rates = Declared("euler.rate_matrix", "angles:3", "E:3,3", {}, name)
+
+
+@cache
+def _kernels(sequence: str) -> _SequenceKernels:
+    return _SequenceKernels(sequence_named(sequence).name)

@@ -1,0 +1,159 @@
+"""Frame graphs: poses known between some frames, in any direction, and from them the pose between any two."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import TypeAlias
+
+import numpy as np
+
+from mafsil.errors import InputError
+from mafsil.geometry import pose as functions
+from mafsil.geometry.values import Pose
+from mafsil.geometry.values.labels import Frames
+
+ANGLE_LIMIT = 1e-6
+"""Angle [rad] that a further way between two frames may differ from the first before it is refused."""
+DISTANCE_LIMIT = 1e-6
+"""Distance [m], likewise; relative to the longest edge where that is longer than 1 m."""
+
+Link: TypeAlias = "Pose | Frames"
+"""A known pose T_ab with its letters, or only the letters (a, b) of an unknown one."""
+
+
+@dataclass(frozen=True)
+class FrameGraph:
+    """Known poses between named frames.
+
+    Attributes:
+        edges: poses with letters; each may be read in both directions.
+    """
+
+    edges: tuple[Pose, ...] = ()
+
+    def with_pose(self, T: Pose) -> FrameGraph:
+        """The graph with one more known pose.
+
+        Raises:
+            InputError: the pose has no letters, is a batch, or contradicts what the graph says already.
+        """
+        a, b = _letters(T)
+        if T.batch:
+            raise InputError("geometry.one_value", name=f"T_{a}{b}", batch=T.batch)
+        if b in self._reached(a):
+            self._require_consistent(T, a, b)
+        return FrameGraph((*self.edges, T))
+
+    @cached_property
+    def frames(self) -> tuple[str, ...]:
+        """Names of all frames, in the order of their first mention."""
+        return tuple(dict.fromkeys(name for T in self.edges for name in _letters(T)))
+
+    def pose(self, a: str, b: str) -> Pose:
+        """T_ab along a shortest chain of known poses.
+
+        Raises:
+            InputError: a frame is unknown, or no chain connects the two.
+        """
+        for name in (a, b):
+            if name not in self.frames:
+                known = ", ".join(self.frames)
+                raise InputError("geometry.frame_unknown", name="FrameGraph", frame=name, known=known)
+        found = self._reached(a)
+        if b not in found:
+            raise InputError("geometry.frame_unreached", name="FrameGraph", start=a, end=b, parts=self._parts())
+        return found[b]
+
+    def loop_residual(self, loop: Sequence[str]) -> tuple[float, float]:
+        """Angle [rad] and distance [m] by which a closed loop of neighbouring frames misses the identity.
+
+        Args:
+            loop: names, such as ("a", "b", "c"), closed by the way back to the first. Each step must be a known edge.
+        """
+        steps = zip(loop, (*loop[1:], loop[0]), strict=True)
+        V = functions.log(reduce(lambda T, step: T @ self._edge(*step), steps, Pose.identity()).array)
+        return float(np.linalg.norm(V[:3])), float(np.linalg.norm(V[3:]))
+
+    def _edge(self, a: str, b: str) -> Pose:
+        for T in self.edges:
+            if _letters(T) == (a, b):
+                return Pose(T.array)
+            if _letters(T) == (b, a):
+                return Pose(T.inverse().array)
+        raise InputError("geometry.frame_unreached", name="FrameGraph", start=a, end=b, parts=self._parts())
+
+    def _reached(self, start: str) -> dict[str, Pose]:
+        """T_start,b of every frame b that a chain reaches, breadth first."""
+        found = {start: Pose.identity((start, start))}
+        waiting = deque([start])
+        while waiting:
+            here = waiting.popleft()
+            for T in self.edges:
+                for step in (T, T.inverse()):
+                    a, b = _letters(step)
+                    if a == here and b not in found:
+                        found[b] = found[here] @ step
+                        waiting.append(b)
+        return found
+
+    def _parts(self) -> str:
+        rest, parts = list(self.frames), list[str]()
+        while rest:
+            part = self._reached(rest[0])
+            parts.append("{" + ", ".join(part) + "}")
+            rest = [name for name in rest if name not in part]
+        return " ".join(parts)
+
+    def _require_consistent(self, T: Pose, a: str, b: str) -> None:
+        V = functions.error(self.pose(a, b).array, T.array)
+        angle, distance = float(np.linalg.norm(V[:3])), float(np.linalg.norm(V[3:]))
+        longest = max([1.0, *(float(np.linalg.norm(edge.origin)) for edge in (*self.edges, T))])
+        if angle > ANGLE_LIMIT or distance > DISTANCE_LIMIT * longest:
+            raise InputError(
+                "geometry.frame_contradiction",
+                name="FrameGraph",
+                edge=f"T_{a}{b}",
+                angle=angle,
+                distance=distance,
+                angle_limit=ANGLE_LIMIT,
+                distance_limit=DISTANCE_LIMIT * longest,
+            )
+
+
+def solve_loop(left: Sequence[Link], right: Sequence[Link]) -> Pose:
+    """The one unknown pose X of an equation of two chains, such as T_ab T_bc X = T_ad T_de.
+
+    Args:
+        left, right: the factors of both sides in order, poses with letters; of the unknown only its letters (c, e).
+
+    Returns:
+        X with its letters; it is not projected, both sides being exact poses.
+
+    Raises:
+        InputError: not exactly one factor is unknown, or letters do not cancel.
+    """
+    sides = [list(left), list(right)]
+    unknown = [link for side in sides for link in side if not isinstance(link, Pose)]
+    if len(unknown) != 1:
+        raise InputError("geometry.loop_unknowns", name="solve_loop", count=len(unknown), edges=unknown)
+    side, other = sides if any(not isinstance(link, Pose) for link in sides[0]) else sides[::-1]
+    at = next(k for k, link in enumerate(side) if not isinstance(link, Pose))
+    c, e = unknown[0]
+    before = [Pose.identity((c, c)) if at == 0 else _product(side[:at]), _product(other)]
+    X = before[1] if at == 0 else before[0].inverse() @ before[1]
+    if at + 1 < len(side):
+        X = X @ _product(side[at + 1 :]).inverse()
+    return Pose.identity((c, c)) @ X @ Pose.identity((e, e))
+
+
+def _product(links: Sequence[Link]) -> Pose:
+    return reduce(lambda a, b: a @ b, [link for link in links if isinstance(link, Pose)])
+
+
+def _letters(T: Pose) -> Frames:
+    if T.frames is None:
+        raise InputError("geometry.unlabelled", name="FrameGraph")
+    return T.frames

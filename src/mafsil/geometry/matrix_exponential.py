@@ -1,0 +1,157 @@
+"""Linear differential equations xdot = A x with constant A: the exponential of a matrix by several roads.
+
+`exponential` is the accurate one (scaling and squaring). Series, similarity and the characteristic polynomial are the
+roads of the textbook; each says how far it carries.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import factorial, inf
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array
+from mafsil.errors import InputError
+
+
+@dataclass(frozen=True)
+class SeriesSum:
+    """A truncated exponential series.
+
+    Attributes:
+        value: (n, n) sum of the terms.
+        terms: how many were summed.
+        bound: largest norm that the rest of the series can have.
+    """
+
+    value: Floats
+    terms: int
+    bound: float
+
+
+def exponential(A: ArrayLike, t: float = 1.0) -> Floats:
+    """(*batch, n, n) e^(At) of (*batch, n, n).
+
+    Reference: Al-Mohy & Higham, A new scaling and squaring algorithm, SIAM J. Matrix Anal. Appl. 31, 2009 (SciPy).
+    """
+    from scipy.linalg import expm
+
+    return expm(_square(A) * t)
+
+
+def solution(A: ArrayLike, x0: ArrayLike, t: float) -> Floats:
+    """(n,) x(t) = e^(At) x0 of xdot = A x."""
+    return exponential(A, t) @ real_array("x0", x0)
+
+
+def series(A: ArrayLike, t: float = 1.0, tolerance: float = 1e-15, most: int = 200) -> SeriesSum:
+    """Sum of (At)^k / k! until the rest is provably below the tolerance.
+
+    With a = |At| and n terms summed, n + 1 > a, the rest is at most a^n / n! / (1 - a / (n + 1)).
+
+    Args:
+        A: (n, n).
+        t: time.
+        tolerance: largest norm of the rest, absolute.
+        most: largest number of terms.
+
+    Raises:
+        InputError: `most` terms do not reach the tolerance.
+    """
+    step = _square(A) * t
+    size = float(np.linalg.norm(step, 2))
+    total, term, bound = np.zeros_like(step), np.eye(len(step)), inf
+    for n in range(1, most + 1):
+        total = total + term
+        term = term @ step / n
+        bound = _rest(size, n)
+        if bound <= tolerance:
+            return SeriesSum(total, n, bound)
+    raise InputError("geometry.convergence", name="A", terms=most, bound=bound, tolerance=tolerance)
+
+
+def by_similarity(A: ArrayLike, t: float = 1.0) -> tuple[Floats, float]:
+    """P e^(Dt) P^-1 with A = P D P^-1, and the condition number of P, by which rounding is multiplied.
+
+    A condition number beyond 1e12 says that A has too few eigenvectors: use `exponential`.
+
+    Args:
+        A: (n, n).
+        t: time.
+    """
+    values, vectors = np.linalg.eig(_square(A))
+    grown = (vectors * np.exp(values * t)) @ np.linalg.pinv(vectors)
+    return grown.real, float(np.linalg.cond(vectors))
+
+
+def characteristic_polynomial(A: ArrayLike) -> Floats:
+    """(n + 1,) coefficients of det(s I - A), highest power first.
+
+    Reference: Gantmacher, The Theory of Matrices, sec. 4.5 (Faddeev-LeVerrier).
+    """
+    matrix = _square(A)
+    n = len(matrix)
+    coefficients, M = [1.0], np.zeros_like(matrix)
+    for k in range(1, n + 1):
+        M = matrix @ M + coefficients[-1] * np.eye(n)
+        coefficients.append(float(-np.trace(matrix @ M) / k))
+    return np.array(coefficients)
+
+
+def polynomial_of(coefficients: ArrayLike, A: ArrayLike) -> Floats:
+    """(n, n) p(A), coefficients highest power first; zero for the characteristic polynomial (Cayley-Hamilton)."""
+    matrix = _square(A)
+    value = np.zeros_like(matrix)
+    for coefficient in real_array("coefficients", coefficients):
+        value = value @ matrix + coefficient * np.eye(len(matrix))
+    return value
+
+
+def by_characteristic_polynomial(A: ArrayLike, t: float = 1.0) -> Floats:
+    """e^(At) as a polynomial of degree n - 1 in A, which is what Cayley-Hamilton leaves of the series (Putzer).
+
+    e^(At) = sum over k of r_k(t) (A - s_1) ... (A - s_k), rdot_k = s_(k+1) r_k + r_(k-1), s the eigenvalues
+
+    Args:
+        A: (n, n).
+        t: time.
+
+    Reference: Putzer, Avoiding the Jordan canonical form, Amer. Math. Monthly 73, 1966.
+    """
+    matrix = _square(A).astype(complex)
+    n = len(matrix)
+    values = np.linalg.eigvals(matrix)
+    chain = np.diag(values) + np.diag(np.ones(n - 1), -1)
+    weights = np.asarray(exponential_of_complex(chain * t))[:, 0]
+    total, product = np.zeros_like(matrix), np.eye(n, dtype=complex)
+    for weight, value in zip(weights, values, strict=True):
+        total = total + weight * product
+        product = product @ (matrix - value * np.eye(n))
+    return total.real
+
+
+def commute(A: ArrayLike, B: ArrayLike, tolerance: float = 1e-12) -> bool:
+    """Whether AB = BA within the tolerance, relative to their norms: then e^A e^B = e^(A + B)."""
+    a, b = _square(A), _square(B)
+    return bool(np.linalg.norm(a @ b - b @ a) <= tolerance * (1 + np.linalg.norm(a) * np.linalg.norm(b)))
+
+
+def exponential_of_complex(M: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> object:
+    """(n, n) exponential of a complex matrix."""
+    from scipy.linalg import expm
+
+    return expm(M)
+
+
+def _rest(size: float, n: int) -> float:
+    """Bound of the sum of size^k / k! over k >= n."""
+    return inf if n + 1 <= size or n > 170 else size**n / factorial(n) / (1 - size / (n + 1))
+
+
+def _square(A: ArrayLike) -> Floats:
+    array = real_array("A", A)
+    if array.ndim < 2 or array.shape[-1] != array.shape[-2]:
+        raise InputError("input.shape", name="A", expected="(*batch, n, n)", got=array.shape, hint="")
+    return array

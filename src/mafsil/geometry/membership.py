@@ -1,0 +1,87 @@
+"""Refusing what is not a rotation, a pose, a unit quaternion or an axis: which row, how far off, and what to do."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.algebra.tolerance import LIMITS
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+
+if TYPE_CHECKING:
+    from mafsil.geometry.declared import Declared
+
+CORES: dict[str, tuple[int, ...]] = {
+    "rotation": (3, 3),
+    "pose": (4, 4),
+    "planar_rotation": (2, 2),
+    "planar_pose": (3, 3),
+    "unit_quaternion": (4,),
+    "axis_triple": (3, 3),
+    "axis": (3,),
+    "unit_screw": (6,),
+    "quaternion": (4,),
+}
+"""Core shape of every kind of member."""
+
+
+def measure(kind: str, value: ArrayLike) -> Any:
+    """How far numbers are from a kind of member: zero, a distance, infinity, or NaN for NaN.
+
+    Args:
+        kind: one of CORES.
+        value: (*batch, *core).
+
+    Returns:
+        (*batch).
+    """
+    return _measure(kind)(np.asarray(value, dtype=np.float64))
+
+
+def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:
+    """(*batch) whether the measure is within the tolerance (`mafsil.algebra.tolerance`); False for NaN."""
+    return measure(kind, value) <= (LIMITS[kind] if tolerance is None else tolerance)
+
+
+def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = None) -> Floats:
+    """The value as an array, if every row without NaN is a member of its kind.
+
+    Args:
+        kind: one of CORES.
+        name: the argument's name, for the error.
+        value: (*batch, *core).
+        tolerance: largest measure; the named limit of the kind if None.
+
+    Raises:
+        InputError: names the first row that is not, its distance and the limit.
+    """
+    array = gate(name, value, CORES[kind])
+    limit = LIMITS[kind] if tolerance is None else tolerance
+    distance = np.asarray(_measure(kind).kernel.ufunc(array))
+    if (distance > limit).any():
+        index = tuple(int(i) for i in np.argwhere(distance > limit)[0])
+        raise _refusal(kind, name, array[index], index, float(distance[index]), limit)
+    return array
+
+
+def _refusal(kind: str, name: str, row: Floats, index: tuple[int, ...], distance: float, limit: float) -> InputError:
+    place = f"[{', '.join(map(str, index))}]" if index else ""
+    facts = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
+    if kind.endswith("pose") and np.isinf(distance) and (row[-1] != np.eye(len(row))[-1]).any():
+        return InputError("geometry.last_row", **facts, row=row[-1].tolist())
+    if kind.endswith(("rotation", "pose")) and np.isinf(distance):
+        size = len(row) - kind.endswith("pose")
+        return InputError("geometry.improper", **facts, determinant=float(np.linalg.det(row[:size, :size])))
+    return InputError(f"geometry.{kind}", **facts)
+
+
+@cache
+def _measure(kind: str) -> Declared:
+    from mafsil.geometry.declared import Declared
+
+    core = ",".join(map(str, CORES[kind]))
+    return Declared(f"membership.{kind}", f"value:{core}", "distance")

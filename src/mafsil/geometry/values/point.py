@@ -1,0 +1,102 @@
+"""Points and free vectors with their frame and length unit: a change of frame moves points, but only turns vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+from mafsil.geometry.values import labels
+from mafsil.geometry.values.value import Value
+
+METRES: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
+"""Length units in metres."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Vector(Value):
+    """A free vector: a length and a direction, the same wherever it is drawn.
+
+    Attributes:
+        array: (*batch, 3) components in the axes of the frame, in the unit.
+        frame: letter of the frame, or None.
+        unit: length unit.
+    """
+
+    frame: str | None = None
+    unit: str = "m"
+    core: ClassVar[int] = 1
+
+    @staticmethod
+    def accepted(array: Any) -> Floats:
+        """Three numbers each."""
+        return gate("vector", array, (3,))
+
+    def in_unit(self, unit: str) -> Vector:
+        """The same vector with components in another length unit."""
+        return replace(self, array=self.array * _factor(self.unit, unit), unit=unit)
+
+    def length(self) -> Any:
+        """(*batch) length, in the unit."""
+        return np.linalg.norm(self.array, axis=-1)
+
+    def dot(self, other: Vector) -> Any:
+        """(*batch) inner product, in the unit of this vector squared."""
+        labels.same("dot", self.frame, other.frame)
+        return np.sum(self.array * other.in_unit(self.unit).array, axis=-1)
+
+    def __add__(self, other: Vector) -> Vector:
+        frame = labels.same("+", self.frame, other.frame)
+        return Vector(self.array + other.in_unit(self.unit).array, frame, self.unit)
+
+    def __sub__(self, other: Vector) -> Vector:
+        return self + (-1.0) * other
+
+    def __rmul__(self, factor: float) -> Vector:
+        return replace(self, array=factor * self.array)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Point(Value):
+    """A point: the vector to it from the origin of its frame.
+
+    Attributes:
+        array: (*batch, 3) coordinates in the unit.
+        frame: letter of the frame, or None.
+        unit: length unit.
+    """
+
+    frame: str | None = None
+    unit: str = "m"
+    core: ClassVar[int] = 1
+
+    @staticmethod
+    def accepted(array: Any) -> Floats:
+        """Three numbers each."""
+        return gate("point", array, (3,))
+
+    def in_unit(self, unit: str) -> Point:
+        """The same point with coordinates in another length unit."""
+        return replace(self, array=self.array * _factor(self.unit, unit), unit=unit)
+
+    def distance(self, other: Point) -> Any:
+        """(*batch) distance, in the unit of this point."""
+        return (self - other).length()
+
+    def __add__(self, step: Vector) -> Point:
+        frame = labels.same("+", self.frame, step.frame)
+        return Point(self.array + step.in_unit(self.unit).array, frame, self.unit)
+
+    def __sub__(self, other: Point) -> Vector:
+        frame = labels.same("-", self.frame, other.frame)
+        return Vector(self.array - other.in_unit(self.unit).array, frame, self.unit)
+
+
+def _factor(unit: str, target: str) -> float:
+    for name in (unit, target):
+        if name not in METRES:
+            raise InputError("input.choice", name="unit", value=name, known=", ".join(METRES))
+    return METRES[unit] / METRES[target]

@@ -1,0 +1,64 @@
+"""What all values have in common: one frozen array, batch dimensions first."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from mafsil.arrays import Floats, frozen
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Value(ABC):
+    """A frozen array (*batch, *core), checked when made.
+
+    Attributes:
+        array: the numbers; read-only.
+    """
+
+    array: Floats
+
+    core: ClassVar[int]
+    """Number of core dimensions."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "array", frozen(self.accepted(self.array)))
+
+    @staticmethod
+    @abstractmethod
+    def accepted(array: Any) -> Floats:
+        """The numbers, if they are what the type promises; otherwise InputError."""
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Leading shape; () is one value."""
+        return self.array.shape[: self.array.ndim - self.core]
+
+    def __len__(self) -> int:
+        if not self.batch:
+            raise TypeError
+        return self.batch[0]
+
+    def __getitem__(self, index: Any) -> Self:
+        places = index if isinstance(index, tuple) else (index,)
+        return replace(self, array=self.array[(*places, ...) if Ellipsis not in places else places])
+
+    def __iter__(self) -> Iterator[Self]:
+        return (self[k] for k in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self.array, dtype=dtype, copy=copy)
+
+    def close_to(self, other: Self, tolerance: float = 1e-12) -> Any:
+        """(*batch) whether all numbers agree within the tolerance."""
+        difference = np.abs(self.array - other.array)
+        return difference.max(axis=tuple(range(-self.core, 0))) <= tolerance
+
+    def __repr__(self) -> str:
+        labels = [f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if f.name != "array"]
+        known = [label for label in labels if not label.endswith("=None")]
+        return f"{type(self).__name__}({', '.join([repr(self.array.tolist()), *known])})"

@@ -1,0 +1,74 @@
+"""Wrenches F = (m, f) [N m, N]: forces and couples, changes of frame and power; any batch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Vector3, Vector6, gate
+from mafsil.geometry.declared import Declared
+
+_from_force = Declared("spatial.wrench_of_force", "point:3 force:3", "F:6")
+_transform = Declared("spatial.transform_wrench", "T_ab:4,4 F_a:6", "F_b:6", {"T_ab": "pose"})
+_power = Declared("spatial.power", "V:6 F:6", "power")
+_dual_bracket = Declared("spatial.dual_bracket", "V:6 F:6", "rate:6")
+_pitch = Declared("spatial.wrench_pitch", "F:6", "pitch")
+_axis_point = Declared("spatial.wrench_axis_point", "F:6", "point:3")
+
+
+def from_force(point: ArrayLike, force: ArrayLike) -> Vector6:
+    """Wrench (r x f, f) of a force at a point.
+
+    Args:
+        point: (*batch, 3) r [m].
+        force: (*batch, 3) f [N], in the same frame.
+
+    Returns:
+        (*batch, 6) [N m, N].
+    """
+    return _from_force(point, force)
+
+
+def from_couple(moment: ArrayLike) -> Vector6:
+    """(*batch, 6) wrench (m, 0) of a pure couple (*batch, 3) [N m]."""
+    m = gate("moment", moment, (3,))
+    return np.concatenate([m, np.zeros_like(m)], axis=-1)
+
+
+def transform(T_ab: ArrayLike, F_a: ArrayLike) -> Vector6:
+    """F_b = Ad(T_ab)' F_a = (R' (m - p x f), R' f): the same wrench seen from {b}.
+
+    Note the subscripts: a twist goes from {b} to {a} with Ad(T_ab), a wrench from {a} to {b} with its transpose.
+
+    Args:
+        T_ab: (*batch, 4, 4) pose of {b} in {a}.
+        F_a: (*batch, 6).
+
+    Returns:
+        (*batch, 6).
+
+    Reference: Lynch & Park, Modern Robotics, eq. 3.98.
+    """
+    return _transform(T_ab, F_a)
+
+
+def power(V: ArrayLike, F: ArrayLike) -> Any:
+    """(*batch) V . F [W] of a twist and a wrench in one frame; the same in every frame."""
+    return _power(V, F)
+
+
+def dual_bracket(V: ArrayLike, F: ArrayLike) -> Vector6:
+    """(*batch, 6) ad(V)' F, the change of a wrench seen from a frame that moves with the twist V."""
+    return _dual_bracket(V, F)
+
+
+def pitch(F: ArrayLike) -> Any:
+    """(*batch) moment along the force over the force, m.f / |f|^2 [m] (Poinsot); infinite for a pure couple."""
+    return _pitch(F)
+
+
+def axis_point(F: ArrayLike) -> Vector3:
+    """(*batch, 3) point of the wrench's axis nearest to the origin, f x m / |f|^2 [m]; NaN for a pure couple."""
+    return _axis_point(F)

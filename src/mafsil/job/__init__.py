@@ -1,0 +1,5 @@
+"""A job file, solved end to end: reading, planning the moves, driving the robot through them."""
+
+from mafsil.job.description import Job as Job
+from mafsil.job.reading import parse as parse
+from mafsil.job.reading import read as read

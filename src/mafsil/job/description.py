@@ -1,0 +1,206 @@
+"""What a job file says, as typed data. The field names are the keys of the file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+
+Positive: TypeAlias = Annotated[float, msgspec.Meta(gt=0)]
+NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
+Share: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=1)]
+Three: TypeAlias = tuple[float, float, float]
+Four: TypeAlias = tuple[float, float, float, float]
+Six: TypeAlias = tuple[float, float, float, float, float, float]
+
+
+class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of the job file; unknown keys are refused."""
+
+
+class Pose(Part, kw_only=True):
+    """A pose of the tip in {s}: position [m] and one of rpy [rad, or degrees] and quaternion (w, x, y, z)."""
+
+    position: Three
+    rpy: Three | None = None
+    quaternion: Four | None = None
+
+
+class Grasp(Part, kw_only=True):
+    """A box that the tool takes.
+
+    Attributes:
+        mass: [kg].
+        size: edge lengths [m].
+        offset: its centre in the tip frame [m].
+        known: whether the controller is told about the mass.
+    """
+
+    name: str = "part"
+    mass: NotNegative
+    size: tuple[Positive, Positive, Positive] = (0.05, 0.05, 0.05)
+    offset: Three = (0.0, 0.0, 0.0)
+    known: bool = True
+
+
+class Move(Part, kw_only=True):
+    """One step: exactly one of joints, pose, pick, place and pause.
+
+    Attributes:
+        name: for the report and for errors.
+        joints: goal in joint coordinates.
+        pose: goal of the tip.
+        path: `joint`: all joints together; `line`: the tip goes straight.
+        via: points to pass through on a joint path without stopping.
+        profile: law of motion in time.
+        duration: [s]; the shortest within the limits if left out.
+        speed: share of the limits for this move.
+        pick: take something: the tool closes, its mass hangs on the tip from then on.
+        place: let go of it.
+        pause: rest [s].
+        hold: time that pick and place take [s].
+    """
+
+    name: str = ""
+    joints: tuple[float, ...] | None = None
+    pose: Pose | None = None
+    path: Literal["joint", "line"] = "joint"
+    via: tuple[tuple[float, ...], ...] = ()
+    profile: Literal["quintic", "trapezoid"] = "quintic"
+    duration: Positive | None = None
+    speed: Share = 1.0
+    pick: Grasp | None = None
+    place: bool = False
+    pause: Positive | None = None
+    hold: NotNegative = 0.3
+
+
+class Start(Part, kw_only=True):
+    """Where the robot begins, at rest: joints, or a pose; the middle of the ranges if neither."""
+
+    joints: tuple[float, ...] | None = None
+    pose: Pose | None = None
+
+
+class Tool(Part, kw_only=True):
+    """What is mounted on the flange.
+
+    Attributes:
+        link: that carries the tip frame; the description's own tip if None.
+        offset: pose of the tip frame in that link, if another than the description's.
+        mass: of the tool [kg], a point at `com` in the link's frame [m].
+    """
+
+    link: str | None = None
+    offset: Pose | None = None
+    mass: NotNegative = 0.0
+    com: Three = (0.0, 0.0, 0.0)
+
+
+class Bounds(Part, kw_only=True):
+    """How hard the robot may be driven.
+
+    Attributes:
+        speed_share, acceleration_share: of the robot's own limits.
+        velocity, acceleration: bounds for all joints where the description has none [rad/s | m/s and per s].
+        tip_speed, tip_acceleration: of straight lines [m/s, m/s^2].
+        tip_turn_rate: of straight lines [rad/s].
+    """
+
+    speed_share: Share = 0.7
+    acceleration_share: Share = 0.7
+    velocity: Positive = 2.0
+    acceleration: Positive = 5.0
+    tip_speed: Positive = 0.25
+    tip_acceleration: Positive = 1.0
+    tip_turn_rate: Positive = 1.0
+
+
+class Controller(Part, kw_only=True):
+    """The law that drives the joints.
+
+    Attributes:
+        kind: `computed_torque`, or `pd_gravity` (PD with gravity compensation).
+        frequency: natural frequency of the error dynamics of computed torque [rad/s].
+        damping: its damping ratio.
+        stiffness, rate_gain: of the PD law, one number or one per joint [N m/rad, N m s/rad].
+        rate: how often the law is evaluated [Hz]; each simulation step if None.
+    """
+
+    kind: Literal["computed_torque", "pd_gravity"] = "computed_torque"
+    frequency: Positive = 20.0
+    damping: Positive = 1.0
+    stiffness: Positive | tuple[Positive, ...] = 400.0
+    rate_gain: Positive | tuple[Positive, ...] = 40.0
+    rate: Positive | None = None
+
+
+class Noise(Part, kw_only=True):
+    """Errors of the sensors: standard deviations, reproducible by the seed."""
+
+    position: NotNegative = 0.0
+    velocity: NotNegative = 0.0
+    seed: int = 0
+
+
+class Simulation(Part, kw_only=True):
+    """How the motion is simulated.
+
+    Attributes:
+        step: of the integrator [s].
+        method: integrator.
+        settle: time at rest after the last move [s].
+        friction: whether the joints have the friction of the description.
+        mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
+        noise: of the sensors.
+    """
+
+    step: Annotated[float, msgspec.Meta(gt=0, le=0.1)] = 0.001
+    method: Literal["semi_implicit_euler", "rk4"] = "rk4"
+    settle: NotNegative = 0.3
+    friction: bool = True
+    mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
+    noise: Noise = Noise()
+
+
+class Disturbance(Part, kw_only=True):
+    """A push of the world on the tip.
+
+    Attributes:
+        start, duration: [s].
+        wrench: (m, f) on the tip, in the tip frame [N m, N].
+    """
+
+    start: NotNegative
+    duration: Positive
+    wrench: Six
+
+
+class Report(Part, kw_only=True):
+    """What the report looks like.
+
+    Attributes:
+        language: `en` or `ar`; the language of the command if None.
+        frame_rate: of the replay [1/s].
+        rows: most rows of a plot.
+    """
+
+    language: Literal["en", "ar"] | None = None
+    frame_rate: Annotated[float, msgspec.Meta(ge=1, le=240)] = 50.0
+    rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
+
+
+class Job(Part, kw_only=True):
+    """A whole job file."""
+
+    title: str = ""
+    robot: str
+    angles: Literal["radians", "degrees"] = "radians"
+    tool: Tool = Tool()
+    start: Start = Start()
+    limits: Bounds = Bounds()
+    controller: Controller = Controller()
+    simulation: Simulation = Simulation()
+    report: Report = Report()
+    move: tuple[Move, ...]
+    disturbance: tuple[Disturbance, ...] = ()

@@ -1,0 +1,219 @@
+"""Job files in, checked jobs out; every complaint names the key, the line and the remedy."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from mafsil.errors import FileError, JobError
+from mafsil.job import lines
+from mafsil.job.description import Job, Move, Part, Pose
+from mafsil.messages.visible import visible
+
+LARGEST_FILE = 1_000_000
+ACTIONS = ("joints", "pose", "pick", "place", "pause")
+NOT_YET = {"obstacle": "job.no_obstacles"}
+_MOST_CLOSE = 3
+
+
+def read(path: Path) -> Job:
+    """The job in a file.
+
+    Args:
+        path: a TOML file.
+
+    Raises:
+        FileError: it cannot be read, or is no TOML.
+        JobError: a key is unknown, missing, of the wrong type or out of range.
+    """
+    return parse(text_of(path), source=path.name)
+
+
+def text_of(path: Path) -> str:
+    """The text of a job file.
+
+    Raises:
+        FileError: missing, unreadable, too large, not UTF-8.
+    """
+    shown = visible(str(path))
+    try:
+        if path.is_dir():
+            raise FileError("job.directory", path=shown)
+        data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE else None
+    except FileNotFoundError:
+        raise FileError("job.no_file", path=shown) from None
+    except OSError as error:
+        raise FileError("job.unreadable", path=shown, reason=error.strerror or str(error)) from None
+    if data is None:
+        raise FileError("job.too_large", path=shown, limit=LARGEST_FILE)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError("job.encoding", path=shown, position=error.start) from None
+
+
+def parse(text: str, source: str = "<text>") -> Job:
+    """The job in a text.
+
+    Args:
+        text: TOML.
+        source: name of the file, for errors.
+
+    Raises:
+        FileError: it is no TOML.
+        JobError: a key is unknown, missing, of the wrong type or out of range.
+    """
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise FileError("job.syntax", source=visible(source), reason=str(error) or type(error).__name__) from None
+    reader = _Reader(text, visible(source))
+    reader.refuse_unknown(data, Job, ())
+    reader.require(data, Job, ())
+    try:
+        job = msgspec.convert(data, Job, strict=True)
+    except msgspec.ValidationError as error:
+        raise reader.translated(error, data) from None
+    for k, move in enumerate(job.move):
+        reader.check_move(move, k)
+    reader.refuse_not_finite(data, ())
+    if not job.move:
+        raise reader.error("job.no_moves", ("move",))
+    return job
+
+
+class _Reader:
+    """Knows the text, so that each error can say the line."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self.text = text
+        self.source = source
+
+    def error(self, key: str, path: lines.Path, **facts: object) -> JobError:
+        line = lines.line_of(self.text, path)
+        place = f"{self.source}:{line}" if line else self.source
+        return JobError(key, place=place, name=_dotted(path), line=line, **facts)
+
+    def refuse_unknown(self, data: Any, kind: type[Part], path: lines.Path) -> None:
+        """Every key of every table is one that we know; close matches are offered."""
+        known = kind.__struct_fields__
+        for name, value in data.items():
+            here = (*path, name)
+            if name in NOT_YET and not path:
+                raise self.error(NOT_YET[name], here)
+            if name not in known:
+                close = get_close_matches(name, known, n=_MOST_CLOSE, cutoff=0.55)
+                key = "job.unknown_key_close" if close else "job.unknown_key"
+                raise self.error(key, here, close=", ".join(close), known=", ".join(known))
+            for inner, place, part in _tables(value, _field_type(kind, name), here):
+                self.refuse_unknown(inner, part, place)
+
+    def require(self, data: Any, kind: type[Part], path: lines.Path) -> None:
+        """Every key without a default is there."""
+        for field in msgspec.structs.fields(kind):
+            if field.required and field.name not in data:
+                raise self.error("job.missing_key", (*path, field.name))
+            if field.name in data:
+                for inner, place, part in _tables(data[field.name], field.type, (*path, field.name)):
+                    self.require(inner, part, place)
+
+    def check_move(self, move: Move, k: int) -> None:
+        """A move asks for exactly one thing, and its options fit it."""
+        given = [name for name in ACTIONS if getattr(move, name) not in (None, False)]
+        if len(given) != 1:
+            key = "job.move_empty" if not given else "job.move_many"
+            raise self.error(key, ("move", k), given=", ".join(given), known=", ".join(ACTIONS))
+        if move.path == "line" and move.via:
+            raise self.error("job.line_via", ("move", k, "via"))
+        if move.path == "line" and move.pose is None:
+            raise self.error("job.line_pose", ("move", k, "path"))
+        if move.pose is not None:
+            self.check_pose(move.pose, ("move", k, "pose"))
+
+    def check_pose(self, pose: Pose, path: lines.Path) -> None:
+        """At most one way to say the orientation; a quaternion that can be normalised."""
+        if pose.rpy is not None and pose.quaternion is not None:
+            raise self.error("job.two_orientations", path)
+        if pose.quaternion is not None and math.hypot(*pose.quaternion) < 1e-6:
+            raise self.error("job.zero_quaternion", (*path, "quaternion"))
+
+    def refuse_not_finite(self, value: Any, path: lines.Path) -> None:
+        """TOML knows nan and inf; a job does not."""
+        if isinstance(value, float) and not math.isfinite(value):
+            raise self.error("job.not_finite", path, value=value)
+        items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        for name, inner in items:
+            self.refuse_not_finite(inner, (*path, name))
+
+    def translated(self, error: msgspec.ValidationError, data: Any) -> JobError:
+        """msgspec's complaint with its path, in our words."""
+        text = str(error)
+        path = _path(text)
+        value = _value(data, path)
+        facts = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
+        if length := re.search(r"of length (\d+)", text):
+            return self.error("job.length", path, expected=length.group(1), **facts)
+        if "Invalid enum value" in text:
+            known = ", ".join(_choices(path))
+            return self.error("job.choice", path, known=known, **facts)
+        if bound := re.search(r"Expected `\w+` (<=|>=|<|>) (\S+)", text):
+            return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **facts)
+        if kind := re.search(r"Expected `([^`]+)`, got `([^`]+)`", text):
+            return self.error("job.type", path, expected=kind.group(1), **facts)
+        return self.error("job.wrong", path, **facts)
+
+
+def _field_type(kind: type[Part], name: str) -> Any:
+    return get_type_hints(kind)[name]
+
+
+def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
+    """The tables inside a value, with their places and types."""
+    for option in (annotation, *get_args(annotation)):
+        if isinstance(option, type) and issubclass(option, Part):
+            if isinstance(value, dict):
+                yield value, path, option
+            elif isinstance(value, list) and get_origin(annotation) is tuple:
+                for k, item in enumerate(value):
+                    if isinstance(item, dict):
+                        yield item, (*path, k), option
+            return
+
+
+def _path(text: str) -> lines.Path:
+    """`$.move[2].pose` as ("move", 2, "pose")."""
+    found = re.search(r"at `\$([^`]*)`", text)
+    steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]", found.group(1)) if found else []
+    return tuple(name or int(index) for name, index in steps)
+
+
+def _value(data: Any, path: lines.Path) -> Any:
+    for step in path:
+        data = data[step]
+    return data
+
+
+def _choices(path: lines.Path) -> tuple[str, ...]:
+    kind: Any = Job
+    for step in path:
+        if isinstance(step, str):
+            annotation = _field_type(kind, step)
+            options = [annotation, *get_args(annotation)]
+            kind = next((o for o in options if isinstance(o, type) and issubclass(o, Part)), annotation)
+    literals = [kind, *get_args(kind)]
+    return tuple(str(x) for option in literals if get_origin(option) is Literal for x in get_args(option))
+
+
+def _dotted(path: lines.Path) -> str:
+    """`move[3].pose`, counting from 1 as people do."""
+    text = ""
+    for step in path:
+        text += f"[{step + 1}]" if isinstance(step, int) else f".{visible(step)}" if text else visible(step)
+    return text

@@ -1,0 +1,39 @@
+"""Sums and products together with their rounding errors: numbers of twice the digits."""
+
+from __future__ import annotations
+
+from mafsil.kernels.emitter import Lanes
+
+
+def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
+    """x*y as a rounded product and its error, exact unless a part leaves the range of doubles.
+
+    Reference: Dekker 1971, A floating-point technique for extending the available precision.
+    """
+    product = lanes.mul(x, y)
+    if lanes.text.fma:
+        return product, lanes.fms(x, y, product)
+    (x1, x2), (y1, y2) = _halves(lanes, x), _halves(lanes, y)
+    error = lanes.sub(lanes.mul(x1, y1), product)
+    error = lanes.add(lanes.add(error, lanes.mul(x1, y2)), lanes.mul(x2, y1))
+    return product, lanes.add(error, lanes.mul(x2, y2))
+
+
+def ordered_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
+    """x + y as a rounded sum and its error, exact, for |x| >= |y|."""
+    total = lanes.add(x, y)
+    return total, lanes.sub(y, lanes.sub(total, x))
+
+
+def two_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
+    """x + y as a rounded sum and its error, exact, whichever is larger."""
+    total = lanes.add(x, y)
+    part = lanes.sub(total, x)
+    return total, lanes.add(lanes.sub(x, lanes.sub(total, part)), lanes.sub(y, part))
+
+
+def _halves(lanes: Lanes, x: str) -> tuple[str, str]:
+    """x as two numbers of 26 bits."""
+    big = lanes.mul(x, lanes.const(134217729.0))
+    upper = lanes.sub(big, lanes.sub(big, x))
+    return upper, lanes.sub(x, upper)

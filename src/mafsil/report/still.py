@@ -1,0 +1,54 @@
+"""A robot standing still, as a page to be turned around."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import gate
+from mafsil.messages import language
+from mafsil.model import Mechanism
+from mafsil.report import skeleton
+from mafsil.report.content import Scene
+from mafsil.report.page import render_picture
+from mafsil.robot import Robot
+
+
+def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) -> None:
+    """Write a self-contained HTML file that shows the robot in 3D.
+
+    Args:
+        mechanism: what to show.
+        path: of the file; replaced at once when the page is whole.
+        q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
+    """
+    limits = mechanism.limits
+    span = limits.upper - limits.lower
+    margin = np.where(np.isfinite(span), 0.15 * span, 0.0)
+    relaxed = np.clip(np.zeros(mechanism.n), limits.lower + margin, limits.upper - margin)
+    values = relaxed if q is None else gate("q", q, (mechanism.n,), finite=True)
+    poses = np.asarray(Robot(mechanism).link_poses(values))
+    tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
+    compact, at_tip = skeleton.compact(poses)[None], skeleton.compact(tip)[None]
+    centre, size, floor = skeleton.extent(mechanism, np.concatenate([compact[0], at_tip])[:, :3])
+    scene = Scene(skeleton.bodies(mechanism), 1.0, compact, at_tip, at_tip, (), centre, size, floor)
+    subtitle = " · ".join(mechanism.joint_names)
+    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that its name never stands for half of it: temporary file, sync, rename."""
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        try:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        except BaseException:
+            os.unlink(file.name)
+            raise
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)

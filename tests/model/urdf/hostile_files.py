@@ -1,0 +1,183 @@
+"""The hostile robot files of RELIABILITY.md section 2, made in code, each with what must be said about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+LINKS = f'<link name="a">{INERTIAL}</link>\n<link name="b">\n{INERTIAL}\n</link>\n'
+ENDS = '<parent link="a"/><child link="b"/>'
+LIMIT = '<limit lower="-1" upper="1" effort="5" velocity="2"/>'
+AXIS = '<axis xyz="0 0 1"/>'
+JOINT = f'<joint name="j" type="revolute">\n{ENDS}\n{AXIS}\n{LIMIT}\n</joint>\n'
+
+
+@dataclass(frozen=True)
+class Case:
+    """A file and its verdict.
+
+    Attributes:
+        name: of the case.
+        data: the file.
+        code: of the diagnostic that must be there.
+        line: where it must be.
+        repair: whether a repair is offered.
+        mended: whether the repaired file can be read.
+        accepted: whether the file as it stands can be read (with warnings).
+    """
+
+    name: str
+    data: bytes
+    code: str
+    line: int
+    repair: bool
+    mended: bool
+    accepted: bool = False
+
+
+def robot(*parts: str) -> bytes:
+    """A document; the robot starts in line 1, the first part in line 2."""
+    return ('<robot name="r">\n' + "".join(parts) + "</robot>\n").encode()
+
+
+def sound() -> bytes:
+    """Two links and a revolute joint, nothing wrong."""
+    return robot(LINKS, JOINT)
+
+
+def _mass(value: str) -> bytes:
+    return sound().replace(b'<mass value="1"/>', f'<mass value="{value}"/>'.encode(), 1)
+
+
+def _joint(old: str, new: str) -> bytes:
+    assert old.encode() in sound()
+    return sound().replace(old.encode(), new.encode(), 1)
+
+
+def _joint_between(name: str, parent: str, child: str, extra: str = "") -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="revolute">{ends}{AXIS}{LIMIT}{extra}</joint>\n'
+
+
+def _mimic(name: str, leader: str) -> str:
+    return f'<mimic joint="{leader}"/>'
+
+
+def _two_mimics() -> bytes:
+    links = LINKS + '<link name="c"/>\n'
+    first = _joint_between("j", "a", "b", _mimic("j", "k"))
+    return robot(links, first, _joint_between("k", "b", "c", _mimic("k", "j")))
+
+
+def _bomb() -> bytes:
+    entities = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10}">\n' for k in range(1, 10))
+    head = f'<!DOCTYPE robot [\n<!ENTITY e0 "lol">\n{entities}]>\n'
+    return head.encode() + sound().replace(b'name="r"', b'name="&e9;"')
+
+
+def _quadratic() -> bytes:
+    head = f'<!DOCTYPE robot [<!ENTITY e "{"x" * 50_000}">]>\n'
+    return head.encode() + sound().replace(b'name="r"', b'name="' + b"&e;" * 2_000 + b'"')
+
+
+def _external() -> bytes:
+    head = '<!DOCTYPE robot [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n'
+    return head.encode() + sound().replace(b"</robot>", b"&e;</robot>")
+
+
+def _harmless_doctype() -> bytes:
+    return b"<!DOCTYPE robot>\n" + sound()
+
+
+def _chain(links: int) -> bytes:
+    parts = [f'<link name="l{k}">{INERTIAL}</link>\n' for k in range(links)]
+    return robot(*parts, *(_joint_between(f"j{k}", f"l{k}", f"l{k + 1}") for k in range(links - 1)))
+
+
+def _mesh(reference: str) -> bytes:
+    visual = f'<visual><geometry><mesh filename="{reference}"/></geometry></visual>'
+    return sound().replace(b'<link name="b">\n', f'<link name="b">\n{visual}'.encode())
+
+
+def _moment(ixx: str, iyy: str = "1", izz: str = "1") -> bytes:
+    old = b'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    return sound().replace(old, f'ixx="{ixx}" ixy="0" ixz="0" iyy="{iyy}" iyz="0" izz="{izz}"'.encode(), 1)
+
+
+BOX = '<collision><geometry><box size="1 -1 1"/></geometry></collision>'
+
+CASES = (
+    Case("mass nan", _mass("nan"), "N0203", 2, True, True),
+    Case("mass inf", _mass("inf"), "N0203", 2, True, True),
+    Case("mass one kg", _mass("one kg"), "N0205", 2, True, True),
+    Case("mass word", _mass("heavy"), "N0202", 2, True, True),
+    Case("mass with comma", _mass("1,5"), "N0208", 2, True, True),
+    Case("mass 1e400", _mass("1e400"), "N0204", 2, True, True),
+    Case("mass 1e-400", _mass("1e-400"), "N0206", 2, True, True, accepted=True),
+    Case("mass 1e20", _mass("1e20"), "N0207", 2, True, True),
+    Case("mass hexadecimal", _mass("0x10"), "N0209", 2, True, True),
+    Case("mass in Arabic digits", _mass("١٫٥"), "N0210", 2, True, True),
+    Case("mass with unit", _mass("1.5 kg"), "N0211", 2, True, True),
+    Case("mass empty", _mass(""), "N0205", 2, True, True),
+    Case("mass negative", _mass("-1"), "I0503", 2, True, True),
+    Case("mass zero", _mass("0"), "I0508", 2, False, True, accepted=True),
+    Case("moment negative", _moment("-1"), "I0504", 2, True, True),
+    Case("triangle violated", _moment("5"), "I0506", 2, True, True, accepted=True),
+    Case("axis zero", _joint('xyz="0 0 1"', 'xyz="0 0 0"'), "J0404", 8, True, True),
+    Case("axis of two numbers", _joint('xyz="0 0 1"', 'xyz="0 1"'), "N0205", 8, True, True),
+    Case("axis not unit", _joint('xyz="0 0 1"', 'xyz="0 0 2"'), "J0405", 8, True, True, accepted=True),
+    Case("no axis", _joint(AXIS, ""), "J0406", 6, True, True, accepted=True),
+    Case("limits inverted", _joint('lower="-1"', 'lower="2"'), "J0412", 9, True, True),
+    Case("limit nan", _joint('lower="-1"', 'lower="nan"'), "N0203", 9, True, True),
+    Case("limit missing", _joint(LIMIT, ""), "J0410", 6, False, True, accepted=True),
+    Case("effort zero", _joint('effort="5"', 'effort="0"'), "J0416", 9, False, True, accepted=True),
+    Case("velocity negative", _joint('velocity="2"', 'velocity="-2"'), "J0417", 9, True, True),
+    Case("loop of joints", robot(LINKS, JOINT, _joint_between("k", "b", "a")), "S0309", 6, True, True),
+    Case("joint to itself", _joint('child link="b"', 'child link="a"'), "S0306", 6, True, True),
+    Case("two roots", robot(LINKS, JOINT, '<link name="c"/>\n'), "S0308", 11, True, True),
+    Case("two parents", robot(LINKS, JOINT, _joint_between("k", "a", "b")), "S0307", 11, True, True),
+    Case("duplicate link", robot(LINKS, '<link name="b"/>\n', JOINT), "S0303", 6, True, True),
+    Case("duplicate joint", robot(LINKS, JOINT, '<link name="c"/>\n', _joint_between("j", "b", "c")),
+         "S0304", 12, True, True),
+    Case("unknown link", _joint('child link="b"', 'child link="x"'), "S0305", 7, True, True),
+    Case("unknown joint type", _joint('type="revolute"', 'type="wobbly"'), "J0401", 6, True, True),
+    Case("misspelt joint type", _joint('type="revolute"', 'type="Hinge"'), "J0401", 6, True, True),
+    Case("floating joint", _joint('type="revolute"', 'type="floating"'), "J0403", 6, True, True),
+    Case("no joint type", _joint(' type="revolute"', ""), "J0401", 6, True, True),
+    Case("no child", _joint('<child link="b"/>', ""), "F0135", 6, True, True),
+    Case("mimic of nothing", robot(LINKS, _joint_between("j", "a", "b", _mimic("j", "x"))),
+         "J0420", 6, True, True, accepted=True),
+    Case("mimic of itself", robot(LINKS, _joint_between("j", "a", "b", _mimic("j", "j"))), "J0421", 6, True, True),
+    Case("mimic in a circle", _two_mimics(), "J0422", 7, True, True),
+    Case("cut in half", sound()[: len(sound()) // 2], "F0111", 4, False, False),
+    Case("mismatched tag", sound().replace(b"</joint>", b"</link>"), "F0112", 10, False, False),
+    Case("entity bomb", _bomb(), "F0116", 1, False, False),
+    Case("quadratic blow-up", _quadratic(), "F0116", 1, False, False),
+    Case("external entity", _external(), "F0116", 1, False, False),
+    Case("harmless DOCTYPE", _harmless_doctype(), "F0116", 1, True, True),
+    Case("undefined entity", sound().replace(b"</robot>", b"&e;</robot>"), "F0115", 11, False, False),
+    Case("deep nesting", b"<robot>\n" + b"<a>" * 200_000, "F0122", 2, False, False),
+    Case("too many links", _chain(10_001), "F0121", 10_002, False, False),
+    Case("too many elements", robot("<a/>\n" * 250_001), "F0120", 250_001, False, False),
+    Case("too many attributes", robot("<a " + " ".join(f'k{k}=""' for k in range(200)) + "/>"),
+         "F0123", 2, False, False),
+    Case("mesh outside its package", _mesh("package://../../../../etc/passwd"), "G0610", 4, True, True),
+    Case("mesh outside the model", _mesh("file:///etc/passwd"), "G0611", 4, False, True, accepted=True),
+    Case("mesh of no package", _mesh("package://nowhere/mesh.stl"), "G0612", 4, False, True, accepted=True),
+    Case("mesh from the network", _mesh("http://example.org/mesh.stl"), "G0614", 4, False, True, accepted=True),
+    Case("size negative", sound().replace(b'<link name="b">\n', b'<link name="b">\n' + BOX.encode()),
+         "G0603", 4, True, True),
+    Case("UTF-16", sound().decode().encode("utf-16"), "F0109", 1, False, True, accepted=True),
+    Case("Latin-1, not declared", sound().replace(b'"r"', b'"r\xe9"'), "F0106", 1, False, False),
+    Case("unknown encoding", b'<?xml version="1.0" encoding="EBCDIC"?>\n' + sound(), "F0107", 1, True, True),
+    Case("byte order mark", b"\xef\xbb\xbf" + sound(), "F0108", 1, False, True, accepted=True),
+    Case("NUL", sound().replace(b'"r"', b'"r\0"'), "F0105", 1, False, False),
+    Case("empty", b"", "F0104", 0, False, False),
+    Case("no links", b'<robot name="r"/>', "S0310", 1, False, False),
+    Case("another format", b"<mujoco/>", "F0130", 1, False, False),
+    Case("xacro", robot(LINKS, "<xacro:arm/>"), "F0131", 6, False, False),
+    Case("link without name", sound().replace(b'name="b"', b'nom="b"'), "S0301", 3, False, False),
+    Case("direction override in a name", sound().replace(b'"b"', '"b\u202ea"'.encode()),
+         "S0302", 3, True, True, accepted=True),
+    Case("two inertials", robot(LINKS.replace(INERTIAL, INERTIAL * 2), JOINT), "F0134", 2, True, True),
+)  # fmt: skip

@@ -1,0 +1,120 @@
+"""F1: damaged robot files never crash a reader, hang it, swell it, or pass as sound.
+
+`python -m tests.reliability.fuzz_reader --files 50000000 --shard 20000 --resume DIR`
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from mafsil.errors import FileError, ModelError
+from mafsil.model import urdf
+from mafsil.model.diagnostics import Report
+from tests.reliability import figures
+from tests.reliability.file_mutation import mutated
+from tests.reliability.model_invariants import violations
+from tests.reliability.robot_files import SEEDS
+
+ROOT = Path(__file__).resolve().parents[2]
+MEMORY = 256 << 20
+ADDRESS_SPACE = 1 << 30
+SLOW = 2.0
+REPAIR_EVERY = 10
+COUNTS = ("files", "accepted", "refused", "repaired", "bad_crash", "bad_exception", "bad_slow", "bad_model", "bad_memory")
+
+
+def work(seed: int, files: int) -> dict[str, int]:
+    """One child reads `files` mutants; a child that dies leaves its last file behind."""
+    with tempfile.TemporaryDirectory(prefix="mafsil-F1-") as folder:
+        last = Path(folder) / "last"
+        command = [sys.executable, "-m", "tests.reliability.fuzz_reader", "--child", str(seed), str(files), str(last)]
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        limit = 60 + files * 0.05
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=folder, timeout=limit)
+        except subprocess.TimeoutExpired:
+            return {**dict.fromkeys(COUNTS, 0), "files": files, "bad_slow": 1}
+        if done.returncode == 0:
+            return json.loads(done.stdout.splitlines()[-1])
+        print(f"seed {seed}: exit {done.returncode}; {done.stderr[-500:]}; last file {last.read_bytes()[:2000]!r}")
+        return {**dict.fromkeys(COUNTS, 0), "files": files, "bad_crash": 1}
+
+
+def child(seed: int, files: int, last: Path) -> dict[str, int]:
+    """Read mutants under a limit of memory; what goes wrong is printed with its file."""
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
+    dice = random.Random(seed)
+    count = dict.fromkeys(COUNTS, 0)
+    with last.open("wb", buffering=0) as record:
+        for k in range(files):
+            kind = dice.choice(tuple(SEEDS))
+            data = mutated(dice, dice.choice(SEEDS[kind]))
+            record.seek(0)
+            record.truncate()
+            record.write(data)
+            _judge(kind, data, count, repair=k % REPAIR_EVERY == 0)
+    count["files"] = files
+    count["bad_memory"] = int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 > MEMORY)
+    return count
+
+
+def _judge(kind: str, data: bytes, count: dict[str, int], *, repair: bool) -> None:
+    started = time.perf_counter()
+    try:
+        bad = _read(kind, data, count, repair=repair)
+    except Exception as error:  # the row's question: does anything foreign come out
+        count["bad_exception"] += 1
+        print(f"{type(error).__name__}: {error}: {data!r}", file=sys.stderr)
+    else:
+        count["bad_model"] += bool(bad)
+        if bad:
+            print(f"{bad}: {data!r}", file=sys.stderr)
+    if time.perf_counter() - started > SLOW:
+        count["bad_slow"] += 1
+        print(f"slow: {data!r}", file=sys.stderr)
+
+
+def _read(kind: str, data: bytes, count: dict[str, int], *, repair: bool) -> list[str]:
+    """Diagnose, say everything in both languages, write what was accepted and read it back."""
+    reader = READERS[kind]
+    report: Report = reader.diagnose(data)
+    for diagnostic in report:
+        diagnostic.as_dict()
+    if repair:
+        count["repaired"] += _repair(reader, data)
+    if report.mechanism is None:
+        count["refused"] += 1
+        return [] if report.errors else ["refused without an error"]
+    count["accepted"] += 1
+    bad = violations(report.mechanism)
+    try:
+        text = urdf.write(report.mechanism, without=urdf.LOSSES)
+    except ModelError:
+        return bad
+    again = urdf.diagnose(text)
+    return bad + [f"written and refused: {line}" for line in again.lines("en") if not again.ok]
+
+
+def _repair(reader: object, data: bytes) -> bool:
+    try:
+        text, _ = reader.repair(data)
+    except FileError:
+        return False
+    return reader.diagnose(text).ok
+
+
+READERS = {"urdf": urdf}
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--child"]:
+        print(json.dumps(child(int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))))
+    else:
+        figures.run("F1", figures.arguments(__doc__ or "", "files", 10_000, 5_000), work)

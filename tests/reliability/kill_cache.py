@@ -1,0 +1,134 @@
+"""K1: writers of the kernel cache are killed at random instants; whatever they leave is whole or absent.
+
+`python -m tests.reliability.kill_cache --kills 100000 --resume DIR`
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from mafsil.kernels import cache, compiler
+from mafsil.kernels.cache import Entry, Store, decode, encode
+from tests.reliability import figures, specimens
+
+SPECIMENS = tuple((links, 0) for links in (1, 2, 3, 4, 6))
+CHECK_EVERY = 100
+COMPILE_EVERY = 25
+
+
+def work(seed: int, kills: int) -> dict[str, int]:
+    """Kill `kills` writers on one directory and look at every file after every kill."""
+    dice = random.Random(seed)
+    count = dict.fromkeys(("kills", "bad_torn", "bad_loads", "bad_restarts", "bad_orphans", "orphans", "compile_kills"), 0)
+    entries = _compiled()
+    with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
+        os.environ[cache.CACHE_VARIABLE] = folder
+        for kill in range(kills):
+            compiling = kill % COMPILE_EVERY == COMPILE_EVERY - 1
+            if compiling:
+                _killed(lambda: _compile_again(folder), dice.uniform(0.0, 0.25))
+                count["compile_kills"] += 1
+            else:
+                _killed(lambda: _write_for_ever(folder, entries), dice.uniform(0.0, 0.006))
+            count["kills"] += 1
+            count["bad_torn"] += _torn(folder, entries)
+            if kill % CHECK_EVERY == CHECK_EVERY - 1 or kill == kills - 1:
+                count["bad_loads"] += _child(_load_all) != 0
+                count["bad_restarts"] += _child(lambda: _write_once(folder, entries)) != 0
+                count["orphans"] += len(_orphans(folder))
+                Store(Path(folder)).sweep(now=time.time() + 3601)
+                count["bad_orphans"] += len(_orphans(folder))
+    return count
+
+
+def _compiled() -> dict[str, Entry]:
+    """Real entries, compiled once in this process."""
+    with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
+        os.environ[cache.CACHE_VARIABLE] = folder
+        store = Store(Path(folder))
+        keys = []
+        for links, seed in SPECIMENS:
+            kernel = specimens.kernel(links, seed)
+            keys.append(kernel.image.provenance.key)
+        found = {key: store.get(key) for key in keys}
+        return {key: entry for key, entry in found.items() if entry is not None}
+
+
+def _killed(action, after: float) -> None:
+    pid = _fork(action)
+    time.sleep(after)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+
+
+def _child(action) -> int:
+    """Exit status of a child that runs `action`; a crash is not 0."""
+    return os.waitpid(_fork(action), 0)[1]
+
+
+def _fork(action) -> int:
+    sys.stdout.flush()
+    pid = os.fork()
+    if pid:
+        return pid
+    status = 1
+    try:
+        action()
+        status = 0
+    finally:
+        os._exit(status)
+
+
+def _write_for_ever(folder: str, entries: dict[str, Entry]) -> None:
+    store = Store(Path(folder))
+    while True:
+        for key, entry in entries.items():
+            store.put(key, entry)
+
+
+def _write_once(folder: str, entries: dict[str, Entry]) -> None:
+    store = Store(Path(folder))
+    for key, entry in entries.items():
+        store.put(key, entry)
+        assert store.get(key) == entry
+
+
+def _compile_again(folder: str) -> None:
+    """Compile into the cache from nothing, holding the compile lock."""
+    compiler._images.clear()
+    for links, seed in SPECIMENS:
+        kernel = specimens.kernel(links, seed)
+        order = kernel.order(Store(Path(folder)))
+        order.store.discard(order.key)
+        kernel(*specimens.states(links, 3))
+
+
+def _load_all() -> None:
+    """A next start: every kernel comes up, from the cache or compiled again, and is right."""
+    compiler._images.clear()
+    for links, seed in SPECIMENS:
+        assert not specimens.wrong(links, seed, specimens.kernel(links, seed))
+
+
+def _torn(folder: str, entries: dict[str, Entry]) -> int:
+    """Files under their final name that are not, to the byte, an entry that was written."""
+    bad = 0
+    for path in Path(folder).glob("*.kernel"):
+        data, key = path.read_bytes(), bytes.fromhex(path.stem)
+        entry = decode(key, data)
+        bad += entry is None or encode(key, entry) != data or entry.outputs != entries[path.stem].outputs
+    return bad
+
+
+def _orphans(folder: str) -> list[Path]:
+    return list(Path(folder).glob("*.tmp"))
+
+
+if __name__ == "__main__":
+    sys.exit(not figures.run("K1", figures.arguments(__doc__ or "", "kills", 300, 1000), work)["passed"])

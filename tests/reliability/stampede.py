@@ -1,0 +1,113 @@
+"""K3: many processes start at once on one empty cache; one entry results, everybody is right, nobody waits for ever.
+
+`python -m tests.reliability.stampede --rounds 1000 --resume DIR`
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from pathlib import Path
+
+from mafsil.kernels import cache, compiler, target
+from mafsil.kernels.cache import Store
+from tests.reliability import figures, specimens
+from tests.reliability.kill_cache import _fork
+
+LINKS = 3
+PROCESSES = 8
+CROWD = 32
+THREADS = 8
+PATIENCE = 60
+
+
+def work(seed: int, rounds: int) -> dict[str, int]:
+    """Alternate rounds of 8 processes, a crowd of 32, two feature strings on one cache, and 8 threads."""
+    count = dict.fromkeys(
+        ("rounds", "starts", "compiles", "bad_entries", "bad_wrong", "bad_bits", "bad_dead", "thread_rounds"), 0
+    )
+    for number in range(rounds):
+        with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
+            os.environ[cache.CACHE_VARIABLE] = folder
+            features = ["", "-avx512f"] if number % 3 == 1 else [None]
+            processes = CROWD if number % 5 == 4 else PROCESSES
+            answers = _together(processes, features)
+            count["rounds"] += 1
+            count["starts"] += processes
+            count["compiles"] += sum(a.endswith("compiled") for a in answers)
+            count["bad_dead"] += processes - len(answers)
+            count["bad_wrong"] += sum(a.startswith("wrong") for a in answers)
+            count["bad_bits"] += len({a.split()[0] for a in answers}) != 1
+            count["bad_entries"] += _entries(folder) != len({_identity(f) for f in features})
+        with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
+            os.environ[cache.CACHE_VARIABLE] = folder
+            count["bad_bits"] += len(_threads()) != 1
+            count["bad_entries"] += _entries(folder) != 1
+            count["thread_rounds"] += 1
+    return count
+
+
+def _identity(features: str | None) -> str:
+    return "this" if features is None else target.host(features).identity
+
+
+def _together(processes: int, features: list[str | None]) -> list[str]:
+    """What all children say who began at the same moment."""
+    reading, writing = os.pipe()
+    start = time.time() + 0.02 + 0.004 * processes
+    children = [
+        _fork(lambda i=i: _start(start, features[i % len(features)], writing)) for i in range(processes)
+    ]
+    os.close(writing)
+    with open(reading) as answers:
+        said = answers.read().split("\n")[:-1]
+    for child in children:
+        os.waitpid(child, 0)
+    return said
+
+
+def _start(moment: float, features: str | None, answer: int) -> None:
+    signal.alarm(PATIENCE)
+    warnings.simplefilter("ignore", DeprecationWarning)
+    compiler._images.clear()
+    time.sleep(max(0.0, moment - time.time()))
+    kernel = specimens.kernel(LINKS, 0, features)
+    bits = specimens.bits(kernel(*specimens.states(LINKS, 33)))
+    digest = "wrong" if specimens.wrong(LINKS, 0, kernel) else hashlib.blake2b(bits).hexdigest()
+    how = "cached" if kernel.provenance.cached else "compiled"
+    os.write(answer, f"{digest} {how}\n".encode())
+
+
+def _threads() -> set[bytes]:
+    """Bits that threads see who all ask for their own kernel object at once."""
+    compiler._images.clear()
+    barrier = threading.Barrier(THREADS)
+    seen: list[bytes] = []
+
+    def ask() -> None:
+        kernel = specimens.kernel(LINKS, 0)
+        barrier.wait()
+        seen.append(specimens.bits(kernel(*specimens.states(LINKS, 33))))
+
+    asking = [threading.Thread(target=ask) for _ in range(THREADS)]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    return set(seen) if len(seen) == THREADS else set()
+
+
+def _entries(folder: str) -> int:
+    """Entries in the folder, all of them whole; -1 if one is not."""
+    paths = list(Path(folder).glob("*.kernel"))
+    return len(paths) if all(Store(Path(folder)).get(path.stem) for path in paths) else -1
+
+
+if __name__ == "__main__":
+    sys.exit(not figures.run("K3", figures.arguments(__doc__ or "", "rounds", 5, 50), work)["passed"])
