@@ -23,7 +23,8 @@ from mafsil.kernels.layout import Port, Signature
 JOINTS = 7
 # A Panda-like arm in modified Denavit-Hartenberg parameters: a [m], d [m], alpha / (pi/2); round masses and inertias.
 CHAIN = [
-    (0.0, 0.333, 0), (0.0, 0.0, -1), (0.0, 0.316, 1), (0.0825, 0.0, 1), (-0.0825, 0.384, -1), (0.0, 0.0, 1), (0.088, 0.0, 1),
+    (0.0, 0.333, 0), (0.0, 0.0, -1), (0.0, 0.316, 1), (0.0825, 0.0, 1), (-0.0825, 0.384, -1), (0.0, 0.0, 1),
+    (0.088, 0.0, 1),
 ]  # fmt: skip
 MASS = [4.97, 0.65, 3.23, 3.59, 1.23, 1.67, 0.74]
 CENTRE = [
@@ -93,13 +94,11 @@ def pinocchio_model() -> object:
 
     model, parent = pin.Model(), 0
     for i, (a, d, turn) in enumerate(CHAIN):
-        angle = turn * np.pi / 2
         c, s = float(turn == 0), float(turn)
         R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
         place = pin.SE3(R, np.array([a, -s * d, c * d]))
         parent = model.addJoint(parent, pin.JointModelRZ(), place, f"joint{i}")
         model.appendBodyToJoint(parent, pin.Inertia(MASS[i], np.array(CENTRE[i]), _inertia(i)), pin.SE3.Identity())
-        del angle
     model.gravity.linear = np.array([0, 0, -GRAVITY])
     return model
 
@@ -200,7 +199,8 @@ def _against_pinocchio(arrays: list[np.ndarray], reference: np.ndarray, batch: f
     print(f"worst difference from Pinocchio: {np.abs(own - reference[:100]).max() / np.abs(reference).max():.1e}")
     rows = list(zip(q[:1000], v[:1000], a[:1000], strict=True))
     call = best(lambda: [pin.rnea(model, data, *row) for row in rows]) / len(rows)
-    print(f"Pinocchio {pin.__version__}: Python call {call * 1e9:.0f} ns ({call / batch:.0f} x batch, {call / single:.1f} x single)")
+    ratios = f"{call / batch:.0f} x batch, {call / single:.1f} x single"
+    print(f"Pinocchio {pin.__version__}: Python call {call * 1e9:.0f} ns ({ratios})")
     try:
         pool = pin.ModelPool(model, 1)
         columns = [np.asfortranarray(x.T) for x in arrays]

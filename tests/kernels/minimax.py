@@ -1,6 +1,6 @@
 """Where the polynomials of mafsil.kernels.transcendental come from: minimax fits by Remez exchange, 40 digits.
 
-`python tests/kernels/minimax.py` prints the tables of `mafsil/kernels/coefficients.py`; test_transcendental compares them.
+`python tests/kernels/minimax.py` prints the tables of mafsil.kernels.coefficients; test_transcendental compares them.
 Rounding the coefficients to double adds less than the evaluation does: each is multiplied by a small number.
 """
 
@@ -16,8 +16,10 @@ DIGITS = 40
 
 
 def remez(f: Function, weight: Function, low: float, high: float, count: int) -> tuple[list[mp.mpf], mp.mpf]:
-    """Coefficients of the polynomial p of `count` terms with least max |weight (p - f)| on [low, high], and that error."""
-    points = [low + (high - low) * (1 - mp.cos(mp.pi * (k + mp.mpf(1) / 2) / (count + 1))) / 2 for k in range(count + 1)]
+    """Coefficients of the polynomial p of `count` terms with least max |weight (p - f)|, and that error."""
+    points = [
+        low + (high - low) * (1 - mp.cos(mp.pi * (k + mp.mpf(1) / 2) / (count + 1))) / 2 for k in range(count + 1)
+    ]
     grid = [low + (high - low) * (1 - mp.cos(mp.pi * k / 400)) / 2 for k in range(401)]
     samples = [(x, f(x), weight(x)) for x in grid]
     coefficients: list[mp.mpf] = []
@@ -32,12 +34,19 @@ def remez(f: Function, weight: Function, low: float, high: float, count: int) ->
             right[i] = f(x)
         solution = mp.lu_solve(system, right)
         coefficients, error = [solution[j] for j in range(count)], abs(solution[count])
-        deviations = [(x, w * (mp.polyval(coefficients[::-1], x) - y)) for x, y, w in samples]
+        deviations = [(x, w * (_horner(coefficients, x) - y)) for x, y, w in samples]
         extrema = _alternating(deviations)
         if len(extrema) != count + 1:
             break
         points = extrema
     return coefficients, error
+
+
+def _horner(coefficients: list[mp.mpf], x: mp.mpf) -> mp.mpf:
+    total = mp.mpf(0)
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
 
 
 def _alternating(deviations: list[tuple[mp.mpf, mp.mpf]]) -> list[mp.mpf]:

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.kernels import Port, Signature, call, compile, ufunc
+from mafsil.kernels import Port, Signature, compile, runtime, ufunc
 from tests.reliability import specimens
 
 LINKS = 3
@@ -46,7 +46,7 @@ def point(rows: int = 1):
 
 
 def test_layout_of_this_interpreter_is_known():
-    assert call.available()
+    assert runtime.available()
     assert ufunc.available()
 
 
@@ -101,7 +101,7 @@ def test_everything_else_goes_the_slow_road(watched, name):
     assert seen[0][1].keys() == named.keys()
     assert all(a is b for a, b in zip(seen[0][0], args, strict=True))
     q, shift = (np.asarray(x, dtype=np.float64) for x in (*args, *named.values())[:2])
-    q = np.broadcast_to(q, np.broadcast_shapes(q.shape[:-1], shift.shape) + (LINKS,))
+    q = np.broadcast_to(q, (*np.broadcast_shapes(q.shape[:-1], shift.shape), LINKS))
     for a, b in zip(answer, specimens.reference(LINKS, 0, q, shift), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-13)
 
@@ -129,7 +129,11 @@ def squares(size: int):
 
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 5, 7, 8, 9, 63, 64, 65, 70, 130])
 def test_every_element_of_every_length_is_watched(size):
-    k = compile(Signature("squares", (Port("x", (size,)),), (Port("y", (size,)),)), partial(squares, size), key=f"squares {size}")
+    k = compile(
+        Signature("squares", (Port("x", (size,)),), (Port("y", (size,)),)),
+        partial(squares, size),
+        key=f"squares {size}",
+    )
     x = np.linspace(-2.0, 2.0, size)
     assert (k.call(x) == x * x).all()
     for index in range(size):
@@ -253,7 +257,7 @@ assert want[0] == want[1]
 
 def test_other_layouts_take_the_plain_road(arm, monkeypatch):
     """Where the self-tests fail, the same numbers come from plain Python."""
-    monkeypatch.setattr(call, "available", lambda: False)
+    monkeypatch.setattr(runtime, "available", lambda: False)
     monkeypatch.setattr(ufunc, "available", lambda: False)
     k = compile(arm.signature, arm.build, key=arm.key)
     assert isinstance(k.ufunc, ufunc.PlainLoop)
@@ -269,7 +273,15 @@ def test_other_layouts_take_the_plain_road(arm, monkeypatch):
 
 
 def test_self_test_notices_a_foreign_layout(monkeypatch):
-    for name in ("_ARRAY_FLAGS", "_ARRAY_NDIM", "_ARRAY_SHAPE", "_ARRAY_DTYPE", "_ARRAY_DATA", "_DTYPE_NUMBER", "_FLOAT_VALUE"):
+    for name in (
+        "ARRAY_FLAGS",
+        "ARRAY_NDIM",
+        "ARRAY_SHAPE",
+        "ARRAY_DTYPE",
+        "ARRAY_DATA",
+        "DTYPE_NUMBER",
+        "FLOAT_VALUE",
+    ):
         with monkeypatch.context() as patch:
-            patch.setattr(call, name, getattr(call, name) + (8 if name != "_ARRAY_FLAGS" else 4))
-            assert not call._same_layout(), name
+            patch.setattr(runtime, name, getattr(runtime, name) + (8 if name != "ARRAY_FLAGS" else 4))
+            assert not runtime._same_layout(), name

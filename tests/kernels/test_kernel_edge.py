@@ -50,7 +50,9 @@ def test_batches_broadcast(arm, q_batch, s_batch):
         np.testing.assert_allclose(a, b, atol=1e-13)
 
 
-@given(st.integers(1, 70), st.integers(1, 4), st.sampled_from(["C", "F", "reversed", "strided", "broadcast"]), st.data())
+@given(
+    st.integers(1, 70), st.integers(1, 4), st.sampled_from(["C", "F", "reversed", "strided", "broadcast"]), st.data()
+)
 @settings(max_examples=60, deadline=None)
 def test_every_row_is_computed_as_if_alone(rows, threads, layout, data):
     arm = specimens.kernel(LINKS)
@@ -68,9 +70,7 @@ def test_every_row_is_computed_as_if_alone(rows, threads, layout, data):
     finally:
         batch._PART_WORK = before
     alone = [arm.call(np.ascontiguousarray(q[i]), shift[i]) for i in range(rows)]
-    assert specimens.bits(answer) == b"".join(
-        np.stack([a[port] for a in alone]).tobytes() for port in range(3)
-    )
+    assert specimens.bits(answer) == b"".join(np.stack([a[port] for a in alone]).tobytes() for port in range(3))
 
 
 @pytest.mark.parametrize("threads", [1, 2, 8])

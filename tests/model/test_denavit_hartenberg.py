@@ -70,7 +70,7 @@ def adjoint(T):
 
 
 @pytest.mark.capability("05-10", "05-26", "05-40", "05-46")
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(tables, conventions, st.integers(0, 2**32 - 1))
 def test_table_product_is_the_mechanism_and_both_forms_of_exponentials(table, convention, seed):
     rng = np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def test_table_product_is_the_mechanism_and_both_forms_of_exponentials(table, co
 
 
 @pytest.mark.capability("05-22")
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=20)
 @given(tables, conventions, st.integers(0, 2**32 - 1))
 def test_frames_of_the_table_are_where_the_convention_puts_them(table, convention, seed):
     q = np.random.default_rng(seed).uniform(-pi, pi, len(table))
@@ -105,7 +105,7 @@ def test_frames_of_the_table_are_where_the_convention_puts_them(table, conventio
         np.testing.assert_allclose(poses[link.name] @ T_li, frame, atol=2e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=20)
 @given(tables, conventions, st.integers(0, 2**32 - 1))
 def test_mass_properties_are_given_in_the_frames_of_the_table(table, convention, seed):
     rng = np.random.default_rng(seed)

@@ -46,7 +46,7 @@ angles = st.sampled_from([0.0, pi / 2, -pi / 2, pi, 0.3, -1.2])
 rows = st.builds(DHRow, a=numbers, alpha=angles, d=numbers, theta=angles, kind=st.sampled_from("RP"))
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(st.lists(rows, min_size=1, max_size=7), st.sampled_from(["modified", "classic"]), st.integers(0, 2**32 - 1))
 def test_the_table_of_a_random_arm_with_special_axes_is_the_arm(table, convention, seed):
     rng = np.random.default_rng(seed)

@@ -36,7 +36,7 @@ def poses_of(mechanism, q):
 
 
 @pytest.mark.capability("05-9", "05-33", "05-44", "05-46")
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(kinds, st.sampled_from(["space", "body"]), st.integers(0, 2**32 - 1))
 def test_product_of_exponentials_is_the_mechanism_and_comes_back(kinds, form, seed):
     rng = np.random.default_rng(seed)

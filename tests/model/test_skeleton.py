@@ -64,3 +64,10 @@ def test_the_radius_can_be_chosen_and_scales_with_the_arm():
     assert radius(with_skeleton(planar.planar2r(), radius=0.01)) == 0.01
     small, large = (with_skeleton(planar.planar2r((length, length))) for length in (0.1, 1.0))
     assert radius(large) == pytest.approx(10 * radius(small))
+
+
+def test_a_slide_stays_connected_over_its_travel():
+    boom = library.load("stanford_arm").links[3]
+    rod = next(shape for shape in boom.visuals if shape.name == "rod")
+    assert rod.geometry.length == pytest.approx(50 * 0.0254)
+    np.testing.assert_allclose(rod.T_lg[:3, 3] + rod.T_lg[:3, 2] * rod.geometry.length / 2, 0, atol=1e-15)

@@ -18,6 +18,9 @@ from tests.oracles.pinocchio_file import PinocchioFileOracle
 from tests.oracles.pinocchio_model import PinocchioOracle
 from tests.oracles.states import States, sample
 
+RAW = "qdd itself"
+"""Accelerations compared entry by entry: shown, not judged, for the condition of the mass matrix is in them."""
+
 BLOCK = 500
 """States evaluated at once."""
 
@@ -73,11 +76,13 @@ def compared(
     for first, block in _blocks(states):
         mine = timed("mafsil", ours, block)
         for oracle in oracles:
-            for quantity, values in timed(oracle.name, oracle.evaluate, block).items():
-                if quantity not in mine:
-                    continue
-                errors = scale.error(quantity, mine[quantity], values)
+            theirs = timed(oracle.name, oracle.evaluate, block)
+            for quantity in (name for name in theirs if name in mine):
+                errors = scale.error(quantity, mine[quantity], theirs[quantity], theirs.get("mass_matrix"))
                 table[oracle.name].setdefault(quantity, Errors()).add(errors, first)
+            if "forward_dynamics" in theirs.keys() & mine.keys():
+                errors = scale.error("forward_dynamics", mine["forward_dynamics"], theirs["forward_dynamics"])
+                table[oracle.name].setdefault(RAW, Errors()).add(errors, first)
     return table, seconds
 
 

@@ -50,13 +50,24 @@ class NaturalScale:
             case _:
                 return values * u / effort
 
-    def error(self, quantity: str, ours: Floats, reference: Floats) -> Floats:
-        """(N,) largest error of each state, relative to the natural scale or the state's largest entry."""
-        a, b = self.dimensionless(quantity, ours), self.dimensionless(quantity, reference)
+    def error(self, quantity: str, ours: Floats, reference: Floats, mass_matrix: Floats | None = None) -> Floats:
+        """(N,) largest error of each state, relative to the natural scale or the state's largest entry.
+
+        With the mass matrix, each acceleration compares with the one that efforts of natural size may produce there,
+        |M^-1| (|M| |qdd| + weight x reach): what a relative error of one in the robot's numbers would change (Skeel).
+        """
+        if quantity.startswith("forward_dynamics") and mass_matrix is not None:
+            driving = np.einsum("kij,kj->ki", np.abs(mass_matrix), np.abs(reference)) + self.weight_times_reach / self.unit
+            size = np.einsum("kij,kj->ki", np.abs(np.linalg.inv(mass_matrix)), driving)
+            return np.nan_to_num(np.abs(ours - reference) / size, nan=np.inf).max(axis=1, initial=0.0)
+        return self._relative(quantity, ours - reference, reference)
+
+    def _relative(self, quantity: str, gap: Floats, size: Floats) -> Floats:
+        a, b = self.dimensionless(quantity, gap), self.dimensionless(quantity, size)
         if not a.size:
             return np.zeros(len(a))
         core = tuple(range(1, a.ndim))
-        worst = np.abs(a - b).max(axis=core, initial=0.0)
+        worst = np.abs(a).max(axis=core, initial=0.0)
         return np.where(np.isfinite(worst), worst, np.inf) / np.maximum(1.0, np.abs(b).max(axis=core, initial=0.0))
 
 

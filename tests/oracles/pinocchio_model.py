@@ -48,8 +48,8 @@ class PinocchioOracle:
         answers["link_poses"] = np.array([data.oMf[k].homogeneous for k in self.frames[:-1]])
         answers["forward_kinematics"] = data.oMf[self.tip].homogeneous.copy()
         for name, frame in (("space", pin.WORLD), ("body", pin.LOCAL)):
-            J = pin.getFrameJacobian(model, data, self.tip, frame)[MOTION_ORDER]
-            dJ = pin.getFrameJacobianTimeVariation(model, data, self.tip, frame)[MOTION_ORDER]
+            J = _rows_omega_v(pin.getFrameJacobian(model, data, self.tip, frame))
+            dJ = _rows_omega_v(pin.getFrameJacobianTimeVariation(model, data, self.tip, frame))
             answers[f"jacobian_{name}"], answers[f"jacobian_{name}_rate"] = J @ B, dJ @ B
         J_b = answers["jacobian_body"]
         answers["kinetic_energy"] = np.float64(self._kinetic_energy(x, xd))
@@ -87,6 +87,11 @@ class PinocchioOracle:
 
 
 _INPUTS = ("q", "qd", "qdd", "tau", "tip_wrench")
+
+
+def _rows_omega_v(J: Floats) -> Floats:
+    """(6, n) with rows (omega, v); Pinocchio returns a vector for one joint."""
+    return J.reshape(6, -1)[MOTION_ORDER]
 
 
 def _in_coordinates(B: Floats, x: Floats) -> Floats:

@@ -38,4 +38,23 @@ def sample(mechanism: Mechanism, count: int, rng: np.random.Generator) -> States
     lower, upper = np.where(lower < upper, lower, -reach), np.where(lower < upper, upper, reach)
     q = rng.uniform(lower, upper, (count, n))
     qd, qdd = rng.uniform(-2, 2, (count, n)), rng.uniform(-5, 5, (count, n))
-    return States(q, qd, qdd, rng.uniform(-20, 20, (count, n)), rng.uniform(-10, 10, (count, 6)))
+    tau = rng.uniform(-2, 2, (count, n)) * _holding_efforts(mechanism)
+    return States(q, qd, qdd, tau, rng.uniform(-10, 10, (count, 6)))
+
+
+def _holding_efforts(mechanism: Mechanism) -> Floats:
+    """(n,) what each joint may have to hold: the weight behind it, times the length behind it if it turns."""
+    mass = {link.name: 0.0 if link.inertial is None else link.inertial.mass for link in mechanism.links}
+    length = {
+        link.name: 0.0 if link.inertial is None else float(np.linalg.norm(link.inertial.com)) for link in mechanism.links
+    }
+    for joint in reversed(mechanism.joints):
+        mass[joint.parent] += mass[joint.child]
+        way = float(np.linalg.norm(joint.T_pj[:3, 3])) + length[joint.child]
+        length[joint.parent] = max(length[joint.parent], way)
+    return np.array(
+        [
+            9.81 * mass[joint.child] * (1.0 if joint.kind is JointKind.PRISMATIC else length[joint.child])
+            for joint in mechanism.coordinates
+        ]
+    )

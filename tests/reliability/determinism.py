@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import os
 import random
 import sys
@@ -69,7 +70,7 @@ def _scenario(links: int, scenario: int) -> tuple[np.ndarray, np.ndarray]:
 def _pieces(kernel: Kernel, q: np.ndarray, shift: np.ndarray, size: int, rows: int) -> tuple[np.ndarray, ...]:
     """The batch in pieces; beyond `rows` rows in pieces of 1000, so that single rows do not take for ever."""
     edges = [*range(0, rows, size), *range(rows, len(q), 1000), len(q)]
-    cut = [kernel(q[a:b], shift[a:b], threads=1) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    cut = [kernel(q[a:b], shift[a:b], threads=1) for a, b in itertools.pairwise(edges)]
     return tuple(np.concatenate(parts) for parts in zip(*cut, strict=True))
 
 

@@ -17,7 +17,9 @@ def arguments(description: str, unit: str, default: int, shard: int) -> argparse
     parser.add_argument(f"--{unit}", dest="count", type=int, default=default)
     parser.add_argument("--shard", type=int, default=shard, help=f"{unit} per shard")
     parser.add_argument("--seed", type=int, default=0, help="first shard")
-    parser.add_argument("--resume", type=Path, default=None, help="directory of the shard files; finished ones are kept")
+    parser.add_argument(
+        "--resume", type=Path, default=None, help="directory of the shard files; finished ones are kept"
+    )
     return parser.parse_args()
 
 
@@ -40,7 +42,13 @@ def run(row: str, options: argparse.Namespace, work: Callable[[int, int], dict[s
         for name, value in json.loads(path.read_text()).items():
             if name not in ("row", "seed"):
                 total[name] = total.get(name, 0) + value
-    figures = {"row": row, "shards": shards, "machine": platform.machine(), "python": platform.python_version(), **total}
+    figures = {
+        "row": row,
+        "shards": shards,
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        **total,
+    }
     figures["passed"] = not any(value for name, value in total.items() if name.startswith("bad_"))
     (folder / f"{row}.json").write_text(json.dumps(figures, indent=1))
     print(json.dumps(figures))

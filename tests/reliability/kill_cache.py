@@ -25,7 +25,9 @@ COMPILE_EVERY = 25
 def work(seed: int, kills: int) -> dict[str, int]:
     """Kill `kills` writers on one directory and look at every file after every kill."""
     dice = random.Random(seed)
-    count = dict.fromkeys(("kills", "bad_torn", "bad_loads", "bad_restarts", "bad_orphans", "orphans", "compile_kills"), 0)
+    count = dict.fromkeys(
+        ("kills", "bad_torn", "bad_loads", "bad_restarts", "bad_orphans", "orphans", "compile_kills"), 0
+    )
     entries = _compiled()
     with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
         os.environ[cache.CACHE_VARIABLE] = folder
@@ -131,4 +133,4 @@ def _orphans(folder: str) -> list[Path]:
 
 
 if __name__ == "__main__":
-    sys.exit(not figures.run("K1", figures.arguments(__doc__ or "", "kills", 300, 1000), work)["passed"])
+    sys.exit(not figures.run("K1", figures.arguments(__doc__ or "", "kills", 500, 1000), work)["passed"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tests.model.mjcf.mjcf_models import ARM, COUPLED, DEGREES
+
 URDF_ARM = b"""<?xml version="1.0"?>
 <robot name="arm">
   <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
@@ -49,4 +51,7 @@ URDF_SMALL = (
     b'<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
 )
 
-SEEDS: dict[str, tuple[bytes, ...]] = {"urdf": (URDF_ARM, URDF_ARM, URDF_SMALL)}
+SEEDS: dict[str, tuple[bytes, ...]] = {
+    "urdf": (URDF_ARM, URDF_ARM, URDF_SMALL),
+    "mjcf": (ARM.encode(), DEGREES.encode(), COUPLED.encode()),
+}

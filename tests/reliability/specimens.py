@@ -1,4 +1,4 @@
-"""Real kernels for the reliability harness, described by module-level functions so that they pickle, with references."""
+"""Real kernels for the reliability harness, with references; described by module-level functions, so they pickle."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def reference(links: int, seed: int, q: np.ndarray, shift: np.ndarray | float):
     angles = np.cumsum(q, axis=-1)
     x = shift + (size * np.cos(angles)).sum(axis=-1)
     y = (size * np.sin(angles)).sum(axis=-1)
-    pose = np.zeros(q.shape[:-1] + (4, 4))
+    pose = np.zeros((*q.shape[:-1], 4, 4))
     c, s = np.cos(angles[..., -1]), np.sin(angles[..., -1])
     pose[..., 0, 0], pose[..., 0, 1], pose[..., 0, 3] = c, -s, x
     pose[..., 1, 0], pose[..., 1, 1], pose[..., 1, 3] = s, c, y

@@ -61,9 +61,7 @@ def _together(processes: int, features: list[str | None]) -> list[str]:
     """What all children say who began at the same moment."""
     reading, writing = os.pipe()
     start = time.time() + 0.02 + 0.004 * processes
-    children = [
-        _fork(lambda i=i: _start(start, features[i % len(features)], writing)) for i in range(processes)
-    ]
+    children = [_fork(lambda i=i: _start(start, features[i % len(features)], writing)) for i in range(processes)]
     os.close(writing)
     with open(reading) as answers:
         said = answers.read().split("\n")[:-1]

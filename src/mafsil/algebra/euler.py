@@ -20,7 +20,7 @@ import casadi as ca
 from mafsil.algebra import quaternion, series
 from mafsil.algebra.euler_sequence import SEQUENCES
 
-GIMBAL = 16 * series.EPS
+GIMBAL = 4 * series.EPS
 """Angle [rad] to a gimbal lock, about the rounding of R, below which the leftmost angle is set to zero."""
 
 
@@ -61,8 +61,8 @@ def angles_of_quaternion(q: ca.SX, sequence: str) -> ca.SX:
     At a gimbal lock the first factor's angle (leftmost in R) is zero in both rows.
     """
     known = SEQUENCES[sequence]
-    axes = [_unit(axis) for axis in known.body_axes]
-    rows = ca.vertcat(*_solve(q, *axes, known.symmetric))
+    n1, n2, n3 = (_unit(axis) for axis in known.body_axes)
+    rows = ca.vertcat(*_solve(q, n1, n2, n3, known.symmetric))
     return rows[:, ::-1] if known.fixed else rows
 
 

@@ -22,8 +22,8 @@ def rotation(M: ca.SX) -> ca.SX:
 
 
 def pose(T: ca.SX) -> ca.SX:
-    """That of the rotation of a (4, 4) matrix; infinite where the last row is not exactly (0, 0, 0, 1)."""
-    return ca.if_else(_last_row(T), rotation(T[:3, :3]), ca.inf)
+    """Norm of that of the rotation of a (4, 4) matrix and of what its last row misses to (0, 0, 0, 1)."""
+    return _with_last_row(T, rotation(T[:3, :3]))
 
 
 def unit_quaternion(q: ca.SX) -> ca.SX:
@@ -66,8 +66,8 @@ def planar_rotation(R: ca.SX) -> ca.SX:
 
 
 def planar_pose(T: ca.SX) -> ca.SX:
-    """That of the rotation of a (3, 3) matrix; infinite where the last row is not exactly (0, 0, 1)."""
-    return ca.if_else(_last_row(T), planar_rotation(T[:2, :2]), ca.inf)
+    """Norm of that of the rotation of a (3, 3) matrix and of what its last row misses to (0, 0, 1)."""
+    return _with_last_row(T, planar_rotation(T[:2, :2]))
 
 
 MEASURES: dict[str, Callable[[ca.SX], ca.SX]] = {
@@ -89,9 +89,9 @@ def is_member(kind: str, value: ca.SX) -> ca.SX:
     return MEASURES[kind](value) <= LIMITS[kind]
 
 
-def _last_row(T: ca.SX) -> ca.SX:
+def _with_last_row(T: ca.SX, distance: ca.SX) -> ca.SX:
     last = T.shape[0] - 1
-    exact = T[last, last] == 1
+    missed = distance**2 + (T[last, last] - 1) ** 2
     for k in range(last):
-        exact = ca.logic_and(exact, T[last, k] == 0)
-    return exact
+        missed += T[last, k] ** 2
+    return ca.sqrt(missed)

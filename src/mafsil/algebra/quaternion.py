@@ -83,6 +83,11 @@ def to_matrix_unit(q: ca.SX) -> ca.SX:
     return _matrix(q, 2.0)
 
 
+def to_matrix_rounded(q: ca.SX) -> ca.SX:
+    """(3, 3) R of a quaternion that is unit but for rounding, which is divided out: 2 / |q|^2 ~ 2 (2 - |q|^2)."""
+    return _matrix(q, 4 - 2 * ca.dot(q, q))
+
+
 def from_matrix(R: ca.SX) -> ca.SX:
     """(4,) unit quaternion of R with w >= 0 (at w = 0: first non-zero number positive).
 

@@ -23,7 +23,7 @@ def exp(r: ca.SX) -> ca.SX:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.11 (Rodrigues' formula), by half angles.
     """
-    return quaternion.to_matrix_unit(quaternion.exp(r))
+    return quaternion.to_matrix_rounded(quaternion.exp(r))
 
 
 def log(R: ca.SX) -> ca.SX:
@@ -42,7 +42,7 @@ def angle(R: ca.SX) -> ca.SX:
 def axis_angle(axis: ca.SX, theta: ca.SX) -> ca.SX:
     """(3, 3) Rot(axis, theta [rad]) about an axis of any length but zero."""
     u = axis / ca.sqrt(ca.dot(axis, axis))
-    return quaternion.to_matrix_unit(ca.vertcat(ca.cos(theta / 2), ca.sin(theta / 2) * u))
+    return quaternion.to_matrix_rounded(ca.vertcat(ca.cos(theta / 2), ca.sin(theta / 2) * u))
 
 
 def left_jacobian(r: ca.SX) -> ca.SX:

@@ -6,6 +6,7 @@ import os
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec")
 OPTIONAL = ("numba", "matplotlib")
 ORACLES = ("pin", "mujoco-core", "example-robot-data")
 _TOLERANCE = 1e-11
+_WORST_ULP = 64.0
 
 
 def doctor() -> Answer:
@@ -29,11 +31,19 @@ def doctor() -> Answer:
     checks = _checks()
     missing = [name for name in NEEDED if packages[name] is None]
     failed = [check["name"] for check in checks if not check["ok"]]
-    data = {"packages": packages, "machine": machine, "cache": cache, "checks": checks, "missing": missing, "ok": not missing and not failed}  # fmt: skip
-    lines = [say("cli.doctor_packages"), *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:]]
+    data = {"packages": packages, "machine": machine, "cache": cache, "checks": checks}
+    data |= {"missing": missing, "ok": not missing and not failed}
+    lines = [
+        say("cli.doctor_packages"),
+        *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
+    ]
     lines += ["", say("cli.doctor_machine"), *(f"  {key}: {value}" for key, value in machine.items())]
     lines += ["", say("cli.doctor_cache"), *(f"  {key}: {value}" for key, value in cache.items())]
-    lines += ["", say("cli.doctor_checks"), *(f"  {'ok ' if c['ok'] else '!! '} {c['name']}: {c['detail']}" for c in checks)]
+    lines += [
+        "",
+        say("cli.doctor_checks"),
+        *(f"  {'ok ' if c['ok'] else '!! '} {c['name']}: {c['detail']}" for c in checks),
+    ]
     refusal = None
     if missing or failed:
         refusal = say("cli.doctor_sick", what=", ".join([*missing, *failed]))
@@ -55,30 +65,31 @@ def _machine() -> dict[str, Any]:
         "system": platform.platform(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
     }
-    try:
-        from mafsil.kernels import target
+    from mafsil.kernels import target
 
-        host = target.host()
-        facts["processor"] = host.cpu
-        facts["lanes"] = host.lanes
-        facts["triple"] = host.triple
-    except (ImportError, AttributeError) as error:
-        facts["processor"] = f"{platform.processor() or platform.machine()} ({error})"
-    return facts
+    host = target.host()
+    return facts | {"processor": host.cpu, "lanes": host.lanes, "fma": host.fma, "triple": host.triple}
 
 
 def _cache() -> dict[str, Any]:
-    try:
-        from mafsil.kernels import cache
+    """Where compiled kernels are kept, how many and how large."""
+    from mafsil.kernels import cache
 
-        return dict(cache.state())
-    except (ImportError, AttributeError) as error:
-        return {"state": str(error)}
+    directory = cache.default().directory
+    if directory is None:
+        return {say("cli.cache_place"): say("cli.cache_memory")}
+    sizes = [item.stat().st_size for item in directory.rglob("*") if item.is_file()] if directory.is_dir() else []
+    return {
+        say("cli.cache_place"): str(directory),
+        say("cli.cache_entries"): len(sizes),
+        say("cli.cache_size"): f"{sum(sizes) / 1e6:.1f} MB",
+    }
 
 
 def _checks() -> list[dict[str, Any]]:
     """Each check compiles what it needs; one that fails does not stop the others."""
-    return [_check("double_pendulum", _double_pendulum), _check("newton_euler_agrees", _newton_euler_agrees)]
+    checks = [_check("double_pendulum", _double_pendulum), _check("newton_euler_agrees", _newton_euler_agrees)]
+    return checks + ([_audit()] if find_spec("mpmath") else [])
 
 
 def _check(name: str, test: Any) -> dict[str, Any]:
@@ -88,6 +99,22 @@ def _check(name: str, test: Any) -> dict[str, Any]:
         return {"name": say(f"cli.check_{name}"), "ok": False, "detail": f"{type(failure).__name__}: {failure}"}
     detail = say("cli.check_error", error=f"{error:.1e}", limit=f"{_TOLERANCE:.0e}")
     return {"name": say(f"cli.check_{name}"), "ok": bool(error <= _TOLERANCE), "detail": detail}
+
+
+def _audit() -> dict[str, Any]:
+    """A freshly compiled kernel, bit for bit and digit for digit."""
+    from mafsil.kernels.audit import audit
+    from mafsil.mechanics.quantities import quantity
+    from mafsil.robot.trace import signature, trace
+
+    name = say("cli.check_audit")
+    try:
+        mechanism, row = _pendulum().mechanism, quantity("inverse_dynamics")
+        samples = np.random.default_rng(3).uniform(-3, 3, (3, 64, 2))
+        found = audit(trace(mechanism, row, None), signature(mechanism, row), list(samples), exact_rows=8)
+    except Exception as failure:
+        return {"name": name, "ok": False, "detail": f"{type(failure).__name__}: {failure}"}
+    return {"name": name, "ok": found.worst_ulp < _WORST_ULP and found.batch_equals_single, "detail": str(found)}
 
 
 def _double_pendulum() -> float:

@@ -59,7 +59,9 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     M = np.asarray(arm.mass_matrix(q))
     c, g = np.asarray(arm.velocity_torque(q, qd)), np.asarray(arm.gravity_torque(q))
     energy = {"kinetic": float(arm.kinetic_energy(q, qd)), "potential": float(arm.potential_energy(q))}
-    excess = [n for n, t, limit in zip(arm.joint_names, values["tau"], arm.limits.effort, strict=True) if abs(t) > limit]
+    excess = [
+        n for n, t, limit in zip(arm.joint_names, values["tau"], arm.limits.effort, strict=True) if abs(t) > limit
+    ]
     data: dict[str, Any] = {
         "robot": arm.name,
         "question": "forward" if forward else "inverse",

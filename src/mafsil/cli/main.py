@@ -7,6 +7,7 @@ import os
 import sys
 from typing import Any
 
+from mafsil import __version__
 from mafsil.cli.answer import Answer
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
 from mafsil.messages import LANGUAGES, language, say
@@ -57,7 +58,7 @@ def _run(words: list[str]) -> int:
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
 
-    grammar = parser(_version() if "--version" in words else "")
+    grammar = parser(__version__)
     try:
         given = vars(grammar.parse_args(words))
     except SystemExit as leaving:
@@ -109,12 +110,6 @@ def _complain(sentence: str) -> None:
         print(f"mafsil: {line}", file=sys.stderr, flush=True)
     except UnicodeEncodeError:
         print(f"mafsil: {line.encode('ascii', 'backslashreplace').decode()}", file=sys.stderr, flush=True)
-
-
-def _version() -> str:
-    from importlib.metadata import version
-
-    return version("mafsil")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,11 @@ UNITS = {
 }
 """Factor to SI of each unit that may follow a number."""
 
-_NUMBER = re.compile(r"^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|[+-]?nan)\s*\*?\s*(pi)?(?:\s*/\s*(\d+))?\s*([a-z°]*)\s*$", re.A | re.I)  # fmt: skip
+_NUMBER = re.compile(
+    r"""^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?inf|[+-]?nan)  # the number
+    \s*\*?\s*(pi)?(?:\s*/\s*(\d+))?\s*([a-z°]*)\s*$                          # times pi, divided, unit""",
+    re.ASCII | re.IGNORECASE | re.VERBOSE,
+)
 _PI = re.compile(r"^\s*([+-]?)\s*pi", re.I)
 
 

@@ -99,7 +99,7 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
 
 
 def _escaped(words: str) -> str:
-    """argparse formats help with %: a lone one would be an error."""
+    """Argparse formats help with %: a lone one would be an error."""
     return words.replace("%", "%%")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.cli.answer import Answer
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.errors import InputError
+from mafsil.errors import FileError, InputError
 from mafsil.messages import say
 from mafsil.model import Joint, Mechanism
 from mafsil.robot import load_mechanism
@@ -47,8 +47,8 @@ def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Ans
 
 def _summary(mechanism: Mechanism) -> list[str]:
     mass = sum(link.inertial.mass for link in mechanism.links if link.inertial)
-    facts = {"robot": mechanism.name, "n": mechanism.n, "links": len(mechanism.links), "loops": len(mechanism.loops)}
-    return [say("cli.show_title", **facts, mass=brief(mass), tip=mechanism.tip)]
+    counts = {"n": mechanism.n, "links": len(mechanism.links), "loops": len(mechanism.loops)}
+    return [say("cli.show_title", language=None, **counts, robot=mechanism.name, mass=brief(mass), tip=mechanism.tip)]
 
 
 def _joints(mechanism: Mechanism, degrees: bool) -> list[str]:
@@ -73,15 +73,17 @@ def _masses(mechanism: Mechanism) -> list[str]:
     if not heavy:
         return ["", say("cli.no_masses")]
     head = [say("cli.link"), say("cli.mass"), *(say("cli.com", axis=a) for a in "xyz"), "Ixx", "Iyy", "Izz"]
-    rows = [
-        [name, *(brief(float(x)) for x in (body.mass, *body.com, *np.diag(body.inertia)))] for name, body in heavy
-    ]
+    rows = [[name, *(brief(float(x)) for x in (body.mass, *body.com, *np.diag(body.inertia)))] for name, body in heavy]
     return ["", say("cli.masses"), *table(head, rows)]
 
 
 def _screws(mechanism: Mechanism) -> list[str]:
     rows = [[name, *(brief(x) for x in screw)] for name, screw in space_screws(mechanism).items()]
-    return ["", say("cli.screws"), *table([say("cli.joint"), *(f"ω{a}" for a in "xyz"), *(f"v{a}" for a in "xyz")], rows)]
+    return [
+        "",
+        say("cli.screws"),
+        *table([say("cli.joint"), *(f"ω{a}" for a in "xyz"), *(f"v{a}" for a in "xyz")], rows),
+    ]
 
 
 def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
@@ -108,12 +110,17 @@ def _provenance(mechanism: Mechanism) -> list[str]:
 
 def _diagnostics(robot: str) -> list[Any]:
     """What the reader remarked about a robot file; nothing for a robot of the library."""
-    path = Path(robot)
-    if path.suffix.lower() == ".urdf":
-        from mafsil.model import urdf
+    match Path(robot).suffix.lower():
+        case ".urdf":
+            from mafsil.model import urdf
 
-        return list(urdf.inspect(path)) if hasattr(urdf, "inspect") else []
-    return []
+            return list(urdf.diagnose(Path(robot)))
+        case ".xml" | ".mjcf":
+            from mafsil.model import mjcf
+
+            return list(mjcf.diagnose(Path(robot)))
+        case _:
+            return []
 
 
 def _remarks(remarks: list[Any]) -> list[str]:
@@ -164,6 +171,13 @@ def _joint_data(joint: Joint) -> dict[str, Any]:
 
 
 def _draw(mechanism: Mechanism, path: Path) -> None:
+    try:
+        _draw_into(mechanism, path)
+    except OSError as error:
+        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
+
+
+def _draw_into(mechanism: Mechanism, path: Path) -> None:
     if path.suffix.lower() == ".html":
         from mafsil.report import write_picture
 

@@ -58,7 +58,8 @@ def shown(value: float, kind: JointKind, *, degrees: bool) -> float:
 def _require_count(name: str, words: list[str], mechanism: Mechanism) -> None:
     if len(words) != mechanism.n:
         joints = ", ".join(mechanism.joint_names)
-        raise InputError("cli.joint_count", name=name, robot=mechanism.name, expected=mechanism.n, got=len(words), joints=joints)  # fmt: skip
+        facts = {"robot": mechanism.name, "expected": mechanism.n, "got": len(words), "joints": joints}
+        raise InputError("cli.joint_count", name=name, **facts)
 
 
 def _finite(name: str, values: list[float], mechanism: Mechanism) -> Floats:

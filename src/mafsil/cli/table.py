@@ -14,7 +14,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, indent: str = "
     """Lines of a table: the first column to the left, the others to the right."""
     shown = [[visible(cell) for cell in row] for row in (head, *rows)]
     widths = [max(width(row[k]) for row in shown) for k in range(len(head))]
-    return [indent + "  ".join(_padded(cell, size, left=k == 0) for k, (cell, size) in enumerate(zip(row, widths, strict=True))).rstrip() for row in shown]  # fmt: skip
+    return [
+        (indent + "  ".join(_padded(row[k], size, left=k == 0) for k, size in enumerate(widths))).rstrip()
+        for row in shown
+    ]
 
 
 def matrix(values: Floats, *, indent: str = "  ") -> list[str]:

@@ -96,7 +96,9 @@ def _joints(axes: Any, mechanism: Mechanism, poses: PoseMatrix, size: float) -> 
 def _frame(axes: Any, pose: PoseMatrix, length: float) -> None:
     """Red, green and blue arrows along x, y and z."""
     for k, colour in enumerate(_AXES):
-        axes.quiver(*pose[:3, 3], *(length * pose[:3, k]), color=colour, linewidth=1.8, arrow_length_ratio=0.25, zorder=6)
+        axes.quiver(
+            *pose[:3, 3], *(length * pose[:3, k]), color=colour, linewidth=1.8, arrow_length_ratio=0.25, zorder=6
+        )
 
 
 def _floor(axes: Any, points: Floats, size: float) -> None:
@@ -120,4 +122,10 @@ def _view(axes: Any, points: Floats, size: float) -> None:
 
 def _metadata(path: Path) -> dict[str, Any]:
     """No dates in files: the same robot gives the same bytes."""
-    return {"Date": None} if path.suffix.lower() == ".svg" else {"CreationDate": None} if path.suffix.lower() == ".pdf" else {}
+    return (
+        {"Date": None}
+        if path.suffix.lower() == ".svg"
+        else {"CreationDate": None}
+        if path.suffix.lower() == ".pdf"
+        else {}
+    )

@@ -1,4 +1,4 @@
-"""The camera scene: a wheeled base {b} with an arm, its gripper {c}, a ceiling camera {d} and an object {e} in a room {a}."""
+"""The camera scene: a base {b} with an arm and gripper {c}, a ceiling camera {d} and an object {e} in a room {a}."""
 
 from __future__ import annotations
 

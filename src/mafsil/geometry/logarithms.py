@@ -1,4 +1,4 @@
-"""All axes and angles of one rotation: the logarithm has infinitely many values, and the solid ball two names at its rim."""
+"""All axes and angles of one rotation: the logarithm has many values, and the solid ball two names at its rim."""
 
 from __future__ import annotations
 

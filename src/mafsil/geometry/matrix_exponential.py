@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial, inf
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
@@ -38,7 +39,7 @@ def exponential(A: ArrayLike, t: float = 1.0) -> Floats:
     """
     from scipy.linalg import expm
 
-    return expm(_square(A) * t)
+    return np.asarray(expm(_square(A) * t), dtype=np.float64)
 
 
 def solution(A: ArrayLike, x0: ArrayLike, t: float) -> Floats:
@@ -83,7 +84,7 @@ def by_similarity(A: ArrayLike, t: float = 1.0) -> tuple[Floats, float]:
     """
     values, vectors = np.linalg.eig(_square(A))
     grown = (vectors * np.exp(values * t)) @ np.linalg.pinv(vectors)
-    return grown.real, float(np.linalg.cond(vectors))
+    return np.asarray(grown.real, dtype=np.float64), float(np.linalg.cond(vectors))
 
 
 def characteristic_polynomial(A: ArrayLike) -> Floats:
@@ -124,12 +125,12 @@ def by_characteristic_polynomial(A: ArrayLike, t: float = 1.0) -> Floats:
     n = len(matrix)
     values = np.linalg.eigvals(matrix)
     chain = np.diag(values) + np.diag(np.ones(n - 1), -1)
-    weights = np.asarray(exponential_of_complex(chain * t))[:, 0]
+    weights = _complex_exponential(chain * t)[:, 0]
     total, product = np.zeros_like(matrix), np.eye(n, dtype=complex)
     for weight, value in zip(weights, values, strict=True):
         total = total + weight * product
         product = product @ (matrix - value * np.eye(n))
-    return total.real
+    return np.real(total).astype(np.float64)
 
 
 def commute(A: ArrayLike, B: ArrayLike, tolerance: float = 1e-12) -> bool:
@@ -138,11 +139,10 @@ def commute(A: ArrayLike, B: ArrayLike, tolerance: float = 1e-12) -> bool:
     return bool(np.linalg.norm(a @ b - b @ a) <= tolerance * (1 + np.linalg.norm(a) * np.linalg.norm(b)))
 
 
-def exponential_of_complex(M: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> object:
-    """(n, n) exponential of a complex matrix."""
+def _complex_exponential(M: NDArray[Any]) -> NDArray[Any]:
     from scipy.linalg import expm
 
-    return expm(M)
+    return np.asarray(expm(M))
 
 
 def _rest(size: float, n: int) -> float:

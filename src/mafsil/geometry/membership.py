@@ -39,7 +39,7 @@ def measure(kind: str, value: ArrayLike) -> Any:
     Returns:
         (*batch).
     """
-    return _measure(kind)(np.asarray(value, dtype=np.float64))
+    return _measure(kind).kernel.ufunc(gate(kind, value, CORES[kind]))
 
 
 def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:
@@ -61,7 +61,7 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
     """
     array = gate(name, value, CORES[kind])
     limit = LIMITS[kind] if tolerance is None else tolerance
-    distance = np.asarray(_measure(kind).kernel.ufunc(array))
+    distance = np.asarray(measure(kind, array))
     if (distance > limit).any():
         index = tuple(int(i) for i in np.argwhere(distance > limit)[0])
         raise _refusal(kind, name, array[index], index, float(distance[index]), limit)
@@ -71,7 +71,7 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
 def _refusal(kind: str, name: str, row: Floats, index: tuple[int, ...], distance: float, limit: float) -> InputError:
     place = f"[{', '.join(map(str, index))}]" if index else ""
     facts = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
-    if kind.endswith("pose") and np.isinf(distance) and (row[-1] != np.eye(len(row))[-1]).any():
+    if kind.endswith("pose") and np.linalg.norm(row[-1] - np.eye(len(row))[-1]) > limit:
         return InputError("geometry.last_row", **facts, row=row[-1].tolist())
     if kind.endswith(("rotation", "pose")) and np.isinf(distance):
         size = len(row) - kind.endswith("pose")

@@ -1,4 +1,4 @@
-"""Points of a rigid body: frames from points, distances that a motion keeps, and the motion that fits two point sets."""
+"""Points of a rigid body: frames from points, distances that a motion keeps, and the motion between two point sets."""
 
 from __future__ import annotations
 
@@ -30,23 +30,24 @@ def pairwise_distances(points: ArrayLike) -> Floats:
 
 
 def rigidity_residual(before: ArrayLike, after: ArrayLike) -> Any:
-    """(*batch) largest change of a distance [m] between points (*batch, k, 3) before and after: zero for a rigid body."""
+    """(*batch) largest change of a distance [m] between points (*batch, k, 3): zero for a rigid body."""
     return np.abs(pairwise_distances(after) - pairwise_distances(before)).max((-1, -2))
 
 
 def frame_from_points(origin: ArrayLike, on_x: ArrayLike, beside_x: ArrayLike) -> PoseMatrix:
-    """Pose of the frame attached to three points of a body: first the origin, then a point of x, then one of the half
-    plane x, y with y > 0.
+    """Pose of the frame attached to three points of a body.
 
     Args:
-        origin, on_x, beside_x: (*batch, 3) [m].
+        origin: (*batch, 3) origin of the frame [m].
+        on_x: (*batch, 3) a point of its x axis, on the positive side [m].
+        beside_x: (*batch, 3) a point of its x-y plane with y > 0 [m].
 
     Returns:
         (*batch, 4, 4).
 
     Raises:
         InputError: the points lie on one line.
-    """  # noqa: D205
+    """
     o, a, b = gate("origin", origin, (3,)), gate("on_x", on_x, (3,)), gate("beside_x", beside_x, (3,))
     along, beside = a - o, b - o
     normal = np.cross(along, beside)

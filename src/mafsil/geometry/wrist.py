@@ -28,7 +28,7 @@ class Wrist:
 
     @classmethod
     def of_sequence(cls, sequence: str) -> Wrist:
-        """The wrist of a sequence of body axes, such as `ZYX`; of fixed axes, the wrist that makes the same rotations."""
+        """The wrist of a sequence such as `ZYX`; of fixed axes, the one that makes the same rotations."""
         axes = np.eye(3)[list(euler.sequence_named(sequence).body_axes)]
         return cls(tuple((float(x), float(y), float(z)) for x, y, z in axes))
 

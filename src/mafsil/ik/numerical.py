@@ -129,7 +129,7 @@ def _judged(
     worst = _exceeded_without_limits(problem, search, target, codes)
     codes[worst != ""] = STATUSES.index(IKStatus.BEYOND_LIMITS)
     return IKResult(
-        q=q.reshape(*batch, -1),
+        q=q.reshape(*batch, problem.robot.n),
         codes=codes.reshape(batch),
         T_reached=T.reshape(*batch, 4, 4),
         position_error=position.reshape(batch),

@@ -18,8 +18,17 @@ RELATIVE_DAMPING = 0.02
 SMALLEST_DAMPING = 1e-14
 """Keeps the factorisation regular at singular poses without slowing the last steps elsewhere."""
 
-FIRST_STEPS, LATER_STEPS = 16, 40
-"""Most steps of an attempt: most poses need ten from their first start, those of later waves are the hard ones."""
+QUICK_WAVES = 4
+"""Waves whose attempts are given up early; later ones are for the hard poses, which need patience."""
+
+QUICK_STEPS, PATIENT_STEPS = 16, 40
+"""Most steps of an attempt. Of those that succeed, nine of ten need less than twelve."""
+
+QUICK_BARS: dict[int, float] = {8: 0.1, 12: 0.01}
+"""Step -> the scaled error above which a quick attempt is given up there; one in twenty of these would have succeeded."""
+
+PATIENT_BARS: dict[int, float] = {16: 0.3}
+"""The same for patient attempts."""
 
 LANES = 4096
 """Attempts that run at once: their arrays fit the cache."""
@@ -81,7 +90,9 @@ class Search:
         """Iterate from each start; returns the best q of each, its error norm (0 within the tolerance), its steps."""
         best, error, steps = start.copy(), np.full(len(rows), np.inf), np.zeros(len(rows), dtype=np.int64)
         lanes, q, target = np.arange(len(rows)), start, self.target[rows]
-        for step in range((FIRST_STEPS if wave == 0 else LATER_STEPS) + 1):
+        quick = wave < QUICK_WAVES
+        bars = QUICK_BARS if quick else PATIENT_BARS
+        for step in range((QUICK_STEPS if quick else PATIENT_STEPS) + 1):
             twist = self.problem.errors(q, target)
             e = twist * self._scale
             size = np.sqrt((e * e).sum(axis=1))
@@ -91,7 +102,7 @@ class Search:
             best[improved], error[improved] = q[better], size[better]
             error[lanes[done]] = 0.0
             steps[lanes] = step
-            keep = ~done & np.isfinite(size)
+            keep = ~done & (size <= bars.get(step, np.finfo(np.float64).max))
             if not keep.all():
                 lanes, q, target, e, size = lanes[keep], q[keep], target[keep], e[keep], size[keep]
             if not len(lanes):

@@ -3,3 +3,6 @@
 from mafsil.job.description import Job as Job
 from mafsil.job.reading import parse as parse
 from mafsil.job.reading import read as read
+from mafsil.job.remark import Refusal as Refusal
+from mafsil.job.run import Run as Run
+from mafsil.job.solve import solve as solve

@@ -18,7 +18,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     """A table of the job file; unknown keys are refused."""
 
 
-class Pose(Part, kw_only=True):
+class Pose(Part, frozen=True, kw_only=True):
     """A pose of the tip in {s}: position [m] and one of rpy [rad, or degrees] and quaternion (w, x, y, z)."""
 
     position: Three
@@ -26,7 +26,7 @@ class Pose(Part, kw_only=True):
     quaternion: Four | None = None
 
 
-class Grasp(Part, kw_only=True):
+class Grasp(Part, frozen=True, kw_only=True):
     """A box that the tool takes.
 
     Attributes:
@@ -43,7 +43,7 @@ class Grasp(Part, kw_only=True):
     known: bool = True
 
 
-class Move(Part, kw_only=True):
+class Move(Part, frozen=True, kw_only=True):
     """One step: exactly one of joints, pose, pick, place and pause.
 
     Attributes:
@@ -75,14 +75,14 @@ class Move(Part, kw_only=True):
     hold: NotNegative = 0.3
 
 
-class Start(Part, kw_only=True):
+class Start(Part, frozen=True, kw_only=True):
     """Where the robot begins, at rest: joints, or a pose; the middle of the ranges if neither."""
 
     joints: tuple[float, ...] | None = None
     pose: Pose | None = None
 
 
-class Tool(Part, kw_only=True):
+class Tool(Part, frozen=True, kw_only=True):
     """What is mounted on the flange.
 
     Attributes:
@@ -97,7 +97,7 @@ class Tool(Part, kw_only=True):
     com: Three = (0.0, 0.0, 0.0)
 
 
-class Bounds(Part, kw_only=True):
+class Bounds(Part, frozen=True, kw_only=True):
     """How hard the robot may be driven.
 
     Attributes:
@@ -116,7 +116,7 @@ class Bounds(Part, kw_only=True):
     tip_turn_rate: Positive = 1.0
 
 
-class Controller(Part, kw_only=True):
+class Controller(Part, frozen=True, kw_only=True):
     """The law that drives the joints.
 
     Attributes:
@@ -135,7 +135,7 @@ class Controller(Part, kw_only=True):
     rate: Positive | None = None
 
 
-class Noise(Part, kw_only=True):
+class Noise(Part, frozen=True, kw_only=True):
     """Errors of the sensors: standard deviations, reproducible by the seed."""
 
     position: NotNegative = 0.0
@@ -143,7 +143,7 @@ class Noise(Part, kw_only=True):
     seed: int = 0
 
 
-class Simulation(Part, kw_only=True):
+class Simulation(Part, frozen=True, kw_only=True):
     """How the motion is simulated.
 
     Attributes:
@@ -163,7 +163,7 @@ class Simulation(Part, kw_only=True):
     noise: Noise = Noise()
 
 
-class Disturbance(Part, kw_only=True):
+class Disturbance(Part, frozen=True, kw_only=True):
     """A push of the world on the tip.
 
     Attributes:
@@ -176,7 +176,7 @@ class Disturbance(Part, kw_only=True):
     wrench: Six
 
 
-class Report(Part, kw_only=True):
+class Report(Part, frozen=True, kw_only=True):
     """What the report looks like.
 
     Attributes:
@@ -190,7 +190,7 @@ class Report(Part, kw_only=True):
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
 
 
-class Job(Part, kw_only=True):
+class Job(Part, frozen=True, kw_only=True):
     """A whole job file."""
 
     title: str = ""

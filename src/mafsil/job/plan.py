@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import JobError
@@ -34,7 +35,8 @@ class Leg:
 
     Attributes:
         index: of the move in the job; -1 for the rest at the end.
-        name, kind: as shown to people; kind is joint, line, pick, place, pause or settle.
+        name: in the job, or empty.
+        kind: joint, line, pick, place, pause or settle.
         trajectory: of the joints.
         held: what the tool holds while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
@@ -114,7 +116,7 @@ class _Planner:
             progress(k / len(job.move))
             self.add(k, move)
         if job.simulation.settle > 0.0:
-            self.append(-1, say("report.settle"), "settle", rest(self.q, job.simulation.settle))
+            self.append(-1, "", "settle", rest(self.q, job.simulation.settle))
 
     def start(self) -> None:
         """Where the robot begins."""
@@ -129,7 +131,7 @@ class _Planner:
 
     def add(self, index: int, move: Move) -> None:
         """Plan one move and append it."""
-        name = visible(move.name) or say("report.move_number", number=index + 1)
+        name = visible(move.name)
         where = label(index, move)
         if move.pause is not None:
             self.append(index, name, "pause", rest(self.q, move.pause))
@@ -143,14 +145,21 @@ class _Planner:
     def pick(self, index: int, name: str, where: str, move: Move) -> None:
         if self.held is not None:
             raise JobError("job.already_held", move=where, held=visible(self.held.name))
-        self.append(index, name, "pick", rest(self.q, max(move.hold, 1e-3)))
+        self.append(index, name, "pick", rest(self.q, self.on_tick(move.hold)))
         self.held = move.pick
 
     def place(self, index: int, name: str, where: str, move: Move) -> None:
         if self.held is None:
             raise JobError("job.nothing_held", move=where)
+        self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
         self.held = None
-        self.append(index, name, "place", rest(self.q, max(move.hold, 1e-3)))
+
+    def on_tick(self, hold: float) -> float:
+        """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
+        rate, step = self.job.controller.rate, self.job.simulation.step
+        period = step if rate is None else 1.0 / rate
+        past = sum(leg.trajectory.duration for leg in self.legs)
+        return float(np.ceil((past + max(hold, period)) / period - 1e-9) * period - past)
 
     def travel(self, index: int, name: str, where: str, move: Move) -> None:
         """A joint motion or a straight line."""
@@ -161,12 +170,16 @@ class _Planner:
         if target is not None and move.path == "line":
             trajectory = straight_line(self.robot, self.q, target, self.job.limits, move, self.scaled(move), where)
         else:
-            goal = self.coordinates(move.joints or (), where, "joints") if target is None else self.solved(target, where)
+            goal = (
+                self.coordinates(move.joints or (), where, "joints") if target is None else self.solved(target, where)
+            )
             trajectory = self.joint_motion(move, goal, where)
         self.append(index, name, move.path, trajectory, target)
         self.judge(trajectory, where)
 
-    def append(self, index: int, name: str, kind: str, trajectory: Trajectory, target: PoseMatrix | None = None) -> None:
+    def append(
+        self, index: int, name: str, kind: str, trajectory: Trajectory, target: PoseMatrix | None = None
+    ) -> None:
         self.legs.append(Leg(index, name, kind, trajectory, self.held, target))
         self.q = trajectory.at(trajectory.duration).u
 
@@ -177,7 +190,9 @@ class _Planner:
             points = [self.q, *(self.coordinates(via, where, "via") for via in move.via), goal]
             return self.held_to(_through(np.array(points), limits), move, limits, where)
         if move.profile == "trapezoid":
-            outcome = trapezoid(self.q, goal, velocity=limits.velocity, acceleration=limits.acceleration, duration=move.duration)  # fmt: skip
+            outcome = trapezoid(
+                self.q, goal, velocity=limits.velocity, acceleration=limits.acceleration, duration=move.duration
+            )
             if not outcome.succeeded:
                 raise Refused("job.no_path", move=where, reason=outcome)
             return outcome.value if outcome.value.duration > 0.0 else rest(self.q, 1e-3)
@@ -203,7 +218,8 @@ class _Planner:
         robot = self.robot
         if len(values) != robot.n:
             joints = ", ".join(visible(joint) for joint in robot.joint_names)
-            raise JobError("job.joint_count", move=where, name=name, robot=visible(robot.name), expected=robot.n, got=len(values), joints=joints)  # fmt: skip
+            facts = {"move": where, "name": name, "robot": visible(robot.name), "joints": joints}
+            raise JobError("job.joint_count", **facts, expected=robot.n, got=len(values))
         q = np.array(values, dtype=np.float64)
         if self.degrees:
             turning = [joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates]
@@ -233,7 +249,7 @@ class _Planner:
             for side, gap in (("lower", q[:, k].min() - lower[k]), ("upper", upper[k] - q[:, k].max())):
                 if gap < TIGHT * span:
                     facts = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
-                    self.remarks.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@report.{side}"}))
+                    self.remarks.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@job.{side}"}))
 
 
 def resting_place(limits: JointLimits) -> JointVector:
@@ -282,9 +298,9 @@ def _driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
             remarks.append(Remark("good", f"job.{name}_assumed", facts))
     if not np.isfinite(own.effort).all():
         remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
-    return replace(own, velocity=values["velocity"], acceleration=values["acceleration"], jerk=np.full(robot.n, np.inf)), remarks  # fmt: skip
+    return replace(own, **values, jerk=np.full(robot.n, np.inf)), remarks
 
 
-def _listed(robot: Robot, chosen: Floats) -> str:
+def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:
     names = [visible(name) for name, yes in zip(robot.joint_names, chosen, strict=True) if yes]
-    return ", ".join(names) if len(names) < robot.n else say("report.all_joints")
+    return ", ".join(names) if len(names) < robot.n else "@job.all_joints"

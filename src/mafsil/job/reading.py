@@ -153,7 +153,7 @@ class _Reader:
             self.refuse_not_finite(inner, (*path, name))
 
     def translated(self, error: msgspec.ValidationError, data: Any) -> JobError:
-        """msgspec's complaint with its path, in our words."""
+        """Msgspec's complaint with its path, in our words."""
         text = str(error)
         path = _path(text)
         value = _value(data, path)

@@ -9,8 +9,9 @@ MAGIC = 6755399442104320.0
 """1.5 * 2^52 + 2^20: added to |n| < 2^20 it leaves the integer n + 2^20 in the low bits, all higher bits known."""
 MAGIC_BITS = 0x4338000000000000
 QUARTERS_PER_RADIAN = 0.6366197723675814
-HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
-"""pi/2 as a sum of doubles; exact remainders need a fused multiply-add."""
+HALF_PI = (1.5707963267948966, 6.12323399538461e-17, 3.5215598651832e-27)
+"""pi/2 as a sum whose second term has 33 bits: |n| < 2^20 times it is exact; the first needs a fused product."""
+HALF_PI_LOW = 6.123233995736766e-17
 HALF_PI_SHORT = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
 """pi/2 as a sum whose first two terms have 33 bits, so that products with |n| < 2^20 are exact."""
 TWO_OVER_PI = (
@@ -170,7 +171,7 @@ def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
 
     hi, lo = piece(75, 53), piece(22, 106)
     product, error = two_product(lanes, hi, lanes.const(HALF_PI[0]))
-    error = lanes.add(error, lanes.add(lanes.mul(hi, lanes.const(HALF_PI[1])), lanes.mul(lo, lanes.const(HALF_PI[0]))))
+    error = lanes.add(error, lanes.add(lanes.mul(hi, lanes.const(HALF_PI_LOW)), lanes.mul(lo, lanes.const(HALF_PI[0]))))
     r = lanes.add(product, error)
     lo = lanes.add(lanes.sub(product, r), error)
     minus = text.let(f"icmp slt i64 {bits}, 0")

@@ -22,7 +22,7 @@ Rows = NDArray[np.float64]
 
 
 class Program:
-    """A tape in machine code, called through ctypes: no caches, no gates, nothing between the caller and the two entries."""
+    """A tape in machine code, called through ctypes: no caches, no gates, nothing before the two entries."""
 
     def __init__(self, tape: Tape, signature: Signature, target: Target | None = None) -> None:
         self.signature = signature

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import prod
+from math import isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from mafsil.kernels.layout import Port, Signature
 _PART_WORK = 400_000
 """Operations that are worth handing to another thread: about 50 us."""
 _PARTS_PER_THREAD = 4
+_FEW = 64
+_SMALL = 16
 
 
 class Evaluator:
@@ -27,12 +29,13 @@ class Evaluator:
         work: gives the operations of one evaluation, from which the number of parts of a batch follows.
     """
 
-    __slots__ = ("_names", "_signature", "_ufunc", "_work")
+    __slots__ = ("_names", "_ranks", "_signature", "_ufunc", "_work")
 
     def __init__(self, signature: Signature, ufunc: Callable[..., Any], work: Callable[[], int]) -> None:
         self._signature = signature
         self._ufunc = ufunc
         self._work = work
+        self._ranks = tuple(len(port.shape) for port in signature.inputs)
         self._names = tuple(port.name for port in signature.inputs)
 
     def __call__(self, *args: Any, out: Any = None, threads: int | None = None, **named: Any) -> Any:
@@ -52,18 +55,17 @@ class Evaluator:
         """
         ports = self._signature.inputs
         arrays = [
-            gate(port.name, value, port.shape)
-            for port, value in zip(ports, self._ordered(args, named), strict=True)
+            gate(port.name, value, port.shape) for port, value in zip(ports, self._ordered(args, named), strict=True)
         ]
         batch = self._batch(arrays)
         if not batch:
             for port, array in zip(ports, arrays, strict=True):
-                require_finite(port.name, array)
-        count = pool.available() if threads is None else pool.checked(threads)
-        results = self._given(out, batch)
-        parts = self._parts(batch, count)
-        if parts > 1 and not _overlapping(arrays, results or ()):
-            return self._split(arrays, batch, results, parts, count)
+                if not _finite(array):
+                    require_finite(port.name, array)
+        results = None if out is None else self._given(out, batch)
+        count = self._threads(batch, threads)
+        if count > 1 and not _overlapping(arrays, results or ()):
+            return self._split(arrays, batch, results, count)
         return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
 
     def _ordered(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
@@ -82,20 +84,17 @@ class Evaluator:
         return [*args, *(named[name] for name in self._names[len(args) :])]
 
     def _batch(self, arrays: Sequence[Floats]) -> tuple[int, ...]:
-        ports = self._signature.inputs
-        shapes = [a.shape[: a.ndim - len(p.shape)] for a, p in zip(arrays, ports, strict=True)]
-        if not any(shapes):
-            return ()
+        shapes = [a.shape[: a.ndim - rank] for a, rank in zip(arrays, self._ranks, strict=True)]
+        if shapes.count(shapes[0] if shapes else ()) == len(shapes):
+            return shapes[0] if shapes else ()
         try:
             return np.broadcast_shapes(*shapes)
         except ValueError:
-            named = ", ".join(f"{port.name} {shape}" for port, shape in zip(ports, shapes, strict=True))
+            named = ", ".join(f"{name} {shape}" for name, shape in zip(self._names, shapes, strict=True))
             raise InputError("call.batches", name=self._signature.name, batches=named) from None
 
-    def _given(self, out: Any, batch: tuple[int, ...]) -> tuple[Floats, ...] | None:
+    def _given(self, out: Any, batch: tuple[int, ...]) -> tuple[Floats, ...]:
         """The caller's result arrays, fit to be written."""
-        if out is None:
-            return None
         outputs = self._signature.outputs
         arrays = out if isinstance(out, tuple) else (out,)
         if len(arrays) != len(outputs):
@@ -104,24 +103,29 @@ class Evaluator:
             _check_out(f"out ({port.name})", array, batch + port.shape)
         return arrays
 
-    def _parts(self, batch: tuple[int, ...], threads: int) -> int:
-        if not batch or threads < 2:
+    def _threads(self, batch: tuple[int, ...], wanted: int | None) -> int:
+        """How many threads share the batch: one, if it is not worth two parts."""
+        count = 0 if wanted is None else pool.checked(wanted)
+        if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
-        rows = prod(batch)
-        return min(rows * max(self._work(), 1) // _PART_WORK, _PARTS_PER_THREAD * threads, max(batch))
+        return count or pool.available()
+
+    def _parts(self, batch: tuple[int, ...]) -> int:
+        """The most parts that a batch is worth."""
+        return min(prod(batch) * max(self._work(), 1) // _PART_WORK, max(batch))
 
     def _split(
         self,
         arrays: Sequence[Floats],
         batch: tuple[int, ...],
         results: tuple[Floats, ...] | None,
-        parts: int,
         threads: int,
     ) -> Any:
         """Cut the longest batch axis into parts of nearly equal length; every row is computed as if alone."""
         ports = self._signature.ports
         if results is None:
             results = tuple(np.empty(batch + port.shape) for port in self._signature.outputs)
+        parts = min(self._parts(batch), _PARTS_PER_THREAD * threads)
         axis = batch.index(max(batch))
         edges = [batch[axis] * part // parts for part in range(parts + 1)]
         operands = [*arrays, *results]
@@ -134,6 +138,13 @@ class Evaluator:
 
         pool.run(evaluate, parts, threads)
         return results[0] if len(results) == 1 else results
+
+
+def _finite(array: Floats) -> bool:
+    """Whether all numbers are finite; a few are asked in Python, where NumPy's reductions cost a microsecond."""
+    if array.size <= _FEW:
+        return all(map(isfinite, array.ravel().tolist()))
+    return bool(np.isfinite(array).all())
 
 
 def _rows(array: Floats, port: Port, from_end: int, rows: slice) -> Floats:
@@ -154,7 +165,5 @@ def _check_out(name: str, array: Any, shape: tuple[int, ...]) -> None:
 def _overlapping(arrays: Sequence[Floats], results: Sequence[Floats]) -> bool:
     """Whether a result may lie over an argument or another result: then NumPy orders the work, in one piece."""
     return any(
-        np.may_share_memory(result, other)
-        for i, result in enumerate(results)
-        for other in (*arrays, *results[:i])
+        np.may_share_memory(result, other) for i, result in enumerate(results) for other in (*arrays, *results[:i])
     )

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import os
 import stat
 import struct
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -97,7 +98,7 @@ def _parts(payload: bytes) -> Entry | None:
     cut = [_PARTS.size]
     for size in sizes:
         cut.append(cut[-1] + size)
-    provenance, inputs, outputs, code = (payload[a:b] for a, b in zip(cut[:-1], cut[1:], strict=True))
+    provenance, inputs, outputs, code = (payload[a:b] for a, b in itertools.pairwise(cut))
     return Entry(code, inputs, outputs, provenance)
 
 
@@ -115,7 +116,7 @@ class Store:
         self._ready: bool | None = None if directory else False
 
     def get(self, key: str) -> Entry | None:
-        """The entry of this key, verified; None if there is none or it is damaged (then it is removed, with a warning)."""
+        """The entry of this key, verified; None if there is none, or a damaged one, which is removed with a warning."""
         if key in self._memory:
             return self._memory[key]
         path = self._path(key)
@@ -155,7 +156,7 @@ class Store:
                 path.unlink()
 
     @contextlib.contextmanager
-    def compiling(self, key: str, patience: float = 60.0) -> Iterator[bool]:
+    def compiling(self, key: str, patience: float = 60.0) -> Generator[bool, None, None]:
         """Hold the right to compile this key among all processes; yields whether another process had held it.
 
         The lock is the system's own and dies with its holder. After `patience` seconds, or where there are no locks,
@@ -172,7 +173,7 @@ class Store:
             if handle is not None and path is not None:
                 with contextlib.suppress(OSError):
                     path.with_suffix(_LOCK).unlink()
-                os.close(handle)
+                _unlock(handle)
 
     def sweep(self, limit: int | None = None, now: float | None = None) -> int:
         """Remove orphans older than an hour, then the entries unused for longest until the rest fits.
@@ -195,7 +196,7 @@ class Store:
             return 0
         finally:
             os.utime(handle)
-            os.close(handle)
+            _unlock(handle)
 
     def _sweep_now_and_then(self) -> None:
         if self.directory is None:
@@ -310,6 +311,14 @@ def _lock(path: Path, patience: float) -> int | None:
             time.sleep(0.005)
 
 
+def _unlock(handle: int) -> None:
+    """Let go explicitly: a child forked meanwhile holds a copy of the descriptor."""
+    import fcntl
+
+    fcntl.flock(handle, fcntl.LOCK_UN)
+    os.close(handle)
+
+
 def _remove_old(directory: Path, limit: int, now: float) -> int:
     kept: list[tuple[float, int, str]] = []
     removed = 0
@@ -347,7 +356,7 @@ def _limit() -> int:
 _told: set[str] = set()
 
 
-def warn(key: str, **facts: object) -> None:
+def warn(key: str, **facts: str) -> None:
     """Say it once in a process."""
     if key not in _told:
         _told.add(key)

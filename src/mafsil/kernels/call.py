@@ -1,22 +1,32 @@
 """The fast single call: a builtin in machine code that takes NumPy arrays, allocates the results and calls the kernel.
 
 The code depends on the shapes of the signature alone and stands in the kernel's own module, so it is cached with it.
-It reads the fields of CPython's and NumPy's public structs; `available` compares those offsets with objects of known
-contents, and without that proof no builtin is made. Addresses of the running process come from a table, bound at load.
+It reads the public structs of CPython and NumPy at the offsets of `runtime`, which must have passed its self-test.
+Addresses of the running process come from a table, bound at load.
 """
 
 from __future__ import annotations
 
 import ctypes
-import struct
-import sys
-from collections.abc import Callable, Iterator
-from functools import cache
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature
+from mafsil.kernels.runtime import (
+    ARRAY_DATA,
+    ARRAY_DTYPE,
+    ARRAY_FLAGS,
+    ARRAY_NDIM,
+    ARRAY_SHAPE,
+    CONTIGUOUS_ALIGNED,
+    DOUBLE,
+    DTYPE_NUMBER,
+    DTYPE_ORDER,
+    FLOAT_VALUE,
+    TABLE,
+    TYPE,
+    table,
+)
 
 CALL = "mafsil_call"
 """Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
@@ -25,14 +35,6 @@ BIND = "mafsil_bind"
 LOOP = "mafsil_loop"
 """Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
 
-_TYPE, _ARRAY_DATA, _ARRAY_NDIM, _ARRAY_SHAPE, _ARRAY_DTYPE, _ARRAY_FLAGS = 8, 16, 24, 32, 56, 64
-_DTYPE_ORDER, _DTYPE_NUMBER, _FLOAT_VALUE = 26, 28, 16
-_CONTIGUOUS_ALIGNED = 0x101
-_DOUBLE = 12
-_TABLE = (
-    "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
-    "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef",
-)  # fmt: skip
 _FASTCALL_KEYWORDS = 0x0080 | 0x0002
 _UNROLLED = 64
 
@@ -60,7 +62,7 @@ def builtin(
         fallback: called with the same arguments whenever they are not plain contiguous float64 arrays of core shape.
         owner: object that must outlive the builtin, such as the loaded code.
     """
-    ctypes.CFUNCTYPE(None, ctypes.c_void_p)(bind)(ctypes.addressof(_table()))
+    ctypes.CFUNCTYPE(None, ctypes.c_void_p)(bind)(ctypes.addressof(table()))
     head = f"{signature.name}({', '.join(p.name for p in signature.inputs)}, *, out=None, threads=None)\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
     method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
@@ -94,100 +96,6 @@ class _MethodDef(ctypes.Structure):
         ("flags", ctypes.c_int),
         ("doc", ctypes.c_char_p),
     )
-
-
-@cache
-def available() -> bool:
-    """Whether this interpreter and this NumPy store their objects where the machine code will look."""
-    try:
-        return _same_layout() and _runtime_answers()
-    except (AttributeError, ValueError, OSError, TypeError):
-        return False
-
-
-def api(capsule: str) -> ctypes.Array[ctypes.c_void_p]:
-    """NumPy's table of C functions: `_ARRAY_API` or `_UFUNC_API`."""
-    from numpy._core import _multiarray_umath as core
-
-    pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
-        ("PyCapsule_GetPointer", ctypes.pythonapi)
-    )
-    return (ctypes.c_void_p * 300).from_address(pointer(getattr(core, capsule), None))
-
-
-@cache
-def _table() -> ctypes.Array[ctypes.c_void_p]:
-    """Addresses of this process that the machine code needs, in the order of _TABLE."""
-    array = api("_ARRAY_API")
-    python = {name: _address(name) for name in _TABLE if name.startswith(("PyTuple", "PyObject", "Py_"))}
-    known: dict[str, int | None] = {
-        "ndarray": id(np.ndarray),
-        "float64": id(np.dtype(np.float64)),
-        "PyFloat": id(float),
-        "npfloat64": id(np.float64),
-        "PyArray_New": array[93],
-        "PyArray_Return": array[76],
-        **python,
-    }
-    return (ctypes.c_void_p * len(_TABLE))(*(known[name] for name in _TABLE))
-
-
-def _address(name: str) -> int:
-    return ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0
-
-
-def _same_layout() -> bool:
-    """Offsets read by the machine code, compared with arrays, scalars and dtypes of known contents."""
-    if sys.implementation.name != "cpython" or struct.calcsize("P") != 8 or sys.byteorder != "little":
-        return False
-    if "t" in getattr(sys, "abiflags", ""):  # free-threaded builds have another object header
-        return False
-    base = np.arange(24.0).reshape(2, 3, 4)
-    odd = np.frombuffer(bytes(65), dtype=np.uint8)[1:].view(np.float64)
-    samples = [base, base[:, ::2], base.T, base[1, 2, 3:], np.zeros(()), np.zeros(7), np.zeros((0, 6)), odd]
-    return all(map(_reads_right, samples)) and _scalars_read_right()
-
-
-def _reads_right(array: np.ndarray[Any, Any]) -> bool:
-    at = id(array)
-    ndim = _read(ctypes.c_int, at + _ARRAY_NDIM)
-    if ndim != array.ndim or _read(ctypes.c_ssize_t, at + _TYPE) != id(np.ndarray):
-        return False
-    shape = _read(ctypes.c_ssize_t, at + _ARRAY_SHAPE)
-    flags = _read(ctypes.c_int, at + _ARRAY_FLAGS)
-    return (
-        _read(ctypes.c_ssize_t, at + _ARRAY_DATA) == array.ctypes.data
-        and tuple(_read(ctypes.c_ssize_t, shape + 8 * axis) for axis in range(ndim)) == array.shape
-        and _read(ctypes.c_ssize_t, at + _ARRAY_DTYPE) == id(array.dtype)
-        and bool(flags & 0x001) == array.flags.c_contiguous
-        and bool(flags & 0x100) == array.flags.aligned
-    )
-
-
-def _scalars_read_right() -> bool:
-    dtypes = [np.dtype(np.float64), np.dtype(">f8"), np.dtype(np.float32), np.dtype(np.int64)]
-    orders = [chr(_read(ctypes.c_ubyte, id(d) + _DTYPE_ORDER)) == d.byteorder for d in dtypes]
-    numbers = [_read(ctypes.c_int, id(d) + _DTYPE_NUMBER) == d.num for d in dtypes]
-    values = [_read(ctypes.c_double, id(x) + _FLOAT_VALUE) == 1.25 for x in (float("1.25"), np.float64(1.25))]
-    return all(orders) and all(numbers) and all(values) and np.dtype(np.float64).num == _DOUBLE
-
-
-def _runtime_answers() -> bool:
-    """NumPy's table has the allocator and the scalar maker where they are expected."""
-    array = api("_ARRAY_API")
-    if array[2] != id(np.ndarray):
-        return False
-    voidp, integer = ctypes.c_void_p, ctypes.c_int
-    new = ctypes.PYFUNCTYPE(
-        ctypes.py_object, voidp, integer, voidp, integer, voidp, voidp, integer, integer, voidp
-    )(array[93] or 0)
-    shape = (ctypes.c_ssize_t * 2)(3, 4)
-    made = new(id(np.ndarray), 2, ctypes.addressof(shape), _DOUBLE, None, None, 0, 0, None)
-    return type(made) is np.ndarray and made.shape == (3, 4) and made.dtype == np.float64 and all(_table())
-
-
-def _read(kind: Any, address: int) -> Any:
-    return kind.from_address(address).value
 
 
 def _bind() -> str:
@@ -281,7 +189,7 @@ class _Wrapper:
         return self._value(f"load {kind}, ptr {at}, align {align}")
 
     def _runtime(self, name: str) -> str:
-        return self._load("ptr", "%table", 8 * _TABLE.index(name))
+        return self._load("ptr", "%table", 8 * TABLE.index(name))
 
     def _environment(self) -> None:
         """Another library may have set flush-to-zero or a rounding direction; the loop of the slow road undoes that."""
@@ -297,7 +205,7 @@ class _Wrapper:
     def _input(self, index: int, port: Port) -> str:
         """Pointer to the numbers of one argument, after all its checks."""
         argument = self._load("ptr", "%args", 8 * index)
-        kind = self._load("ptr", argument, _TYPE)
+        kind = self._load("ptr", argument, TYPE)
         is_array = self._value(f"icmp eq ptr {kind}, {self._runtime('ndarray')}")
         if port.shape == ():
             return self._scalar(argument, kind, is_array)
@@ -312,7 +220,7 @@ class _Wrapper:
         plain = self._value(f"icmp eq ptr {kind}, {self._runtime('PyFloat')}")
         numpy = self._value(f"icmp eq ptr {kind}, {self._runtime('npfloat64')}")
         self._branch(self._value(f"or i1 {plain}, {numpy}"))
-        inside = self._value(f"getelementptr i8, ptr {argument}, i64 {_FLOAT_VALUE}")
+        inside = self._value(f"getelementptr i8, ptr {argument}, i64 {FLOAT_VALUE}")
         last = self._lines_label()
         self._emit(f"br label %{joined}")
         self._open(array)
@@ -326,18 +234,18 @@ class _Wrapper:
         return next(line[:-1] for line in reversed(self._lines) if line.endswith(":"))
 
     def _array(self, argument: str, port: Port) -> str:
-        ndim = self._load("i32", argument, _ARRAY_NDIM, 4)
-        flags = self._load("i32", argument, _ARRAY_FLAGS, 4)
-        layout = self._value(f"and i32 {flags}, {_CONTIGUOUS_ALIGNED}")
-        plain = self._value(f"icmp eq i32 {layout}, {_CONTIGUOUS_ALIGNED}")
+        ndim = self._load("i32", argument, ARRAY_NDIM, 4)
+        flags = self._load("i32", argument, ARRAY_FLAGS, 4)
+        layout = self._value(f"and i32 {flags}, {CONTIGUOUS_ALIGNED}")
+        plain = self._value(f"icmp eq i32 {layout}, {CONTIGUOUS_ALIGNED}")
         rank = self._value(f"icmp eq i32 {ndim}, {len(port.shape)}")
         self._branch(self._value(f"and i1 {plain}, {rank}"))
-        self._double(self._load("ptr", argument, _ARRAY_DTYPE))
+        self._double(self._load("ptr", argument, ARRAY_DTYPE))
         if port.shape:
-            shape = self._load("ptr", argument, _ARRAY_SHAPE)
+            shape = self._load("ptr", argument, ARRAY_SHAPE)
             for axis, size in enumerate(port.shape):
                 self._branch(self._value(f"icmp eq i64 {self._load('i64', shape, 8 * axis)}, {size}"))
-        return self._load("ptr", argument, _ARRAY_DATA)
+        return self._load("ptr", argument, ARRAY_DATA)
 
     def _double(self, dtype: str) -> None:
         """The dtype is NumPy's float64, or a copy of it as unpickled arrays carry."""
@@ -345,14 +253,14 @@ class _Wrapper:
         same = self._value(f"icmp eq ptr {dtype}, {self._runtime('float64')}")
         self._emit(f"br i1 {same}, label %{good}, label %{copy}")
         self._open(copy)
-        order = self._value(f"icmp eq i8 {self._load('i8', dtype, _DTYPE_ORDER, 1)}, {ord('=')}")
-        number = self._value(f"icmp eq i32 {self._load('i32', dtype, _DTYPE_NUMBER, 4)}, {_DOUBLE}")
+        order = self._value(f"icmp eq i8 {self._load('i8', dtype, DTYPE_ORDER, 1)}, {ord('=')}")
+        number = self._value(f"icmp eq i32 {self._load('i32', dtype, DTYPE_NUMBER, 4)}, {DOUBLE}")
         both = self._value(f"and i1 {order}, {number}")
         self._emit(f"br i1 {both}, label %{good}, label %slow")
         self._open(good)
 
     def _finite(self, pointer: str, size: int) -> None:
-        """x - x is zero for numbers and NaN for NaN and infinities; blocks may overlap, so no tail is needed."""
+        """X - x is zero for numbers and NaN for NaN and infinities; blocks may overlap, so no tail is needed."""
         if size == 0:
             return
         width = 4 if size >= 4 else 2 if size >= 2 else 1
@@ -397,7 +305,7 @@ class _Wrapper:
         """Allocate every output, evaluate, and hand out one array or a tuple."""
         outputs = self._signature.outputs
         arrays = [self._allocate(i, port) for i, port in enumerate(outputs)]
-        pointers = data + [self._load("ptr", array, _ARRAY_DATA) for array in arrays]
+        pointers = data + [self._load("ptr", array, ARRAY_DATA) for array in arrays]
         self._emit(f"call void @{SINGLE}({', '.join('ptr ' + p for p in pointers)})")
         answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
         if len(answers) == 1:
@@ -417,7 +325,7 @@ class _Wrapper:
             self._constants.append(f"{shape} = private constant [{len(port.shape)} x i64] [{sizes}], align 8")
         made = self._value(
             f"call ptr {self._runtime('PyArray_New')}(ptr {self._runtime('ndarray')}, i32 {len(port.shape)}, "
-            f"ptr {shape}, i32 {_DOUBLE}, ptr null, ptr null, i32 0, i32 0, ptr null)"
+            f"ptr {shape}, i32 {DOUBLE}, ptr null, ptr null, i32 0, i32 0, ptr null)"
         )
         self._branch(self._value(f"icmp ne ptr {made}, null"), "failed")
         return made
@@ -432,6 +340,6 @@ class _Wrapper:
         self._emit("ret ptr null")
         self._open("slow")
         self._emit("%slow.table = load ptr, ptr @mafsil_runtime, align 8")
-        through = self._load("ptr", "%slow.table", 8 * _TABLE.index("PyObject_Vectorcall"))
+        through = self._load("ptr", "%slow.table", 8 * TABLE.index("PyObject_Vectorcall"))
         answer = self._value(f"tail call ptr {through}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
         self._emit(f"ret ptr {answer}")

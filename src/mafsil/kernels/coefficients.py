@@ -1,4 +1,4 @@
-"""Coefficients of minimax polynomials, lowest order first; `tests/kernels/minimax.py` computes them and says of what."""
+"""Coefficients of minimax polynomials, lowest order first; tests/kernels/minimax.py says of what, and computes them."""
 
 SIN = (
     -0.16666666666666632,

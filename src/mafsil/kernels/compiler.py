@@ -74,7 +74,8 @@ def _compiled_once(order: Order) -> Image:
 
 
 def _compiled(order: Order) -> Image:
-    machine = order.target or target.host()
+    with _llvm:
+        machine = order.target or target.host()
     started = time.perf_counter()
     function = order.build()
     built = time.perf_counter()

@@ -92,18 +92,23 @@ class Lanes:
         return str(value) if self.width == 1 else f"splat (i64 {value})"
 
     def add(self, x: str, y: str) -> str:
+        """Sum x + y."""
         return self.text.let(f"fadd {self.real} {x}, {y}")
 
     def sub(self, x: str, y: str) -> str:
+        """Difference x - y."""
         return self.text.let(f"fsub {self.real} {x}, {y}")
 
     def mul(self, x: str, y: str) -> str:
+        """Product x*y."""
         return self.text.let(f"fmul {self.real} {x}, {y}")
 
     def div(self, x: str, y: str) -> str:
+        """Quotient x/y."""
         return self.text.let(f"fdiv {self.real} {x}, {y}")
 
     def neg(self, x: str) -> str:
+        """-x."""
         return self.text.let(f"fneg {self.real} {x}")
 
     def fma(self, x: str, y: str, z: str) -> str:
@@ -115,7 +120,7 @@ class Lanes:
         return self.fma(x, y, self.neg(z)) if self.text.fma else self.sub(self.mul(x, y), z)
 
     def fnma(self, x: str, y: str, z: str) -> str:
-        """z - x*y."""
+        """Z - x*y."""
         return self.fma(self.neg(x), y, z) if self.text.fma else self.sub(z, self.mul(x, y))
 
     def fnms(self, x: str, y: str, z: str) -> str:
@@ -123,12 +128,15 @@ class Lanes:
         return self.fms(self.neg(x), y, z)
 
     def sqrt(self, x: str) -> str:
+        """Square root, correctly rounded."""
         return self.text.call("sqrt", self.real, x)
 
     def fabs(self, x: str) -> str:
+        """|x|."""
         return self.text.call("fabs", self.real, x)
 
     def copysign(self, magnitude: str, sign: str) -> str:
+        """The magnitude of one, the sign of the other."""
         return self.text.call("copysign", self.real, magnitude, sign)
 
     def bits(self, x: str) -> str:
@@ -136,6 +144,7 @@ class Lanes:
         return self.text.let(f"bitcast {self.real} {x} to {self.integer}")
 
     def from_bits(self, x: str) -> str:
+        """The doubles with these bits."""
         return self.text.let(f"bitcast {self.integer} {x} to {self.real}")
 
     def integer_op(self, op: str, x: str, y: str) -> str:
@@ -148,9 +157,11 @@ class Lanes:
         return self.sub(self.from_bits(magic), self.const(6755399441055744.0))
 
     def compare(self, how: Comparison, x: str, y: str) -> str:
+        """Mask of an ordered comparison (`une` and `uno` also hold for NaN)."""
         return self.text.let(f"fcmp {how} {self.real} {x}, {y}")
 
     def compare_integers(self, how: Predicate, x: str, y: str) -> str:
+        """Mask of a comparison of 64-bit integers."""
         return self.text.let(f"icmp {how} {self.integer} {x}, {y}")
 
     def mask_op(self, op: str, x: str, y: str) -> str:
@@ -162,10 +173,11 @@ class Lanes:
         return self.mask_op("xor", x, "true" if self.width == 1 else "splat (i1 true)")
 
     def select(self, mask: str, x: str, y: str) -> str:
-        """x in the lanes of the mask, y in the others."""
+        """X in the lanes of the mask, y in the others."""
         return self.text.let(f"select {self.mask} {mask}, {self.real} {x}, {self.real} {y}")
 
     def select_integers(self, mask: str, x: str, y: str) -> str:
+        """`select` for 64-bit integers."""
         return self.text.let(f"select {self.mask} {mask}, {self.integer} {x}, {self.integer} {y}")
 
     def any(self, mask: str) -> str:
@@ -176,6 +188,7 @@ class Lanes:
         return self.text.let(f"icmp ne i{self.width} {flat}, 0")
 
     def floor(self, x: str) -> str:
+        """Largest whole number not above x."""
         if self.text.rounding:
             return self.text.call("floor", self.real, x)
         near = self._nearest_below_2_52(x)
@@ -183,9 +196,11 @@ class Lanes:
         return self._kept_if_large(x, self.select(above, self.sub(near, self.const(1.0)), near))
 
     def ceil(self, x: str) -> str:
+        """Smallest whole number not below x."""
         return self.text.call("ceil", self.real, x) if self.text.rounding else self.neg(self.floor(self.neg(x)))
 
     def trunc(self, x: str) -> str:
+        """Whole part, rounded towards 0."""
         if self.text.rounding:
             return self.text.call("trunc", self.real, x)
         return self.copysign(self.floor(self.fabs(x)), x)
@@ -210,6 +225,7 @@ class Lanes:
         return self.text.let(f"load {self.real}, ptr {place}, align {8 * self.width}")
 
     def store(self, value: str, pointer: str, offset: int) -> None:
+        """Write the lanes at an aligned offset, counted in vectors of this width."""
         place = self.text.let(f"getelementptr i8, ptr {pointer}, i64 {offset * self.width * 8}") if offset else pointer
         self.text.do(f"store {self.real} {value}, ptr {place}, align {8 * self.width}")
 

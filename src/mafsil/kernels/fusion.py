@@ -1,4 +1,4 @@
-"""Products that only sums use become fused multiply-adds: fewer operations, fewer roundings, the same on every target."""
+"""Products that only sums use become fused multiply-adds: fewer operations and roundings, alike on every target."""
 
 from __future__ import annotations
 

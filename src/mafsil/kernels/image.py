@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.kernels import elf, target
 from mafsil.kernels.call import BIND, CALL, LOOP
 from mafsil.kernels.layout import BATCH, SINGLE, Signature, contiguous_steps
+from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance, from_json
 
 ENTRIES = (BATCH, SINGLE, LOOP, CALL, BIND)
@@ -36,7 +36,7 @@ class Image:
     cached: bool
     owner: Any = field(repr=False)
 
-    @cached_property
+    @lazy
     def provenance(self) -> Provenance:
         """Where the code comes from."""
         return from_json(self.record, cached=self.cached)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, NamedTuple
 
-from mafsil.kernels import batch, cache, call, identity, threads, ufunc
+from mafsil.kernels import batch, cache, call, identity, runtime, threads, ufunc
 from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL, LOOP
 from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import Image
 from mafsil.kernels.layout import BATCH, SINGLE, Signature
+from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
 
@@ -59,22 +60,22 @@ class Kernel:
         """Evaluate at one point or over a batch; see `Evaluator.__call__`."""
         return self.call(*args, **named)
 
-    @cached_property
+    @lazy
     def call(self) -> Callable[..., Any]:
         """The fastest way to evaluate: a builtin that takes plain arrays itself and hands the rest to `evaluate`."""
         slow = self.evaluate if self.fallback is None else partial(self.fallback, self.evaluate)
-        if not call.available():
+        if not runtime.available():
             return slow
         at = self.image.addresses
         return call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self.image)
 
-    @cached_property
+    @lazy
     def evaluate(self) -> batch.Evaluator:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
         return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total)
 
-    @cached_property
+    @lazy
     def ufunc(self) -> Callable[..., Any]:
         """NumPy's generalised ufunc: broadcasting, strides, casting, `out=`; no checks for NaN. It does not pickle."""
         return ufunc.gufunc(self.image.addresses[LOOP], self.signature, self.doc, self.image)
@@ -89,7 +90,7 @@ class Kernel:
         """Where the code comes from."""
         return self.image.provenance
 
-    @cached_property
+    @lazy
     def image(self) -> Image:
         """The loaded code; asking for it compiles."""
         return obtain(self.order(cache.default()))

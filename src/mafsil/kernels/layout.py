@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import prod
 
 BATCH = "mafsil_batch"
-"""Symbol of the batch entry, NumPy's gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
+"""Symbol of the batch entry, a gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
 SINGLE = "mafsil_single"
 """Symbol of the single entry: void (double *in0, ..., double *out0, ...), one evaluation on contiguous ports."""
 

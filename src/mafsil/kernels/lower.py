@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from mafsil.errors import KernelError
-from mafsil.kernels import remainder, transcendental
+from mafsil.kernels import transcendental
 from mafsil.kernels.argument import huge_function
-from mafsil.kernels.emitter import Lanes, Text
+from mafsil.kernels.emitter import Comparison, Lanes, Text
 from mafsil.kernels.layout import SINGLE, Signature
 from mafsil.kernels.reduce import COMPARISONS
-from mafsil.kernels.schedule import EXPENSIVE, TRIGONOMETRIC, kind
+from mafsil.kernels.remainder import far_function
+from mafsil.kernels.schedule import EXPENSIVE, GROUP, TRIGONOMETRIC, kind
 from mafsil.kernels.staging import BODY, staging
 from mafsil.kernels.tape import Node, Tape
 from mafsil.kernels.target import Target
@@ -39,7 +40,7 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
             *sorted(batch.text.declared | single.text.declared | declared),
             "declare i64 @llvm.ctlz.i64(i64, i1)",
             huge,
-            remainder.far_function("#0"),
+            far_function("#0"),
             batch.function(),
             single.function(),
             staging(signature, width, "#0"),
@@ -59,7 +60,7 @@ def _check(tape: Tape, signature: Signature) -> None:
 
 
 class _Program:
-    """Walks a tape in order and emits every node once; subclasses say where inputs come from and how groups are packed."""
+    """Walks a tape in order and emits every node once; subclasses say where inputs lie and how groups are packed."""
 
     def __init__(self, tape: Tape, target: Target, width: int) -> None:
         self.tape = tape
@@ -67,16 +68,30 @@ class _Program:
         self.lanes = Lanes(self.text, width)
         self.names: dict[int, str] = {}
         self.masks: dict[int, str] = {}
+        self.places: dict[int, list[tuple[int, int]]] = {}
+        for k, port in enumerate(tape.outputs):
+            for element, i in enumerate(port):
+                self.places.setdefault(i, []).append((k, element))
         self.text.do("br label %body")
         self.text.label("body")
-        for group in _groups(tape):
-            if tape.nodes[group[0]].op in EXPENSIVE:
+
+    def emit(self) -> None:
+        """Emit all nodes, each output as soon as it is known."""
+        for group in _groups(self.tape):
+            if self.tape.nodes[group[0]].op in EXPENSIVE:
                 self.expensive(group)
-            else:
+            elif group[0] not in self.names:
                 self.simple(group[0])
+            for i in group:
+                for port, element in self.places.get(i, ()):
+                    self.output(port, element, self.value(i))
 
     def input(self, port: int, element: int) -> str:
         """Load one element of an input."""
+        raise NotImplementedError
+
+    def output(self, port: int, element: int, value: str) -> None:
+        """Store one element of an output."""
         raise NotImplementedError
 
     def expensive(self, group: list[int]) -> None:
@@ -117,13 +132,11 @@ class _Program:
         return self.lanes.compare(_ORDER[node.op], self.value(node.args[0]), self.value(node.args[1]))
 
 
-_ORDER = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
+_ORDER: dict[str, Comparison] = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
 _PLAIN = "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil sign fmin fmax"
 _EMIT: dict[str, Callable[..., str]] = {
     **{op: getattr(Lanes, op) for op in _PLAIN.split()},
-    "hypot": transcendental.hypot,
-    "fmod": remainder.fmod,
-    "remainder": remainder.remainder,
+    **{op: transcendental.FUNCTIONS[op] for op in ("hypot", "fmod", "remainder")},
 }
 
 
@@ -132,6 +145,7 @@ def _groups(tape: Tape) -> Iterator[list[int]]:
     run: list[int] = []
     for i, node in enumerate(tape.nodes):
         joins = run and kind(node) == kind(tape.nodes[run[0]]) and not set(node.args) & set(run)
+        joins = joins and len({node.args, *(tape.nodes[k].args for k in run)}) <= GROUP
         if run and not joins:
             yield run
             run = []
@@ -146,46 +160,33 @@ def _groups(tape: Tape) -> Iterator[list[int]]:
 def _evaluate(lanes: Lanes, nodes: list[Node], args: list[tuple[str, ...]]) -> list[str]:
     """Results of expensive nodes of one kind with the given arguments."""
     if nodes[0].op not in TRIGONOMETRIC:
-        function = getattr(transcendental, nodes[0].op)
-        return [function(lanes, *arg) for arg in args]
+        return [transcendental.FUNCTIONS[nodes[0].op](lanes, *arg) for arg in args]
     wanted: dict[str, set[str]] = {}
     for node, (angle,) in zip(nodes, args, strict=True):
-        wanted.setdefault(angle, set()).update(("sin", "cos") if node.op == "tan" else (node.op,))
+        wanted.setdefault(angle, set()).add(node.op)
     angles = list(wanted)
     found = dict(zip(angles, transcendental.sincos(lanes, angles, [wanted[a] for a in angles]), strict=True))
-    quotients = {a: lanes.div(*found[a]) for n, (a,) in zip(nodes, args, strict=True) if n.op == "tan"}
-    return [
-        quotients[a] if n.op == "tan" else found[a][n.op == "cos"] for n, (a,) in zip(nodes, args, strict=True)
-    ]
+    return [found[angle][node.op == "cos"] for node, (angle,) in zip(nodes, args, strict=True)]
 
 
 class _Batch(_Program):
-    """The body of a tile: every name is a vector, inputs and outputs lie in the tiles."""
+    """The body of a tile: every name is a vector, inputs and outputs lie in the tiles, which do not overlap."""
 
     def __init__(self, tape: Tape, target: Target) -> None:
-        self.first = _firsts(tape.input_sizes)
-        self.outputs: dict[int, list[int]] = {}
-        for place, i in enumerate(i for port in tape.outputs for i in port):
-            self.outputs.setdefault(i, []).append(place)
         super().__init__(tape, target, target.lanes)
+        self.first_in, self.first_out = _firsts(tape.input_sizes), _firsts(tape.output_sizes)
+        self.emit()
 
     def input(self, port: int, element: int) -> str:
-        return self.lanes.load("%in", self.first[port] + element)
+        return self.lanes.load("%in", self.first_in[port] + element)
 
-    def simple(self, i: int) -> None:
-        super().simple(i)
-        self.store(i)
+    def output(self, port: int, element: int, value: str) -> None:
+        self.lanes.store(value, "%out", self.first_out[port] + element)
 
     def expensive(self, group: list[int]) -> None:
         nodes = [self.tape.nodes[i] for i in group]
         args = [tuple(self.value(a) for a in node.args) for node in nodes]
         self.names.update(zip(group, _evaluate(self.lanes, nodes, args), strict=True))
-        for i in group:
-            self.store(i)
-
-    def store(self, i: int) -> None:
-        for place in self.outputs.get(i, ()):
-            self.lanes.store(self.value(i), "%out", place)
 
     def function(self) -> str:
         head = f"define internal void @{BODY}(ptr noalias %in, ptr noalias %out) noinline #0 {{"
@@ -193,24 +194,30 @@ class _Batch(_Program):
 
 
 class _Single(_Program):
-    """One row: plain numbers, but independent expensive functions share a vector."""
+    """One row: plain numbers, but independent expensive functions share a vector.
+
+    Outputs may overwrite inputs, so all inputs are read first.
+    """
 
     def __init__(self, tape: Tape, target: Target, signature: Signature) -> None:
-        self.signature = signature
         super().__init__(tape, target, 1)
-        for k, port in enumerate(tape.outputs):
-            for element, i in enumerate(port):
-                value = self.value(i)
-                where = self.text.let(f"getelementptr double, ptr %y{k}, i64 {element}")
-                self.text.do(f"store double {value}, ptr {where}, align 8")
+        self.signature = signature
+        for i, node in enumerate(tape.nodes):
+            if node.op == "input":
+                self.simple(i)
+        self.emit()
 
     def input(self, port: int, element: int) -> str:
         place = self.text.let(f"getelementptr double, ptr %x{port}, i64 {element}")
         return self.text.let(f"load double, ptr {place}, align 8")
 
+    def output(self, port: int, element: int, value: str) -> None:
+        place = self.text.let(f"getelementptr double, ptr %y{port}, i64 {element}")
+        self.text.do(f"store double {value}, ptr {place}, align 8")
+
     def expensive(self, group: list[int]) -> None:
         rows = list(dict.fromkeys(self.tape.nodes[i].args for i in group))
-        width = next(w for w in (1, 2, 4, 8, 16) if w >= len(rows))
+        width = next(w for w in (1, 2, 4, GROUP) if w >= len(rows))
         lanes = Lanes(self.text, width)
         columns = [self._packed([self.value(row[k]) for row in rows], lanes) for k in range(len(rows[0]))]
         ops = sorted({self.tape.nodes[i].op for i in group})
@@ -234,7 +241,7 @@ class _Single(_Program):
     def function(self) -> str:
         ports = [f"ptr %x{k}" for k in range(len(self.signature.inputs))]
         ports += [f"ptr %y{k}" for k in range(len(self.signature.outputs))]
-        head = f"define void @{SINGLE}({', '.join(ports)}) #0 {{"
+        head = f"define dso_local void @{SINGLE}({', '.join(ports)}) #0 {{"
         return "\n".join([head, "entry:", *self.text.entry, *self.text.lines, "  ret void", "}", ""])
 
 

@@ -13,7 +13,7 @@ from mafsil.kernels.fusion import fused
 from mafsil.kernels.schedule import scheduled
 from mafsil.kernels.tape import Node, Tape, alive
 
-COMPARISONS = frozenset("lt le eq ne and or not".split())
+COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
 """Operations whose value is 1 or 0."""
 
 
@@ -210,7 +210,7 @@ _RULES: dict[str, Callable[..., int | None]] = {
     "div": _div,
     "not": _not,
     "if_else_zero": _if_else_zero,
-    **{op: _odd(op) for op in "sin tan asin atan sinh tanh asinh atanh".split()},
+    **{op: _odd(op) for op in ["sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh"]},
     **{op: _even(op) for op in ("cos", "cosh", "fabs")},
 }
 
@@ -221,7 +221,7 @@ _FOLDS: dict[str, Callable[..., float]] = {
     "mul": lambda x, y: x * y,
     "div": lambda x, y: x / y,
     "sqrt": math.sqrt,
-    "fabs": abs,
+    "fabs": math.fabs,
     "lt": lambda x, y: x < y,
     "le": lambda x, y: x <= y,
     "eq": lambda x, y: x == y,
@@ -229,5 +229,23 @@ _FOLDS: dict[str, Callable[..., float]] = {
     "not": lambda x: x == 0.0,
     "and": lambda x, y: x != 0.0 and y != 0.0,
     "or": lambda x, y: x != 0.0 or y != 0.0,
-    **{op: getattr(math, op) for op in "exp log sin cos tan asin acos atan sinh cosh tanh atan2 floor ceil".split()},
+    **{
+        op: getattr(math, op)
+        for op in [
+            "exp",
+            "log",
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "sinh",
+            "cosh",
+            "tanh",
+            "atan2",
+            "floor",
+            "ceil",
+        ]
+    },
 }

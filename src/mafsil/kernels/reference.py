@@ -1,4 +1,4 @@
-"""A tape evaluated without any compiler: in NumPy with the natural scale of every value, and in mpmath to any digits."""
+"""A tape evaluated without any compiler: in NumPy with the natural scale of every value, or in mpmath."""
 
 from __future__ import annotations
 
@@ -42,9 +42,7 @@ def evaluate(tape: Tape, inputs: Sequence[Column]) -> list[tuple[Column, Column]
                 scale = _scale(node.op, value, xs, [scales[a] for a in arguments(node)])
             values.append(value)
             scales.append(scale)
-    return [
-        (_columns(values, port, rows), _columns(scales, port, rows)) for port in tape.outputs
-    ]
+    return [(_columns(values, port, rows), _columns(scales, port, rows)) for port in tape.outputs]
 
 
 def exact(tape: Tape, row: Sequence[Sequence[float]], digits: int = 40) -> list[list[Any]]:
@@ -93,6 +91,18 @@ def _flat(*xs: Column) -> Slopes:
     return (0.0,) * len(xs)
 
 
+def _remainder(x: Column, y: Column) -> Column:
+    """IEEE remainder, element by element; math refuses what IEEE answers with NaN."""
+
+    def one(a: float, b: float) -> float:
+        try:
+            return math.remainder(a, b)
+        except ValueError:
+            return math.nan
+
+    return np.vectorize(one, otypes=[np.float64])(x, y)
+
+
 _VALUES: dict[str, Callable[..., Any]] = {
     "neg": np.negative, "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "sqrt": np.sqrt,
     "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c,
@@ -101,7 +111,7 @@ _VALUES: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
     "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "asinh": np.arcsinh, "acosh": np.arccosh, "atanh": np.arctanh,
     "atan2": np.arctan2, "hypot": np.hypot, "floor": np.floor, "ceil": np.ceil, "fabs": np.abs, "copysign": np.copysign,
-    "sign": np.sign, "fmod": np.fmod, "remainder": lambda x, y: _remainder(x, y), "fmin": np.fmin, "fmax": np.fmax,
+    "sign": np.sign, "fmod": np.fmod, "remainder": _remainder, "fmin": np.fmin, "fmax": np.fmax,
     "lt": np.less, "le": np.less_equal, "eq": np.equal, "ne": np.not_equal,
     "not": lambda x: x == 0, "and": lambda x, y: (x != 0) & (y != 0), "or": lambda x, y: (x != 0) | (y != 0),
     "if_else_zero": lambda c, x: np.where(c != 0, x, 0.0), "select": lambda c, x, y: np.where(c != 0, x, y),
@@ -124,20 +134,8 @@ _SLOPES: dict[str, Callable[..., Slopes]] = {
     "fabs": lambda x: (1.0,), "copysign": lambda x, y: (1.0, 0.0), "fmod": lambda x, y: (1.0, np.trunc(x / y)),
     "remainder": lambda x, y: (1.0, np.rint(x / y)), "fmin": lambda x, y: (x <= y, y <= x),
     "fmax": lambda x, y: (x >= y, y >= x),
-    **{op: _flat for op in "floor ceil sign lt le eq ne not and or".split()},
+    **dict.fromkeys(["floor", "ceil", "sign", "lt", "le", "eq", "ne", "not", "and", "or"], _flat),
 }  # fmt: skip
-
-
-def _remainder(x: Column, y: Column) -> Column:
-    """IEEE remainder, element by element; math refuses what IEEE answers with NaN."""
-
-    def one(a: float, b: float) -> float:
-        try:
-            return math.remainder(a, b)
-        except ValueError:
-            return math.nan
-
-    return np.vectorize(one, otypes=[np.float64])(x, y)
 
 
 def _finite(mp: Any, x: float) -> Any:

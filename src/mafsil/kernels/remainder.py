@@ -11,7 +11,7 @@ FAR = "mafsil_fmod"
 
 
 def fmod(lanes: Lanes, x: str, y: str) -> str:
-    """x - y trunc(x/y), exactly, with the sign of x."""
+    """X - y trunc(x/y), exactly, with the sign of x."""
     a, b = lanes.fabs(x), lanes.fabs(y)
     quotient = lanes.trunc(lanes.div(a, b))
     product, error = two_product(lanes, quotient, b)
@@ -20,7 +20,9 @@ def fmod(lanes: Lanes, x: str, y: str) -> str:
     less = lanes.compare("olt", a, b)
     near = lanes.mask_op("and", lanes.compare("olt", quotient, lanes.const(2.0**52)), _in_range(lanes, a, b))
     near = lanes.mask_op("or", near, less)
-    real = lanes.mask_op("and", lanes.compare("olt", a, lanes.const(math.inf)), lanes.compare("ogt", b, lanes.const(0.0)))
+    real = lanes.mask_op(
+        "and", lanes.compare("olt", a, lanes.const(math.inf)), lanes.compare("ogt", b, lanes.const(0.0))
+    )
     far = lanes.mask_op("and", real, lanes.invert(near))
     rest = _with_far(lanes, a, b, lanes.select(less, a, rest), far)
     rest = lanes.select(real, rest, lanes.const(math.nan))
@@ -28,7 +30,7 @@ def fmod(lanes: Lanes, x: str, y: str) -> str:
 
 
 def remainder(lanes: Lanes, x: str, y: str) -> str:
-    """x - y n, n the whole number nearest to x/y, even if in doubt; exact."""
+    """X - y n, n the whole number nearest to x/y, even if in doubt; exact."""
     b = lanes.fabs(y)
     doubled = lanes.add(b, b)
     twice = lanes.select(lanes.compare("olt", doubled, lanes.const(math.inf)), doubled, b)
@@ -44,7 +46,9 @@ def remainder(lanes: Lanes, x: str, y: str) -> str:
     sign = lanes.integer_op("and", lanes.bits(x), lanes.whole(1 << 63))
     rest = lanes.from_bits(lanes.integer_op("xor", lanes.bits(rest), sign))
     whole = lanes.mask_op(
-        "and", lanes.compare("oeq", b, lanes.const(math.inf)), lanes.compare("olt", lanes.fabs(x), lanes.const(math.inf))
+        "and",
+        lanes.compare("oeq", b, lanes.const(math.inf)),
+        lanes.compare("olt", lanes.fabs(x), lanes.const(math.inf)),
     )
     return lanes.select(whole, x, rest)
 

@@ -6,10 +6,27 @@ from collections import defaultdict
 
 from mafsil.kernels.tape import Node, Tape, arguments, reordered
 
-TRIGONOMETRIC = frozenset(("sin", "cos", "tan"))
+TRIGONOMETRIC = frozenset(("sin", "cos"))
 """Operations that share one reduction of their argument."""
 EXPENSIVE = TRIGONOMETRIC | frozenset(
-    "exp log pow asin acos atan atan2 sinh cosh tanh asinh acosh atanh log1p expm1".split()
+    [
+        "tan",
+        "exp",
+        "log",
+        "pow",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "log1p",
+        "expm1",
+    ]
 )
 """Operations made of many instructions; independent ones of a kind are computed side by side."""
 GROUP = 8

@@ -1,7 +1,7 @@
-"""Rows in, lanes out: IR that carries W rows of a port to and from tiles of memory in which equal elements lie side by side.
+"""Rows in, lanes out: IR that carries W rows of a port to and from tiles, where equal elements lie side by side.
 
-A tile holds element e of row l at index e W + l. Every row of a batch passes through tiles, so the arithmetic is compiled
-once, and full tiles, tails, broadcasts and any strides give the same bits.
+A tile holds element e of row l at index e W + l. Every row of a batch passes through tiles, so the arithmetic is
+compiled once, and full tiles, tails, broadcasts and any strides give the same bits.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ def mover(width: int, block: int, inward: bool) -> str:
     text.do("br i1 %done, label %leave, label %next")
     text.label("leave")
     text.do("ret void")
-    head = f"define internal void @{_mover(block, inward)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
+    head = (
+        f"define internal void @{_mover(block, inward)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
+    )
     return "\n".join([head, "entry:", *text.lines, "}", ""])
 
 
@@ -100,11 +102,9 @@ def _transposed(text: Text, rows: list[str], width: int, block: int) -> list[str
     groups = range(0, width, block)
     if block == 2:
         low = [pick for g in groups for pick in (g, g + width)]
-        return [_shuffle(text, *rows, width, [pick + k for pick in low]) for k in (0, 1)]
+        return [_shuffle(text, rows[0], rows[1], width, [pick + k for pick in low]) for k in (0, 1)]
     even = [pick for g in groups for pick in (g, g + width, g + 2, g + 2 + width)]
-    pairs = [
-        _shuffle(text, rows[a], rows[a + 1], width, [pick + k for pick in even]) for k in (0, 1) for a in (0, 2)
-    ]
+    pairs = [_shuffle(text, rows[a], rows[a + 1], width, [pick + k for pick in even]) for k in (0, 1) for a in (0, 2)]
     low = [pick for g in groups for pick in (g, g + 1, g + width, g + 1 + width)]
     high = [pick + 2 for pick in low]
     return [_shuffle(text, pairs[2 * k], pairs[2 * k + 1], width, picks) for picks in (low, high) for k in (0, 1)]
@@ -113,7 +113,7 @@ def _transposed(text: Text, rows: list[str], width: int, block: int) -> list[str
 def _walker(width: int, inward: bool) -> str:
     """IR of a function that moves any rows element by element: tails, broadcasts, any strides.
 
-    void (char *rows, int64 step, int64 count of rows, int64 elements, int64 rank, int64 *shape, int64 *steps, double *tile).
+    void (char *rows, int64 step, count of rows, elements, rank, int64 *shape, *steps, double *tile).
     Inward, lanes beyond the count repeat the last row; outward, only `count` rows are written.
     """
     copy = (
@@ -122,7 +122,8 @@ def _walker(width: int, inward: bool) -> str:
         else "%number = load double, ptr %cell, align 8\n  store double %number, ptr %source, align 8"
     )
     lanes = str(width) if inward else "%count"
-    return f"""define internal void @{_walk(inward)}(ptr %rows, i64 %step, i64 %count, i64 %elements, i64 %rank, ptr %shape, ptr %steps, ptr %tile) #ATTRIBUTES {{
+    arguments = "ptr %rows, i64 %step, i64 %count, i64 %elements, i64 %rank, ptr %shape, ptr %steps, ptr %tile"
+    return f"""define internal void @{_walk(inward)}({arguments}) #ATTRIBUTES {{
 entry:
   %lastrow = sub i64 %count, 1
   %innermost = sub i64 %rank, 1
@@ -236,7 +237,7 @@ class _Batch:
         out.do("br label %leave")
         out.label("leave")
         out.do("ret void")
-        head = f"define void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr %data) #ATTRIBUTES {{"
+        head = f"define dso_local void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr %data) #ATTRIBUTES {{"
         return "\n".join([head, "entry:", *out.entry, *out.lines, "}", ""])
 
     def _tiles(self) -> None:

@@ -11,10 +11,54 @@ from typing import Any, NamedTuple
 from mafsil.errors import KernelError
 
 UNARY = frozenset(
-    "neg exp log sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil fabs sign not log1p expm1".split()
+    [
+        "neg",
+        "exp",
+        "log",
+        "sqrt",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "floor",
+        "ceil",
+        "fabs",
+        "sign",
+        "not",
+        "log1p",
+        "expm1",
+    ]
 )
 BINARY = frozenset(
-    "add sub mul div pow lt le eq ne and or fmod remainder copysign if_else_zero fmin fmax atan2 hypot".split()
+    [
+        "add",
+        "sub",
+        "mul",
+        "div",
+        "pow",
+        "lt",
+        "le",
+        "eq",
+        "ne",
+        "and",
+        "or",
+        "fmod",
+        "remainder",
+        "copysign",
+        "if_else_zero",
+        "fmin",
+        "fmax",
+        "atan2",
+        "hypot",
+    ]
 )
 FUSED = frozenset(("fma", "fms", "fnma", "fnms"))
 """a*b + c, a*b - c, c - a*b, -(a*b) - c, each rounded once where the target can."""

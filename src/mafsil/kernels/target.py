@@ -6,6 +6,7 @@ import itertools
 import os
 import threading
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
@@ -155,13 +156,11 @@ _counter = itertools.count()
 
 @cache
 def _llvm() -> Any:
-    """llvmlite's binding, initialised whatever its age."""
+    """Llvmlite's binding, initialised whatever its age."""
     import llvmlite.binding as llvm
 
-    try:
+    with suppress(RuntimeError):  # llvmlite >= 0.45 initialises itself and says so by raising
         llvm.initialize()
-    except RuntimeError:
-        pass  # llvmlite >= 0.45 initialises itself and says so by raising
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm
@@ -196,8 +195,13 @@ def _flags(features: str) -> list[tuple[str, str]]:
 
 def _needs(removed: str, flags: Mapping[str, str]) -> frozenset[str]:
     """Features that make no sense without `removed`: LLVM would switch it on again for them."""
-    above = {"avx512f": ("avx512", "avx10"), "avx2": ("avx512", "avx10"), "fma": ("avx512", "avx10", "fma4")}
-    above["avx"] = (*above["avx2"], "avx2", "fma", "f16c", "xop", "vaes", "vpclmulqdq")
+    wide = ("avx512", "avx10")
+    above = {
+        "avx512f": wide,
+        "avx2": wide,
+        "fma": (*wide, "fma4"),
+        "avx": (*wide, "avx2", "fma", "f16c", "xop", "vaes", "vpclmulqdq"),
+    }
     prefixes = above.get(removed, ())
     return frozenset(name for name in flags if prefixes and name.startswith(prefixes))
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.kernels.call import api
 from mafsil.kernels.layout import Signature, contiguous_steps
+from mafsil.kernels.runtime import api
 
 _CREATE = 31
 """Place of PyUFunc_FromFuncAndDataAndSignature in NumPy's table."""
@@ -59,6 +59,7 @@ class PlainLoop:
         self._cores = cores
 
     def __call__(self, *inputs: Any, out: Any = None) -> Any:
+        """As the ufunc: inputs broadcast over their leading dimensions, results new or in `out`."""
         ports = self.signature.inputs
         arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
         batch = np.broadcast_shapes(

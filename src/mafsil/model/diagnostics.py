@@ -74,6 +74,7 @@ class Diagnostic:
         line, column: place in the file, counted from 1; 0 if the remark is about the whole file.
         facts: values for the sentence.
         repair: the change that is offered, or None.
+        file: the included file in which the place is; empty for the robot file itself.
     """
 
     fault: Fault
@@ -81,6 +82,7 @@ class Diagnostic:
     column: int
     facts: dict[str, object] = field(default_factory=dict[str, object])
     repair: Repair | None = None
+    file: str = ""
 
     @property
     def code(self) -> str:
@@ -99,6 +101,7 @@ class Diagnostic:
     def line_of_text(self, language: str | None = None) -> str:
         """Place, code, sentence and offered repair on one line."""
         place = f"{self.line}:{self.column}: " if self.line else ""
+        place = f"{self.file}:{place}" if self.file else place
         offer = f" [{self.repair.sentence(language)}]" if self.repair else ""
         return f"{place}{self.code} {self.sentence(language)}{offer}"
 
@@ -107,6 +110,7 @@ class Diagnostic:
         return {
             "code": self.code,
             "severity": self.severity.value,
+            "file": self.file,
             "line": self.line,
             "column": self.column,
             "sentence": {code: self.sentence(code) for code in ("en", "ar")},

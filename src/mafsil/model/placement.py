@@ -138,7 +138,8 @@ def turned_tensor(inertia: Floats, R: Floats) -> Floats:
 def frame_along(direction: Vector3) -> Floats:
     """(3, 3) rotation of the shortest turn that takes z onto a unit direction; half a turn about x for -z."""
     x, y, z = direction
-    if z < -1.0 + 1e-12:
+    across = x * x + y * y
+    if z < 0.0 and across == 0.0:
         return np.diag([1.0, -1.0, -1.0])
     W = skew(np.array([-y, x, 0.0]))
-    return np.eye(3) + W + W @ W / (1.0 + z)
+    return np.eye(3) + W + W @ W * ((1.0 - z) / across if z < 0.0 else 1.0 / (1.0 + z))

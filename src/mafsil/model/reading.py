@@ -27,10 +27,17 @@ NAMING = frozenset({"name", "link", "joint", "joint1", "joint2", "body", "body1"
 
 @dataclass(slots=True)
 class Reading:
-    """Collects diagnostics while a document is read; the reader goes on after an error to find the next one."""
+    """Collects diagnostics while a document is read; the reader goes on after an error to find the next one.
+
+    Attributes:
+        document: the robot file.
+        diagnostics: so far.
+        included: names and documents of included files, whose elements carry their number from 1.
+    """
 
     document: Document
     diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
+    included: list[tuple[str, Document]] = field(default_factory=list[tuple[str, Document]])
     _names: dict[str, list[tuple[Element, str]]] = field(default_factory=dict[str, list[tuple[Element, str]]])
 
     @property
@@ -48,9 +55,11 @@ class Reading:
         **facts: object,
     ) -> None:
         """Add a diagnostic at an element or one of its attributes."""
-        line, column = self.document.place(element, attribute)
+        line, column = self._document_of(element).place(element, attribute)
+        included = self.included[element.file - 1][0] if element.file else ""
+        repair = None if element.file else repair
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
-        self.diagnostics.append(Diagnostic(fault, line, column, safe, repair))
+        self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
         if len(self.diagnostics) >= MOST_DIAGNOSTICS:
             raise Refusal(Diagnostic(TOO_MANY_DIAGNOSTICS, line, column, {"limit": MOST_DIAGNOSTICS}))
 
@@ -140,30 +149,36 @@ class Reading:
 
     def set_attribute(self, element: Element, attribute: str, value: str) -> Repair:
         """The repair that writes a value."""
-        edit = self.document.set_attribute(element, attribute, value)
+        edit = self._document_of(element).set_attribute(element, attribute, value)
         return Repair("robotfile.repair_set", (edit,), {"attribute": attribute, "value": shown(value)})
 
     def swap_attributes(self, element: Element, first: str, second: str) -> Repair:
         """The repair that exchanges two values."""
         edits = (
-            self.document.set_attribute(element, first, element.get(second)),
-            self.document.set_attribute(element, second, element.get(first)),
+            self._document_of(element).set_attribute(element, first, element.get(second)),
+            self._document_of(element).set_attribute(element, second, element.get(first)),
         )
         return Repair("robotfile.repair_swap", edits, {"first": first, "second": second})
 
     def remove_attribute(self, element: Element, attribute: str) -> Repair:
         """The repair that removes an attribute."""
-        edit = self.document.remove_attribute(element, attribute)
+        edit = self._document_of(element).remove_attribute(element, attribute)
         return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
 
     def remove(self, element: Element) -> Repair:
         """The repair that removes an element."""
-        return Repair("robotfile.repair_remove", (self.document.remove(element),), {"element": shown(element.tag)})
+        return Repair(
+            "robotfile.repair_remove", (self._document_of(element).remove(element),), {"element": shown(element.tag)}
+        )
 
     def append(self, element: Element, text: str) -> Repair:
         """The repair that adds a child."""
-        edit: Edit = self.document.append(element, text)
+        edit: Edit = self._document_of(element).append(element, text)
         return Repair("robotfile.repair_add", (edit,), {"text": shown(text), "element": shown(element.tag)})
+
+    def _document_of(self, element: Element) -> Document:
+        """The document in which an element stands: the robot file or an included one."""
+        return self.included[element.file - 1][1] if element.file else self.document
 
     def _rename(self, old: str, new: str) -> Repair | None:
         """The repair that gives a name and all references to it another spelling, if that is free."""
@@ -173,7 +188,7 @@ class Reading:
                     self._names.setdefault(element.get(key), []).append((element, key))
         if not new or new in self._names:
             return None
-        edits = tuple(self.document.set_attribute(e, key, new) for e, key in self._names[old])
+        edits = tuple(self._document_of(e).set_attribute(e, key, new) for e, key in self._names[old])
         return Repair("robotfile.repair_rename", edits, {"old": shown(old), "new": shown(new)})
 
     def _decimals(

@@ -14,8 +14,8 @@ from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
 
-THICKNESS = 0.04
-"""Radius of a link as a fraction of the arm's mean link length."""
+THICKNESS = 0.03
+"""Radius of the bones as a fraction of the robot's longest chain."""
 _LINK_COLOUR = (0.62, 0.66, 0.70, 1.0)
 _JOINT_COLOUR = (0.95, 0.55, 0.15, 1.0)
 _TIP_COLOUR = (0.20, 0.45, 0.75, 1.0)
@@ -25,14 +25,15 @@ def with_skeleton(mechanism: Mechanism, radius: float | None = None) -> Mechanis
     """The same mechanism, where links without visuals got simple ones.
 
     A capsule leads from a link's own joint to each joint that it carries and to the tip; a cylinder along the axis
-    marks a revolute or helical joint, a box a prismatic one, a ball the tip. Links that have visuals keep them.
+    marks a revolute or helical joint, a box and a rod reaching back a prismatic one, a ball the tip. Links that have
+    visuals keep them.
 
     Args:
         mechanism: any robot.
-        radius: of the capsules [m]; THICKNESS times the mean distance between neighbouring joints by default.
+        radius: of the capsules [m]; THICKNESS times the length of the longest chain by default.
     """
     ends = _ends(mechanism)
-    size = THICKNESS * _mean_length(ends) if radius is None else radius
+    size = THICKNESS * _length(mechanism) if radius is None else radius
     own = {joint.child: joint for joint in mechanism.joints}
     links = tuple(
         link
@@ -52,12 +53,13 @@ def _ends(mechanism: Mechanism) -> dict[str, list[Vector3]]:
     return ends
 
 
-def _mean_length(ends: dict[str, list[Vector3]]) -> float:
-    """Mean distance from a link's frame to what it carries; 1 if all coincide [m]."""
-    lengths = [
-        length for points in ends.values() for point in points if (length := float(np.linalg.norm(point))) > 1e-9
-    ]
-    return float(np.mean(lengths)) if lengths else 1.0
+def _length(mechanism: Mechanism) -> float:
+    """Length of the longest chain from frame to frame, the tip included; 1 if all frames coincide [m]."""
+    along = {mechanism.links[0].name: 0.0}
+    for joint in mechanism.joints:
+        along[joint.child] = along[joint.parent] + float(np.linalg.norm(joint.T_pj[:3, 3]))
+    along[mechanism.tip] += float(np.linalg.norm(mechanism.T_lt[:3, 3]))
+    return max(along.values()) or 1.0
 
 
 def _shapes(
@@ -65,6 +67,8 @@ def _shapes(
 ) -> tuple[Shape, ...]:
     """Joint mark, bones, tip mark."""
     shapes = [Shape(*_mark(own, radius), name="joint", colour=_JOINT_COLOUR)] if own and own.moves else []
+    if own is not None and own.kind is JointKind.PRISMATIC:
+        shapes.append(_rod(own, radius))
     for point in points:
         bend = _bend(own, point)
         shapes += [_bone(start, end, radius) for start, end in pairwise(bend) if np.linalg.norm(end - start) > 1e-9]
@@ -84,6 +88,14 @@ def _bone(start: Vector3, end: Vector3, radius: float) -> Shape:
     return Shape(
         Capsule(radius, length), _placed((start + end) / 2, (end - start) / length), name="bone", colour=_LINK_COLOUR
     )
+
+
+def _rod(joint: Joint, radius: float) -> Shape:
+    """What a sliding link leaves behind in the link before: as long as its travel forward, half a metre if unknown."""
+    travel = joint.limits.upper if np.isfinite(joint.limits.upper) else 0.5
+    length = max(float(travel), 4.0 * radius)
+    place = _placed(-joint.axis * length / 2, joint.axis)
+    return Shape(Cylinder(0.6 * radius, length), place, name="rod", colour=_LINK_COLOUR)
 
 
 def _mark(joint: Joint, radius: float) -> tuple[Geometry, PoseMatrix]:

@@ -62,7 +62,7 @@ DEFAULT_LIMITS = ReadLimits()
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """One XML element: tag, attributes, place in the file, children, text."""
+    """One XML element: tag, attributes, place in the file, children, text, number of the file it stands in."""
 
     tag: str
     attributes: dict[str, str]
@@ -72,6 +72,7 @@ class Element:
     close: int = -1
     children: list[Element] = field(default_factory=list["Element"])
     text: str = ""
+    file: int = 0
 
     def get(self, name: str, default: str = "") -> str:
         """An attribute's text."""

@@ -1,3 +1,4 @@
-"""Reports: one self-contained page per run, and pages that show a robot."""
+"""Reports: one self-contained page per run with its data, and pages that show a robot."""
 
+from mafsil.report.results import write_results as write_results
 from mafsil.report.still import write_picture as write_picture

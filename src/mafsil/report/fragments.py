@@ -11,7 +11,12 @@ from mafsil.messages.visible import visible
 from mafsil.report.content import Facts, Figure, Finding, Step, Table
 
 _ARABIC = re.compile(r"[\u0600-\u06ff]")
-_RUN = re.compile(r"[+\-\u2212~<\[('\"]?[A-Za-z0-9\u0370-\u03ff\u03c9/_.](?:[ \x21-\x7e\u00b0-\u00d7\u0370-\u03ff\u2013\u2026]*[A-Za-z0-9\u0370-\u03ff_%\u00b0\u00b2'\"\])>])?")  # fmt: skip
+_RUN = re.compile(
+    r"""[+\-\u2212~<\[('"]?[A-Za-z0-9\u0370-\u03ff/_.]                     # how it may begin
+    (?:[\x20-\x7e\u00b0-\u00d7\u0370-\u03ff\u2013\u2026]*                # what may stand inside
+    [A-Za-z0-9\u0370-\u03ff_%\u00b0\u00b2'"\])>])?                         # how it may end""",
+    re.VERBOSE,
+)
 """A stretch of numbers and names inside Arabic, which must be read left to right as one piece."""
 
 
@@ -42,7 +47,9 @@ def findings(items: Iterable[Finding]) -> str:
 
 def steps(items: Iterable[Step], language: str) -> str:
     """The sequence of moves, as a table."""
-    root, body = _table(tuple(say(f"report.{key}", language=language) for key in ("move", "kind", "start", "length", "result")))
+    root, body = _table(
+        tuple(say(f"report.{key}", language=language) for key in ("move", "kind", "start", "length", "result"))
+    )
     for item in items:
         row = SubElement(body, "tr", {"class": item.level})
         for text in (item.name, item.kind, f"{item.start:.3f} s", f"{item.end - item.start:.3f} s"):

@@ -114,12 +114,15 @@ def _packed(array: Floats) -> str:
 def _embedded(data: dict[str, Any]) -> str:
     """JSON that can stand inside a script element: `<` and `&` never appear."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace("&", "\\u0026").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return (
+        text.replace("<", "\\u003c").replace("&", "\\u0026").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    )
 
 
 def _policy(style: str, script: str) -> str:
     """Content security policy: only this very style and script, nothing from anywhere."""
-    return f"default-src 'none'; style-src '{_digest(style)}'; script-src '{_digest(script)}'; base-uri 'none'; form-action 'none'"
+    allowed = f"style-src '{_digest(style)}'; script-src '{_digest(script)}'"
+    return f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'"
 
 
 def _digest(text: str) -> str:
@@ -132,4 +135,4 @@ def _attribute(text: str) -> str:
 
 @cache
 def _asset(name: str) -> str:
-    return resources.files(__package__).joinpath("template", name).read_text(encoding="utf-8").strip()
+    return resources.files("mafsil.report").joinpath("template", name).read_text(encoding="utf-8").strip()

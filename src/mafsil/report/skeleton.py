@@ -21,16 +21,32 @@ _PLACEHOLDERS = ("joint", "bone", "tip")
 """Names of the shapes that `model.skeleton` gives to robots without geometry: the ones made here fit the page."""
 
 
-def bodies(mechanism: Mechanism) -> tuple[Body, ...]:
-    """What to draw of each link, in the order of `mechanism.links`.
+def bodies(mechanism: Mechanism, floor: float) -> tuple[Body, ...]:
+    """What to draw of each link, in the order of `mechanism.links`; the base stands on the floor.
 
     Primitives of the description are drawn as they are; a link without any gets tubes and housings that follow its
     joints. Surfaces in files are not drawn.
     """
-    own = [_primitives(link) for link in mechanism.links]
-    if sum(bool(solids) for solids in own) * 2 >= len(own):
-        return tuple(Body(link.name, solids) for link, solids in zip(mechanism.links, own, strict=True))
-    return tuple(Body(link.name, _grown(mechanism, k)) for k, link in enumerate(mechanism.links))
+    solids = [_primitives(link) for link in mechanism.links]
+    if sum(map(bool, solids)) * 2 < len(solids):
+        solids = [_grown(mechanism, k) for k in range(len(mechanism.links))]
+    else:
+        tip = mechanism.link_names.index(mechanism.tip)
+        solids[tip] += tuple(
+            _tubes(None, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.012 * reach(mechanism), HOUSING)
+        )
+    solids[0] += stand(mechanism, floor)
+    return tuple(Body(link.name, of_link) for link, of_link in zip(mechanism.links, solids, strict=True))
+
+
+def stand(mechanism: Mechanism, floor: float) -> tuple[Solid, ...]:
+    """A column under a base that hangs above the floor."""
+    height = float(mechanism.T_sb[2, 3]) - floor
+    if height < 0.02 * reach(mechanism):
+        return ()
+    radius = 1.5 * _radius(mechanism, 0)
+    foot = Solid("cylinder", (1.5 * radius, 0.4 * radius), _at(np.array([0.0, 0.0, 0.2 * radius - height])), HOUSING)
+    return Solid("cylinder", (radius, height), _at(np.array([0.0, 0.0, -height / 2])), SHELL), foot
 
 
 def reach(mechanism: Mechanism) -> float:
@@ -98,7 +114,7 @@ def _radius(mechanism: Mechanism, k: int) -> float:
     return reach(mechanism) * (0.046 - 0.021 * along)
 
 
-def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float) -> list[Solid]:
+def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour = SHELL) -> list[Solid]:
     """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`."""
     first = own.axis if own is not None and own.moves else np.array([0.0, 0.0, 1.0])
     legs = [first * (first @ end)]
@@ -112,15 +128,15 @@ def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float) -> lis
         legs[0] = legs[0] - here
     for leg in legs:
         if np.linalg.norm(leg) > max(_TINY, 0.2 * radius):
-            solids.append(_tube(here, here + leg, radius))
+            solids.append(_tube(here, here + leg, radius, colour))
         here = here + leg
     return solids
 
 
-def _tube(start: Vector3, end: Vector3, radius: float) -> Solid:
+def _tube(start: Vector3, end: Vector3, radius: float, colour: Colour) -> Solid:
     leg = end - start
     length = float(np.linalg.norm(leg))
-    return Solid("capsule", (radius, length), _along((start + end) / 2, leg / length), SHELL)
+    return Solid("capsule", (radius, length), _along((start + end) / 2, leg / length), colour)
 
 
 def _housing(joint: Joint, radius: float) -> list[Solid]:

@@ -35,14 +35,16 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     compact, at_tip = skeleton.compact(poses)[None], skeleton.compact(tip)[None]
     centre, size, floor = skeleton.extent(mechanism, np.concatenate([compact[0], at_tip])[:, :3])
-    scene = Scene(skeleton.bodies(mechanism), 1.0, compact, at_tip, at_tip, (), centre, size, floor)
+    scene = Scene(skeleton.bodies(mechanism, floor), 1.0, compact, at_tip, at_tip, (), centre, size, floor)
     subtitle = " · ".join(mechanism.joint_names)
     write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
 
 
 def write_whole(path: Path, text: str) -> None:
     """Write a text file so that its name never stands for half of it: temporary file, sync, rename."""
-    with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+    with tempfile.NamedTemporaryFile(
+        "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
+    ) as file:
         try:
             file.write(text)
             file.flush()

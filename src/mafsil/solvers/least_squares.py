@@ -30,6 +30,9 @@ def damped_step(jacobian: Floats, residual: Floats, damping: Floats) -> Floats:
         (k, n). Rows whose matrix is not positive definite to working precision are NaN.
     """
     k, m, n = jacobian.shape
+    if k == 1:
+        # With one lane NumPy would fold the lane axis away and sum in another order.
+        return damped_step(*(np.repeat(part, 2, axis=0) for part in (jacobian, residual, damping)))[:1]
     step = np.empty((k, n))
     for begin in range(0, k, LANES):
         rows = slice(begin, begin + LANES)

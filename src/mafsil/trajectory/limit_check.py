@@ -34,9 +34,13 @@ class Violation:
     value: float
     limit: float
 
+    def quantity_name(self, language: str | None = None) -> str:
+        """The quantity in words."""
+        return say(f"trajectory.{self.quantity}", language=language)
+
     def explain(self, language: str | None = None) -> str:
         """The violation as a sentence."""
-        quantity = say(f"trajectory.{self.quantity}", language=language)
+        quantity = self.quantity_name(language)
         facts = {"joint": self.joint, "time": self.time, "value": self.value, "limit": self.limit}
         return say("trajectory.exceeded", language=language, quantity=quantity, **facts)
 

@@ -14,4 +14,5 @@ class PlanStatus(Status):
     UNREACHABLE = ("trajectory.unreachable", False)
     SINGULAR = ("trajectory.singular", False)
     JOINT_LIMIT = ("trajectory.joint_limit", False)
+    DEVIATES = ("trajectory.deviates", False)
     RATE_LIMIT = ("trajectory.rate_limit", False)

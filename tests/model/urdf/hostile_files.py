@@ -104,6 +104,22 @@ def _moment(ixx: str, iyy: str = "1", izz: str = "1") -> bytes:
     return sound().replace(old, f'ixx="{ixx}" ixy="0" ixz="0" iyy="{iyy}" iyz="0" izz="{izz}"'.encode(), 1)
 
 
+def _chain_of_mimics(multiplier: str, links: int) -> bytes:
+    parts = [f'<link name="l{k}"/>\n' for k in range(links + 1)]
+    mimic = [f'<mimic joint="j{k - 1}" multiplier="{multiplier}" offset="1"/>' if k else "" for k in range(links)]
+    return robot(*parts, *(_joint_between(f"j{k}", f"l{k}", f"l{k + 1}", mimic[k]) for k in range(links)))
+
+
+def _after_fixed(extra: str) -> bytes:
+    fixed = '<joint name="k" type="fixed"><parent link="b"/><child link="c"/></joint>\n<link name="c"/>\n'
+    return robot(LINKS, fixed, _joint_between("j", "a", "b", extra))
+
+
+def _shape(inside: str) -> bytes:
+    """A visual in line 4."""
+    return sound().replace(b'<link name="b">\n', f'<link name="b">\n<visual>{inside}</visual>'.encode())
+
+
 BOX = '<collision><geometry><box size="1 -1 1"/></geometry></collision>'
 
 CASES = (
@@ -179,5 +195,40 @@ CASES = (
     Case("link without name", sound().replace(b'name="b"', b'nom="b"'), "S0301", 3, False, False),
     Case("direction override in a name", sound().replace(b'"b"', '"b\u202ea"'.encode()),
          "S0302", 3, True, True, accepted=True),
+    Case("not well-formed", sound().replace(b"<axis", b"<<axis"), "F0110", 8, False, False),
+    Case("attribute twice", _joint('type="revolute"', 'type="revolute" type="fixed"'), "F0113", 6, False, False),
+    Case("junk after the end", sound() + b"<a/>", "F0114", 12, False, False),
+    Case("too many diagnostics", robot(LINKS, JOINT, "<wobble/>\n" * 1_001), "F0132", 1_010, False, False),
+    Case("misspelt element", _joint("<limit", "<limits"), "F0133", 9, False, True, accepted=True),
+    Case("nameless robot", sound().replace(b'name="r"', b""), "S0311", 1, False, True, accepted=True),
+    Case("no range", _joint('lower="-1" upper="1"', ""), "J0411", 9, False, True, accepted=True),
+    Case("range of zero", _joint('lower="-1" upper="1"', 'lower="0" upper="0"'), "J0414", 9, False, True, accepted=True),
+    Case("limits equal", _joint('lower="-1" upper="1"', 'lower="1" upper="1"'), "J0413", 9, False, True, accepted=True),
+    Case("half a range", _joint('lower="-1"', ""), "J0419", 9, False, True, accepted=True),
+    Case("no effort", _joint('effort="5"', ""), "J0415", 9, False, True, accepted=True),
+    Case("continuous with a range", _joint("revolute", "continuous"), "J0418", 9, False, True, accepted=True),
+    Case("mimic of a mimic", _chain_of_mimics("2", 3), "J0423", 8, False, True, accepted=True),
+    Case("mimics beyond floating point", _chain_of_mimics("1e15", 30), "J0427", 54, False, False),
+    Case("mimic on a fixed joint", robot(LINKS, JOINT.replace("revolute", "fixed").replace(AXIS, '<mimic joint="j"/>')),
+         "J0424", 8, False, True, accepted=True),
+    Case("mimic of a fixed joint", _after_fixed('<mimic joint="k" offset="1"/>'), "J0425", 8, False, True, accepted=True),
+    Case("mimic times zero", _chain_of_mimics("0", 2), "J0426", 6, False, True, accepted=True),
+    Case("safety controller", _joint(AXIS, AXIS + '<safety_controller k_velocity="1"/>'),
+         "J0431", 8, False, True, accepted=True),
+    Case("transmission of two", robot(LINKS, JOINT, '<transmission name="t"/>\n'),
+         "J0432", 11, False, True, accepted=True),
+    Case("massless", sound().replace(INERTIAL.encode(), INERTIAL.replace('"1"', '"0"').encode()),
+         "I0502", 2, False, True, accepted=True),
+    Case("inertia zero", _moment("0", "0", "0"), "I0507", 2, False, True, accepted=True),
+    Case("inertia not positive", _moment("-0.1"), "I0505", 2, True, True, accepted=True),
+    Case("geometry empty", _shape("<geometry/>"), "G0601", 4, False, True, accepted=True),
+    Case("geometry unknown", _shape("<geometry><cone/></geometry>"), "G0602", 4, True, True, accepted=True),
+    Case("geometry missing", _shape(""), "F0135", 4, True, True),
+    Case("scale zero", _shape('<geometry><mesh filename="a.stl" scale="1 0 1"/></geometry>'), "G0604", 4, True, True),
+    Case("colour out of range", _shape('<geometry><sphere radius="1"/></geometry><material name="m">'
+                                       '<color rgba="255 0 0 1"/></material>'), "G0620", 4, False, True, accepted=True),
+    Case("material unknown", _shape('<geometry><sphere radius="1"/></geometry><material name="m"/>'),
+         "G0621", 4, False, True, accepted=True),
+    Case("damping negative", _joint(AXIS, AXIS + '<dynamics damping="-1"/>'), "J0430", 8, True, True),
     Case("two inertials", robot(LINKS.replace(INERTIAL, INERTIAL * 2), JOINT), "F0134", 2, True, True),
 )  # fmt: skip

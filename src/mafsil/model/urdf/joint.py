@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import copysign, inf, sqrt
 
 from mafsil.arrays import Vector3, frozen
@@ -31,6 +30,7 @@ from mafsil.model.faults import (
 )
 from mafsil.model.joint import Joint, JointKind, Mimic
 from mafsil.model.limits import Limits
+from mafsil.model.mimics import Declared
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
 from mafsil.model.urdf.origin import read_origin
@@ -59,14 +59,6 @@ UNBOUNDED = 1e300
 """A limit of this magnitude or more means none."""
 UNIT = 1e-9
 """Deviation of an axis from unit length that is rounding of its decimals, normalised without a remark."""
-
-
-@dataclass(frozen=True, slots=True)
-class Declared:
-    """A joint as it stands in the file, with its element for later remarks."""
-
-    joint: Joint
-    element: Element
 
 
 def read_joint(reading: Reading, element: Element) -> Declared | None:

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
-from mafsil.errors import ModelError
 from mafsil.model.asset_path import Assets
-from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
-from mafsil.model.faults import IGNORED_ELEMENT, INCONSISTENT, NAMELESS_ROBOT, UNEXPANDED_XACRO, WRONG_ROOT
+from mafsil.model.diagnostics import Report
+from mafsil.model.faults import IGNORED_ELEMENT, NAMELESS_ROBOT, UNEXPANDED_XACRO, WRONG_ROOT
+from mafsil.model.file_reader import FileReader
 from mafsil.model.joint import Joint
-from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.mimics import resolve_mimics
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, noted
-from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.repairing import Change
+from mafsil.model.source import Source
 from mafsil.model.urdf.joint import read_joint
 from mafsil.model.urdf.link import read_link
 from mafsil.model.urdf.shape import Materials
-from mafsil.model.urdf.structure import DeclaredLink, check_joints, check_links, resolve_mimics
+from mafsil.model.urdf.structure import DeclaredLink, check_joints, check_links
 from mafsil.model.urdf.transmission import read_transmissions
-from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
+from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits
 
 _PARTS = ("link", "joint", "material", "transmission")
 _IGNORED = ("gazebo", "ros2_control", "sensor", "verbose", "loop_joint")
-MOST_NOTES = 50
 
 
 def read(
@@ -36,19 +35,15 @@ def read(
         source: path of the file, or the document itself (bytes, or a str that begins with `<`).
         packages: directories of packages, or that hold packages, for `package://` references.
         limits: sizes beyond which the file is refused.
-        repair: apply the repairs that the diagnostics offer before giving up; the file itself is not touched.
+        repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
 
     Returns:
-        The mechanism; what was normalised or guessed stands in its `provenance.notes`.
+        The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
 
     Raises:
         FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
     """
-    report = diagnose(source, packages=packages, limits=limits)
-    if repair and not report.ok:
-        text, changes = mended(source, limits, lambda text: report_of(text, packages, limits), only_errors=True)
-        return noted(require_mechanism(report_of(text, packages, limits)), changes)
-    return require_mechanism(report)
+    return FileReader.of(_build, packages, limits).read(source, repair=repair)
 
 
 def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> Report:
@@ -60,12 +55,7 @@ def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: Rea
     Returns:
         Coded diagnostics in the order of the file; never raises for what stands in the file.
     """
-    name = name_of(source)
-    try:
-        text = load(source, limits)
-    except Refusal as refusal:
-        return Report(name, (refusal.diagnostic,))
-    return report_of(text, packages, limits)
+    return FileReader.of(_build, packages, limits).diagnose(source)
 
 
 def repair(
@@ -82,28 +72,10 @@ def repair(
     Raises:
         FileError: the source cannot be read at all (missing, too large, not in its encoding).
     """
-    text, changes = mended(source, limits, lambda text: report_of(text, packages, limits))
-    return text.data.decode("utf-8"), changes
+    return FileReader.of(_build, packages, limits).repair(source)
 
 
-def report_of(text: Text, packages: Iterable[str | Path], limits: ReadLimits) -> Report:
-    """The report about a decoded document."""
-    try:
-        reading = Reading(parse(text.data, limits), list(text.remarks))
-    except Refusal as refusal:
-        return Report(text.name, (*text.remarks, refusal.diagnostic))
-    try:
-        mechanism = _read_robot(reading, Assets.of(text.folder, packages), text.name)
-    except Refusal as refusal:
-        reading.diagnostics.append(refusal.diagnostic)
-        mechanism = None
-    ordered = tuple(sorted(reading.diagnostics, key=lambda d: (d.line, d.column)))
-    if mechanism is not None:
-        mechanism = replace(mechanism, provenance=Provenance(text.name, notes=_notes(ordered)))
-    return Report(text.name, ordered, mechanism)
-
-
-def _read_robot(reading: Reading, assets: Assets, source: str) -> Mechanism | None:
+def _build(reading: Reading, assets: Assets, source: str, _limits: ReadLimits) -> Mechanism | None:
     robot = reading.document.root
     if _is_foreign(reading):
         return None
@@ -115,7 +87,7 @@ def _read_robot(reading: Reading, assets: Assets, source: str) -> Mechanism | No
         reading.report(NAMELESS_ROBOT, robot)
         name = Path(source).stem if source != "<text>" else "robot"
     links, joints = _read_parts(reading, assets)
-    return None if reading.failed else _assembled(reading, name, links, joints)
+    return None if reading.failed else Mechanism.assemble(name, [declared.link for declared in links], joints)
 
 
 def _read_parts(reading: Reading, assets: Assets) -> tuple[list[DeclaredLink], list[Joint]]:
@@ -133,14 +105,6 @@ def _read_parts(reading: Reading, assets: Assets) -> tuple[list[DeclaredLink], l
     return links, joints
 
 
-def _assembled(reading: Reading, name: str, links: list[DeclaredLink], joints: list[Joint]) -> Mechanism | None:
-    try:
-        return Mechanism.assemble(name, [declared.link for declared in links], joints)
-    except ModelError as error:
-        reading.report(INCONSISTENT, reading.document.root, reason=str(error))
-        return None
-
-
 def _is_foreign(reading: Reading) -> bool:
     """Whether the document is no finished URDF: another root, or a xacro that was not expanded."""
     root = reading.document.root
@@ -154,10 +118,3 @@ def _is_foreign(reading: Reading) -> bool:
                 reading.report(UNEXPANDED_XACRO, element)
                 return True
     return False
-
-
-def _notes(diagnostics: tuple[Diagnostic, ...]) -> tuple[str, ...]:
-    """What was guessed or normalised, as the notes of the mechanism."""
-    warnings = [d.line_of_text("en") for d in diagnostics if d.severity is Severity.WARNING]
-    more = len(warnings) - MOST_NOTES
-    return (*warnings[:MOST_NOTES], f"... {more} more") if more > 0 else tuple(warnings)

@@ -1,19 +1,13 @@
-"""Whether links and joints form one tree, with a place and a repair for each contradiction; mimic chains resolved."""
+"""Whether links and joints form one tree, with a place and a repair for each contradiction."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from mafsil.arrays import frozen
 from mafsil.model.faults import (
     CYCLE,
     DUPLICATE_JOINT,
     DUPLICATE_LINK,
-    MIMIC_CHAIN,
-    MIMIC_CYCLE,
-    MIMIC_ITSELF,
-    MIMIC_LEADER_FIXED,
-    MIMIC_LEADER_MISSING,
     NO_LINKS,
     SELF_JOINT,
     TWO_PARENTS,
@@ -21,11 +15,9 @@ from mafsil.model.faults import (
     UNEXPANDED_XACRO,
     UNKNOWN_LINK,
 )
-from mafsil.model.joint import Joint, JointKind, Mimic
 from mafsil.model.link import Link
-from mafsil.model.placement import screw_motion
+from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading
-from mafsil.model.urdf.joint import Declared
 from mafsil.model.xml_tree import Element, escaped
 
 
@@ -129,42 +121,3 @@ def _check_tree(reading: Reading, robot: Element, links: list[str], joints: list
 def _weld(parent: str, child: str) -> str:
     name, parent, child = escaped(f"{parent}_to_{child}"), escaped(parent), escaped(child)
     return f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
-
-
-def resolve_mimics(reading: Reading, joints: list[Declared]) -> list[Joint]:
-    """The joints with every mimic pointing to a joint that owns its coordinate."""
-    by_name = {declared.joint.name: declared for declared in joints}
-    return [_resolved(reading, declared, by_name) for declared in joints]
-
-
-def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]) -> Joint:
-    joint, mimic = declared.joint, declared.joint.mimic
-    if mimic is None:
-        return joint
-    element = declared.element.first("mimic") or declared.element
-    seen, current, steps = {joint.name}, mimic, 0
-    while True:
-        leader = by_name.get(current.leader)
-        if leader is None or current.leader in seen:
-            fault = MIMIC_LEADER_MISSING if leader is None else MIMIC_CYCLE if steps else MIMIC_ITSELF
-            reading.report(fault, element, "joint", reading.remove(element), joint=joint.name, leader=current.leader)
-            return replace(joint, mimic=None)
-        if leader.joint.mimic is None:
-            break
-        seen.add(current.leader)
-        after = leader.joint.mimic
-        current = Mimic(after.leader, current.multiplier * after.multiplier,
-                        current.multiplier * after.offset + current.offset)  # fmt: skip
-        steps += 1
-    if steps:
-        reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)
-    if leader.joint.kind is JointKind.FIXED:
-        reading.report(MIMIC_LEADER_FIXED, element, "joint", joint=joint.name, leader=current.leader)
-        return _held_at(joint, current.offset)
-    return replace(joint, mimic=current)
-
-
-def _held_at(joint: Joint, q: float) -> Joint:
-    """The joint fixed at a value of its coordinate."""
-    T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, q))
-    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, mimic=None, wraps=False)

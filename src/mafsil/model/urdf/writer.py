@@ -153,7 +153,8 @@ def _transmission(joint: Joint) -> Iterator[str]:
         return
     name, ratio = escaped(joint.name), written(joint.actuator.gear_ratio)
     yield f'  <transmission name="{name}">\n    <joint name="{name}"/>'
-    yield f'    <actuator name="{name}"><mechanicalReduction>{ratio}</mechanicalReduction></actuator>\n  </transmission>'
+    yield f'    <actuator name="{name}"><mechanicalReduction>{ratio}</mechanicalReduction></actuator>'
+    yield "  </transmission>"
 
 
 def _limit(limits: Limits) -> str:

@@ -91,7 +91,7 @@ class Plot {
     this.plot.bands.forEach(([from, to], k) => { if (k % 2) make("rect", { class: "band", x: this.x(from), width: Math.max(0, this.x(to) - this.x(from)), y: PAD.top, height: height - PAD.top - PAD.bottom }, this.svg); });
     for (const v of rows.list) {
       make("line", { class: v === 0 ? "zero" : "grid", x1: PAD.left, x2: width - PAD.right, y1: this.y(v), y2: this.y(v) }, this.svg);
-      make("text", { x: PAD.left - 7, y: this.y(v) + 4, "text-anchor": "end" }, this.svg, Math.abs(v) > 0 && (Math.abs(high - low) < 0.004 || Math.abs(v) >= 1e5) ? v.toExponential(1) : v.toFixed(rows.digits));
+      make("text", { x: PAD.left - 7, y: this.y(v) + 4, "text-anchor": "end" }, this.svg, v === 0 ? "0" : (Math.abs(high - low) < 0.004 || Math.abs(v) >= 1e5) ? v.toExponential(1) : v.toFixed(rows.digits));
     }
     for (const t of columns.list) make("text", { x: this.x(t), y: height - 8, "text-anchor": t > this.last * 0.97 ? "end" : "middle" }, this.svg, t.toFixed(columns.digits) + (t === columns.list[columns.list.length - 1] ? " s" : ""));
   }

@@ -37,7 +37,7 @@ class Replay {
   }
   home() {
     this.target = [...this.scene.centre];
-    this.azimuth = -0.95; this.elevation = 0.36; this.distance = this.size * (this.canvas.clientWidth < 600 ? 3.6 : 2.75);
+    this.azimuth = -0.95; this.elevation = 0.36; this.distance = this.size * (this.canvas.clientWidth < 600 ? 3.9 : 3.05);
     this.changed();
   }
   // Pose `index` of a row of `count`, at a fractional frame: positions linear, quaternions normalised linear.

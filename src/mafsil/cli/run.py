@@ -1,0 +1,75 @@
+"""`mafsil run` and `mafsil demo`: a job solved end to end."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from mafsil.cli.answer import Answer
+from mafsil.cli.progress import Progress
+from mafsil.cli.table import table
+from mafsil.job import Refusal, Run, solve
+from mafsil.job.judgement import summary
+from mafsil.job.reading import parse, text_of
+from mafsil.messages import language, say
+from mafsil.report.contents import verdict
+from mafsil.report.results import as_data, require_replaceable, write_results
+
+
+def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
+    """Solve a job file and write the report.
+
+    Args:
+        job: path of the file.
+        out: directory for the results; `results/<name of the job>` if None.
+        progress: print progress even when stderr is no terminal.
+        open: show the report in the browser.
+
+    Raises:
+        MafsilError: the job or the robot cannot be read, or do not fit each other.
+    """
+    path = Path(job)
+    target = Path(out) if out else Path("results") / path.stem
+    return _run(text_of(path), path.name, path.parent, target, progress=progress, show=open)
+
+
+def demo(out: str | None, progress: bool, open: bool) -> Answer:
+    """The job that comes with mafsil, on the default robot; arguments as for `run`."""
+    text = resources.files("mafsil.cli").joinpath("demo.toml").read_text(encoding="utf-8")
+    target = Path(out) if out else Path("results") / "demo"
+    return _run(text, "demo.toml", Path(), target, progress=progress, show=open)
+
+
+def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, show: bool) -> Answer:
+    require_replaceable(target)
+    with Progress(progress) as bar:
+        job = parse(text, source)
+        outcome = solve(job, text, folder, bar)
+        if isinstance(outcome, Refusal):
+            refusal = {"complete": False, "code": outcome.key, "reason": outcome.explain()}
+            return Answer(refusal, refusal=outcome.explain())
+        bar.enter("stage_writing")
+        report = write_results(outcome, target)
+    if show:
+        import webbrowser
+
+        webbrowser.open(report.as_uri())
+    return _answer(outcome, report)
+
+
+def _answer(outcome: Run, report: Path) -> Answer:
+    numbers = summary(outcome)
+    data = as_data(outcome, numbers) | {"report": str(report)}
+    lines = [say("cli.run_title", title=outcome.job.title or outcome.robot.name, verdict=verdict(outcome).text)]
+    rows = [
+        (say("report.cycle"), f"{numbers.cycle:.3f} s"),
+        (say("report.tip_error"), f"{1e3 * numbers.tip_error:.3g} mm"),
+        (say("report.joint_error"), f"{numbers.joint_error.max():.2g}"),
+        (say("report.energy"), f"{numbers.energy:.4g} J"),
+    ]
+    lines += table(("", ""), rows)[1:]
+    marks = {"good": "-", "warning": "!", "failure": "!!"}
+    lines += [f"  {marks[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
+    lines.append(say("cli.run_written", path=report))
+    refusal = outcome.stopped.sentence(language()) if outcome.stopped is not None else None
+    return Answer(data, tuple(lines), refusal)

@@ -1,0 +1,235 @@
+"""An arm with letters for its lengths: the Denavit-Hartenberg table that a derivation starts from, and its poses.
+
+Turns about parallel neighbouring axes are added as angles before anything is multiplied, which is why the cosine of a
+sum (c12, s23) appears where a teacher writes it and no trigonometric identity has to be found afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, combinations
+from math import pi
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.derivation.matrices import (
+    ZERO,
+    Entries,
+    Row,
+    SymbolicPose,
+    numbers,
+    plus,
+    product,
+    rotation_x,
+    rotation_z,
+    scaled,
+    transform,
+)
+from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, symbol
+from mafsil.model import Mechanism
+from mafsil.model.denavit_hartenberg import DHRow
+from mafsil.model.dh_from_axes import DHTable, Relation, dh_from_mechanism
+from mafsil.model.exponentials import chain_to_tip
+
+NOTHING = 1e-11
+"""Lengths [m] and distances from a quarter turn [rad] below this are rounding."""
+
+_IDENTITY = SymbolicPose(rotation_z(()), (ZERO, ZERO, ZERO))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicRow:
+    """One row of the table in letters.
+
+    Attributes:
+        a, d: lengths; d holds the coordinate of a sliding joint.
+        alpha, theta: angles besides whole quarter turns.
+        alpha_quarters, theta_quarters: quarter turns added to them.
+        row: the numbers.
+    """
+
+    a: Polynomial
+    alpha: Angle
+    alpha_quarters: int
+    d: Polynomial
+    theta: Angle
+    theta_quarters: int
+    row: DHRow
+
+    def transform(self) -> SymbolicPose:
+        """T_i-1,i = Rot(x, alpha) Trans(x, a) Trans(z, d) Rot(z, theta)."""
+        tilt = rotation_x(self.alpha, self.alpha_quarters)
+        along_z = scaled(self.d, tuple(r[2] for r in tilt))
+        return SymbolicPose(
+            product(tilt, rotation_z(self.theta, self.theta_quarters)), plus((self.a, ZERO, ZERO), along_z)
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicArm:
+    """The chain from base to tip in letters.
+
+    Attributes:
+        mechanism: the robot.
+        table: its modified Denavit-Hartenberg table in numbers.
+        rows: the table in letters.
+        base, tool: constant poses of {0} in {s} and of the tip in {n}.
+        letters: number of every letter [m | rad].
+        coordinates: for each row, its place in q.
+        offsets: constant that is added to q_i in theta_i [rad], quarter turns not counted.
+    """
+
+    mechanism: Mechanism
+    table: DHTable
+    rows: tuple[SymbolicRow, ...]
+    base: SymbolicPose
+    tool: SymbolicPose
+    letters: dict[str, float]
+    coordinates: tuple[int, ...]
+    offsets: tuple[float, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of joints of the chain."""
+        return len(self.rows)
+
+    def values(self, q: Floats) -> dict[str, float | Floats]:
+        """Numbers of all letters and angles at states q (count, n of the robot)."""
+        found: dict[str, float | Floats] = dict(self.letters)
+        for i, (place, offset) in enumerate(zip(self.coordinates, self.offsets, strict=True), start=1):
+            found[f"theta{i}"] = q[..., place] + offset
+            found[f"q{i}"] = q[..., place]
+        return found
+
+    def poses(self) -> tuple[SymbolicPose, ...]:
+        """T_s0, T_s1, ..., T_sn and the tip: n + 2 poses in {s}."""
+        frames = tuple(self._poses(self.base, self.rows))
+        return (*frames, composed(frames[-1], self.tool))
+
+    def between(self, k: int, i: int) -> SymbolicPose:
+        """T_ki of the table's frames, 0 <= k <= i <= n."""
+        *_, last = self._poses(_IDENTITY, self.rows[k:i])
+        return last
+
+    def _poses(self, start: SymbolicPose, rows: Sequence[SymbolicRow]) -> Iterator[SymbolicPose]:
+        """The starting frame and the frames of the rows after it."""
+        yield start
+        angle: Angle = ()
+        before, quarters, p, R = start.R, 0, start.p, start.R
+        for row in rows:
+            tilt = row.alpha_quarters % 4
+            if row.alpha or tilt % 2:
+                before = product(product(before, rotation_z(angle, quarters)), rotation_x(row.alpha, tilt))
+                angle, quarters = row.theta, row.theta_quarters
+            elif tilt == 2:
+                before = product(before, rotation_x((), 2))
+                angle, quarters = angle_sum(row.theta, angle, -1), row.theta_quarters - quarters
+            else:
+                angle, quarters = angle_sum(angle, row.theta), quarters + row.theta_quarters
+            p = plus(p, scaled(row.a, tuple(r[0] for r in R)))
+            p = plus(p, scaled(row.d, tuple(r[2] for r in before)))
+            R = product(before, rotation_z(angle, quarters))
+            yield SymbolicPose(R, p)
+
+
+def composed(T_ab: SymbolicPose, T_bc: SymbolicPose) -> SymbolicPose:
+    """T_ac."""
+    return SymbolicPose(product(T_ab.R, T_bc.R), plus(T_ab.p, transform(T_ab.R, T_bc.p)))
+
+
+def symbolic_arm(mechanism: Mechanism) -> SymbolicArm:
+    """The arm to the tip in letters.
+
+    Of the tables that the two senses of intersecting axes allow, the one with the fewest constant joint offsets.
+
+    Args:
+        mechanism: any; its chain to the tip is taken.
+
+    Raises:
+        ModelError: a mimic or helical joint on the chain, or no joint at all.
+    """
+    table = best_table(mechanism)
+    letters: dict[str, float] = {}
+    planar = _is_planar(table)
+    rows = tuple(_row(i, row, planar, letters) for i, row in enumerate(table.rows, start=1))
+    moving = [joint for joint in chain_to_tip(mechanism) if joint.moves]
+    return SymbolicArm(
+        mechanism,
+        table,
+        rows,
+        _constant_pose(table.base, "b", letters),
+        _constant_pose(table.tool, f"L{len(rows)}" if planar else "t", letters),
+        letters,
+        tuple(mechanism.joint_names.index(joint.name) for joint in moving),
+        tuple(_rest(row.theta) if row.kind == "R" else 0.0 for row in table.rows),
+    )
+
+
+def best_table(mechanism: Mechanism) -> DHTable:
+    """The modified table with the fewest constant joint offsets; among those, the fewest negative twists."""
+    first = dh_from_mechanism(mechanism)
+    free = [i for i, relation in enumerate(first.relations, start=1) if relation is Relation.INTERSECTING]
+    choices = chain.from_iterable(combinations(free, count) for count in range(len(free) + 1))
+    return min((dh_from_mechanism(mechanism, flipped=choice) for choice in choices), key=_offsets)
+
+
+def _offsets(table: DHTable) -> tuple[int, int]:
+    turning = [row.theta + row.offset for row in table.rows if row.kind == "R"]
+    return sum(abs(x) > NOTHING for x in turning), sum(row.alpha < -NOTHING for row in table.rows)
+
+
+def _row(i: int, row: DHRow, planar: bool, letters: dict[str, float]) -> SymbolicRow:
+    alpha, alpha_quarters = _angle(f"alpha{i - 1}", row.alpha, letters)
+    turning = row.kind == "R"
+    theta, theta_quarters = ((f"theta{i}", 1),), round((row.theta - _rest(row.theta)) / (pi / 2))
+    if not turning:
+        theta, theta_quarters = _angle(f"theta{i}_", row.theta, letters)
+    d = _length(f"d{i}", row.d, letters)
+    return SymbolicRow(
+        _length(f"L{i - 1}" if planar else f"a{i - 1}", row.a, letters),
+        alpha,
+        alpha_quarters,
+        d if turning else d + symbol(f"q{i}", i),
+        theta,
+        theta_quarters,
+        row,
+    )
+
+
+def _angle(name: str, value: float, letters: dict[str, float]) -> tuple[Angle, int]:
+    """A constant angle: quarter turns, or a letter if it is something else."""
+    rest = _rest(value)
+    if rest == 0.0:
+        return (), round(value / (pi / 2))
+    letters[name] = value
+    return ((name, 1),), 0
+
+
+def _rest(value: float) -> float:
+    """The angle itself, or 0 if it is a whole number of quarter turns."""
+    quarter = pi / 2
+    return 0.0 if abs(value - round(value / quarter) * quarter) < NOTHING else value
+
+
+def _length(name: str, value: float, letters: dict[str, float]) -> Polynomial:
+    if abs(value) < NOTHING:
+        return ZERO
+    letters[name] = value
+    return symbol(name)
+
+
+def _constant_pose(T: PoseMatrix, letter: str, letters: dict[str, float]) -> SymbolicPose:
+    """Rotation in numbers, origin in letters: b_x, or one letter alone if it names a link of a planar arm."""
+    names = (letter, "", "") if letter.startswith("L") else tuple(f"{letter}_{axis}" for axis in "xyz")
+    p: Row = tuple(_length(name, float(x), letters) for name, x in zip(names, T[:3, 3], strict=True))
+    R: Entries = numbers(T[:3, :3])
+    return SymbolicPose(R, p)
+
+
+def _is_planar(table: DHTable) -> bool:
+    """Parallel revolute axes in one plane, tip in that plane along the last link."""
+    rows = table.rows
+    flat = all(row.kind == "R" and abs(row.d) < NOTHING and abs(row.alpha) < NOTHING for row in rows)
+    return flat and bool(np.abs(table.tool[1:3, 3]).max() < NOTHING)

@@ -1,0 +1,90 @@
+"""A derivation as data: numbered steps of text and formulas, every formula with the error of its numerical check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from mafsil.derivation.matrices import Entries
+from mafsil.derivation.polynomial import Polynomial
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A letter with an index: T_03, z_2, det J."""
+
+    letter: str
+    index: str = ""
+
+
+Product: TypeAlias = tuple[Name, ...]
+"""Names side by side."""
+Side: TypeAlias = Product | Entries | Polynomial | str
+"""One side of an equation: a product of names, a matrix of formulas, a formula, or given text such as numbers."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """left = sides[0] = sides[1] ...
+
+    Attributes:
+        left: names.
+        sides: what they equal.
+        error: largest difference from the compiled robot over the random states; None for a definition.
+    """
+
+    left: Product
+    sides: tuple[Side, ...]
+    error: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """A table: head and rows, formulas or text in the cells."""
+
+    head: tuple[Name | str, ...]
+    rows: tuple[tuple[Polynomial | str, ...], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One numbered step.
+
+    Attributes:
+        key: of its sentence in the messages; facts fill it.
+        lines: its formulas.
+        grid: a table between sentence and formulas, or None.
+    """
+
+    key: str
+    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    lines: tuple[Line, ...] = ()
+    grid: Grid | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Derivation:
+    """What `derive_fk` and `derive_jacobian` hand back; `to_text`, `to_latex` and `to_html` write it.
+
+    Attributes:
+        key: of the title's sentence.
+        robot: name.
+        steps: in order.
+        states: number of random states at which every line was checked.
+    """
+
+    key: str
+    robot: str
+    steps: tuple[Step, ...]
+    states: int
+
+    @property
+    def worst_error(self) -> float:
+        """Largest error of all lines."""
+        return max((line.error for line in self.lines if line.error is not None), default=0.0)
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """All formulas."""
+        return tuple(line for step in self.steps for line in step.lines)

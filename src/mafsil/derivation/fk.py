@@ -1,0 +1,92 @@
+"""Forward kinematics derived step by step from the Denavit-Hartenberg table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.derivation.arm import SymbolicArm, symbolic_arm
+from mafsil.derivation.document import Derivation, Line, Name, Step
+from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose
+from mafsil.derivation.table_step import table_step
+from mafsil.derivation.verification import STATES, Judge
+from mafsil.model import Mechanism
+
+
+def derive_fk(mechanism: Mechanism) -> Derivation:
+    """T_s,tip(q) as formulas, in numbered steps, every line compared with the compiled robot at random states.
+
+    T_s,tip = T_s0 T_01 ... T_n-1,n T_n,tip
+
+    Args:
+        mechanism: its chain to the tip may have revolute and prismatic joints.
+
+    Raises:
+        ModelError: a helical or mimic joint, or none at all.
+        DerivationError: a line differs from the compiled robot; nothing is handed out then.
+    """
+    arm = symbolic_arm(mechanism)
+    judge = Judge(arm)
+    steps = [table_step(arm), _links(arm, judge), *products(arm, judge), _result(arm, judge)]
+    return Derivation("derivation.fk_title", mechanism.name, tuple(steps), STATES)
+
+
+def base_letter(arm: SymbolicArm) -> str:
+    """`0` if the table starts in the space frame, else `s`."""
+    return "0" if is_identity(arm.base) else "s"
+
+
+def is_identity(pose: SymbolicPose) -> bool:
+    """Whether a constant pose is none."""
+    flat = [x for row in pose.R for x in row]
+    ones = (0, 4, 8)
+    return all((x - (ONE if k in ones else ZERO)).is_zero for k, x in enumerate(flat)) and all(x.is_zero for x in pose.p)
+
+
+def _links(arm: SymbolicArm, judge: Judge) -> Step:
+    """T_i-1,i of every row."""
+    lines: list[Line] = []
+    for i, row in enumerate(arm.rows, start=1):
+        truth = np.linalg.inv(judge.frames[i - 1]) @ judge.frames[i]
+        lines.append(judge.line((Name("T", f"{i - 1}{i}"),), row.transform().entries, truth=truth))
+    return Step("derivation.links", {}, tuple(lines))
+
+
+def products(arm: SymbolicArm, judge: Judge) -> list[Step]:
+    """One step for the base if there is one, and one for every further frame."""
+    s, poses = base_letter(arm), arm.poses()
+    steps: list[Step] = []
+    if s == "s":
+        line = judge.line((Name("T", "s0"),), poses[0].entries, truth=judge.frames[0])
+        steps.append(Step("derivation.base", {}, (line,)))
+    for i in range(1 if s == "s" else 2, arm.n + 1):
+        sides = (Name("T", f"{s}{i - 1}"), Name("T", f"{i - 1}{i}"))
+        line = judge.line((Name("T", f"{s}{i}"),), sides, poses[i].entries, truth=judge.frames[i])
+        steps.append(Step(_reason(arm, i), {"i": i, "before": i - 1}, (line,)))
+    return steps
+
+
+def _reason(arm: SymbolicArm, i: int) -> str:
+    """The sentence of a product: angles add up where neighbouring axes are parallel."""
+    row = arm.rows[i - 1]
+    turns = i > 1 and row.row.kind == "R" and arm.rows[i - 2].row.kind == "R"
+    if row.alpha or row.alpha_quarters % 2 or not turns:
+        return "derivation.product"
+    return "derivation.product_opposite" if row.alpha_quarters % 4 == 2 else "derivation.product_parallel"
+
+
+def _result(arm: SymbolicArm, judge: Judge) -> Step:
+    """The tip: product with the tool, then every entry on its own line."""
+    s, tip = base_letter(arm), arm.poses()[-1]
+    names: list[Name] = [Name("T", f"{s}{arm.n}")]
+    lines: list[Line] = []
+    if not is_identity(arm.tool):
+        tool = np.broadcast_to(np.asarray(arm.table.tool), (STATES, 4, 4))
+        lines.append(judge.line((Name("T", f"{arm.n}t"),), arm.tool.entries, truth=tool))
+        names.append(Name("T", f"{arm.n}t"))
+    lines.append(Line((Name("T", f"{s}t"),), (tuple(names),), 0.0))
+    for r in range(3):
+        for c in range(3):
+            lines.append(judge.line((Name("r", f"{r + 1}{c + 1}"),), tip.R[r][c], truth=judge.tip[:, r, c]))
+    for r, axis in enumerate("xyz"):
+        lines.append(judge.line((Name("p", axis),), tip.p[r], truth=judge.tip[:, r, 3]))
+    return Step("derivation.result", {"tip": arm.mechanism.tip}, tuple(lines))

@@ -1,0 +1,91 @@
+"""From a job to a run: the robot with its tool, the plan, the drive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from mafsil.errors import JobError
+from mafsil.job.description import Job
+from mafsil.job.drive import drive
+from mafsil.job.payload import with_tool
+from mafsil.job.plan import Plan, plan
+from mafsil.job.remark import Refusal
+from mafsil.job.run import Run
+from mafsil.messages.visible import visible
+from mafsil.model import JointKind, Mechanism
+from mafsil.robot import Robot
+from mafsil.robot.loading import load_mechanism
+
+
+class Watcher(Protocol):
+    """Told how far the work is."""
+
+    def enter(self, stage: str) -> None:
+        """A stage begins: stage_robot, stage_planning, stage_simulating."""
+
+    def update(self, share: float) -> None:
+        """Share of the stage that is done."""
+
+
+class _Nobody:
+    def enter(self, stage: str) -> None: ...
+
+    def update(self, share: float) -> None: ...
+
+
+def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None) -> Run | Refusal:
+    """Solve a job end to end.
+
+    Args:
+        job: what is asked.
+        text: of its file, kept in the results.
+        folder: to which the path of a robot file is relative.
+        watcher: told how far it is.
+
+    Returns:
+        What happened, or which move is impossible and why.
+
+    Raises:
+        MafsilError: the robot cannot be read, or numbers of the job do not fit it.
+    """
+    eye = watcher or _Nobody()
+    eye.enter("stage_robot")
+    robot = equipped(job, folder)
+    eye.enter("stage_planning")
+    motion = plan(job, robot, eye.update)
+    if isinstance(motion, Refusal):
+        return motion
+    assert isinstance(motion, Plan)
+    eye.enter("stage_simulating")
+    return drive(job, text, robot, motion, eye.update)
+
+
+def equipped(job: Job, folder: Path) -> Robot:
+    """The robot of a job, with its tool.
+
+    Raises:
+        MafsilError: no such robot, or it has links without mass.
+    """
+    source = folder / job.robot if Path(job.robot).suffix else job.robot
+    mechanism = with_tool(load_mechanism(source), job.tool, degrees=job.angles == "degrees")
+    _require_masses(mechanism)
+    return Robot(mechanism)
+
+
+def _require_masses(mechanism: Mechanism) -> None:
+    """Every moving joint moves some mass (or inertia), else its acceleration is not defined."""
+    carried = [link.inertial is not None and link.inertial.mass > 0.0 for link in mechanism.links]
+    for k in reversed(range(len(mechanism.joints))):
+        parent = mechanism.parents[k]
+        if mechanism.joints[k].kind is JointKind.FIXED or parent:
+            carried[parent] = carried[parent] or carried[k + 1]
+    light = [
+        joint.child
+        for k, joint in enumerate(mechanism.joints)
+        if joint.moves and not carried[k + 1] and not (joint.actuator and joint.actuator.reflected_inertia > 0.0)
+    ]
+    if light or not np.any(carried):
+        raise JobError("job.no_mass", robot=visible(mechanism.name), links=", ".join(map(visible, light)))

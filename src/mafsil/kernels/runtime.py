@@ -1,0 +1,119 @@
+"""Where CPython and NumPy keep what machine code reads and calls: offsets, a table of addresses, and the self-test.
+
+The structs are public and have not moved for years, but nothing is taken on trust: `available` compares the offsets
+with objects of known contents, and without that proof no machine code looks at an object.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+import sys
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+TYPE, ARRAY_DATA, ARRAY_NDIM, ARRAY_SHAPE, ARRAY_DTYPE, ARRAY_FLAGS = 8, 16, 24, 32, 56, 64
+DTYPE_ORDER, DTYPE_NUMBER, FLOAT_VALUE = 26, 28, 16
+CONTIGUOUS_ALIGNED = 0x101
+DOUBLE = 12
+TABLE = (
+    "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
+    "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef",
+)  # fmt: skip
+
+
+@cache
+def available() -> bool:
+    """Whether this interpreter and this NumPy store their objects where the machine code will look."""
+    try:
+        return _same_layout() and _runtime_answers()
+    except (AttributeError, ValueError, OSError, TypeError):
+        return False
+
+
+def api(capsule: str) -> ctypes.Array[ctypes.c_void_p]:
+    """NumPy's table of C functions: `_ARRAY_API` or `_UFUNC_API`."""
+    core = import_module("numpy._core._multiarray_umath")
+
+    pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+        ("PyCapsule_GetPointer", ctypes.pythonapi)
+    )
+    return (ctypes.c_void_p * 300).from_address(pointer(getattr(core, capsule), None))
+
+
+@cache
+def table() -> ctypes.Array[ctypes.c_void_p]:
+    """Addresses of this process that the machine code needs, in the order of TABLE."""
+    array = api("_ARRAY_API")
+    python = {name: _address(name) for name in TABLE if name.startswith(("PyTuple", "PyObject", "Py_"))}
+    known: dict[str, int | None] = {
+        "ndarray": id(np.ndarray),
+        "float64": id(np.dtype(np.float64)),
+        "PyFloat": id(float),
+        "npfloat64": id(np.float64),
+        "PyArray_New": array[93],
+        "PyArray_Return": array[76],
+        **python,
+    }
+    return (ctypes.c_void_p * len(TABLE))(*(known[name] for name in TABLE))
+
+
+def _address(name: str) -> int:
+    return ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0
+
+
+def _same_layout() -> bool:
+    """Offsets read by the machine code, compared with arrays, scalars and dtypes of known contents."""
+    if sys.implementation.name != "cpython" or struct.calcsize("P") != 8 or sys.byteorder != "little":
+        return False
+    if "t" in getattr(sys, "abiflags", ""):  # free-threaded builds have another object header
+        return False
+    base = np.arange(24.0).reshape(2, 3, 4)
+    odd = np.frombuffer(bytes(65), dtype=np.uint8)[1:].view(np.float64)
+    samples = [base, base[:, ::2], base.T, base[1, 2, 3:], np.zeros(()), np.zeros(7), np.zeros((0, 6)), odd]
+    return all(map(_reads_right, samples)) and _scalars_read_right()
+
+
+def _reads_right(array: np.ndarray[Any, Any]) -> bool:
+    at = id(array)
+    ndim = _read(ctypes.c_int, at + ARRAY_NDIM)
+    if ndim != array.ndim or _read(ctypes.c_ssize_t, at + TYPE) != id(np.ndarray):
+        return False
+    shape = _read(ctypes.c_ssize_t, at + ARRAY_SHAPE)
+    flags = _read(ctypes.c_int, at + ARRAY_FLAGS)
+    return (
+        _read(ctypes.c_ssize_t, at + ARRAY_DATA) == array.ctypes.data
+        and tuple(_read(ctypes.c_ssize_t, shape + 8 * axis) for axis in range(ndim)) == array.shape
+        and _read(ctypes.c_ssize_t, at + ARRAY_DTYPE) == id(array.dtype)
+        and bool(flags & 0x001) == array.flags.c_contiguous
+        and bool(flags & 0x100) == array.flags.aligned
+    )
+
+
+def _scalars_read_right() -> bool:
+    dtypes = [np.dtype(np.float64), np.dtype(">f8"), np.dtype(np.float32), np.dtype(np.int64)]
+    orders = [chr(_read(ctypes.c_ubyte, id(d) + DTYPE_ORDER)) == d.byteorder for d in dtypes]
+    numbers = [_read(ctypes.c_int, id(d) + DTYPE_NUMBER) == d.num for d in dtypes]
+    values = [_read(ctypes.c_double, id(x) + FLOAT_VALUE) == 1.25 for x in (float("1.25"), np.float64(1.25))]
+    return all(orders) and all(numbers) and all(values) and np.dtype(np.float64).num == DOUBLE
+
+
+def _runtime_answers() -> bool:
+    """NumPy's table has the allocator and the scalar maker where they are expected."""
+    array = api("_ARRAY_API")
+    if array[2] != id(np.ndarray):
+        return False
+    voidp, integer = ctypes.c_void_p, ctypes.c_int
+    new = ctypes.PYFUNCTYPE(ctypes.py_object, voidp, integer, voidp, integer, voidp, voidp, integer, integer, voidp)(
+        array[93] or 0
+    )
+    shape = (ctypes.c_ssize_t * 2)(3, 4)
+    made = new(id(np.ndarray), 2, ctypes.addressof(shape), DOUBLE, None, None, 0, 0, None)
+    return type(made) is np.ndarray and made.shape == (3, 4) and made.dtype == np.float64 and all(table())
+
+
+def _read(kind: Any, address: int) -> Any:
+    return kind.from_address(address).value

@@ -1,0 +1,187 @@
+"""Trigonometric functions and their inverses on all lanes.
+
+Reference: Muller, Elementary Functions, 2016, chapters 9 to 11.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mafsil.kernels import coefficients as table
+from mafsil.kernels.argument import HALF_PI_LOW, reduced
+from mafsil.kernels.emitter import Lanes
+from mafsil.kernels.exact import ordered_sum, two_product
+from mafsil.kernels.polynomial import polynomial
+
+SIGN = 1 << 63
+
+
+def sincos(lanes: Lanes, angles: list[str], wanted: list[set[str]]) -> list[tuple[str, str]]:
+    """(sin, cos) of every angle; what is not wanted is an empty name."""
+    return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduced(lanes, angles), wanted, strict=True)]
+
+
+def _on_quarter(lanes: Lanes, r: str, lo: str, turns: str, wanted: set[str]) -> tuple[str, str]:
+    """Sin and cos of n pi/2 + r + lo."""
+    z = lanes.mul(r, r)
+    z2 = lanes.mul(z, z)
+    small = lanes.add(r, lanes.fma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), lo))
+    tail = lanes.fms(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, lo))
+    large = lanes.add(lanes.const(1.0), lanes.fnma(lanes.mul(lanes.const(0.5), r), r, tail))
+    odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
+    sine = cosine = ""
+    if "sin" in wanted:
+        sine = _turned(lanes, lanes.select(odd, large, small), turns)
+    if "cos" in wanted:
+        after = lanes.integer_op("add", turns, lanes.whole(1))
+        cosine = _turned(lanes, lanes.select(odd, small, large), after)
+    return sine, cosine
+
+
+def _turned(lanes: Lanes, x: str, turns: str) -> str:
+    """-x if bit 1 of `turns` is set."""
+    sign = lanes.integer_op("and", lanes.integer_op("shl", turns, lanes.whole(62)), lanes.whole(SIGN))
+    return lanes.from_bits(lanes.integer_op("xor", lanes.bits(x), sign))
+
+
+def tan(lanes: Lanes, x: str) -> str:
+    """Tangent: a quotient of sine and cosine, each with its rounding error, and one step that mends the quotient."""
+    ((r, lo, turns),) = reduced(lanes, [x])
+    z = lanes.mul(r, r)
+    z2 = lanes.mul(z, z)
+    bend = lanes.fma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), lo)
+    sine, sine_low = ordered_sum(lanes, r, bend)
+    drop, drop_low = two_product(lanes, lanes.mul(lanes.const(0.5), r), r)
+    main, lost = ordered_sum(lanes, lanes.const(1.0), lanes.neg(drop))
+    tail = lanes.fms(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, lo))
+    cosine, cosine_low = ordered_sum(lanes, main, lanes.add(lanes.sub(lost, drop_low), tail))
+    odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
+    over, over_low = lanes.select(odd, cosine, sine), lanes.select(odd, cosine_low, sine_low)
+    under, under_low = lanes.select(odd, sine, cosine), lanes.select(odd, sine_low, cosine_low)
+    quotient = lanes.div(over, under)
+    product, error = two_product(lanes, quotient, under)
+    missing = lanes.add(lanes.sub(lanes.sub(over, product), error), lanes.fnma(quotient, under_low, over_low))
+    quotient = lanes.add(quotient, lanes.div(missing, under))
+    return lanes.select(odd, lanes.neg(quotient), quotient)
+
+
+def atan(lanes: Lanes, x: str) -> str:
+    """Arc tangent."""
+    size = lanes.fabs(x)
+    small = lanes.compare("olt", size, lanes.const(1.0))
+    one = lanes.const(1.0)
+    angle = _atan_of_quotient(lanes, lanes.select(small, size, one), lanes.select(small, one, size))
+    return lanes.copysign(_from_quarter(lanes, angle, small), x)
+
+
+def _atan_of_quotient(lanes: Lanes, a: str, b: str) -> tuple[str, str]:
+    """atan(a/b) for 0 <= a <= b as a main part and a small one; beyond tan(pi/8) as pi/4 + atan((a-b)/(a+b))."""
+    beyond = lanes.compare("ogt", a, lanes.mul(b, lanes.const(math.tan(math.pi / 8))))
+    over = lanes.select(beyond, lanes.sub(a, b), a)
+    under = lanes.select(beyond, lanes.add(a, b), b)
+    t = lanes.div(over, under)
+    z = lanes.mul(t, t)
+    tail = lanes.mul(lanes.mul(t, z), polynomial(lanes, table.ATAN, z, lanes.mul(z, z)))
+    eighth = lanes.select(beyond, lanes.const(math.pi / 4), lanes.const(0.0))
+    low = lanes.select(beyond, lanes.const(HALF_PI_LOW / 2), lanes.const(0.0))
+    main = lanes.add(eighth, t)
+    lost = lanes.add(lanes.sub(t, lanes.sub(main, eighth)), low)
+    return main, lanes.add(tail, lost)
+
+
+def _from_quarter(lanes: Lanes, angle: tuple[str, str], direct: str) -> str:
+    """The angle itself where `direct`, else pi/2 minus it."""
+    main, rest = angle
+    quarter = lanes.const(math.pi / 2)
+    turned = lanes.sub(quarter, lanes.sub(main, lanes.sub(lanes.const(HALF_PI_LOW), rest)))
+    return lanes.select(direct, lanes.add(main, rest), turned)
+
+
+def atan2(lanes: Lanes, y: str, x: str) -> str:
+    """Angle of (x, y), with the signs of zeros and the infinities of C."""
+    height, width = lanes.fabs(y), lanes.fabs(x)
+    steep = lanes.compare("ogt", height, width)
+    over = lanes.select(steep, width, height)
+    under = lanes.select(steep, height, width)
+    over, under = _safe_quotient(lanes, over, under)
+    main, rest = _atan_of_quotient(lanes, over, under)
+    leftward = lanes.compare_integers("slt", lanes.bits(x), lanes.whole(0))
+
+    def by_octant(quarter: float, half: float) -> str:
+        return lanes.select(steep, lanes.const(quarter), lanes.select(leftward, lanes.const(half), lanes.const(0.0)))
+
+    base, low = by_octant(math.pi / 2, math.pi), by_octant(HALF_PI_LOW, 2 * HALF_PI_LOW)
+    minus = lanes.mask_op("xor", steep, leftward)
+    main = lanes.select(minus, lanes.neg(main), main)
+    rest = lanes.select(minus, lanes.neg(rest), rest)
+    total = lanes.add(base, main)
+    lost = lanes.sub(main, lanes.sub(total, base))
+    angle = lanes.add(total, lanes.add(lanes.add(lost, low), rest))
+    sign = lanes.integer_op("and", lanes.bits(y), lanes.whole(SIGN))
+    return lanes.from_bits(lanes.integer_op("xor", lanes.bits(angle), sign))
+
+
+def _safe_quotient(lanes: Lanes, over: str, under: str) -> tuple[str, str]:
+    """over/under, 0 <= over <= under, rescaled: 0/0 is 0/1, inf/inf is 1/1, sums of huge numbers do not overflow."""
+    huge = lanes.compare("ogt", under, lanes.const(2.0**1000))
+    tiny = lanes.compare("olt", under, lanes.const(2.0**-900))
+    scale = lanes.select(tiny, lanes.const(2.0**100), lanes.const(1.0))
+    scale = lanes.select(huge, lanes.const(2.0**-100), scale)
+    none = lanes.compare("oeq", under, lanes.const(0.0))
+    endless = lanes.mask_op("and", *(lanes.compare("oeq", x, lanes.const(math.inf)) for x in (over, under)))
+    over = lanes.select(endless, lanes.const(1.0), lanes.mul(over, scale))
+    under = lanes.select(endless, lanes.const(1.0), lanes.mul(under, scale))
+    return over, lanes.select(none, lanes.const(1.0), under)
+
+
+def asin(lanes: Lanes, x: str) -> str:
+    """Arc sine; NaN beyond 1."""
+    size = lanes.fabs(x)
+    small, z, root = _arc_reduced(lanes, size)
+    t = lanes.select(small, size, root)
+    tail = lanes.mul(lanes.mul(t, z), polynomial(lanes, table.ASIN, z, lanes.mul(z, z)))
+    near = lanes.add(t, tail)
+    lost = lanes.sub(
+        lanes.const(HALF_PI_LOW), lanes.mul(lanes.const(2.0), lanes.add(tail, _root_error(lanes, root, z)))
+    )
+    quarter, twice = lanes.const(math.pi / 2), lanes.mul(lanes.const(2.0), t)
+    total = lanes.sub(quarter, twice)
+    carried = lanes.sub(lanes.sub(quarter, total), twice)
+    far = lanes.add(total, lanes.add(carried, lost))
+    return lanes.copysign(lanes.select(small, near, far), x)
+
+
+def acos(lanes: Lanes, x: str) -> str:
+    """Arc cosine; NaN beyond 1."""
+    size = lanes.fabs(x)
+    small, z, root = _arc_reduced(lanes, size)
+    t = lanes.select(small, x, root)
+    tail = lanes.mul(lanes.mul(t, z), polynomial(lanes, table.ASIN, z, lanes.mul(z, z)))
+    quarter = lanes.const(math.pi / 2)
+    total = lanes.sub(quarter, t)
+    carried = lanes.sub(lanes.sub(quarter, total), t)
+    near = lanes.add(total, lanes.add(carried, lanes.sub(lanes.const(HALF_PI_LOW), tail)))
+    tail = lanes.add(tail, _root_error(lanes, root, z))
+    right = lanes.mul(lanes.const(2.0), lanes.add(root, tail))
+    half_turn, twice = lanes.const(math.pi), lanes.mul(lanes.const(2.0), root)
+    total = lanes.sub(half_turn, twice)
+    carried = lanes.sub(lanes.sub(half_turn, total), twice)
+    low = lanes.sub(lanes.const(2 * HALF_PI_LOW), lanes.mul(lanes.const(2.0), tail))
+    left = lanes.add(total, lanes.add(carried, low))
+    far = lanes.select(lanes.compare("olt", x, lanes.const(0.0)), left, right)
+    return lanes.select(small, near, far)
+
+
+def _arc_reduced(lanes: Lanes, size: str) -> tuple[str, str, str]:
+    """|x| < 1/2, the square of the sine in use, and sqrt((1 - |x|)/2)."""
+    small = lanes.compare("olt", size, lanes.const(0.5))
+    half = lanes.mul(lanes.const(0.5), lanes.sub(lanes.const(1.0), size))
+    return small, lanes.select(small, lanes.mul(size, size), half), lanes.sqrt(half)
+
+
+def _root_error(lanes: Lanes, root: str, square: str) -> str:
+    """What is missing in root = sqrt(square): (square - root^2) / (2 root)."""
+    product, error = two_product(lanes, root, root)
+    missing = lanes.sub(lanes.sub(square, product), error)
+    floor = lanes.select(lanes.compare("ogt", root, lanes.const(0.0)), root, lanes.const(1.0))
+    return lanes.div(missing, lanes.add(floor, floor))

@@ -1,0 +1,62 @@
+"""Chooses the reader by the file's name; every refusal is a FileError with the reason."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Callable
+from pathlib import Path
+
+from mafsil.errors import FileError
+from mafsil.model.diagnostics import shown
+from mafsil.model.mesh.collada import read_collada
+from mafsil.model.mesh.obj import read_obj
+from mafsil.model.mesh.stl import read_stl
+from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface
+
+_READERS: dict[str, Callable[[bytes, MeshLimits], Surface]] = {
+    ".stl": read_stl,
+    ".stlb": read_stl,
+    ".obj": read_obj,
+    ".dae": read_collada,
+}
+
+
+def read(path: str | Path, *, limits: MeshLimits = DEFAULT_LIMITS) -> Surface:
+    """The triangles of a mesh file.
+
+    Args:
+        path: of an STL (binary or ASCII), OBJ or Collada file; the name's end says which.
+        limits: sizes beyond which the file is refused.
+
+    Raises:
+        FileError: no such file, another format, too large, cut, a header that lies, indices out of range.
+    """
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise FileError("mesh.format", path=shown(str(path)), known=", ".join(_READERS))
+    data = _bytes(path, limits)
+    try:
+        return reader(data, limits)
+    except FileError as error:
+        raise FileError(error.key, path=shown(str(path)), **error.facts) from None
+
+
+def _bytes(path: Path, limits: MeshLimits) -> bytes:
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
+                raise FileError("mesh.unreadable", path=shown(str(path)))
+            if status.st_size > limits.bytes:
+                raise FileError("mesh.too_large", path=shown(str(path)), limit=limits.bytes)
+            return file.read(limits.bytes)
+    except FileError:
+        raise
+    except (OSError, ValueError):
+        raise FileError("mesh.unreadable", path=shown(str(path))) from None
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

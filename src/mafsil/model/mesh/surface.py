@@ -1,0 +1,56 @@
+"""Triangles, and the limits within which they are read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+
+Faces: TypeAlias = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshLimits:
+    """Sizes beyond which a mesh file is refused: bytes of the file, triangles."""
+
+    bytes: int = 128 << 20
+    faces: int = 1_000_000
+
+
+DEFAULT_LIMITS = MeshLimits()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Surface:
+    """Triangles in the unit of the file's own frame [m].
+
+    Attributes:
+        vertices: (v, 3) points.
+        faces: (f, 3) indices into `vertices`, counter-clockwise seen from outside.
+        colours: (f, 4) red, green, blue, opacity in 0..1 per triangle, or None.
+        dropped: triangles left out because a corner is not finite or the area is zero.
+    """
+
+    vertices: Floats
+    faces: Faces
+    colours: Floats | None = None
+    dropped: int = 0
+
+    def scaled(self, scale: tuple[float, float, float]) -> Surface:
+        """The surface stretched along x, y, z; turned inside out again where the factors mirror it."""
+        faces = self.faces[:, ::-1] if np.prod(np.sign(scale)) < 0 else self.faces
+        return replace(self, vertices=self.vertices * np.array(scale), faces=faces)
+
+
+def cleaned(vertices: Floats, faces: Faces, colours: Floats | None = None) -> Surface:
+    """A surface without triangles that have a corner that is not finite, or no area."""
+    corners = vertices[faces]
+    finite = np.isfinite(corners).all(axis=(1, 2))
+    with np.errstate(invalid="ignore", over="ignore"):
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        good = finite & np.isfinite(normals).all(axis=1) & (np.abs(normals).max(axis=1, initial=0.0) > 0.0)
+    return Surface(vertices, faces[good], None if colours is None else colours[good], int((~good).sum()))

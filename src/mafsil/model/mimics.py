@@ -1,0 +1,70 @@
+"""Mimic joints resolved to joints that own their coordinate: chains composed, circles refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import isfinite
+
+from mafsil.arrays import frozen
+from mafsil.model.faults import (
+    MIMIC_CHAIN,
+    MIMIC_CYCLE,
+    MIMIC_ITSELF,
+    MIMIC_LEADER_FIXED,
+    MIMIC_LEADER_MISSING,
+    MIMIC_OVERFLOW,
+)
+from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.placement import screw_motion
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A joint as it stands in the file, with its element for later remarks."""
+
+    joint: Joint
+    element: Element
+
+
+def resolve_mimics(reading: Reading, joints: list[Declared]) -> list[Joint]:
+    """The joints with every mimic pointing to a joint that owns its coordinate."""
+    by_name = {declared.joint.name: declared for declared in joints}
+    return [_resolved(reading, declared, by_name) for declared in joints]
+
+
+def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]) -> Joint:
+    joint, mimic = declared.joint, declared.joint.mimic
+    if mimic is None:
+        return joint
+    element = declared.element.first("mimic") or declared.element
+    seen, current, steps = {joint.name}, mimic, 0
+    while True:
+        leader = by_name.get(current.leader)
+        if leader is None or current.leader in seen:
+            fault = MIMIC_LEADER_MISSING if leader is None else MIMIC_CYCLE if steps else MIMIC_ITSELF
+            reading.report(fault, element, "joint", reading.remove(element), joint=joint.name, leader=current.leader)
+            return replace(joint, mimic=None)
+        if leader.joint.mimic is None:
+            break
+        seen.add(current.leader)
+        after = leader.joint.mimic
+        current = Mimic(after.leader, current.multiplier * after.multiplier,
+                        current.multiplier * after.offset + current.offset)  # fmt: skip
+        steps += 1
+    if not (isfinite(current.multiplier) and isfinite(current.offset)):
+        reading.report(MIMIC_OVERFLOW, element, "multiplier", joint=joint.name)
+        return replace(joint, mimic=None)
+    if steps:
+        reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)
+    if leader.joint.kind is JointKind.FIXED:
+        reading.report(MIMIC_LEADER_FIXED, element, "joint", joint=joint.name, leader=current.leader)
+        return held_at(joint, current.offset)
+    return replace(joint, mimic=current)
+
+
+def held_at(joint: Joint, q: float) -> Joint:
+    """The joint fixed at a value of its coordinate."""
+    T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, q))
+    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, mimic=None, wraps=False)

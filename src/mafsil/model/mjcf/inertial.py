@@ -1,0 +1,93 @@
+"""Mass properties of MJCF bodies: given, or from their geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, frozen
+from mafsil.model.faults import MESH_WITHOUT_MASS, MISSING_ATTRIBUTE, NO_INERTIAL, TOO_BIG, TRIANGLE
+from mafsil.model.inertia_check import inertia_fault, mass_fault
+from mafsil.model.link import Inertial
+from mafsil.model.mjcf.geom import Geom, Library
+from mafsil.model.mjcf.orientation import read_pose
+from mafsil.model.mjcf.settings import Settings
+from mafsil.model.numbers import LARGEST
+from mafsil.model.placement import moved_inertial
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+
+def inertial_of(reading: Reading, body: Element, name: str, geoms: list[Geom], library: Library) -> Inertial | None:
+    """Mass properties in the body frame, or None for a massless body."""
+    element = reading.one(body, "inertial")
+    rule = library.settings.inertiafromgeom
+    if element is not None and rule != "true":
+        found = _read_inertial(reading, element, name, library.settings)
+    elif rule == "false":
+        found = None
+    else:
+        if any(geom.unknown_mass for geom in geoms):
+            reading.report(MESH_WITHOUT_MASS, body, body=name)
+        found = merged([geom.inertial for geom in geoms if geom.inertial is not None])
+    if found is None:
+        reading.report(NO_INERTIAL, body, link=name)
+        return None
+    largest = max(found.mass, float(np.abs(found.inertia).max()), float(np.abs(found.com).max()))
+    if largest > LARGEST:
+        reading.report(TOO_BIG, body, element="body", attribute="mass", text=f"{largest:g}", limit=LARGEST)
+        return None
+    bounded = _bounded(found, library.settings)
+    for fault in (mass_fault(bounded.mass, bounded.inertia), inertia_fault(bounded.mass, bounded.inertia)):
+        if fault is not None:
+            moments = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(bounded.inertia))
+            reading.report(fault, element or body, link=name, mass=bounded.mass, moments=moments)
+    return bounded
+
+
+def merged(parts: list[Inertial]) -> Inertial | None:
+    """Mass properties of several parts together, all in one frame."""
+    if not parts:
+        return None
+    mass = sum(part.mass for part in parts)
+    if mass <= 0.0:
+        return parts[0]
+    com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        d = part.com - com
+        inertia += part.inertia + part.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    return Inertial(mass, frozen(com), frozen((inertia + inertia.T) / 2))
+
+
+def _read_inertial(reading: Reading, element: Element, name: str, settings: Settings) -> Inertial | None:
+    mass = reading.number(element, "mass")
+    T = read_pose(reading, element, settings)
+    moments: Floats | None = None
+    if "fullinertia" in element.attributes:
+        six = reading.vector(element, "fullinertia", 6)
+        if six is not None:
+            xx, yy, zz, xy, xz, yz = six
+            moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    elif "diaginertia" in element.attributes:
+        three = reading.vector(element, "diaginertia", 3)
+        moments = None if three is None else np.diag(three)
+    else:
+        reading.report(MISSING_ATTRIBUTE, element, element="inertial", attribute="diaginertia")
+    if mass is None or moments is None:
+        return None
+    moved = moved_inertial(Inertial(mass, inertia=frozen(moments)), T)
+    return Inertial(mass, moved.com, frozen((moved.inertia + moved.inertia.T) / 2))
+
+
+def _bounded(inertial: Inertial, settings: Settings) -> Inertial:
+    """Mass and principal moments raised to the compiler's bounds, and balanced if it says so."""
+    mass = max(inertial.mass, settings.bound_mass) if settings.bound_mass > 0.0 else inertial.mass
+    violated = inertia_fault(mass, inertial.inertia) is TRIANGLE
+    if settings.bound_inertia <= 0.0 and not (settings.balance and violated):
+        return Inertial(mass, inertial.com, inertial.inertia)
+    moments, axes = np.linalg.eigh(inertial.inertia)
+    if settings.balance and violated:
+        moments = np.full(3, moments.mean())
+    moments = np.maximum(moments, settings.bound_inertia)
+    inertia = (axes * moments) @ axes.T
+    return Inertial(mass, inertial.com, frozen((inertia + inertia.T) / 2))

@@ -1,0 +1,130 @@
+"""Hinges and slides of MJCF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
+from mafsil.model.actuator import Actuator, Friction
+from mafsil.model.faults import LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.limits import Limits
+from mafsil.model.mjcf.settings import Settings, choice
+from mafsil.model.numbers import written
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+KINDS = {"hinge": JointKind.REVOLUTE, "slide": JointKind.PRISMATIC}
+SHORTEST = 1e-14
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hinge:
+    """One MJCF joint before it is placed.
+
+    Attributes:
+        name, kind: of the joint.
+        position: (3,) anchor in the body frame [m].
+        axis: (3,) unit direction in the body frame.
+        reference: the file's coordinate in the drawn configuration [rad | m].
+        limits, wraps, actuator, friction: as for a Joint.
+    """
+
+    name: str
+    kind: JointKind
+    position: Vector3
+    axis: Vector3
+    reference: float
+    limits: Limits
+    wraps: bool
+    actuator: Actuator | None
+    friction: Friction | None
+
+    @property
+    def screw(self) -> Vector6:
+        """(6,) screw axis about the anchor."""
+        zero = np.zeros(3)
+        return np.concatenate([self.axis, zero] if self.kind is JointKind.REVOLUTE else [zero, self.axis])
+
+    def joint(self, parent: str, child: str, T_pj: PoseMatrix) -> Joint:
+        """The joint between two links."""
+        return Joint(
+            self.name, self.kind, parent, child, T_pj, self.axis,
+            limits=self.limits, wraps=self.wraps, actuator=self.actuator, friction=self.friction,
+        )  # fmt: skip
+
+
+def read_joint(reading: Reading, element: Element, unnamed: str, settings: Settings) -> Hinge | None:
+    """A hinge or slide whose default class is already filled in; None after an error."""
+    name = reading.name(element) if "name" in element.attributes else unnamed
+    word = element.get("type", "hinge")
+    if word not in KINDS:
+        known = ", ".join((*KINDS, "ball", "free"))
+        reading.report(
+            UNKNOWN_TYPE, element, "type", reading.set_attribute(element, "type", "hinge"),
+            joint=name, kind=word, known=known,
+        )  # fmt: skip
+        return None
+    kind = KINDS[word]
+    factor = settings.degree if kind is JointKind.REVOLUTE else 1.0
+    position = reading.vector(element, "pos", 3, (0.0, 0.0, 0.0))
+    axis = _read_axis(reading, element, name)
+    reference = reading.number(element, "ref", 0.0)
+    limits = _read_limits(reading, element, name, factor, settings)
+    actuator, friction = _read_resistance(reading, element)
+    if not name or position is None or axis is None or reference is None:
+        return None
+    wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
+    return Hinge(name, kind, frozen(position), axis, reference * factor, limits, wraps, actuator, friction)
+
+
+def _read_axis(reading: Reading, element: Element, name: str) -> Vector3 | None:
+    xyz = reading.vector(element, "axis", 3, (0.0, 0.0, 1.0))
+    if xyz is None:
+        return None
+    largest = max(abs(x) for x in xyz)
+    if largest < SHORTEST:
+        reading.report(ZERO_AXIS, element, "axis", reading.set_attribute(element, "axis", "0 0 1"), joint=name)
+        return None
+    scaled = np.array(xyz) / largest
+    return frozen(scaled / np.linalg.norm(scaled))
+
+
+def is_limited(reading: Reading, element: Element, flag: str, range_: str, settings: Settings) -> bool:
+    """Whether a bound holds: by its flag, or by its mere presence where the compiler allows that."""
+    word = choice(reading, element, flag, ("auto", "true", "false"), "auto")
+    return range_ in element.attributes if word == "auto" and settings.autolimits else word == "true"
+
+
+def _read_limits(reading: Reading, element: Element, name: str, factor: float, settings: Settings) -> Limits:
+    lower, upper, effort = -inf, inf, inf
+    if is_limited(reading, element, "limited", "range", settings):
+        bounds = reading.vector(element, "range", 2)
+        if bounds is not None and bounds[0] > bounds[1]:
+            repair = reading.set_attribute(element, "range", f"{written(bounds[1])} {written(bounds[0])}")
+            reading.report(LIMITS_INVERTED, element, "range", repair, joint=name, lower=bounds[0], upper=bounds[1])
+        elif bounds is not None:
+            lower, upper = bounds[0] * factor, bounds[1] * factor
+    if is_limited(reading, element, "actuatorfrclimited", "actuatorfrcrange", settings):
+        forces = reading.vector(element, "actuatorfrcrange", 2)
+        effort = max(abs(forces[0]), abs(forces[1])) if forces is not None else inf
+    return Limits(lower, upper, effort=effort or inf)
+
+
+def _read_resistance(reading: Reading, element: Element) -> tuple[Actuator | None, Friction | None]:
+    """Armature, damping and friction."""
+    values: dict[str, float] = {}
+    for key in ("armature", "damping", "frictionloss", "stiffness"):
+        value = reading.number(element, key, 0.0, fallback=reading.remove_attribute(element, key)) or 0.0
+        if value < 0.0:
+            repair = reading.remove_attribute(element, key)
+            reading.report(NEGATIVE_DAMPING, element, key, repair, attribute=key, value=value)
+        values[key] = max(value, 0.0)
+    if values["stiffness"]:
+        reading.report(NOT_KEPT, element, "stiffness", element="joint", what="stiffness")
+    armature, viscous, coulomb = values["armature"], values["damping"], values["frictionloss"]
+    actuator = Actuator(armature=armature) if armature else None
+    return actuator, Friction(viscous, coulomb) if viscous or coulomb else None

@@ -1,0 +1,137 @@
+"""What an MJCF file says once for all: compiler settings, default classes, gravity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import pi
+
+from mafsil.model.faults import NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
+from mafsil.model.mechanism import STANDARD_GRAVITY
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+MAIN = "main"
+ACTUATORS = (
+    "general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "dcmotor",
+)  # fmt: skip
+_STYLED = ("joint", "geom", "mesh", "material", "equality", "weld", "connect")
+
+
+@dataclass(slots=True)
+class Settings:
+    """Compiler settings that bear on the mechanism.
+
+    Attributes:
+        degree: factor from the file's angles to radians.
+        eulerseq: axes of `euler`, lower case intrinsic, upper case extrinsic.
+        autolimits: a range alone limits.
+        inertiafromgeom: `auto`, `true` or `false`.
+        groups: lowest and highest geometry group that gives mass.
+        bound_mass, bound_inertia: least mass [kg] and moment [kg m^2] of a body.
+        balance: make moments that violate the triangle inequality equal.
+        total_mass: scale all masses to this sum [kg] if positive.
+        mesh_folder: where mesh files lie, relative to the model.
+        gravity: [m/s^2].
+        classes: attributes of each tag in each default class.
+    """
+
+    degree: float = pi / 180
+    eulerseq: str = "xyz"
+    autolimits: bool = True
+    inertiafromgeom: str = "auto"
+    groups: tuple[float, float] = (0, 5)
+    bound_mass: float = 0.0
+    bound_inertia: float = 0.0
+    balance: bool = False
+    total_mass: float = -1.0
+    mesh_folder: str = ""
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict[str, dict[str, dict[str, str]]])
+
+    def styled(self, reading: Reading, element: Element, childclass: str) -> Element:
+        """The element with the attributes of its default class filled in; its own ones win."""
+        name = element.get("class") or childclass or MAIN
+        if name not in self.classes and name != MAIN:
+            reading.report(UNKNOWN_CLASS, element, "class", name=name)
+            return element
+        inherited = self.classes.get(name, {}).get(_style(element.tag), {})
+        return replace(element, attributes={**inherited, **element.attributes}) if inherited else element
+
+
+def read_settings(reading: Reading, root: Element) -> Settings:
+    """Settings of all `compiler`, `option` and `default` elements, later ones over earlier ones."""
+    settings = Settings()
+    for element in root.all("compiler"):
+        _read_compiler(reading, element, settings)
+    for element in root.all("option"):
+        gravity = reading.vector(element, "gravity", 3, settings.gravity)
+        if gravity is not None:
+            settings.gravity = (gravity[0], gravity[1], gravity[2])
+    for element in root.all("default"):
+        _read_class(reading, element, {}, settings, element.get("class", MAIN))
+    return settings
+
+
+def choice(reading: Reading, element: Element, attribute: str, known: tuple[str, ...], default: str) -> str:
+    """One of a few words."""
+    word = element.get(attribute, default)
+    if word in known:
+        return word
+    repair = reading.set_attribute(element, attribute, default)
+    reading.report(
+        UNKNOWN_CHOICE, element, attribute, repair,
+        element=element.tag, attribute=attribute, text=word, known=", ".join(known),
+    )  # fmt: skip
+    return default
+
+
+def _read_compiler(reading: Reading, element: Element, settings: Settings) -> None:
+    now = "radian" if settings.degree == 1.0 else "degree"
+    settings.degree = 1.0 if choice(reading, element, "angle", ("degree", "radian"), now) == "radian" else pi / 180
+    flags = ("true", "false")
+    settings.autolimits = choice(reading, element, "autolimits", flags, str(settings.autolimits).lower()) == "true"
+    settings.balance = choice(reading, element, "balanceinertia", flags, str(settings.balance).lower()) == "true"
+    settings.inertiafromgeom = choice(reading, element, "inertiafromgeom", (*flags, "auto"), settings.inertiafromgeom)
+    sequence = element.get("eulerseq", settings.eulerseq)
+    if len(sequence) == 3 and set(sequence) <= set("xyzXYZ"):
+        settings.eulerseq = sequence
+    else:
+        reading.report(
+            UNKNOWN_CHOICE,
+            element,
+            "eulerseq",
+            element="compiler",
+            attribute="eulerseq",
+            text=sequence,
+            known="xyz, ...",
+        )
+    if choice(reading, element, "coordinate", ("local", "global"), "local") == "global":
+        reading.report(UNSUPPORTED, element, "coordinate", element='compiler coordinate="global"')
+    groups = reading.vector(element, "inertiagrouprange", 2, settings.groups)
+    settings.groups = (groups[0], groups[1]) if groups else settings.groups
+    settings.bound_mass = reading.number(element, "boundmass", settings.bound_mass) or 0.0
+    settings.bound_inertia = reading.number(element, "boundinertia", settings.bound_inertia) or 0.0
+    settings.total_mass = reading.number(element, "settotalmass", settings.total_mass) or -1.0
+    settings.mesh_folder = element.get("meshdir", element.get("assetdir", settings.mesh_folder))
+
+
+def _read_class(
+    reading: Reading, element: Element, parent: dict[str, dict[str, str]], settings: Settings, name: str
+) -> None:
+    """One default class, which inherits from the class around it, and the classes inside it."""
+    own = {tag: dict(attributes) for tag, attributes in {**parent, **settings.classes.get(name, {})}.items()}
+    for child in element.children:
+        if _style(child.tag) in (*_STYLED, "actuator"):
+            own.setdefault(_style(child.tag), {}).update(child.attributes)
+    settings.classes[name] = own
+    for child in element.all("default"):
+        inner = child.get("class")
+        if not inner:
+            reading.report(NOT_KEPT, child, element="default", what="default")
+            continue
+        _read_class(reading, child, own, settings, inner)
+
+
+def _style(tag: str) -> str:
+    """The name under which defaults of a tag are kept: all actuators share one."""
+    return "actuator" if tag in ACTUATORS else tag

@@ -1,0 +1,245 @@
+"""A run as a page: numbers chosen, frames picked, texts in the reader's language."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.job.judgement import Summary
+from mafsil.job.payload import box_in_tip
+from mafsil.job.plan import Leg
+from mafsil.job.run import Run
+from mafsil.messages import say
+from mafsil.model import JointKind
+from mafsil.report import skeleton
+from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
+
+PACKAGES = ("mafsil", "numpy", "scipy", "casadi", "llvmlite", "msgspec")
+Rows: TypeAlias = NDArray[np.intp]
+
+PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
+
+
+def page(run: Run, numbers: Summary, language: str) -> Page:
+    """The page of a run."""
+    words = _Words(language)
+    rows = plot_rows(run)
+    findings = tuple(Finding(remark.level, remark.sentence(language)) for remark in run.remarks)
+    robot, controller = run.robot.name, words(f"controller_{run.job.controller.kind}")
+    return Page(
+        language=language,
+        title=run.job.title or words("untitled", robot=robot),
+        subtitle=f"{robot} · {controller} · {1e3 * run.job.simulation.step:g} ms",
+        verdict=verdict(run, language),
+        duration=numbers.duration,
+        scene=scene(run),
+        times=run.recording.t[rows],
+        joints=run.robot.joint_names,
+        plots=_plots(run, rows, words),
+        figures=_figures(run, numbers, words),
+        findings=findings,
+        steps=_steps(run, numbers, words),
+        joint_table=_joint_table(run, numbers, words),
+        facts=_facts(run, words),
+    )
+
+
+def verdict(run: Run, language: str | None = None) -> Finding:
+    """How the run went, in a few words."""
+    grave = sum(remark.level == "failure" for remark in run.remarks)
+    mild = sum(remark.level == "warning" for remark in run.remarks)
+    if run.stopped is not None:
+        return Finding("failure", say("report.verdict_stopped", language=language))
+    if grave:
+        return Finding("failure", say("report.verdict_failures", language=language, count=grave))
+    if mild:
+        return Finding("warning", say("report.verdict_warnings", language=language, count=mild))
+    return Finding("good", say("report.verdict_good", language=language))
+
+
+def plot_rows(run: Run) -> Rows:
+    """Rows to plot: evenly spaced ones, and every extreme of every curve, so that no peak is lost."""
+    tape = run.recording
+    count = len(tape.t)
+    even = np.unique(np.linspace(0, count - 1, min(count, run.job.report.rows)).round().astype(np.intp))
+    curves = (tape.q, tape.qd, tape.tau, tape.q - tape.q_ref)
+    peaks = [side(curve, axis=0) for curve in curves for side in (np.argmax, np.argmin)]
+    return np.unique(np.concatenate([even, *peaks]))
+
+
+def scene(run: Run) -> Scene:
+    """Frames of the replay, the part that is carried included."""
+    t = run.recording.t
+    period = 1.0 / run.job.report.frame_rate
+    moments = np.arange(0.0, t[-1] + period * 0.999, period)
+    rows = np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1)
+    mechanism = run.robot.mechanism
+    poses = np.asarray(run.robot.link_poses(run.recording.q[rows]))
+    tips, references = run.tips(rows)
+    parts = _parts(run, moments, tips)
+    seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3]])
+    centre, size, floor = skeleton.extent(mechanism, seen)
+    floor = min([floor, *(_lowest(body, track) for body, track in parts)])
+    bodies = (*skeleton.bodies(mechanism, floor), *(body for body, _ in parts))
+    every = np.concatenate([poses, *(track[:, None] for _, track in parts)], axis=1)
+    targets = [(leg.name, skeleton.compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
+    return Scene(
+        bodies=bodies,
+        period=period,
+        poses=skeleton.compact(every),
+        tips=skeleton.compact(tips),
+        references=skeleton.compact(references),
+        targets=tuple(targets),
+        centre=centre,
+        size=size,
+        floor=floor,
+    )
+
+
+def _parts(run: Run, moments: Floats, tips: Floats) -> list[tuple[Body, Floats]]:
+    """Each thing that is picked, with its pose at each moment: waiting, carried, left."""
+    found: list[tuple[Body, Floats]] = []
+    starts = run.plan.starts
+    for k, leg in enumerate(run.plan.legs):
+        grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
+        if grasp is None:
+            continue
+        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), len(starts) - 1)
+        taken, left = (int(np.searchsorted(moments, starts[j])) for j in (k, until))
+        carried = np.clip(np.arange(len(moments)), taken, left)
+        track = tips[np.minimum(carried, len(tips) - 1)] @ box_in_tip(grasp)
+        found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track))
+    return found
+
+
+def _lowest(body: Body, track: Floats) -> float:
+    """Height of the lowest corner of a box on its way [m]."""
+    half = np.array(body.solids[0].size) / 2
+    return float((track[:, 2, 3] - np.abs(track[:, 2, :3]) @ half).min())
+
+
+class _Words:
+    """Sentences of the report in one language."""
+
+    def __init__(self, language: str) -> None:
+        self.language = language
+
+    def __call__(self, key: str, **facts: object) -> str:
+        return say(f"report.{key}", language=self.language, **facts)
+
+
+def _plots(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
+    limits, tape = run.robot.limits, run.recording
+    kinds = {joint.kind is JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates}
+    angle = "rad" if kinds == {False} else "m" if kinds == {True} else "rad, m"
+    effort = "N m" if kinds == {False} else "N" if kinds == {True} else "N m, N"
+
+    def both(bound: Floats) -> Floats:
+        return np.stack([-bound, bound], axis=1)
+
+    return (
+        Plot(words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
+        Plot(words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
+        Plot(words("effort"), effort, tape.tau[rows], both(limits.effort)),
+        Plot(words("error"), angle, (tape.q - tape.q_ref)[rows]),
+    )
+
+
+def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
+    names, limit = run.robot.joint_names, run.robot.limits.effort
+    worst = int(numbers.joint_error.argmax())
+    unit = "m" if run.robot.mechanism.coordinates[worst].kind is JointKind.PRISMATIC else "rad"
+    share = np.where(np.isfinite(limit), numbers.peak_effort / np.where(limit > 0, limit, 1.0), 0.0)
+    hardest = int(share.argmax())
+    level: Level = "failure" if numbers.saturated.any() else "warning" if share[hardest] > 0.9 else "good"
+    figures = [
+        Figure(words("cycle"), f"{numbers.cycle:.3f}", "s", words("cycle_note", count=len(run.job.move))),
+        Figure(
+            words("tip_error"),
+            f"{1e3 * numbers.tip_error:.3g}",
+            "mm",
+            words("at", time=f"{numbers.tip_error_time:.2f} s"),
+        ),
+        Figure(words("joint_error"), f"{numbers.joint_error[worst]:.2g}", unit, names[worst]),
+    ]
+    if np.isfinite(limit).any():
+        percent = f"{100 * share[hardest]:.0f}"
+        figures.append(Figure(words("peak_effort"), percent, words("percent_limit"), names[hardest], level))
+    figures.append(Figure(words("energy"), f"{numbers.energy:.3g}", "J", words("energy_note")))
+    seconds = float(run.recording.metadata["seconds"])
+    real = numbers.duration / seconds if seconds > 0 else 0.0
+    figures.append(Figure(words("speed_of_simulation"), f"{real:.1f}", "×", words("speed_note")))
+    return tuple(figures)
+
+
+def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
+    errors = iter(numbers.final_errors)
+    steps: list[Step] = []
+    for leg, start, end in zip(run.plan.legs, run.plan.starts, run.plan.starts[1:], strict=False):
+        text, level = "", "good"
+        if end > run.recording.t[-1] + 2 * run.job.simulation.step:
+            text, level = words("not_finished"), "failure"
+        elif leg.target is not None:
+            text = words("reached", error=f"{1e3 * next(errors):.2g} mm")
+        elif leg.kind == "pick" and (grasp := run.job.move[leg.index].pick) is not None:
+            text = words("picked", name=grasp.name, mass=f"{grasp.mass:g} kg")
+        steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
+    return tuple(steps)
+
+
+def _name(leg: Leg, words: _Words) -> str:
+    """The job's name of a leg, or its number."""
+    if leg.kind == "settle":
+        return words("settle")
+    return leg.name or words("move_number", number=leg.index + 1)
+
+
+def _joint_table(run: Run, numbers: Summary, words: _Words) -> Table:
+    head = tuple(words(key) for key in ("joint", "range", "peak_speed", "peak_torque", "rms_torque", "largest_error"))
+    rows: list[tuple[str, ...]] = []
+    for k, joint in enumerate(run.robot.mechanism.coordinates):
+        unit, effort = ("m", "N") if joint.kind is JointKind.PRISMATIC else ("rad", "N m")
+        bounds = joint.limits
+        rows.append(
+            (
+                joint.name,
+                f"{numbers.lowest[k]:.3f} … {numbers.highest[k]:.3f} {unit}",
+                f"{numbers.peak_speed[k]:.3g} {unit}/s{_share(numbers.peak_speed[k], bounds.velocity)}",
+                f"{numbers.peak_effort[k]:.3g} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",
+                f"{numbers.rms_effort[k]:.3g} {effort}",
+                f"{numbers.joint_error[k]:.2e} {unit}",
+            )
+        )
+    return Table(head, tuple(rows))
+
+
+def _share(value: float, limit: float) -> str:
+    return f" ({100 * value / limit:.0f} %)" if np.isfinite(limit) and limit > 0 else ""
+
+
+def _facts(run: Run, words: _Words) -> tuple[Facts, ...]:
+    origin = run.robot.mechanism.provenance
+    robot = [(words("name"), run.robot.name), (words("source"), origin.source or words("unknown"))]
+    robot += [(words("licence"), origin.licence)] if origin.licence else []
+    robot += [(words("note"), note) for note in origin.notes]
+    return (
+        Facts(words("robot"), tuple(robot), open=True),
+        Facts(words("job_file"), text=run.text),
+        Facts(words("versions"), tuple(versions().items())),
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that took part."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found

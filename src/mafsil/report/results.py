@@ -1,0 +1,161 @@
+"""The files that a run leaves: written beside the goal, then put in its place in one step."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from mafsil.errors import InputError
+from mafsil.job.judgement import Summary, summary
+from mafsil.job.run import Run
+from mafsil.messages import LANGUAGES, language
+from mafsil.messages.visible import visible
+from mafsil.report import contents, page
+
+FILES = ("report.html", "recording.npz", "recording.csv", "recording.json", "results.json", "job.toml")
+FORMAT = "mafsil-results-1"
+_ORPHAN_AGE = 3600.0
+_EXCHANGE = 2
+
+
+def write_results(run: Run, directory: Path) -> Path:
+    """Write report, recording and numbers of a run into a directory.
+
+    All files are written into a hidden directory beside it, synced, and exchanged with it in one step: whatever
+    happens, the directory holds the old results or the new ones, whole.
+
+    Args:
+        run: what happened.
+        directory: to be created; an earlier result in it is replaced.
+
+    Returns:
+        Path of the report.
+
+    Raises:
+        InputError: the directory holds something that is no result of ours.
+        OSError: the disk is full, the place is not writable.
+    """
+    directory = directory.absolute()
+    require_replaceable(directory)
+    directory.parent.mkdir(parents=True, exist_ok=True)
+    _sweep(directory)
+    partial = Path(tempfile.mkdtemp(prefix=f".{directory.name}.partial-", dir=directory.parent))
+    try:
+        os.chmod(partial, 0o755)
+        _write_all(run, partial)
+        _put(partial, directory)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return directory / "report.html"
+
+
+def require_replaceable(directory: Path) -> None:
+    """Refuse to replace anything but an empty directory or an earlier result.
+
+    Raises:
+        InputError: it is a file, or holds other things.
+    """
+    if not directory.exists():
+        return
+    if not directory.is_dir() or directory.is_symlink():
+        raise InputError("report.no_directory", path=visible(str(directory)))
+    strangers = sorted(item.name for item in directory.iterdir() if item.name not in FILES)
+    if strangers:
+        raise InputError("report.not_ours", path=visible(str(directory)), what=visible(strangers[0]))
+
+
+def _write_all(run: Run, directory: Path) -> None:
+    numbers = summary(run)
+    code = run.job.report.language or language()
+    _write(directory / "report.html", page.render(contents.page(run, numbers, code)).encode())
+    data = json.dumps(as_data(run, numbers), ensure_ascii=False, indent=2, allow_nan=False)
+    _write(directory / "results.json", data.encode())
+    _write(directory / "job.toml", run.text.encode())
+    run.recording.save(directory / "recording")
+    folder = os.open(directory, os.O_RDONLY)
+    os.fsync(folder)
+    os.close(folder)
+
+
+def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
+    """Numbers, findings and steps as plain data."""
+    names = run.robot.joint_names
+    per_joint = ("joint_error", "peak_effort", "rms_effort", "peak_speed", "lowest", "highest", "saturated")
+    single = ("duration", "cycle", "tip_error", "tip_error_time", "energy")
+    return {
+        "format": FORMAT,
+        "title": run.job.title,
+        "robot": run.robot.name,
+        "complete": run.stopped is None,
+        "verdict": contents.verdict(run).level,
+        "numbers": {name: float(getattr(numbers, name)) for name in single},
+        "joints": [
+            {"name": joint} | {name: float(getattr(numbers, name)[k]) for name in per_joint}
+            for k, joint in enumerate(names)
+        ],
+        "findings": [
+            {"level": remark.level, "code": remark.key, "sentence": {code: remark.sentence(code) for code in LANGUAGES}}
+            for remark in run.remarks
+        ],
+        "steps": _steps(run),
+        "simulation": {"step": run.job.simulation.step, "seconds": run.recording.metadata["seconds"]},
+        "versions": contents.versions(),
+        "files": list(FILES),
+    }
+
+
+def _steps(run: Run) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": leg.name,
+            "kind": leg.kind,
+            "start": float(start),
+            "end": float(start + leg.trajectory.duration),
+            "target": None if leg.target is None else leg.target.tolist(),
+        }
+        for leg, start in zip(run.plan.legs, run.plan.starts, strict=False)
+    ]
+
+
+def _write(path: Path, data: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _put(partial: Path, directory: Path) -> None:
+    """Put the new directory in its place; the old one ends up where the new one was, to be removed."""
+    if not directory.exists():
+        os.rename(partial, directory)
+    elif not _exchanged(partial, directory):
+        old = partial.with_name(partial.name + "-old")
+        os.rename(directory, old)
+        os.rename(partial, directory)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _exchanged(first: Path, second: Path) -> bool:
+    """Swap two names at once, where the system can (Linux); otherwise two renames have to do."""
+    if not sys.platform.startswith("linux"):
+        return False
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):
+        return False
+    here = ctypes.c_int(-100)
+    return rename(here, os.fsencode(first), here, os.fsencode(second), ctypes.c_uint(_EXCHANGE)) == 0
+
+
+def _sweep(directory: Path) -> None:
+    """Remove what runs that were killed have left behind."""
+    for orphan in directory.parent.glob(f".{directory.name}.partial-*"):
+        if orphan.is_dir() and time.time() - orphan.stat().st_mtime > _ORPHAN_AGE:
+            shutil.rmtree(orphan, ignore_errors=True)

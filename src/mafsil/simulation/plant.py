@@ -1,0 +1,112 @@
+"""What moves: a robot with its friction, and with the errors that its model does not know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, Vector6, gate, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.model import Inertial
+from mafsil.robot import Robot
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plant:
+    """The simulated arm: M(q) qdd + c(q, qd) + g(q) + friction(qd) = tau + J' push.
+
+    Attributes:
+        robot: the true arm; its model in the controller may differ.
+        friction: whether the joints' friction acts.
+    """
+
+    robot: Robot
+    friction: bool = True
+
+    def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
+        """Joint accelerations (*batch, n) [rad/s^2 | m/s^2].
+
+        Args:
+            q, qd: (*batch, n) state.
+            tau: (*batch, n) efforts of the motors [N m | N].
+            push: (*batch, 6) wrench (m, f) that the world exerts on the tip, in the tip frame [N m, N].
+        """
+        if self.has_friction:
+            tau = tau - self.robot.friction_torque(qd)
+        if push is None:
+            return self.robot.forward_dynamics(q, qd, tau)
+        return self.robot.forward_dynamics(q, qd, tau, -push)
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether any joint loses effort to friction."""
+        return self.friction and any(joint.friction is not None for joint in self.robot.mechanism.coordinates)
+
+    def with_payload(self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> Plant:
+        """The same plant carrying a body that the controller's model does not know.
+
+        Args:
+            mass: of the payload [kg].
+            com: (3,) its centre of mass in the tip frame [m].
+            inertia: (3, 3) about its centre of mass, in the axes of the tip frame; a point mass if None [kg m^2].
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite, a negative mass.
+        """
+        if not (np.isfinite(mass) and mass >= 0.0):
+            raise InputError("input.range", name="mass", value=mass, low=0.0, high=np.inf)
+        mechanism = self.robot.mechanism
+        R, p = mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3]
+        centre = R @ require_finite("com", gate("com", com, (3,))) + p
+        own = np.zeros((3, 3)) if inertia is None else require_finite("inertia", gate("inertia", inertia, (3, 3)))
+        load = Inertial(float(mass), centre, R @ own @ R.T)
+        links = tuple(
+            replace(link, inertial=united(link.inertial, load)) if link.name == mechanism.tip else link
+            for link in mechanism.links
+        )
+        return replace(self, robot=Robot(replace(mechanism, links=links)))
+
+    def with_scaled_inertia(self, factor: ArrayLike) -> Plant:
+        """The same plant whose masses and inertias differ from the model's by a factor.
+
+        Args:
+            factor: one number, or one per link (base first); 1 changes nothing.
+
+        Raises:
+            InputError: a wrong shape, or a factor that is not positive and finite.
+        """
+        mechanism = self.robot.mechanism
+        factors = real_array("factor", factor)
+        if factors.shape not in ((), (len(mechanism.links),)):
+            raise InputError("input.shape", name="factor", expected=(len(mechanism.links),), got=factors.shape, hint="")
+        if not (np.isfinite(factors) & (factors > 0.0)).all():
+            raise InputError("input.positive", name="factor", value=factors.min())
+        links = tuple(
+            replace(link, inertial=_scaled(link.inertial, float(scale)))
+            for link, scale in zip(mechanism.links, np.broadcast_to(factors, len(mechanism.links)), strict=True)
+        )
+        return replace(self, robot=Robot(replace(mechanism, links=links)))
+
+
+def united(first: Inertial | None, second: Inertial) -> Inertial:
+    """The mass properties of two bodies that move as one, both given in one frame."""
+    if first is None or first.mass + second.mass == 0.0:
+        return second if first is None else first
+    mass = first.mass + second.mass
+    com = (first.mass * first.com + second.mass * second.com) / mass
+    inertia = sum((body.inertia + _shift(body, com) for body in (first, second)), np.zeros((3, 3)))
+    return Inertial(mass, com, inertia)
+
+
+def _shift(body: Inertial, centre: Floats) -> Floats:
+    """The parallel axis theorem: m (|d|^2 I - d d')."""
+    d = body.com - centre
+    return body.mass * ((d @ d) * np.eye(3) - np.outer(d, d))
+
+
+def _scaled(inertial: Inertial | None, factor: float) -> Inertial | None:
+    if inertial is None:
+        return None
+    return Inertial(inertial.mass * factor, inertial.com, inertial.inertia * factor)

@@ -1,0 +1,181 @@
+"""What a run leaves behind: arrays on one time axis, a status, and files that are whole or not there."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.errors import FileError
+from mafsil.solvers import Status
+
+FORMAT = 1
+"""Version of the file layout."""
+
+
+class SimulationStatus(Status):
+    """How a run ended."""
+
+    COMPLETED = ("simulation.completed", True)
+    BLOWN_UP = ("simulation.blown_up", False)
+    NOT_FINITE = ("simulation.not_finite", False)
+    CANCELLED = ("simulation.cancelled", False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recording:
+    """A run, tick by tick: the time is the first axis, then batch dimensions, then joints.
+
+    Attributes:
+        t: (k,) times of the control ticks [s].
+        q, qd, qdd: (k, *batch, n) motion [rad | m] and time derivatives.
+        q_ref, qd_ref, qdd_ref: (k, *batch, n) the reference.
+        tau: (k, *batch, n) efforts that acted after each tick [N m | N].
+        tau_commanded: (k, *batch, n) efforts before clipping [N m | N].
+        tip_position_error: (k, *batch) distance of the tip from the reference tip [m].
+        tip_rotation_error: (k, *batch) angle between them [rad].
+        status: how the run ended.
+        metadata: version, robot, joints, integrator, step, period, seeds, seconds of computing.
+    """
+
+    t: Floats
+    q: Floats
+    qd: Floats
+    qdd: Floats
+    q_ref: Floats
+    qd_ref: Floats
+    qdd_ref: Floats
+    tau: Floats
+    tau_commanded: Floats
+    tip_position_error: Floats
+    tip_rotation_error: Floats
+    status: SimulationStatus
+    metadata: dict[str, Any]
+
+    @property
+    def saturated(self) -> NDArray[np.bool_]:
+        """(k, *batch, n) where an effort was clipped."""
+        return self.tau != self.tau_commanded
+
+    @property
+    def duration(self) -> float:
+        """Time of the last tick [s]."""
+        return float(self.t[-1]) if len(self.t) else 0.0
+
+    def explain(self, language: str | None = None) -> str:
+        """How the run ended, in one sentence."""
+        facts = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
+        return self.status.sentence(language, **facts)
+
+    def arrays(self) -> dict[str, Floats]:
+        """All arrays by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("status", "metadata")}
+
+    def columns(self) -> dict[str, Floats]:
+        """Every scalar over time, (k,) each, by a name such as `q[joint1]` or, in a batch, `q[3,joint1]`."""
+        joints = [str(name) for name in self.metadata["joints"]]
+        table: dict[str, Floats] = {"t": self.t}
+        for name, array in self.arrays().items():
+            if name == "t":
+                continue
+            per_joint = array.ndim == self.q.ndim
+            for index in np.ndindex(array.shape[1:]):
+                batch = index[:-1] if per_joint else index
+                parts = [*map(str, batch), *([joints[index[-1]]] if per_joint else [])]
+                table[f"{name}[{','.join(parts)}]" if parts else name] = array[(slice(None), *index)]
+        return table
+
+    def save(self, path: str | os.PathLike[str]) -> tuple[Path, Path, Path]:
+        """Write `path`.npz (all of it, what `load` reads), .csv (every column) and .json (status and metadata).
+
+        Each file is written beside its place and renamed: it is whole or not there.
+
+        Args:
+            path: without suffix, or with one of the three.
+
+        Returns:
+            The three paths.
+
+        Raises:
+            FileError: the place cannot be written.
+        """
+        stem = _stem(path)
+        about = json.dumps(self._about(), indent=2, ensure_ascii=False)
+        table = self.columns()
+        arrays: dict[str, Any] = {**self.arrays(), "about": np.array(about)}
+        npz, csv, note = (stem.with_name(stem.name + suffix) for suffix in (".npz", ".csv", ".json"))
+        _write(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
+        _write(csv, lambda file: _write_table(file, table))
+        _write(note, lambda file: file.write(about.encode()))
+        return npz, csv, note
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Recording:
+        """Read what `save` wrote.
+
+        Args:
+            path: as given to `save`.
+
+        Raises:
+            FileError: the file is missing, damaged or not a recording.
+        """
+        file = _stem(path).with_name(_stem(path).name + ".npz")
+        try:
+            with np.load(file, allow_pickle=False) as stored:
+                about = json.loads(str(stored["about"]))
+                names = [f.name for f in fields(cls) if f.name not in ("status", "metadata")]
+                arrays = {name: stored[name] for name in names}
+            status = SimulationStatus[about["status"]]
+            metadata = dict(about["metadata"])
+        except FileNotFoundError:
+            raise FileError("simulation.no_file", path=str(file)) from None
+        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as fault:
+            raise FileError("simulation.bad_file", path=str(file), fault=str(fault)) from None
+        if about.get("format") != FORMAT:
+            raise FileError("simulation.format", path=str(file), got=about.get("format"), known=FORMAT)
+        return cls(**arrays, status=status, metadata=metadata)
+
+    def _about(self) -> dict[str, object]:
+        worst = {
+            "tip_position_error": float(self.tip_position_error.max(initial=0.0)),
+            "tip_rotation_error": float(self.tip_rotation_error.max(initial=0.0)),
+            "saturated_ticks": int(self.saturated.any(axis=tuple(range(1, self.q.ndim))).sum()),
+        }
+        return {"format": FORMAT, "status": self.status.name, "worst": worst, "metadata": self.metadata}
+
+
+def _stem(path: str | os.PathLike[str]) -> Path:
+    given = Path(path)
+    return given.with_suffix("") if given.suffix in (".npz", ".csv", ".json") else given
+
+
+def _write(path: Path, put: Callable[[BinaryIO], object]) -> None:
+    """Write beside the place, flush to disk, rename."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with beside.open("wb") as file:
+            put(file)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError as fault:
+        raise FileError("simulation.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
+    finally:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def _write_table(file: BinaryIO, table: dict[str, Floats]) -> None:
+    """Comma-separated values, shortest digits that read back exactly."""
+    file.write((",".join(f'"{name}"' if "," in name else name for name in table) + "\n").encode())
+    for row in np.stack(list(table.values()), axis=1).tolist():
+        file.write((",".join(map(repr, row)) + "\n").encode())

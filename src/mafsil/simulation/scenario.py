@@ -1,0 +1,99 @@
+"""A run as data: plant, reference, law, start, disturbances, clocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, gate, require_finite
+from mafsil.control import Law
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
+from mafsil.simulation.plant import Plant
+from mafsil.solvers import method
+from mafsil.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scenario:
+    """Everything that decides a run; equal scenarios give equal recordings.
+
+    Attributes:
+        robot: the arm as its model knows it.
+        trajectory: the reference, of robot.n coordinates.
+        law: the controller.
+        plant: the true arm; the robot itself, with its friction, if None.
+        q, qd: (*batch, n) initial state; the start of the trajectory, at its velocity, if None [rad | m], [.../s].
+        disturbances: pushes at the tip.
+        noise: of the sensors, or None.
+        duration: of the run; that of the trajectory if None [s].
+        step: of the integration [s].
+        period: between two calls of the law, a whole number of steps; one step if None [s].
+        integrator: a name of `mafsil.solvers.METHODS`.
+        saturate: whether efforts are clipped at the limits of the joints.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite or not positive, an unknown integrator, a period that is
+            not a whole number of steps, a trajectory of another width.
+    """
+
+    robot: Robot
+    trajectory: Trajectory
+    law: Law
+    plant: Plant | None = None
+    q: ArrayLike | None = None
+    qd: ArrayLike | None = None
+    disturbances: tuple[WrenchPulse, ...] = ()
+    noise: SensorNoise | None = None
+    duration: float | None = None
+    step: float = 1e-3
+    period: float | None = None
+    integrator: str = "semi_implicit_euler"
+    saturate: bool = True
+
+    def __post_init__(self) -> None:
+        if self.trajectory.n != self.robot.n:
+            facts = {"expected": f"n = {self.robot.n}", "got": f"n = {self.trajectory.n}", "hint": ""}
+            raise InputError("input.shape", name="trajectory", **facts)
+        for name in ("step", "period", "duration"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise InputError("input.positive", name=name, value=value)
+        method(self.integrator)
+        if abs(self.substeps * self.step - self.control_period) > 1e-9 * self.control_period:
+            raise InputError("simulation.period", period=self.control_period, step=self.step)
+        self.start()
+
+    @property
+    def true_plant(self) -> Plant:
+        """The plant that moves."""
+        return self.plant or Plant(self.robot)
+
+    @property
+    def control_period(self) -> float:
+        """Time between two calls of the law [s]."""
+        return self.step if self.period is None else self.period
+
+    @property
+    def substeps(self) -> int:
+        """Integration steps per control period."""
+        return max(1, round(self.control_period / self.step))
+
+    def ticks(self) -> Floats:
+        """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""
+        length = self.trajectory.duration if self.duration is None else self.duration
+        return np.arange(ceil(length / self.control_period - 1e-9) + 1.0) * self.control_period
+
+    def start(self) -> tuple[JointVector, JointVector]:
+        """Initial positions and rates, (*batch, n)."""
+        reference = self.trajectory.at(0.0)
+        given = [reference.u if self.q is None else self.q, reference.v if self.qd is None else self.qd]
+        q, qd = (
+            require_finite(name, gate(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
+        )
+        q, qd = np.broadcast_arrays(q, qd)
+        return q.copy(), qd.copy()

@@ -1,0 +1,110 @@
+"""Straight moves of the tip as joint trajectories: planned, checked against the rates, stretched if asked."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import PoseMatrix, gate, require_finite
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+from mafsil.solvers import Outcome
+from mafsil.trajectory.cartesian_path import CartesianPath, Interpolation
+from mafsil.trajectory.limit_check import check
+from mafsil.trajectory.path_following import follow
+from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial import positive, quintic
+from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.trapezoid import trapezoid
+
+TimeLaw = Literal["quintic", "trapezoid"]
+
+BLEND = 0.25
+"""Share of the duration that each blend of the trapezoidal law takes."""
+
+
+def cartesian_line(
+    robot: Robot,
+    q_start: ArrayLike,
+    T_goal: ArrayLike,
+    *,
+    duration: float | None = None,
+    law: TimeLaw = "quintic",
+    interpolation: Interpolation = "straight",
+    stretch: bool = False,
+    frame: str | None = None,
+    tolerance: float = 1e-6,
+) -> Outcome[PathMotion | None]:
+    """Move the tip from where it is to `T_goal`, from rest to rest, on the branch of `q_start`.
+
+    Args:
+        robot: whose tip or `frame` moves; its limits hold.
+        q_start: (n,) [rad | m].
+        T_goal: (4, 4) in {s}.
+        duration: [s]; the shortest that the joints' velocities, accelerations and jerks allow if None.
+        law: time law along the path, `quintic` or `trapezoid`.
+        interpolation: `straight` (line, turning about one axis) or `screw`.
+        stretch: take more time than `duration` if the limits need it.
+        frame: name of a link; the tip if None.
+        tolerance: largest deviation from the path [m, rad].
+
+    Returns:
+        The motion. Failing that the status and its facts say why and where: UNREACHABLE, SINGULAR, JOINT_LIMIT
+        or DEVIATES without a motion, RATE_LIMIT with the motion that breaks the limits.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, an unknown law, no duration and no finite limit.
+    """
+    q = require_finite("q_start", gate("q_start", q_start, (robot.n,)))
+    goal: PoseMatrix = require_finite("T_goal", gate("T_goal", T_goal, (4, 4)))
+    if q.ndim != 1 or goal.ndim != 2:
+        name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
+        raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")
+    unit = _unit_law(law)
+    start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
+    joints = follow(robot, CartesianPath(start, goal, interpolation), q, frame=frame, tolerance=tolerance)
+    if joints.value is None or not joints.succeeded:
+        return Outcome(None, joints.status, joints.residual, joints.iterations, facts=joints.facts)
+    return timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual)
+
+
+def timed(
+    robot: Robot, unit: PathMotion, duration: float | None, stretch: bool, residual: float
+) -> Outcome[PathMotion | None]:
+    """Give a motion of one second its duration.
+
+    Args:
+        robot: whose limits hold.
+        unit: the motion, one second long.
+        duration: wanted [s], or None for the shortest.
+        stretch: take more time if the limits need it.
+        residual: handed on: the deviation from the path.
+    """
+    shortest = unit.stretch_needed(robot.limits)
+    if duration is None:
+        if shortest == 0.0:
+            raise InputError("trajectory.no_duration")
+        return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, facts={"duration": shortest})
+    wanted = positive("duration", duration)
+    motion = unit.stretched(wanted)
+    if wanted >= shortest * (1.0 - 1e-9):
+        return Outcome(motion, PlanStatus.PLANNED, residual, facts={"duration": wanted})
+    worst = check(motion, robot.limits, robot.joint_names).violations[0]
+    facts = {"joint": worst.joint, "quantity": worst.quantity_name(), "wanted": wanted, "duration": shortest}
+    if stretch:
+        return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, facts=facts)
+    facts |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
+    return Outcome(motion, PlanStatus.RATE_LIMIT, residual, facts=facts)
+
+
+def _unit_law(law: TimeLaw) -> PiecewisePolynomial:
+    """From 0 to 1 within one second."""
+    match law:
+        case "quintic":
+            return quintic(0.0, 1.0, 1.0)
+        case "trapezoid":
+            return trapezoid(0.0, 1.0, acceleration=1.0 / (BLEND * (1.0 - BLEND)), duration=1.0).value
+        case _:
+            raise InputError("input.choice", name="law", value=law, known="quintic, trapezoid")

@@ -1,0 +1,180 @@
+"""From a path of the tip to a path of the joints on one branch; what stops it is named with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.geometry import pose
+from mafsil.robot import Robot
+from mafsil.solvers import Outcome, levenberg_marquardt
+from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial import quintic_coefficients
+from mafsil.trajectory.status import PlanStatus
+
+ON_PATH = 1e-11
+"""Size of the pose error [m, rad] at the knots."""
+
+SINGULAR_VALUE = 1e-6
+"""Smallest singular value of the Jacobian at which a path cannot be followed."""
+
+FEWEST_PIECES, MOST_PIECES = 16, 1024
+
+PLACING_PIECES = 256
+"""Knots that place the end of a path that cannot be followed to its end."""
+
+JointPath = Outcome[PiecewisePolynomial | None]
+
+
+def follow(
+    robot: Robot, path: CartesianPath, q_start: JointVector, *, frame: str | None = None, tolerance: float = 1e-6
+) -> JointPath:
+    """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
+
+    q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
+    between the knots. The knots are doubled until the frame keeps to the path between them.
+
+    Args:
+        robot: whose tip or `frame` moves.
+        path: of the frame; its start is the frame's pose at q_start.
+        q_start: (n,) [rad | m].
+        frame: name of a link; the tip if None.
+        tolerance: largest deviation from the path [m, rad].
+
+    Returns:
+        The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance); or None with
+        UNREACHABLE, SINGULAR or JOINT_LIMIT and the place s where the path ends.
+    """
+    tracker = _Tracker(robot, path, frame)
+    pieces = FEWEST_PIECES
+    while True:
+        outcome = tracker.march(q_start, pieces)
+        if outcome.value is None:
+            if pieces >= PLACING_PIECES:
+                return outcome
+            pieces = PLACING_PIECES
+            continue
+        deviation = tracker.deviation(outcome.value)
+        if deviation <= tolerance:
+            return Outcome(outcome.value, PlanStatus.PLANNED, deviation, pieces)
+        if pieces >= MOST_PIECES:
+            return Outcome(outcome.value, PlanStatus.DEVIATES, deviation, pieces, facts={"tolerance": tolerance})
+        pieces *= 2
+
+
+@dataclass(frozen=True, eq=False)
+class _Tracker:
+    """One robot, one path."""
+
+    robot: Robot
+    path: CartesianPath
+    frame: str | None
+
+    def march(self, q_start: JointVector, pieces: int) -> JointPath:
+        """Knot by knot from the start."""
+        s = np.linspace(0.0, 1.0, pieces + 1)
+        q = np.array(q_start, dtype=np.float64)
+        knots = [(q, *self._slopes(0.0, q))]
+        for begin, end in pairwise(s.tolist()):
+            margin = self._margin(q)
+            if margin < SINGULAR_VALUE:
+                return _ended(PlanStatus.SINGULAR, begin, margin=margin)
+            q = self._corrected(self._predicted(begin, q, end - begin), end)
+            if np.isnan(q).any():
+                return self._why_not(knots[-1][0], begin, end)
+            outside = self._outside(q)
+            if outside is not None:
+                joint, limit = outside
+                name, value = self.robot.joint_names[joint], float(q[joint])
+                return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
+            knots.append((q, *self._slopes(end, q)))
+        h = 1.0 / pieces
+        coefficients = [quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for a, b in pairwise(knots)]
+        return Outcome(PiecewisePolynomial.from_pieces([h] * pieces, coefficients), PlanStatus.PLANNED)
+
+    def deviation(self, joints: PiecewisePolynomial) -> float:
+        """Largest pose error in the middle of the pieces, where it is greatest."""
+        middles = (joints.knots[1:] + joints.knots[:-1]) / 2
+        twist = pose.error(self._pose(joints.at(middles).u), self.path.poses(middles))
+        return float(np.abs(twist).max())
+
+    def _predicted(self, s: float, q: JointVector, h: float) -> JointVector:
+        """One classical Runge-Kutta step of q' = J# V."""
+        k1 = self._rate(s, q)
+        k2 = self._rate(s + h / 2, q + h / 2 * k1)
+        k3 = self._rate(s + h / 2, q + h / 2 * k2)
+        k4 = self._rate(s + h, q + h * k3)
+        return q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+    def _corrected(self, q: JointVector, s: float) -> JointVector:
+        """Newton's method onto the path; NaN if it does not get there within a small distance."""
+        target, start = self.path.poses(s), q
+        for _ in range(8):
+            twist = pose.error(self._pose(q), target)
+            if np.abs(twist).max() <= ON_PATH:
+                return q
+            q = q + _least_norm(self._jacobian(q), twist)
+            if not np.abs(q - start).max() < 0.1:
+                break
+        return np.full_like(q, np.nan)
+
+    def _rate(self, s: float, q: JointVector) -> Floats:
+        return _least_norm(self._jacobian(q), self.path.twists(s)[0])
+
+    def _slopes(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
+        """Slopes q' = J# V and q'' = J# (V' - J' q') + (I - J# J) J'^T y with J^T y = q', the derivative of J# V."""
+        J = self._jacobian(q)
+        V, V_slope = self.path.twists(s)
+        rate = _least_norm(J, V)
+        J_rate = self._jacobian_rate(q, rate)
+        free = J_rate.T @ _least_norm(J.T, rate)
+        return rate, free + _least_norm(J, V_slope - J_rate @ rate - J @ free)
+
+    def _outside(self, q: JointVector) -> tuple[int, float] | None:
+        """The joint that is farthest beyond its limit, and the limit."""
+        limits = self.robot.limits
+        excess = np.maximum(limits.lower - q, q - limits.upper)
+        joint = int(excess.argmax())
+        if excess[joint] <= 0.0:
+            return None
+        return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
+
+    def _why_not(self, q: JointVector, begin: float, end: float) -> JointPath:
+        """Out of reach if no configuration nearby reaches the next knot; else the path meets a singularity."""
+        target = self.path.poses(end)
+        nearby = levenberg_marquardt(
+            lambda x: (-pose.error(self._pose(x), target), self._jacobian(x)), q, tolerance=1e-9, iterations=200
+        )
+        if nearby.succeeded:
+            return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(q))
+        return _ended(PlanStatus.UNREACHABLE, begin, nearby.residual)
+
+    def _margin(self, q: JointVector) -> float:
+        """Smallest singular value of the Jacobian."""
+        return float(np.linalg.svd(self._jacobian(q), compute_uv=False)[-1])
+
+    def _pose(self, q: JointVector) -> Floats:
+        if self.frame is None:
+            return self.robot.forward_kinematics(q)
+        return self.robot.forward_kinematics(q, frame=self.frame)
+
+    def _jacobian(self, q: JointVector) -> Floats:
+        return self.robot.jacobian_body(q) if self.frame is None else self.robot.jacobian_body(q, frame=self.frame)
+
+    def _jacobian_rate(self, q: JointVector, rate: Floats) -> Floats:
+        if self.frame is None:
+            return self.robot.jacobian_body_rate(q, rate)
+        return self.robot.jacobian_body_rate(q, rate, frame=self.frame)
+
+
+def _least_norm(A: Floats, b: Floats) -> Floats:
+    """The shortest x that minimises |A x - b|."""
+    return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
+
+
+def _ended(status: PlanStatus, place: float, residual: float = 0.0, **facts: object) -> JointPath:
+    return Outcome(None, status, residual, facts={"place": place, **facts})

@@ -1,0 +1,77 @@
+"""A geometric path and a time law: the same path can be run at any speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats
+from mafsil.model import JointLimits
+from mafsil.trajectory.limit_check import derivative, extreme_times
+from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+
+
+@dataclass(frozen=True, eq=False)
+class PathMotion:
+    """u(t) = path(s(t)).
+
+    Attributes:
+        path: (n) coordinates over the path parameter s in 0 .. 1.
+        law: (1) s over time, from 0 to 1.
+    """
+
+    path: PiecewisePolynomial
+    law: PiecewisePolynomial
+
+    @property
+    def duration(self) -> float:
+        """Length in time [s]."""
+        return self.law.duration
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.path.n
+
+    def breaks(self) -> Floats:
+        """The knots of the time law [s]; the path is twice continuously differentiable."""
+        return self.law.breaks()
+
+    def at(self, t: ArrayLike) -> Motion:
+        """Position, velocity and acceleration at the times `t` (*times) [s]; at rest outside 0 .. duration.
+
+        v = path' s',  a = path'' s'^2 + path' s''
+        """
+        s, rate, growth = self.law.at(t)
+        here = self._on_path(s)
+        return Motion(here.u, here.v * rate, here.a * rate**2 + here.v * growth)
+
+    def jerk(self, t: ArrayLike) -> Floats:
+        """(*times, n) third derivative path''' s'^3 + 3 path'' s' s'' + path' s''' [rad/s^3 | m/s^3]."""
+        s, rate, growth = self.law.at(t)
+        here = self._on_path(s)
+        third = self.path.jerk(np.clip(s[..., 0], 0.0, 1.0))
+        return third * rate**3 + 3 * here.a * rate * growth + here.v * self.law.jerk(times(t))
+
+    def stretched(self, factor: float) -> PathMotion:
+        """The same path, `factor` times as slow."""
+        return replace(self, law=self.law.stretched(factor))
+
+    def stretch_needed(self, limits: JointLimits) -> float:
+        """The factor of time at which velocity, acceleration and jerk just keep their limits; 0 if none is finite.
+
+        Derivative k shrinks with the k-th power of the factor.
+        """
+        needed = [0.0]
+        for order, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
+            if np.isfinite(limit).any():
+                size = np.abs(derivative(self, extreme_times(self, order), order)).max(axis=0)
+                needed.append(float((size / limit).max() ** (1.0 / order)))
+        return max(needed)
+
+    def _on_path(self, s: Floats) -> Motion:
+        """The path and its derivatives by s, never beyond its ends by rounding."""
+        return self.path.at(np.clip(s[..., 0], 0.0, 1.0))

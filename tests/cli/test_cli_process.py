@@ -1,0 +1,144 @@
+"""The command as a process: jobs end to end, signals, pipes, no network, start-up time."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+JOBS = sorted((ROOT / "examples" / "jobs").glob("*.toml"))
+MAFSIL = [sys.executable, "-m", "mafsil.cli"]
+
+
+def call(*words: str, **options: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*MAFSIL, *words], capture_output=True, text=True, timeout=120, check=False, **options)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("job", JOBS, ids=lambda path: path.stem)
+def test_examples_run_from_file_to_report(job: Path, tmp_path: Path) -> None:
+    done = call("run", str(job), "--out", str(tmp_path / "out"), "--json")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    data = json.loads(done.stdout)
+    assert data["complete"]
+    assert data == json.loads((tmp_path / "out" / "results.json").read_text("utf-8")) | {"report": data["report"]}
+    assert Path(data["report"]).read_text("utf-8").startswith("<!doctype html>")
+
+
+def test_the_demo_is_the_first_example(tmp_path: Path) -> None:
+    done = call("demo", "--lang", "ar", "--progress", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert 'lang="ar" dir="rtl"' in (tmp_path / "results" / "demo" / "report.html").read_text("utf-8")
+    assert len(done.stderr.splitlines()) == 4
+    shipped = (ROOT / "src" / "mafsil" / "cli" / "demo.toml").read_text("utf-8")
+    assert shipped == (ROOT / "examples" / "jobs" / "pick_and_place_panda.toml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "word"),
+    [
+        ('robot = "panda"', "", 2, "robot"),
+        ("position = [0.48, -0.30, 0.32]", "position = [4.8, -0.30, 0.32]", 1, "above the part"),
+        ("position = [0.48, -0.30, 0.32]", "position = [nan, -0.30, 0.32]", 2, "nan"),
+        ('robot = "panda"', 'robot = "absent.urdf"', 2, "absent.urdf"),
+    ],
+)
+def test_a_wrong_job_writes_nothing(tmp_path: Path, old: str, new: str, code: int, word: str) -> None:
+    text = (ROOT / "examples" / "jobs" / "pick_and_place_panda.toml").read_text("utf-8")
+    job = tmp_path / "job.toml"
+    job.write_text(text.replace(old, new, 1), "utf-8")
+    done = call("run", str(job), "--out", str(tmp_path / "out"))
+    assert done.returncode == code, done.stderr
+    assert word in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [item.name for item in tmp_path.iterdir()] == ["job.toml"]
+
+
+@pytest.mark.row("K5")
+def test_kill_9_in_the_middle_of_a_run(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for delay in (0.3, 0.8, 1.3, 1.8):
+        child = subprocess.Popen([*MAFSIL, "run", str(JOBS[0]), "--out", str(out)], stdout=subprocess.DEVNULL)
+        time.sleep(delay)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        if out.exists():
+            json.loads((out / "results.json").read_text("utf-8"))
+    assert call("run", str(JOBS[0]), "--out", str(out)).returncode == 0
+    assert len(list(out.iterdir())) == 6
+
+
+def test_ctrl_c_is_one_line(tmp_path: Path) -> None:
+    child = subprocess.Popen(
+        [*MAFSIL, "run", str(JOBS[0]), "--out", str(tmp_path / "out"), "--progress"],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert child.stderr is not None
+    for line in child.stderr:
+        if line.strip() == "simulating":
+            break
+    child.send_signal(signal.SIGINT)
+    rest = child.stderr.read()
+    assert child.wait(20) == 130
+    assert rest == "mafsil: stopped by the user\n"
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    shell = f"set -o pipefail; '{sys.executable}' -m mafsil.cli show panda --json | head -c 10"
+    done = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stderr == ""
+    assert done.returncode == 0
+
+
+def test_a_full_disk_is_one_sentence(tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full")
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*MAFSIL, "fk", "planar2r", "0", "0"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 1
+    assert done.stderr.startswith("mafsil: ")
+    assert "Traceback" not in done.stderr
+
+
+def test_ascii_terminals_get_something(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    done = call("fk", "panda", "0", "--lang", "ar", env=environment)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.row("N2")
+def test_everything_works_without_a_network(tmp_path: Path) -> None:
+    unshare = shutil.which("unshare")
+    if unshare is None or subprocess.run([unshare, "-rn", "true"], capture_output=True, check=False).returncode:
+        pytest.skip("no network namespaces here")
+    words = [unshare, "-rn", *MAFSIL, "demo", "--out", str(tmp_path / "out")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_help_is_quick() -> None:
+    def seconds(*words: str) -> float:
+        times: list[float] = []
+        for _ in range(5):
+            begin = time.perf_counter()
+            subprocess.run([sys.executable, *words], capture_output=True, check=True)
+            times.append(time.perf_counter() - begin)
+        return min(times)
+
+    assert seconds("-m", "mafsil.cli", "--help") - seconds("-c", "pass") < 0.3
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = "import sys; from mafsil.cli.main import main; main(['--help']); print([m for m in ('numpy', 'casadi', 'llvmlite', 'scipy', 'msgspec', 'matplotlib') if m in sys.modules])"  # noqa: E501
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,115 @@
+"""Laws against the equations they stand for; gains against the roots they promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.control import Gains, Law, combined, computed_torque, feedforward, gravity_compensation, pid, saturated
+from mafsil.errors import InputError
+from mafsil.trajectory import Motion
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return mf.load("panda")
+
+
+def state(shape, seed=0):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(5, *shape))
+
+
+@pytest.mark.capability("10-51", "10-40")
+@pytest.mark.parametrize("batch", [(), (4,), (2, 3)])
+def test_computed_torque_makes_the_error_linear(panda, batch):
+    """With the true model, e'' = -Kd e' - Kp e, whatever the state."""
+    q, qd, u, v, a = state((*batch, 7))
+    law = computed_torque(panda, natural_frequency=[3, 4, 5, 6, 7, 8, 9], damping_ratio=0.7)
+    qdd = panda.forward_dynamics(q, qd, law(0.0, q, qd, Motion(u, v, a)))
+    w = np.arange(3.0, 10.0)
+    np.testing.assert_allclose(a - qdd, -1.4 * w * (v - qd) - w**2 * (u - q), atol=1e-9)
+    assert isinstance(law, Law)
+    assert law.session(1e-3) is law
+
+
+@pytest.mark.capability("10-38")
+def test_feedforward_ignores_the_state(panda):
+    q, qd, u, v, a = state((7,))
+    law = feedforward(panda)
+    np.testing.assert_array_equal(law(0.0, q, qd, Motion(u, v, a)), panda.inverse_dynamics(u, v, a))
+    assert law.session(1.0) is law
+
+
+@pytest.mark.capability("10-52")
+def test_gravity_compensation_holds_the_arm(panda):
+    q, _, u, v, a = state((7,))
+    rest = gravity_compensation(panda, kp=50.0, kd=5.0)(0.0, q, np.zeros(7), Motion(q, np.zeros(7), a))
+    np.testing.assert_allclose(panda.forward_dynamics(q, np.zeros(7), rest), 0.0, atol=1e-9)
+    pulled = gravity_compensation(panda, kp=50.0, kd=5.0)(0.0, q, np.zeros(7), Motion(u, v, a))
+    np.testing.assert_allclose(pulled - rest, 50.0 * (u - q) + 5.0 * v, atol=1e-12)
+
+
+@pytest.mark.capability("10-20", "10-49")
+def test_integral_sums_the_error():
+    law = pid(2, kp=0.0, ki=[2.0, 3.0]).session(0.1)
+    zero = np.zeros(2)
+    reference = Motion(np.array([1.0, -1.0]), zero, zero)
+    for count in range(1, 5):
+        np.testing.assert_allclose(law(0.0, zero, zero, reference), [0.2 * count, -0.3 * count])
+    fresh = law.session(0.1)
+    np.testing.assert_allclose(fresh(0.0, zero, zero, reference), [0.2, -0.3])
+
+
+def test_sessions_share_nothing(panda):
+    law = computed_torque(panda, natural_frequency=5.0, integral=10.0)
+    q, qd, u, v, a = state((7,))
+    one, two = law.session(0.01), law.session(0.01)
+    first = one(0.0, q, qd, Motion(u, v, a))
+    one(0.0, q, qd, Motion(u, v, a))
+    np.testing.assert_array_equal(two(0.0, q, qd, Motion(u, v, a)), first)
+    assert not np.array_equal(first, law(0.0, q, qd, Motion(u, v, a)))
+
+
+@pytest.mark.capability("10-3")
+def test_laws_add(panda):
+    q, qd, u, v, a = state((7,))
+    parts = feedforward(panda), pid(7, kp=3.0, kd=1.0, ki=2.0)
+    both = combined(*parts)
+    reference = Motion(u, v, a)
+    np.testing.assert_allclose(both(0.0, q, qd, reference), sum(part(0.0, q, qd, reference) for part in parts))
+    run = both.session(0.5)
+    np.testing.assert_allclose(run(0, q, qd, reference) - both(0, q, qd, reference), u - q, atol=1e-12)
+
+
+def test_saturation_clips_elementwise():
+    np.testing.assert_array_equal(saturated(np.array([3.0, -3.0, 9.0]), np.array([2.0, 2.0, np.inf])), [2.0, -2.0, 9.0])
+
+
+@pytest.mark.capability("10-28", "10-33")
+def test_gains_place_the_roots():
+    gains = Gains.from_natural_frequency(1, 4.0, 0.5)
+    roots = np.roots([1.0, gains.kd[0], gains.kp[0]])
+    np.testing.assert_allclose(np.abs(roots), 4.0)
+    np.testing.assert_allclose(roots.real, -2.0)
+    bound = 2 * 0.5 * 4.0**3
+    stable = Gains.from_natural_frequency(1, 4.0, 0.5, 0.999 * bound)
+    assert (np.roots([1.0, stable.kd[0], stable.kp[0], stable.ki[0]]).real < 0).all()
+    with pytest.raises(InputError, match="integral"):
+        Gains.from_natural_frequency(1, 4.0, 0.5, bound)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda r: computed_torque(r, natural_frequency=[1.0, 2.0]), "natural_frequency"),
+        (lambda r: computed_torque(r, natural_frequency=np.nan), "natural_frequency"),
+        (lambda r: computed_torque(r, damping_ratio=-1.0), "damping_ratio"),
+        (lambda r: gravity_compensation(r, kp=-1.0, kd=0.0), "kp"),
+        (lambda r: pid(3, kp=[1.0, 2.0]), "kp"),
+    ],
+)
+def test_wrong_input_is_named(panda, call, words):
+    with pytest.raises(InputError, match=words):
+        call(panda)

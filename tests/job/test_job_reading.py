@@ -1,0 +1,113 @@
+"""Job files: every complaint names the key, the line and the remedy, in both languages."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mafsil.errors import FileError, JobError, MafsilError
+from mafsil.job import parse, read
+from mafsil.job.lines import line_of
+
+JOBS = Path(__file__).parents[2] / "examples" / "jobs"
+PANDA = (JOBS / "pick_and_place_panda.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", sorted(JOBS.glob("*.toml")), ids=lambda p: p.stem)
+def test_examples_are_valid(path: Path) -> None:
+    assert read(path).move
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "mentions"),
+    [
+        ("robot =", "robbot =", "job.unknown_key_close", ["x.toml:3", "robbot", "robot"]),
+        ("robot =", "zzz =", "job.unknown_key", ["x.toml:3", "zzz", "move"]),
+        ('robot = "panda"', "", "job.missing_key", ["robot"]),
+        ("frequency = 25.0", "frequency = -1", "job.bound", ["x.toml:21", "controller.frequency", "-1", "> 0"]),
+        ("frequency = 25.0", 'frequency = "fast"', "job.type", ["controller.frequency", "float", "fast"]),
+        ("step = 0.001", "step = nan", "job.bound", ["simulation.step", "nan"]),
+        ("com = [0.0,", "com = [inf,", "job.not_finite", ["tool.com[1]", "inf"]),
+        ('kind = "computed_torque"', 'kind = "magic"', "job.choice", ["magic", "computed_torque, pd_gravity"]),
+        ("position = [0.48, -0.30, 0.32]", "position = [0.48]", "job.length", ["move[1].pose.position", "3"]),
+        ("position = [0.48, -0.30, 0.32]", "pozition = [0]", "job.unknown_key_close", ["pozition", "position"]),
+        ("place = true", "place = true\npause = 1", "job.move_many", ["move[7]", "place, pause"]),
+        ("place = true", "", "job.move_empty", ["move[7]", "joints"]),
+        ('path = "line"', 'path = "line"\nvia = [[1.0]]', "job.line_via", ["move[2].via"]),
+        ("rpy = [180, 0, 0] }", "rpy = [180, 0, 0], quaternion = [1, 0, 0, 0] }", "job.two_orientations", ["move[1]"]),
+        ("rpy = [180, 0, 0] }", "quaternion = [0, 0, 0, 0] }", "job.zero_quaternion", ["move[1].pose.quaternion"]),
+        ('profile = "trapezoid"', 'path = "line"', "job.line_pose", ["move[9].path"]),
+        ("[start]", "[[obstacle]]\nradius = 1\n[start]", "job.no_obstacles", ["obstacle"]),
+    ],
+)
+def test_each_mistake_has_its_sentence(old: str, new: str, key: str, mentions: list[str]) -> None:
+    assert old in PANDA
+    with pytest.raises(JobError) as caught:
+        parse(PANDA.replace(old, new, 1), "x.toml")
+    assert caught.value.key == key
+    for word in mentions:
+        assert word in caught.value.message("en")
+    assert any("\u0600" <= c <= "\u06ff" for c in caught.value.message("ar"))
+
+
+@pytest.mark.parametrize(
+    "text", ["robot = 3\nmove = []", "robot = 'a'\nmove = []", "robot = 'a'\nmove = [3]", "move = 3", ""]
+)
+def test_other_wrong_shapes_are_refused(text: str) -> None:
+    with pytest.raises(JobError):
+        parse(text)
+
+
+def test_no_file_no_toml_no_text(tmp_path: Path) -> None:
+    cases = {
+        "job.no_file": tmp_path / "absent.toml",
+        "job.directory": tmp_path,
+        "job.syntax": tmp_path / "broken.toml",
+        "job.encoding": tmp_path / "latin.toml",
+        "job.too_large": tmp_path / "huge.toml",
+    }
+    cases["job.syntax"].write_text("[[[", encoding="utf-8")
+    cases["job.encoding"].write_bytes(b"title = '\xff'")
+    cases["job.too_large"].write_bytes(b"#" * 1_000_001)
+    for key, path in cases.items():
+        with pytest.raises(FileError) as caught:
+            read(path)
+        assert caught.value.key == key
+        assert caught.value.message("en") != caught.value.message("ar")
+
+
+def test_deep_nesting_is_refused() -> None:
+    with pytest.raises(MafsilError):
+        parse("a = " + "[" * 5000 + "]" * 5000)
+
+
+def test_direction_characters_in_keys_are_shown_by_number() -> None:
+    with pytest.raises(JobError) as caught:
+        parse('robot = "a"\n"\u202eevil" = 1\nmove = []')
+    assert "\u202e" not in caught.value.message()
+    assert "<U+202E>" in caught.value.message()
+
+
+@given(st.binary(max_size=200))
+@settings(max_examples=200, deadline=None)
+@pytest.mark.row("F1")
+def test_any_bytes_give_our_errors_only(noise: bytes) -> None:
+    text = PANDA.encode()
+    cut = len(noise) * 7 % len(text)
+    found: list[MafsilError] = []
+    try:
+        parse((text[:cut] + noise + text[cut + 3 :]).decode("utf-8", "replace"))
+    except MafsilError as error:
+        found.append(error)
+    assert all(error.message("en") and error.message("ar") for error in found)
+
+
+def test_lines_of_keys() -> None:
+    text = "a = 1\n[b]\nc.d = 2\n[[m]]\nx = 1\n[[m]]\ny = { z = 3 }\n[m.n]\nk = 1\n"
+    assert line_of(text, ("a",)) == 1
+    assert line_of(text, ("b", "c", "d")) == 3
+    assert line_of(text, ("m", 0, "x")) == 5
+    assert line_of(text, ("m", 1, "y", "z")) == 7
+    assert line_of(text, ("m", 1, "n", "k")) == 9
+    assert line_of(text, ("nowhere",)) is None

@@ -1,0 +1,334 @@
+"""Compiled kernels: every operation, every tail, any strides, memory bounds, NaN, on several instruction sets."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import mmap
+import re
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mafsil.errors import KernelError
+from mafsil.kernels import target
+from mafsil.kernels.audit import Program, audit, casadi_rows, ulps
+from mafsil.kernels.layout import Port, Signature
+from mafsil.kernels.lower import lower
+from mafsil.kernels.reduce import reduce
+from mafsil.kernels.reference import evaluate
+from mafsil.kernels.tape import read
+
+LEVELS = {
+    "host": "",
+    "avx2": "-avx512f",
+    "avx2 without fma": "-avx512f,-fma",
+    "sse2": "-sse3,-ssse3,-sse4.1,-sse4.2,-avx",
+}
+UNARY = {
+    "sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "asin": ca.asin, "acos": ca.acos, "atan": ca.atan, "exp": ca.exp,
+    "log": ca.log, "sqrt": ca.sqrt, "sinh": ca.sinh, "cosh": ca.cosh, "tanh": ca.tanh, "asinh": ca.asinh,
+    "acosh": ca.acosh, "atanh": ca.atanh, "floor": ca.floor, "ceil": ca.ceil, "fabs": ca.fabs, "sign": ca.sign,
+    "log1p": ca.log1p, "expm1": ca.expm1, "not": ca.logic_not, "neg": lambda x: -x, "sq": ca.sumsqr,
+    "twice": lambda x: 2 * x, "inv": lambda x: 1 / x, "cube": lambda x: x**3, "power": lambda x: x**2.7,
+}  # fmt: skip
+BINARY = {
+    "add": lambda x, y: x + y, "sub": lambda x, y: x - y, "mul": lambda x, y: x * y, "div": lambda x, y: x / y,
+    "pow": lambda x, y: x**y, "atan2": ca.atan2, "fmod": ca.fmod, "remainder": ca.remainder, "fmin": ca.fmin,
+    "fmax": ca.fmax, "copysign": ca.copysign, "hypot": ca.hypot, "lt": lambda x, y: x < y, "le": lambda x, y: x <= y,
+    "eq": lambda x, y: x == y, "ne": lambda x, y: x != y, "and": ca.logic_and, "or": ca.logic_or,
+    "if_else": lambda x, y: ca.if_else(x < 0.5, y, x * y), "if_else_zero": lambda x, y: ca.if_else(x, y, 0),
+}  # fmt: skip
+EDGES = [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, -3.0, 7.5, 1e-300, 5e-324, 1e300, -1e22, math.inf, -math.inf, math.nan]
+
+
+def example() -> tuple[ca.Function, Signature]:
+    """Three inputs of different shapes, four outputs, a bit of everything."""
+    q, A, s = ca.SX.sym("q", 7), ca.SX.sym("A", 6), ca.SX.sym("s", 1)
+    y = ca.vertcat(ca.sin(q) * ca.cos(q[0]), ca.dot(q, q), ca.atan2(A[0], A[1]) * s)
+    B = ca.vertcat(*[A[i] * q[i] - s for i in range(6)])
+    r = ca.if_else(s > 0, ca.sqrt(s), -s)
+    e = ca.exp(-q[:3]) / (1 + A[2] ** 2)
+    signature = Signature(
+        "example",
+        (Port("q", (7,)), Port("A", (2, 3)), Port("s")),
+        (Port("y", (9,)), Port("B", (3, 2)), Port("r"), Port("e", (3,))),
+    )
+    return ca.Function("example", [q, A, s], [y, B, r, e]), signature
+
+
+@pytest.fixture(scope="module", params=list(LEVELS))
+def program(request: pytest.FixtureRequest) -> Program:
+    function, signature = example()
+    return Program(reduce(read(function)), signature, target.host(LEVELS[request.param]))
+
+
+def inputs(rows: int, seed: int = 0) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return [rng.normal(size=(rows, 7)), rng.normal(size=(rows, 2, 3)), rng.normal(size=(rows,))]
+
+
+def same(a: list[np.ndarray], b: list[np.ndarray]) -> bool:
+    return all(np.array_equal(x.view(np.int64), y.view(np.int64)) for x, y in zip(a, b, strict=True))
+
+
+@pytest.mark.row("R2")
+@pytest.mark.parametrize("level", list(LEVELS))
+@pytest.mark.parametrize("op", list(UNARY))
+def test_unary_operations_agree_with_casadi(op: str, level: str) -> None:
+    x = ca.SX.sym("x", 1)
+    signature = Signature(op, (Port("x"),), (Port("y"),))
+    values = np.array([*EDGES, *np.random.default_rng(1).normal(size=60), 0.3, 0.9, 1.5, 30.0, -30.0])
+    _agrees(ca.Function(op, [x], [UNARY[op](x)]), signature, [values], level)
+
+
+@pytest.mark.row("R2")
+@pytest.mark.parametrize("level", list(LEVELS))
+@pytest.mark.parametrize("op", list(BINARY))
+def test_binary_operations_agree_with_casadi(op: str, level: str) -> None:
+    x, y = ca.SX.sym("x", 1), ca.SX.sym("y", 1)
+    signature = Signature(op, (Port("x"), Port("y")), (Port("z"),))
+    random = np.random.default_rng(2).normal(size=(60, 2)) * 3
+    pairs = np.array([(a, b) for a in EDGES for b in EDGES] + random.tolist())
+    _agrees(ca.Function(op, [x, y], [BINARY[op](x, y)]), signature, [pairs[:, 0], pairs[:, 1]], level)
+
+
+def _agrees(function: ca.Function, signature: Signature, columns: list[np.ndarray], level: str) -> None:
+    """Within 4 ulp of CasADi; NaN and infinities where CasADi has them."""
+    program = Program(reduce(read(function)), signature, target.host(LEVELS[level]))
+    (found,) = program.batch(*columns)
+    (expected,) = casadi_rows(function, [c[:, None] for c in columns])
+    expected = expected[:, 0]
+    assert np.array_equal(np.isnan(found), np.isnan(expected)), [
+        c[np.isnan(found) != np.isnan(expected)] for c in columns
+    ]
+    finite = np.isfinite(expected) & np.isfinite(found)
+    assert np.array_equal(found[~finite & ~np.isnan(found)], expected[~finite & ~np.isnan(found)])
+    assert ulps(found, expected, np.zeros_like(found)).max() <= 4
+    for k in range(len(found)):
+        assert np.array_equal(program.single(*(c[k] for c in columns))[0], found[k], equal_nan=True)
+
+
+@pytest.mark.row("R2")
+@pytest.mark.row("D2")
+def test_every_batch_size_equals_the_single_entry(program: Program) -> None:
+    columns = inputs(4 * program.target.lanes + 3)
+    alone = [program.single(*(x[k] for x in columns)) for k in range(len(columns[0]))]
+    for rows in range(1, len(columns[0]) + 1):
+        found = program.batch(*(x[:rows] for x in columns))
+        assert same(found, [np.stack([row[k] for row in alone[:rows]]) for k in range(4)]), rows
+
+
+def test_no_rows_touch_nothing(program: Program) -> None:
+    out = [np.full((1, *port.shape), 7.0) for port in program.signature.outputs]
+    program.call([*inputs(1), *out], 0)
+    assert all((x == 7.0).all() for x in out)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 7, 8, 9, 23])
+def test_any_strides_give_the_same_bits(program: Program, rows: int) -> None:
+    q, A, s = inputs(rows)
+    expected = program.batch(q, A, s)
+    wide = np.full((2 * rows, 3, 14), 1e9)
+    wide[::2, 1, ::2] = q
+    views = {
+        "Fortran": (np.asfortranarray(q), np.asfortranarray(A), s),
+        "negative": (q[::-1].copy()[::-1], A[:, ::-1, ::-1].copy()[:, ::-1, ::-1], s[::-1].copy()[::-1]),
+        "gaps": (wide[::2, 1, ::2], np.repeat(A, 3, axis=0)[::3], np.repeat(s, 5)[::5]),
+        "transposed core": (q, np.ascontiguousarray(A.transpose(0, 2, 1)).transpose(0, 2, 1), s),
+    }
+    for name, view in views.items():
+        assert same(program.batch(*view), expected), name
+    spaced = [np.full((2 * rows, *port.shape[::-1]), np.nan) for port in program.signature.outputs]
+    out = [x.transpose(0, *range(x.ndim - 1, 0, -1))[::-2] for x in spaced]
+    program.batch(q, A, s, out=out)
+    assert same([np.ascontiguousarray(x) for x in out], expected)
+    assert all(np.isnan(x[::2]).all() for x in spaced)
+
+
+@pytest.mark.parametrize("rows", [2, 8, 13])
+def test_an_input_may_be_one_row_for_all(program: Program, rows: int) -> None:
+    q, A, s = inputs(rows)
+    for mask in range(1, 7):
+        chosen = [x[:1] if mask >> k & 1 else x for k, x in enumerate((q, A, s))]
+        full = [np.repeat(x, rows, axis=0) if len(x) == 1 else x for x in chosen]
+        assert same(program.batch(*chosen), program.batch(*full))
+
+
+@settings(max_examples=40, deadline=None)
+@given(rows=st.integers(1, 40), bad=st.integers(0, 39), value=st.sampled_from([math.nan, math.inf, -math.inf, 1e300]))
+def test_a_bad_row_leaves_the_others_alone(rows: int, bad: int, value: float) -> None:
+    program = _host_program()
+    q, A, s = inputs(rows)
+    expected = program.batch(q, A, s)
+    spoiled = q.copy()
+    spoiled[bad % rows, 2] = value
+    found = program.batch(spoiled, A, s)
+    others = np.arange(rows) != bad % rows
+    assert same([np.ascontiguousarray(x[others]) for x in found], [np.ascontiguousarray(x[others]) for x in expected])
+    if not math.isfinite(value):
+        assert np.isnan(found[0][bad % rows, 2])
+
+
+_PROGRAMS: list[Program] = []
+
+
+def _host_program() -> Program:
+    if not _PROGRAMS:
+        function, signature = example()
+        _PROGRAMS.append(Program(reduce(read(function)), signature))
+    return _PROGRAMS[0]
+
+
+class Fenced:
+    """Arrays that end, or begin, exactly at a page that must not be touched."""
+
+    def __init__(self, shape: tuple[int, ...], at_end: bool) -> None:
+        page = mmap.PAGESIZE
+        size = 8 * math.prod(shape)
+        pages = -(-size // page)
+        self.map = mmap.mmap(-1, (pages + 2) * page)
+        start = ctypes.addressof(ctypes.c_char.from_buffer(self.map))
+        libc = ctypes.CDLL(None, use_errno=True)
+        for guard in (start, start + (pages + 1) * page):
+            assert libc.mprotect(ctypes.c_void_p(guard), ctypes.c_size_t(page), 0) == 0
+        offset = page + (pages * page - size if at_end else 0)
+        self.array = np.frombuffer(self.map, dtype=np.float64, count=math.prod(shape), offset=offset).reshape(shape)
+        self.array[...] = np.nan
+
+
+@pytest.mark.skipif(not hasattr(mmap, "PROT_READ"), reason="needs mprotect")
+@pytest.mark.parametrize("at_end", [True, False])
+def test_no_byte_outside_the_arrays_is_touched(program: Program, at_end: bool) -> None:
+    for rows in (*range(1, 2 * program.target.lanes + 2), 200):
+        columns = inputs(rows)
+        fenced = [Fenced(x.shape, at_end).array for x in columns]
+        for place, x in zip(fenced, columns, strict=True):
+            place[...] = x
+        out = [Fenced((rows, *port.shape), at_end).array for port in program.signature.outputs]
+        program.batch(*fenced, out=out)
+        assert same(out, program.batch(*columns))
+
+
+def test_outputs_may_overwrite_inputs(program: Program) -> None:
+    """All inputs of a row are read before its outputs are written."""
+    x = ca.SX.sym("x", 4)
+    function = ca.Function("turn", [x], [ca.vertcat(x[3], x[0] + x[2], x[1], x[0])])
+    signature = Signature("turn", (Port("x", (4,)),), (Port("y", (4,)),))
+    compiled = Program(reduce(read(function)), signature, program.target)
+    for rows in (1, 5, 8, 19):
+        data = np.random.default_rng(0).normal(size=(rows, 4))
+        (expected,) = compiled.batch(data)
+        assert np.array_equal(compiled.batch(data, out=[data])[0], expected)
+
+
+def test_a_dead_branch_may_be_nan() -> None:
+    x = ca.SX.sym("x", 1)
+    function = ca.Function("f", [x], [ca.if_else(x > 0, ca.log(x), 0) + ca.if_else(x > 0, 0, 1 / x)])
+    program = Program(reduce(read(function)), Signature("f", (Port("x"),), (Port("y"),)))
+    x = np.array([1.0, 0.5, -2.0, -1e300, 3.0])
+    expected = np.where(x > 0, np.log(np.abs(x)), 1 / x)
+    assert np.allclose(program.batch(x)[0], expected, rtol=1e-15)
+
+
+@pytest.mark.row("D2")
+@pytest.mark.parametrize("lanes", [2, 4, 8])
+def test_lanes_do_not_change_bits(lanes: int) -> None:
+    function, signature = example()
+    columns = inputs(37)
+    columns[0][::5] *= 1e7
+    reduced = reduce(read(function))
+    expected = Program(reduced, signature).batch(*columns)
+    for level in ("", "-avx512f", "-avx512f,+fma"):
+        other = target.host(level, lanes)
+        if other.fma == target.host().fma:
+            assert same(Program(reduced, signature, other).batch(*columns), expected)
+
+
+@pytest.mark.row("D2")
+def test_targets_without_fma_stay_close() -> None:
+    function, signature = example()
+    columns = inputs(500)
+    reduced = reduce(read(function))
+    here = Program(reduced, signature).batch(*columns)
+    scales = evaluate(reduced, [x.reshape(len(x), -1) for x in columns])
+    for level in ("avx2 without fma", "sse2"):
+        there = Program(reduced, signature, target.host(LEVELS[level])).batch(*columns)
+        for a, b, (_, scale) in zip(here, there, scales, strict=True):
+            assert ulps(a.reshape(len(a), -1), b.reshape(len(b), -1), scale).max() <= 2
+
+
+@pytest.mark.parametrize("level", list(LEVELS))
+def test_code_calls_nothing_outside(level: str) -> None:
+    signature = Signature("all", (Port("x", (2,)),), (Port("y", (len(UNARY) + len(BINARY),)),))
+    x = ca.SX.sym("x", 2)
+    values = [f(x[0]) for f in UNARY.values()] + [f(x[0], x[1]) for f in BINARY.values()]
+    machine = target.host(LEVELS[level])
+    ir = lower(reduce(read(ca.Function("all", [x], [ca.vertcat(*values)]))), signature, machine)
+    called = set(re.findall(r"(?:callq?|jmp)\s+([A-Za-z_][\w@.]*)", target.assembly(ir, machine)))
+    assert {name for name in called if not name.startswith("mafsil_")} == set()
+
+
+@pytest.mark.row("R2")
+def test_audit_of_a_mixed_kernel() -> None:
+    function, signature = example()
+    report = audit(function, signature, inputs(300), exact_rows=30)
+    assert report.batch_equals_single
+    assert report.undefined == 0
+    assert report.worst_ulp <= 4
+    assert report.worst_ulp_casadi <= 4
+    assert "ulp from mpmath" in str(report)
+
+
+def test_wrong_ports_are_refused() -> None:
+    x = ca.SX.sym("x", 3)
+    tape = read(ca.Function("f", [x], [x]))
+    with pytest.raises(KernelError, match="elements"):
+        lower(tape, Signature("f", (Port("x", (3,)),), (Port("y", (4,)),)), target.host())
+
+
+def test_broken_ir_is_refused() -> None:
+    with pytest.raises(KernelError, match="refused"):
+        target.compile("define void @f() { nonsense }", target.host())
+
+
+def test_missing_symbols_are_refused() -> None:
+    code = target.compile("define void @f() { ret void }", target.host())
+    with pytest.raises(KernelError, match="refused"):
+        target.load(code, ("g",))
+
+
+def test_constants_and_empty_ports() -> None:
+    x = ca.SX.sym("x", 0)
+    function = ca.Function("f", [x], [ca.SX([1.5, -2.0]), ca.SX(3.0)])
+    signature = Signature("f", (Port("x", (0,)),), (Port("y", (2,)), Port("z")))
+    program = Program(reduce(read(function)), signature)
+    y, z = program.batch(np.zeros((5, 0)))
+    assert (y == [1.5, -2.0]).all()
+    assert (z == 3.0).all()
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4, 5, 6, 9, 16, 17])
+def test_every_width_of_a_port_is_carried_right(program: Program, size: int) -> None:
+    x = ca.SX.sym("x", size)
+    signature = Signature("f", (Port("x", (size,)),), (Port("y", (size,)),))
+    compiled = Program(reduce(read(ca.Function("f", [x], [3 * x]))), signature, program.target)
+    for rows in (1, 5, 8, 16, 21):
+        data = np.arange(rows * size, dtype=float).reshape(rows, size)
+        assert np.array_equal(compiled.batch(data)[0], 3 * data)
+
+
+@pytest.mark.parametrize("angles", [9, 20])
+def test_more_angles_than_a_vector_holds(program: Program, angles: int) -> None:
+    x = ca.SX.sym("x", angles)
+    y = ca.sin(x) + ca.cos(x) + ca.exp(x)
+    signature = Signature("f", (Port("x", (angles,)),), (Port("y", (angles,)),))
+    data = np.random.default_rng(5).normal(size=(11, angles))
+    for tape in (read(ca.Function("f", [x], [y])), reduce(read(ca.Function("f", [x], [ca.cse(y)])))):
+        compiled = Program(tape, signature, program.target)
+        (found,) = compiled.batch(data)
+        assert np.allclose(found, np.sin(data) + np.cos(data) + np.exp(data), rtol=1e-15, atol=1e-15)
+        assert all(np.array_equal(compiled.single(row)[0], values) for row, values in zip(data, found, strict=True))

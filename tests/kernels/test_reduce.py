@@ -1,0 +1,166 @@
+"""Rewriting a tape keeps its values: bit for bit where nothing is fused, NaN and infinities included."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from mafsil.kernels.audit import Program, ulps
+from mafsil.kernels.layout import Port, Signature
+from mafsil.kernels.reduce import reduce
+from mafsil.kernels.reference import evaluate, exact
+from mafsil.kernels.schedule import scheduled
+from mafsil.kernels.tape import BINARY, UNARY, Node, Tape, arguments, read
+
+CONSTANTS = [0.0, -0.0, 1.0, -1.0, 2.0, 0.5, -4.0, 3.7, 1e-300, math.inf]
+SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, math.inf, -math.inf, math.nan, 1e308, 5e-324]
+EXACT = sorted({*UNARY, *BINARY} - {"pow", "asinh", "acosh", "atanh", "log1p", "expm1"})
+
+
+def random_tape(rng: random.Random, size: int, ops: list[str], inputs: int = 4) -> Tape:
+    """A tape of `size` operations; constants and negations are frequent, so that rules meet."""
+    nodes = [Node("input", (0, k)) for k in range(inputs)]
+    nodes += [Node("const", (), rng.choice(CONSTANTS)) for _ in range(4)]
+    for _ in range(size):
+        op = rng.choice([*ops, "neg", "add", "sub", "mul", "neg", "mul"])
+        nodes.append(
+            Node(op, tuple(rng.randrange(max(0, len(nodes) - 12), len(nodes)) for _ in range(1 if op in UNARY else 2)))
+        )
+    return Tape(tuple(nodes), (inputs,), (tuple(range(len(nodes) - 5, len(nodes))),))
+
+
+def alike(a: np.ndarray, b: np.ndarray) -> bool:
+    """Equal, the sign of zero aside; NaN equals NaN."""
+    return np.array_equal(a, b, equal_nan=True)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_programs_keep_their_values(seed: int) -> None:
+    """Without fusing: every value equal; signs of zeros may change, so division and atan2 by zero are left out."""
+    rng = random.Random(seed)
+    plain = [op for op in EXACT if op not in ("div", "atan2", "copysign", "sign", "fmod", "remainder")]
+    tape = random_tape(rng, 40, plain)
+    samples = np.array(
+        [[rng.choice(SPECIAL) if rng.random() < 0.3 else rng.gauss(0, 2) for _ in range(4)] for _ in range(200)]
+    )
+    ((before, scale),) = evaluate(tape, [samples])
+    reduced = reduce(tape)
+    ((after, _),) = evaluate(reduced, [samples])
+    for column in range(before.shape[1]):
+        assert alike(np.isnan(before[:, column]), np.isnan(after[:, column])), column
+    fine = np.isfinite(before) & np.isfinite(after)
+    assert ulps(np.where(fine, after, 0), np.where(fine, before, 0), scale).max() <= 16
+
+
+@pytest.mark.row("R2")
+@pytest.mark.parametrize("seed", range(12))
+def test_random_programs_compile_to_their_values(seed: int) -> None:
+    rng = random.Random(1000 + seed)
+    tape = random_tape(
+        rng, 60, ["sin", "cos", "sqrt", "atan2", "div", "fmin", "lt", "if_else_zero", "and", "not", "exp", "tanh"]
+    )
+    samples = np.array([[rng.gauss(0, 1) for _ in range(4)] for _ in range(40)])
+    ((expected, scale),) = evaluate(tape, [samples])
+    program = Program(reduce(tape), Signature("f", (Port("x", (4,)),), (Port("y", (5,)),)))
+    (found,) = program.batch(samples)
+    assert alike(np.isnan(found), np.isnan(expected))
+    fine = np.isfinite(found) & np.isfinite(expected) & (scale < 1e290)
+    assert ulps(np.where(fine, found, 0), np.where(fine, expected, 0), scale).max() <= 64
+    for row, values in zip(samples, found, strict=True):
+        assert np.array_equal(program.single(row)[0], values, equal_nan=True)
+
+
+def one(op: str, *args: int, consts: tuple[float, ...] = (), inputs: int = 2, then: tuple[Node, ...] = ()) -> Tape:
+    nodes = [Node("input", (0, k)) for k in range(inputs)] + [Node("const", (), c) for c in consts]
+    nodes += [Node(op, args), *then]
+    return reduce(Tape(tuple(nodes), (inputs,), ((len(nodes) - 1,),)))
+
+
+def ops(tape: Tape) -> list[str]:
+    return [node.op for node in tape.nodes if node.op not in ("input", "const")]
+
+
+def test_neutral_elements_go() -> None:
+    assert ops(one("add", 0, 2, consts=(0.0,))) == []
+    assert ops(one("sub", 0, 2, consts=(0.0,))) == []
+    assert ops(one("mul", 2, 0, consts=(1.0,))) == []
+    assert ops(one("mul", 2, 0, consts=(-1.0,))) == ["neg"]
+    assert ops(one("div", 0, 2, consts=(1.0,))) == []
+
+
+def test_what_may_be_nan_stays() -> None:
+    assert ops(one("mul", 0, 2, consts=(0.0,))) == ["mul"]
+    assert ops(one("sub", 0, 0)) == ["sub"]
+    assert ops(one("div", 0, 0)) == ["div"]
+
+
+def test_division_by_a_power_of_two_is_a_product_and_by_others_is_not() -> None:
+    assert ops(one("div", 0, 2, consts=(-8.0,))) == ["mul"]
+    assert ops(one("div", 0, 2, consts=(3.0,))) == ["div"]
+    assert ops(one("div", 0, 2, consts=(0.0,))) == ["div"]
+    assert ops(one("div", 0, 2, consts=(5e-324,))) == ["div"]
+
+
+def test_products_and_sums_are_fused_with_their_signs() -> None:
+    x, y, z = 0, 1, 2
+    mul = Node("mul", (x, y))
+    for then, expected in (
+        ((Node("add", (3, z)),), "fma"),
+        ((Node("sub", (3, z)),), "fms"),
+        ((Node("sub", (z, 3)),), "fnma"),
+        ((Node("add", (3, z)), Node("neg", (4,))), "fnms"),
+        ((Node("sub", (3, z)), Node("neg", (4,))), "fnma"),
+        ((Node("neg", (3,)), Node("add", (4, z))), "fnma"),
+    ):
+        nodes = (*(Node("input", (0, k)) for k in range(3)), mul, *then)
+        assert ops(reduce(Tape(nodes, (3,), ((len(nodes) - 1,),)))) == [expected]
+
+
+def test_a_product_used_elsewhere_is_not_computed_twice() -> None:
+    nodes = (*(Node("input", (0, k)) for k in range(3)), Node("mul", (0, 1)), Node("add", (3, 2)))
+    assert ops(reduce(Tape(nodes, (3,), ((3, 4),)))) == ["mul", "add"]
+
+
+def test_equal_values_are_shared_up_to_sign() -> None:
+    x = ca.SX.sym("x", 2)
+    f = ca.Function("f", [x], [ca.vertcat(x[0] * x[1], x[1] * x[0], -x[0] * x[1], x[0] - x[1], x[1] - x[0])])
+    assert sorted(ops(reduce(read(f)))) == ["mul", "neg", "neg", "sub"]
+
+
+def test_sine_and_cosine_of_opposite_angles_share_their_argument() -> None:
+    x = ca.SX.sym("x", 1)
+    assert sorted(ops(reduce(read(ca.Function("f", [x], [ca.vertcat(ca.sin(x), ca.cos(-x))]))))) == ["cos", "sin"]
+
+
+def test_if_else_becomes_one_select() -> None:
+    x = ca.SX.sym("x", 2)
+    assert ops(reduce(read(ca.Function("f", [x], [ca.if_else(x[0] < x[1], x[0], x[1])])))) == ["lt", "select"]
+
+
+def test_order_needs_few_values_at_once_and_groups_angles() -> None:
+    x = ca.SX.sym("x", 8)
+    chains = [x[k] for k in range(8)]
+    for _ in range(5):
+        chains = [c * c + x[0] for c in chains]
+    total = ca.sum1(ca.vertcat(*chains)) + ca.sum1(ca.sin(x))
+    tape = scheduled(read(ca.Function("f", [x], [total])))
+    alive, most, last = set[int](), 0, {}
+    for i, node in enumerate(tape.nodes):
+        for a in arguments(node):
+            last[a] = i
+    for i in range(len(tape.nodes)):
+        alive = {a for a in alive if last.get(a, -1) >= i} | {i}
+        most = max(most, len(alive))
+    sines = [i for i, node in enumerate(tape.nodes) if node.op == "sin"]
+    assert sines == list(range(sines[0], sines[0] + 8))
+    assert most <= 22
+
+
+def test_exact_evaluation_knows_what_is_undefined() -> None:
+    tape = Tape((Node("input", (0, 0)), Node("sqrt", (0,)), Node("neg", (0,))), (1,), ((1, 2),))
+    assert exact(tape, [[4.0]])[0] == [2, -4]
+    assert exact(tape, [[-4.0]])[0][0] is None

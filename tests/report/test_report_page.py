@@ -1,0 +1,146 @@
+"""The page: complete in itself, safe against names, true to the recording, in both directions of writing."""
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mafsil.job import Run
+from mafsil.job.judgement import summary
+from mafsil.messages import LANGUAGES
+from mafsil.model import library
+from mafsil.report import contents, skeleton
+from mafsil.report.page import render
+
+
+class Reader(HTMLParser):
+    """Collects elements, attributes and texts as a browser would see them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, str] = {}
+        self.inside = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        kind = dict(attrs).get("type") or ""
+        self.inside = f"{tag}{'/json' if 'json' in kind else ''}"
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in {"script", "style"}:
+            self.inside = ""
+
+    def handle_data(self, data: str) -> None:
+        self.texts[self.inside] = self.texts.get(self.inside, "") + data
+
+
+@pytest.fixture(params=LANGUAGES)
+def page(request: pytest.FixtureRequest, small_run: Run) -> tuple[str, str, Reader]:
+    html = render(contents.page(small_run, summary(small_run), request.param))
+    reader = Reader()
+    reader.feed(html)
+    return request.param, html, reader
+
+
+def data_of(reader: Reader) -> dict[str, Any]:
+    return json.loads(reader.texts["script/json"])
+
+
+def unpacked(text: str, columns: int) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, columns)
+
+
+@pytest.mark.row("N2")
+def test_the_page_asks_nobody_for_anything(page: tuple[str, str, Reader]) -> None:
+    _, html, reader = page
+    addresses = set(re.findall(r"https?://[^\s\"'<>)]*", html)) - {"http://www.w3.org/2000/svg"}
+    assert not addresses
+    for tag, attributes in reader.tags:
+        assert tag not in {"link", "iframe", "object", "embed", "img", "base", "form"}, tag
+        assert not {"src", "href", "srcset", "action", "data", "poster"} & set(attributes), (tag, attributes)
+        assert not any(name.startswith("on") for name in attributes), (tag, attributes)
+    assert "@import" not in html
+    assert "url(" not in html
+    for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import(", "eval(", "innerHTML", "document.write"):
+        assert word not in html
+
+
+def test_the_policy_allows_just_this_style_and_script(page: tuple[str, str, Reader]) -> None:
+    _, _, reader = page
+    policy = next(a["content"] for _, a in reader.tags if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy is not None
+    assert policy.startswith("default-src 'none'")
+    assert "unsafe" not in policy
+    for kind in ("script", "style"):
+        digest = base64.b64encode(hashlib.sha256(reader.texts[kind].encode()).digest()).decode()
+        assert f"{kind}-src 'sha256-{digest}'" in policy
+
+
+def test_names_stay_text(page: tuple[str, str, Reader]) -> None:
+    _, html, reader = page
+    assert sum(tag == "script" for tag, _ in reader.tags) == 2
+    assert "\u202e" not in html
+    assert "<U+202E>" in reader.texts["bdi"]
+    assert "<script>alert(1)</script>" in "".join(reader.texts.values())
+    assert data_of(reader)["moves"][0]["name"].startswith("down </script>")
+
+
+def test_direction_and_language(page: tuple[str, str, Reader]) -> None:
+    code, html, reader = page
+    root = next(attributes for tag, attributes in reader.tags if tag == "html")
+    assert (root["lang"], root["dir"]) == (code, "rtl" if code == "ar" else "ltr")
+    assert "{{" not in html.replace("{{}}", "")
+    for tag, attributes in reader.tags:
+        if attributes.get("id") in {"scene", "track", "clock", "legend"}:
+            assert attributes.get("dir") == "ltr", tag
+    if code == "ar":
+        headings = reader.texts["h2"]
+        assert not re.search(r"[A-Za-z]{3,}", headings)
+
+
+def test_plots_keep_every_extreme(page: tuple[str, str, Reader], small_run: Run) -> None:
+    data = data_of(page[2])
+    n, tape = small_run.robot.n, small_run.recording
+    for plot, curve in zip(data["plots"], (tape.q, tape.qd, tape.tau, tape.q - tape.q_ref), strict=True):
+        drawn = unpacked(plot["values"], n)
+        np.testing.assert_allclose(drawn.max(axis=0), curve.max(axis=0), rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(drawn.min(axis=0), curve.min(axis=0), rtol=1e-6, atol=1e-9)
+        assert len(drawn) == len(unpacked(data["time"], 1))
+    for (low, high), a, b in zip(
+        data["plots"][0]["limits"], small_run.robot.limits.lower, small_run.robot.limits.upper, strict=True
+    ):
+        assert (low, high) == (a, b)
+
+
+def test_replay_shows_what_was_recorded(page: tuple[str, str, Reader], small_run: Run) -> None:
+    scene = data_of(page[2])["scene"]
+    frames, bodies, tape = scene["frames"], len(scene["bodies"]), small_run.recording
+    poses = unpacked(scene["poses"], 7).reshape(frames, bodies, 7)
+    for frame in (0, frames // 2, frames - 1):
+        row = min(int(np.searchsorted(tape.t, min(frame * scene["period"], tape.t[-1]))), len(tape.t) - 1)
+        expected = skeleton.compact(np.asarray(small_run.robot.link_poses(tape.q[row])))
+        np.testing.assert_allclose(poses[frame, : len(expected)], expected, atol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(poses[..., 3:], axis=-1), 1.0, atol=1e-6)
+    part = poses[:, -1]
+    carried = np.linalg.norm(part[:, :3] - unpacked(scene["tips"], 7)[:, :3], axis=1) < 1e-5
+    assert carried.any()
+    assert not carried.all()
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_every_robot_of_the_library_has_a_body(name: str) -> None:
+    mechanism = library.load(name)
+    bodies = skeleton.bodies(mechanism, -1.0)
+    assert [body.name for body in bodies] == list(mechanism.link_names)
+    solids = [solid for body in bodies for solid in body.solids]
+    assert solids
+    for solid in solids:
+        assert all(np.isfinite(solid.size))
+        assert min(solid.size) >= 0
+        assert np.isclose(np.linalg.norm(solid.pose[3:]), 1.0)

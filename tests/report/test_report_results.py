@@ -1,0 +1,127 @@
+"""The files of a run: whole or not there, readable by others, never in the place of something else."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.errors import InputError
+from mafsil.job import Run
+from mafsil.report import results, write_results
+from mafsil.simulation import Recording
+
+REPEATEDLY = """
+import sys
+from pathlib import Path
+import pickle
+from mafsil.job import parse, solve
+from mafsil.report import write_results
+text = Path(sys.argv[1]).read_text(encoding="utf-8")
+run = solve(parse(text), text, Path())
+print("ready", flush=True)
+while True:
+    write_results(run, Path(sys.argv[2]))
+"""
+
+
+def whole(directory: Path) -> bool:
+    """Every file is there and can be read to its end."""
+    if sorted(item.name for item in directory.iterdir()) != sorted(results.FILES):
+        return False
+    data = json.loads((directory / "results.json").read_text(encoding="utf-8"))
+    tape = Recording.load(directory / "recording")
+    rows = sum(1 for _ in (directory / "recording.csv").open(encoding="utf-8"))
+    page = (directory / "report.html").read_text(encoding="utf-8")
+    return data["format"] == results.FORMAT and rows == len(tape.t) + 1 and page.rstrip().endswith("</html>")
+
+
+def test_all_files_agree(small_run: Run, tmp_path: Path) -> None:
+    report = write_results(small_run, tmp_path / "out")
+    assert report == tmp_path / "out" / "report.html"
+    assert whole(tmp_path / "out")
+    tape = small_run.recording
+    with (tmp_path / "out" / "recording.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[-1]["q[joint4]"]) == tape.q[-1, 3]
+    data = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    assert data["numbers"]["tip_error"] == pytest.approx(tape.tip_position_error.max())
+    assert [joint["name"] for joint in data["joints"]] == list(small_run.robot.joint_names)
+    assert np.allclose([joint["peak_effort"] for joint in data["joints"]], np.abs(tape.tau).max(axis=0))
+    assert not list(tmp_path.glob(".out*"))
+
+
+def test_earlier_results_are_replaced_and_nothing_else_is(small_run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write_results(small_run, out)
+    write_results(small_run, out)
+    assert whole(out)
+    (out / "thesis.tex").write_text("precious", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        write_results(small_run, out)
+    assert caught.value.key == "report.not_ours"
+    assert (out / "thesis.tex").read_text(encoding="utf-8") == "precious"
+    with pytest.raises(InputError) as caught:
+        write_results(small_run, out / "thesis.tex")
+    assert caught.value.key == "report.no_directory"
+
+
+def test_a_failed_write_leaves_the_old_results(small_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out"
+    write_results(small_run, out)
+    before = {item.name: item.read_bytes() for item in out.iterdir()}
+
+    def full(self: Recording, path: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Recording, "save", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_results(small_run, out)
+    assert {item.name: item.read_bytes() for item in out.iterdir()} == before
+    assert not list(tmp_path.glob(".out*"))
+
+
+def test_without_exchange_two_renames_do(small_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(results, "_exchanged", lambda first, second: False)
+    for _ in range(2):
+        write_results(small_run, tmp_path / "out")
+    assert whole(tmp_path / "out")
+    assert not list(tmp_path.glob(".out*"))
+
+
+def test_orphans_of_killed_runs_are_swept(small_run: Run, tmp_path: Path) -> None:
+    old, young = tmp_path / ".out.partial-old", tmp_path / ".out.partial-young"
+    for orphan in (old, young):
+        orphan.mkdir()
+    os.utime(old, (0, 0))
+    write_results(small_run, tmp_path / "out")
+    assert not old.exists()
+    assert young.exists()
+
+
+@pytest.mark.row("K5")
+def test_kill_9_leaves_whole_results(small_run: Run, tmp_path: Path) -> None:
+    out, job = tmp_path / "out", tmp_path / "job.toml"
+    job.write_text(small_run.text, encoding="utf-8")
+    rng = np.random.default_rng(0)
+    seen = 0
+    for _ in range(6):
+        child = subprocess.Popen([sys.executable, "-c", REPEATEDLY, str(job), str(out)], stdout=subprocess.PIPE)
+        assert child.stdout is not None
+        assert child.stdout.readline() == b"ready\n"
+        time.sleep(float(rng.uniform(0.0, 1.2)))
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        child.stdout.close()
+        if out.exists():
+            seen += 1
+            assert whole(out)
+    assert seen
+    write_results(small_run, out)
+    assert whole(out)
