@@ -79,7 +79,8 @@ def main() -> None:
             "mujoco": lambda: rival.run(middle + 0.02, reference),
             "mafsil batch": lambda: simulate(crowd),
         },
-        repeats=25,
+        repeats=60,
+        seconds=0.002,
     )
     single, his = times["mafsil"].least / count, times["mujoco"].least / count
     many = times["mafsil batch"].least / count / arguments.batch

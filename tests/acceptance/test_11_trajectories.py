@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.trajectory import PlanStatus, cubic, cubic_through, quintic, trapezoid
+from mafsil.geometry import rotation
+from mafsil.trajectory import CartesianPath, PlanStatus, cubic, cubic_through, quintic, trapezoid
 
 CASES = {case["id"]: case for case in json.loads(Path(__file__).with_name("11-trajectories.json").read_text())}
 
@@ -96,3 +97,16 @@ def test_unit_profiles_of_cubic_and_quintic():
     agree(case, [profile.at(0.5).v[0] for profile in profiles], expected["peak_velocity"][:2])
     peak = profiles[1].at(profiles[1].stationary_times(2)).a.max()
     agree(case, peak, expected["quintic_peak_acc"])
+
+
+@pytest.mark.capability("11-7")
+def test_orientation_turns_about_one_axis():
+    case = CASES["orientation_interpolation"]
+    expected = case["expected"]
+    goal = np.eye(4)
+    goal[:3, :3] = rotation.exp([0.0, 0.0, np.pi / 2]) @ rotation.exp([np.pi / 2, 0.0, 0.0])
+    for interpolation in ("straight", "screw"):
+        path = CartesianPath(np.eye(4), goal, interpolation)
+        agree(case, np.degrees(path.angle), expected["angle_deg"])
+        agree(case, path.twists(0.0)[0][:3] / path.angle, expected["axis"])
+        agree(case, path.poses(case["input"]["s"])[:3, :3], expected["R_mid_axis"])

@@ -34,7 +34,7 @@ def test_examples_run_from_file_to_report(job: Path, tmp_path: Path) -> None:
 def test_the_demo_is_the_first_example(tmp_path: Path) -> None:
     done = call("demo", "--lang", "ar", "--progress", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert 'lang="ar" dir="rtl"' in (tmp_path / "results" / "demo" / "report.html").read_text("utf-8")
+    assert 'lang="ar" dir="rtl"' in (tmp_path / "mafsil-results" / "demo" / "report.html").read_text("utf-8")
     assert len(done.stderr.splitlines()) == 4
     shipped = (ROOT / "src" / "mafsil" / "cli" / "demo.toml").read_text("utf-8")
     assert shipped == (ROOT / "examples" / "jobs" / "pick_and_place_panda.toml").read_text("utf-8")

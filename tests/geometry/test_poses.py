@@ -80,7 +80,7 @@ def test_displacements_are_prescriptive_poses():
     assert np.abs(pose.act(D, before) - after).max() <= 32 * EPS
     assert Pose(T_01).displacement_to(Pose(T_02)).close_to(Pose(D), EPS)
     assert np.abs(Pose(D).displace(before) - after).max() <= 32 * EPS
-    # A frame {b} that sits to the initial body as {a} sits to the displaced one sees a fixed body where {a} sees a moved one.
+    # A frame {b} that sits to the initial body as {a} to the displaced one: the displacement is T_ba.
     T_a_initial = T_01
     T_ab = pose.inverse(D)
     assert np.abs(pose.compose(pose.inverse(T_ab), T_a_initial) - T_02).max() <= 32 * EPS

@@ -26,7 +26,7 @@ def panda():
     return mf.load("panda")
 
 
-@pytest.mark.capability("07-40", "07-44", "07-2", "07-38")
+@pytest.mark.capability("07-40", "07-44", "07-2")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_reachable_poses_are_reached_within_the_limits(name):
     robot = mf.load(name)
@@ -84,7 +84,6 @@ def test_out_of_reach_is_proven_and_the_nearest_pose_given(panda):
     assert answer.explain(language="ar")
 
 
-@pytest.mark.row("R7")
 def test_no_state_leaves_the_reach_bound():
     from mafsil.ik.problem import reach_bound
 
@@ -125,7 +124,6 @@ def test_budget_spent_says_it_proves_nothing(panda):
         )
 
 
-@pytest.mark.row("F3")
 def test_bad_rows_are_marked_and_touch_no_others(panda):
     T = panda.forward_kinematics(random_states(panda, 8, 6))
     clean = solve_ik(panda, T)
@@ -177,7 +175,6 @@ def test_wrong_input_is_named(panda, call, error, words):
 
 
 @pytest.mark.slow
-@pytest.mark.row("R5")
 def test_ten_thousand_panda_poses(panda):
     T = panda.forward_kinematics(random_states(panda, 10_000, 9))
     answer = solve_ik(panda, T)

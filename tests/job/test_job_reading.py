@@ -111,3 +111,18 @@ def test_lines_of_keys() -> None:
     assert line_of(text, ("m", 1, "y", "z")) == 7
     assert line_of(text, ("m", 1, "n", "k")) == 9
     assert line_of(text, ("nowhere",)) is None
+
+
+def test_every_key_is_documented() -> None:
+    import msgspec
+
+    from mafsil.job import description
+
+    text = (Path(__file__).parents[2] / "docs" / "job_files.md").read_text(encoding="utf-8")
+    parts = [
+        kind for kind in vars(description).values() if isinstance(kind, type) and issubclass(kind, description.Part)
+    ]
+    names = {field.name for part in parts for field in msgspec.structs.fields(part)}
+    tables = {"tool", "start", "limits", "controller", "simulation", "report", "move", "disturbance"}
+    for name in names:
+        assert (f"[{name}]" if name in tables else f"`{name}`") in text, name

@@ -127,7 +127,7 @@ def test_durations_given_are_kept_or_refused() -> None:
     [
         ("pose = { position = [5.0, 0.0, 0.3] }", "reach"),
         ("pose = { position = [0.0, 0.0, 0.3], rpy = [0, 3.1, 0] }", ""),
-        ('pose = { position = [5.0, 0.0, 0.3] }\npath = "line"', "straight line"),
+        ('pose = { position = [5.0, 0.0, 0.3] }\npath = "line"', "of its length"),
     ],
 )
 def test_impossible_goals_are_refused_with_the_move_and_a_reason(pose: str, word: str) -> None:

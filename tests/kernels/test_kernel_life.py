@@ -416,3 +416,13 @@ def test_a_damaged_file_is_compiled_again(folder):
         warnings.simplefilter("error")
         assert (scaled_kernel(2.0)(X) == want).all()
     assert len(builds) == 2
+
+
+def test_llvm_loads_where_the_small_linker_declines(monkeypatch):
+    want = scaled_kernel(2.0)(X)
+    again()
+    monkeypatch.setattr(elf, "load", lambda *_: None)
+    k = scaled_kernel(2.0)
+    assert (k(X) == want).all()
+    assert (k(np.stack([X, X])) == want).all()
+    assert k.provenance.cached

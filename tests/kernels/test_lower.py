@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+import importlib
 import math
 import mmap
 import re
@@ -20,6 +22,7 @@ from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.lower import lower
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate
+from mafsil.kernels.segments import segments
 from mafsil.kernels.tape import read
 
 LEVELS = {
@@ -332,3 +335,38 @@ def test_more_angles_than_a_vector_holds(program: Program, angles: int) -> None:
         (found,) = compiled.batch(data)
         assert np.allclose(found, np.sin(data) + np.cos(data) + np.exp(data), rtol=1e-15, atol=1e-15)
         assert all(np.array_equal(compiled.single(row)[0], values) for row, values in zip(data, found, strict=True))
+
+
+@pytest.mark.parametrize("length", [5, 40])
+def test_a_tape_in_pieces_gives_the_same_bits(program: Program, length: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = importlib.import_module("mafsil.kernels.lower")
+    monkeypatch.setattr(module, "segments", functools.partial(segments, length=length))
+    function, signature = example()
+    tape = reduce(read(function))
+    pieces, cells = segments(tape, length)
+    assert len(pieces) > 1
+    assert cells > 0
+    compiled = Program(tape, signature, program.target)
+    assert "mafsil_tile.1.1" in compiled.ir
+    columns = inputs(21)
+    expected = program.batch(*columns)
+    assert same(compiled.batch(*columns), expected)
+    for row in range(21):
+        alone = compiled.single(*(x[row] for x in columns))
+        assert all(np.array_equal(a, b[row]) for a, b in zip(alone, expected, strict=True))
+
+
+def test_pieces_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A piece may write an output that another piece still needs as an input."""
+    module = importlib.import_module("mafsil.kernels.lower")
+    monkeypatch.setattr(module, "segments", functools.partial(segments, length=2))
+    x = ca.SX.sym("x", 3)
+    y = ca.vertcat(x[2], x[0] * x[1], ca.sin(x[0]) + x[2] * x[1])
+    compiled = Program(reduce(read(ca.Function("f", [x], [y]))), Signature("f", (Port("x", (3,)),), (Port("y", (3,)),)))
+    data = np.random.default_rng(6).normal(size=(9, 3))
+    (expected,) = compiled.batch(data)
+    assert np.allclose(expected[:, 2], np.sin(data[:, 0]) + data[:, 2] * data[:, 1], rtol=1e-15)
+    alone = data[4].copy()
+    single = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(compiled.code.single)
+    single(alone.ctypes.data, alone.ctypes.data)
+    assert np.array_equal(alone, expected[4])

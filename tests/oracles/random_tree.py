@@ -11,6 +11,8 @@ from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, 
 
 RIGHT_ANGLES = 0.3
 """Share of rotations made of exact quarter turns, of axes along a coordinate axis, of offsets with exact zeros."""
+SMALL_ANGLES = 0.1
+"""Share of rotations by tiny angles, as calibrations give: neighbouring axes almost parallel."""
 
 
 def random_tree(rng: np.random.Generator, *, most_joints: int = 40, helical: bool = True) -> Mechanism:
@@ -114,6 +116,8 @@ def _inertial(rng: np.random.Generator) -> Inertial:
 def _pose(rng: np.random.Generator) -> Floats:
     exact = rng.random() < RIGHT_ANGLES
     rpy = rng.integers(-2, 3, 3) * (np.pi / 2) if exact else rng.uniform(-np.pi, np.pi, 3)
+    if rng.random() < SMALL_ANGLES:
+        rpy = rng.normal(size=3) * 10 ** rng.uniform(-9, -1) * (rng.random(3) > RIGHT_ANGLES)
     xyz = rng.uniform(-0.4, 0.4, 3) * (rng.random(3) > RIGHT_ANGLES)
     R = _rotation(rpy)
     T = np.eye(4)

@@ -11,6 +11,7 @@ pytest.importorskip("mujoco")
 from functools import partial
 
 from mafsil.errors import ModelError
+from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.robot import Robot
 from tests.oracles import ours, subjects
 from tests.oracles.compare import LIMIT, worst
@@ -78,3 +79,24 @@ def test_a_joint_that_moves_nothing_is_named_and_has_no_acceleration() -> None:
     k = robot.joint_names.index(joint.name if joint.mimic is None else joint.mimic.leader)
     oracle = oracles_of("romeo", mechanism)[0]
     assert abs(oracle.evaluate(states_of(mechanism, 1, 1))["mass_matrix"][0, k, k]) < 1e-15
+
+
+@pytest.mark.row("R1")
+@pytest.mark.parametrize("exponent", [-1, -1.9, -2.1, -2.9, -3.1, -5, -6, -7, -8, -9])
+def test_axes_that_are_almost_parallel_cost_no_digits(exponent: float) -> None:
+    """The frames along such axes are chosen by common normals, whose feet go to infinity with the angle."""
+    mechanism = _almost_parallel(10**exponent)
+    oracle = oracles_of("almost parallel", mechanism)[:1]
+    table, _ = compared(mechanism, oracle, partial(ours.traced, mechanism), states_of(mechanism, 40, 2))
+    assert worst(table) < 1e-13, table
+
+
+def _almost_parallel(angle: float) -> Mechanism:
+    inertial = Inertial(2.0, np.array([0.1, 0.05, -0.08]), np.diag([0.02, 0.03, 0.025]))
+    links = [Link("base"), *(Link(f"link{k}", inertial) for k in range(6))]
+    joints = []
+    for k in range(6):
+        c, s = np.cos(angle), np.sin(angle)
+        T = np.array([[1, 0, 0, 0.3], [0, c, -s, 0.2], [0, s, c, 0.1], [0, 0, 0, 1]])
+        joints.append(Joint(f"joint{k}", JointKind.REVOLUTE, links[k].name, links[k + 1].name, T_pj=T))
+    return Mechanism.assemble("almost parallel", links, joints)

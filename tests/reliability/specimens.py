@@ -31,7 +31,7 @@ def planar_arm(links: int, seed: int):
     return ca.Function("planar_arm", [q, shift], [pose, rows, reach], ["q", "shift"], ["T", "J", "reach"])
 
 
-def kernel(links: int = 3, seed: int = 0, features: str | None = None) -> Kernel:
+def kernel(links: int = 3, seed: int = 0, features: str | None = None, version: str = "") -> Kernel:
     from mafsil.kernels import target
 
     return compile(
@@ -43,7 +43,8 @@ def kernel(links: int = 3, seed: int = 0, features: str | None = None) -> Kernel
         partial(planar_arm, links, seed),
         key=f"planar arm {links} {seed}",
         doc="Tip pose, Jacobian and reach of a planar arm.",
-        recipe=(kernel, (links, seed, features)),
+        fingerprints=(version,),
+        recipe=(kernel, (links, seed, features, version)),
         target=None if features is None else target.host(features),
     )
 

@@ -25,26 +25,46 @@ PROCESSES = 8
 CROWD = 32
 THREADS = 8
 PATIENCE = 60
+Variant = tuple[str | None, str]
+VARIANTS: tuple[tuple[Variant, ...], ...] = (
+    ((None, ""),),
+    (("", ""), ("-avx512f", "")),
+    ((None, "release 1"), (None, "release 2")),
+)
+"""Feature strings and package versions that meet on one cache."""
 
 
 def work(seed: int, rounds: int) -> dict[str, int]:
-    """Alternate rounds of 8 processes, a crowd of 32, two feature strings on one cache, and 8 threads."""
+    """Alternate rounds of 8 processes, a crowd of 32, two feature strings or releases on one cache, and 8 threads."""
     count = dict.fromkeys(
-        ("rounds", "starts", "compiles", "bad_entries", "bad_wrong", "bad_bits", "bad_dead", "thread_rounds"), 0
+        (
+            "rounds",
+            "starts",
+            "compiles",
+            "bad_entries",
+            "bad_wrong",
+            "bad_bits",
+            "bad_twice",
+            "bad_dead",
+            "thread_rounds",
+        ),
+        0,
     )
     for number in range(rounds):
         with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
             os.environ[cache.CACHE_VARIABLE] = folder
-            features = ["", "-avx512f"] if number % 3 == 1 else [None]
+            variants = VARIANTS[number % len(VARIANTS)]
             processes = CROWD if number % 5 == 4 else PROCESSES
-            answers = _together(processes, features)
+            answers = _together(processes, variants)
             count["rounds"] += 1
             count["starts"] += processes
             count["compiles"] += sum(a.endswith("compiled") for a in answers)
             count["bad_dead"] += processes - len(answers)
             count["bad_wrong"] += sum(a.startswith("wrong") for a in answers)
             count["bad_bits"] += len({a.split()[0] for a in answers}) != 1
-            count["bad_entries"] += _entries(folder) != len({_identity(f) for f in features})
+            distinct = len({(_identity(features), version) for features, version in variants})
+            count["bad_entries"] += _entries(folder) != distinct
+            count["bad_twice"] += sum(a.endswith("compiled") for a in answers) > distinct
         with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
             os.environ[cache.CACHE_VARIABLE] = folder
             count["bad_bits"] += len(_threads()) != 1
@@ -57,11 +77,11 @@ def _identity(features: str | None) -> str:
     return "this" if features is None else target.host(features).identity
 
 
-def _together(processes: int, features: list[str | None]) -> list[str]:
+def _together(processes: int, variants: tuple[Variant, ...]) -> list[str]:
     """What all children say who began at the same moment."""
     reading, writing = os.pipe()
     start = time.time() + 0.02 + 0.004 * processes
-    children = [_fork(lambda i=i: _start(start, features[i % len(features)], writing)) for i in range(processes)]
+    children = [_fork(lambda i=i: _start(start, variants[i % len(variants)], writing)) for i in range(processes)]
     os.close(writing)
     with open(reading) as answers:
         said = answers.read().split("\n")[:-1]
@@ -70,12 +90,12 @@ def _together(processes: int, features: list[str | None]) -> list[str]:
     return said
 
 
-def _start(moment: float, features: str | None, answer: int) -> None:
+def _start(moment: float, variant: Variant, answer: int) -> None:
     signal.alarm(PATIENCE)
     warnings.simplefilter("ignore", DeprecationWarning)
     compiler._images.clear()
     time.sleep(max(0.0, moment - time.time()))
-    kernel = specimens.kernel(LINKS, 0, features)
+    kernel = specimens.kernel(LINKS, 0, *variant)
     bits = specimens.bits(kernel(*specimens.states(LINKS, 33)))
     digest = "wrong" if specimens.wrong(LINKS, 0, kernel) else hashlib.blake2b(bits).hexdigest()
     how = "cached" if kernel.provenance.cached else "compiled"

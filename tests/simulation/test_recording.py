@@ -35,7 +35,6 @@ def batch(panda):
     )
 
 
-@pytest.mark.row("K5")
 def test_round_trip(tmp_path, run, batch):
     for recording in (run, batch):
         paths = recording.save(tmp_path / "a.run")

@@ -36,8 +36,9 @@ def reach(duration=1.0):
 
 
 @pytest.mark.capability("09-7", "09-65", "10-14")
-@pytest.mark.row("R10")
-@pytest.mark.parametrize(("integrator", "order"), [("rk4", 4), ("heun", 2), ("euler", 1), ("semi_implicit_euler", 1)])
+@pytest.mark.parametrize(
+    ("integrator", "order"), [("rk4", 4), ("heun", 2), ("midpoint", 2), ("euler", 1), ("semi_implicit_euler", 1)]
+)
 def test_energy_drift_of_a_falling_arm_has_the_method_s_order(integrator, order):
     robot = mf.load("planar2r_point_masses")
     drift = []
@@ -54,11 +55,10 @@ def test_energy_drift_of_a_falling_arm_has_the_method_s_order(integrator, order)
         )
         energy = robot.kinetic_energy(run.q, run.qd) + robot.potential_energy(run.q)
         drift.append(np.abs(energy[-1] - energy[0]))
-    np.testing.assert_allclose(np.log2(np.array(drift[:-1]) / drift[1:]), order, atol=0.35 if order == 4 else 0.2)
+    np.testing.assert_allclose(np.log2(np.array(drift[:-1]) / drift[1:]), order, atol=0.1)
 
 
 @pytest.mark.capability("10-51", "10-48")
-@pytest.mark.row("R15")
 @pytest.mark.parametrize("zeta", [0.5, 1.0, 1.5])
 def test_tracking_error_decays_as_theory_says(panda, zeta):
     """With the true model e'' + 2 zeta w e' + w^2 e = 0; the loop is sampled, so the error shrinks with the period."""
@@ -101,7 +101,6 @@ def test_batches_equal_single_runs(panda):
                 np.testing.assert_allclose(whole.arrays()[name][(slice(None), *index)], array, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.row("D1")
 def test_equal_scenarios_give_equal_bits(panda):
     scenario = mf.Scenario(
         robot=panda, trajectory=reach(0.2), law=computed_torque(panda, integral=100.0), noise=SensorNoise(1e-4, 1e-3, 5)
@@ -179,7 +178,6 @@ def test_a_push_disturbs_only_from_its_start(panda):
 
 
 @pytest.mark.capability("10-30")
-@pytest.mark.row("R15")
 def test_saturation_is_respected_and_recorded(panda):
     run = mf.simulate(
         mf.Scenario(robot=panda, trajectory=rest(Q, 0.3), law=computed_torque(panda, natural_frequency=60.0), q=Q + 0.3)

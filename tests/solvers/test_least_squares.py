@@ -35,7 +35,6 @@ def rosenbrock(x):
     return np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]]), np.array([[-20 * x[0], 10.0], [-1.0, 0.0]])
 
 
-@pytest.mark.capability("07-37")
 def test_rosenbrock():
     outcome = levenberg_marquardt(rosenbrock, np.array([-1.2, 1.0]))
     assert outcome.status is SolverStatus.CONVERGED

@@ -19,15 +19,28 @@ def from_axis(direction: ca.SX, point: ca.SX, pitch: ca.SX) -> ca.SX:
 
 
 def pitch(S: ca.SX) -> ca.SX:
-    """omega.v / omega.omega [m/rad]; infinite (or NaN for the zero twist) where omega is zero."""
-    omega = angular(S)
-    return ca.dot(omega, linear(S)) / ca.dot(omega, omega)
+    """Pitch omega.v / omega.omega [m/rad]; infinite where omega is zero."""
+    omega, v = angular(S), linear(S)
+    size = length(omega)
+    turning = size > 0
+    divisor = ca.if_else(turning, size, 1.0)
+    return ca.if_else(turning, ca.dot(omega / divisor, v) / divisor, ca.inf)
 
 
 def nearest_point(S: ca.SX) -> ca.SX:
-    """(3,) point of the axis nearest to the origin, omega x v / omega.omega [m]."""
-    omega = angular(S)
-    return cross(omega, linear(S)) / ca.dot(omega, omega)
+    """(3,) point of the axis nearest to the origin, omega x v / omega.omega [m]; NaN where omega is zero."""
+    size = length(angular(S))
+    return cross(angular(S) / size, linear(S)) / size
+
+
+def wrench_pitch(F: ca.SX) -> ca.SX:
+    """Pitch m.f / f.f [m] of a wrench (m, f); infinite where f is zero."""
+    return pitch(ca.vertcat(linear(F), angular(F)))
+
+
+def wrench_axis_point(F: ca.SX) -> ca.SX:
+    """(3,) f x m / f.f [m]: the point nearest to the origin of the line on which the wrench is a force and a couple."""
+    return nearest_point(ca.vertcat(linear(F), angular(F)))
 
 
 def magnitude(V: ca.SX) -> ca.SX:

@@ -110,15 +110,3 @@ def point_velocity(V: ca.SX, point: ca.SX) -> ca.SX:
 def reciprocal_product(V: ca.SX, W: ca.SX) -> ca.SX:
     """omega_V . v_W + v_V . omega_W: zero when two screws do no work on each other."""
     return ca.dot(angular(V), linear(W)) + ca.dot(linear(V), angular(W))
-
-
-def wrench_pitch(F: ca.SX) -> ca.SX:
-    """Pitch m.f / f.f [m] of a wrench; infinite (or NaN for zero) where f is zero."""
-    m, f = angular(F), linear(F)
-    return ca.dot(m, f) / ca.dot(f, f)
-
-
-def wrench_axis_point(F: ca.SX) -> ca.SX:
-    """(3,) f x m / f.f [m]: the point nearest to the origin of the line on which the wrench is a force and a couple."""
-    m, f = angular(F), linear(F)
-    return cross(f, m) / ca.dot(f, f)

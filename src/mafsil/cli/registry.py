@@ -37,6 +37,17 @@ OPERATIONS: tuple[Operation, ...] = (
             _DEGREES,
         ),
     ),
+    Operation(
+        "derive",
+        "mafsil.cli.derive:derive",
+        (
+            Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian")),
+            _ROBOT,
+            _TIP,
+            Parameter("format", "text", choices=("text", "latex", "html")),
+            Parameter("out", "path"),
+        ),
+    ),
     Operation("doctor", "mafsil.cli.doctor:doctor"),
 )
 

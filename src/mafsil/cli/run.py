@@ -21,7 +21,7 @@ def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
 
     Args:
         job: path of the file.
-        out: directory for the results; `results/<name of the job>` if None.
+        out: directory for the results; `mafsil-results/<name of the job>` if None.
         progress: print progress even when stderr is no terminal.
         open: show the report in the browser.
 
@@ -29,14 +29,14 @@ def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
     """
     path = Path(job)
-    target = Path(out) if out else Path("results") / path.stem
+    target = Path(out) if out else Path("mafsil-results") / path.stem
     return _run(text_of(path), path.name, path.parent, target, progress=progress, show=open)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
     """The job that comes with mafsil, on the default robot; arguments as for `run`."""
     text = resources.files("mafsil.cli").joinpath("demo.toml").read_text(encoding="utf-8")
-    target = Path(out) if out else Path("results") / "demo"
+    target = Path(out) if out else Path("mafsil-results") / "demo"
     return _run(text, "demo.toml", Path(), target, progress=progress, show=open)
 
 

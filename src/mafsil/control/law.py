@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from mafsil.arrays import Floats, JointVector
 from mafsil.trajectory import Motion
 
@@ -62,4 +64,4 @@ def saturated(effort: JointVector, limit: Floats) -> JointVector:
         effort: (*batch, n) commanded [N m | N].
         limit: (n,) magnitudes.
     """
-    return effort.clip(-limit, limit)
+    return np.minimum(np.maximum(effort, -limit), limit)

@@ -145,7 +145,7 @@ def _parity(order: Sequence[int]) -> int:
 
 
 def _expanded(A: Entries) -> Polynomial | None:
-    """det A by expansion along the first row, simplified."""
+    """Det A by expansion along the first row, simplified."""
     if len(A) == 1:
         return A[0][0]
     total = ZERO
@@ -174,7 +174,7 @@ def _split(factors: Sequence[Polynomial]) -> tuple[Polynomial, ...]:
         if len(inner.terms) == 1 and () in inner.terms:
             number *= inner.terms[()]
             continue
-        if all(x < 0 for x in inner.terms.values()):
+        if next(iter(inner.terms.values())) < 0:
             number, inner = -number, -inner
         rest.append(inner)
     product = Polynomial({(): number})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
@@ -20,8 +20,17 @@ class Name:
 
 Product: TypeAlias = tuple[Name, ...]
 """Names side by side."""
-Side: TypeAlias = Product | Entries | Polynomial | str
-"""One side of an equation: a product of names, a matrix of formulas, a formula, or given text such as numbers."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Factors:
+    """Formulas multiplied with each other, sums among them in brackets."""
+
+    formulas: tuple[Polynomial, ...]
+
+
+Side: TypeAlias = Product | Entries | Polynomial | Factors | str
+"""One side of an equation: names side by side, a matrix, a formula, a product of formulas, or text such as numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,3 +97,13 @@ class Derivation:
     def lines(self) -> tuple[Line, ...]:
         """All formulas."""
         return tuple(line for step in self.steps for line in step.lines)
+
+
+def is_matrix(side: Side) -> TypeGuard[Entries]:
+    """Whether a side is a matrix of formulas."""
+    return isinstance(side, tuple) and bool(side) and isinstance(side[0], tuple) and not isinstance(side[0], Name)
+
+
+def is_product(side: Side) -> TypeGuard[Product]:
+    """Whether a side is names side by side."""
+    return isinstance(side, tuple) and not is_matrix(side)

@@ -58,7 +58,7 @@ def _without(monomial: Monomial, factor: Factor) -> Monomial:
 
 
 def _in_front(factor: Factor, bracket: tuple[Part, ...]) -> Part:
-    """factor (bracket), with a bracket of one summand dissolved and a leading minus taken out."""
+    """Factor (bracket), with a bracket of one summand dissolved and a leading minus taken out."""
     if len(bracket) == 1:
         only = bracket[0]
         return Part(only.number, tuple(sorted((factor, *only.factors), key=rank)), only.bracket)

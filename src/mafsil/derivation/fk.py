@@ -6,7 +6,8 @@ import numpy as np
 
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
-from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose
+from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product
+from mafsil.derivation.polynomial import symbol
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
@@ -39,7 +40,9 @@ def is_identity(pose: SymbolicPose) -> bool:
     """Whether a constant pose is none."""
     flat = [x for row in pose.R for x in row]
     ones = (0, 4, 8)
-    return all((x - (ONE if k in ones else ZERO)).is_zero for k, x in enumerate(flat)) and all(x.is_zero for x in pose.p)
+    return all((x - (ONE if k in ones else ZERO)).is_zero for k, x in enumerate(flat)) and all(
+        x.is_zero for x in pose.p
+    )
 
 
 def _links(arm: SymbolicArm, judge: Judge) -> Step:
@@ -89,4 +92,20 @@ def _result(arm: SymbolicArm, judge: Judge) -> Step:
             lines.append(judge.line((Name("r", f"{r + 1}{c + 1}"),), tip.R[r][c], truth=judge.tip[:, r, c]))
     for r, axis in enumerate("xyz"):
         lines.append(judge.line((Name("p", axis),), tip.p[r], truth=judge.tip[:, r, 3]))
+    if _has_heading(arm):
+        lines.append(_heading(arm, judge))
     return Step("derivation.result", {"tip": arm.mechanism.tip}, tuple(lines))
+
+
+def _has_heading(arm: SymbolicArm) -> bool:
+    """Whether the arm moves in the x-y plane and its tip's x axis makes the sum of all angles."""
+    turned = product(arm.base.R, arm.tool.R)
+    return "L1" in arm.letters and is_identity(SymbolicPose(turned, (ZERO, ZERO, ZERO))) and is_identity(arm.base)
+
+
+def _heading(arm: SymbolicArm, judge: Judge) -> Line:
+    """Phi = theta1 + theta2 + ... of a planar arm, compared as a direction."""
+    total = sum((symbol(f"theta{i}") for i in range(1, arm.n + 1)), start=ZERO)
+    phi = judge.number(total)
+    error = float(np.abs(judge.tip[:, :2, 0] - np.stack([np.cos(phi), np.sin(phi)], axis=-1)).max())
+    return Line((Name("φ"),), (total,), error)

@@ -83,17 +83,17 @@ def cross(x: Row, y: Row) -> Row:
 
 
 def plus(x: Row, y: Row) -> Row:
-    """x + y, simplified."""
+    """X + y, simplified."""
     return tuple(simplified(one + two) for one, two in zip(x, y, strict=True))
 
 
 def minus(x: Row, y: Row) -> Row:
-    """x - y, simplified."""
+    """X - y, simplified."""
     return tuple(simplified(one - two) for one, two in zip(x, y, strict=True))
 
 
 def scaled(number: Polynomial, x: Row) -> Row:
-    """number x, simplified."""
+    """A multiple of x, simplified."""
     return tuple(simplified(number * one) for one in x)
 
 

@@ -205,7 +205,7 @@ def _without_square(polynomial: Polynomial, square: Trig) -> Polynomial:
 
 
 def _product_to_sum(polynomial: Polynomial, one: Angle, two: Angle) -> Polynomial:
-    """The first product of sines or cosines of the two angles in every term as a sum of trigs of their sum and difference."""
+    """In every term the first product of sines or cosines of the two angles, by the addition theorems."""
     total = Polynomial({})
     for monomial, number in polynomial.terms.items():
         rest = list(monomial)

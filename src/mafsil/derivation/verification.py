@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm
-from mafsil.derivation.document import Line, Product, Side
+from mafsil.derivation.document import Factors, Line, Product, Side, is_matrix
 from mafsil.derivation.factored import evaluate as evaluate_factored
 from mafsil.derivation.factored import factored
 from mafsil.derivation.matrices import Entries
@@ -60,14 +60,21 @@ class Judge:
         scale = max(1.0, float(np.abs(truth).max(initial=0.0)))
         error = 0.0
         for side in sides:
-            if isinstance(side, Polynomial):
-                error = max(error, float(np.abs(self.number(side) - truth).max()))
-            elif isinstance(side, tuple) and side and isinstance(side[0], tuple):
-                error = max(error, float(np.abs(self.matrix(side) - truth).max()))  # pyright: ignore[reportArgumentType]
+            shown = self._shown(side)
+            if shown is not None:
+                error = max(error, float(np.abs(shown - truth).max()))
         if error > limit * scale:
             name = " ".join(each.letter + each.index for each in left)
             raise DerivationError("derivation.differs", line=name, error=error, limit=limit * scale)
         return Line(left, sides, error)
+
+    def _shown(self, side: Side) -> Floats | None:
+        """Numbers of a side that has any."""
+        if isinstance(side, Polynomial):
+            return self.number(side)
+        if isinstance(side, Factors):
+            return np.prod([self.number(formula) for formula in side.formulas], axis=0)
+        return self.matrix(side) if is_matrix(side) else None
 
     def number(self, formula: Polynomial) -> Floats:
         """(states,) values of a formula in the form in which it is printed."""

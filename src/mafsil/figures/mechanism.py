@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.job.resting import resting_place
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
@@ -42,7 +43,7 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     from matplotlib.figure import Figure
 
     robot = Robot(mechanism)
-    values = posture(mechanism) if q is None else gate("q", q, (mechanism.n,), finite=True)
+    values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(robot.link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     points = np.vstack([poses[:, :3, 3], tip[:3, 3], [0.0, 0.0, 0.0]])
@@ -51,7 +52,7 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     _floor(axes, points, size)
-    _links(axes, mechanism, poses, tip, size)
+    _links(axes, mechanism, poses, tip)
     _joints(axes, mechanism, poses, size)
     for pose, scale in ((np.eye(4), 0.14), (tip, 0.12)):
         _frame(axes, pose, scale * size)
@@ -59,15 +60,7 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     return figure
 
 
-def posture(mechanism: Mechanism) -> Floats:
-    """(n,) zero, moved into the middle 70 % of each range where it has bounds."""
-    limits = mechanism.limits
-    span = limits.upper - limits.lower
-    margin = np.where(np.isfinite(span), 0.15 * span, 0.0)
-    return np.clip(np.zeros(mechanism.n), limits.lower + margin, limits.upper - margin)
-
-
-def _links(axes: Any, mechanism: Mechanism, poses: PoseMatrix, tip: PoseMatrix, size: float) -> None:
+def _links(axes: Any, mechanism: Mechanism, poses: PoseMatrix, tip: PoseMatrix) -> None:
     """Lines from each link's own frame along its axis, then across, to what it carries."""
     ends = [(parent, poses[k + 1][:3, 3]) for k, parent in enumerate(mechanism.parents)]
     ends.append((mechanism.link_names.index(mechanism.tip), tip[:3, 3]))
@@ -78,7 +71,6 @@ def _links(axes: Any, mechanism: Mechanism, poses: PoseMatrix, tip: PoseMatrix, 
         corners = np.array([start, bend, end])
         axes.plot(*corners.T, color=_INK, linewidth=9, solid_capstyle="round", solid_joinstyle="round", zorder=2)
         axes.plot(*corners.T, color=_SHELL, linewidth=7, solid_capstyle="round", solid_joinstyle="round", zorder=3)
-    del size
 
 
 def _joints(axes: Any, mechanism: Mechanism, poses: PoseMatrix, size: float) -> None:
@@ -102,8 +94,9 @@ def _frame(axes: Any, pose: PoseMatrix, length: float) -> None:
 
 
 def _floor(axes: Any, points: Floats, size: float) -> None:
-    """A grid on z = 0 and the robot's shadow line."""
-    pitch = 10.0 ** np.floor(np.log10(size)) / 2
+    """A grid on z = 0."""
+    decade = 10.0 ** np.floor(np.log10(size))
+    pitch = next(step for step in (0.1 * decade, 0.2 * decade, 0.5 * decade, decade) if size / step <= 8.0)
     half = np.ceil(0.75 * size / pitch) * pitch
     centre = np.round(points.mean(axis=0)[:2] / pitch) * pitch
     for offset in np.arange(-half, half + pitch / 2, pitch):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any
 
@@ -16,7 +16,7 @@ Ports = tuple[tuple[str, tuple[int, ...]], ...]
 
 
 class Declared:
-    """A batched array function of an algebra expression.
+    """A batched array function of an algebra expression; `at` evaluates it, and once compiled is the builtin itself.
 
     Args:
         source: `module.function` of `mafsil.algebra`.
@@ -33,6 +33,7 @@ class Declared:
         self.inputs, self.outputs = _ports(inputs), _ports(outputs)
         self.conditions = dict(conditions or {})
         self.constants = constants
+        self.at: Callable[..., Any] = self._first
 
     def __call__(self, *args: Any) -> Any:
         """Evaluate at one point or over a broadcast batch.
@@ -40,14 +41,31 @@ class Declared:
         Raises:
             InputError: wrong shape, not numbers, NaN in a call without batch, or a condition that is not met.
         """
-        result = self._call(*args)
-        if self.conditions and self._marked(result):
-            self._refuse(args)
-        return result
+        return self.at(*args)
 
-    @cached_property
-    def _call(self) -> Any:
-        return self.kernel.call
+    def _first(self, *args: Any) -> Any:
+        """The first evaluation compiles, or loads, the kernel and takes this method's place."""
+        self.at = self._checked() if self.conditions else self.kernel.call
+        return self.at(*args)
+
+    def _checked(self) -> Callable[..., Any]:
+        """The kernel's call, followed by a look for NaN: the mark of a condition that is not met, or of a NaN given."""
+        call, single_output, shape = self.kernel.call, len(self.outputs) == 1, self.outputs[0][1]
+        core_dimensions, first_number = len(shape), (..., *(0,) * len(shape))
+
+        def evaluate(*args: Any) -> Any:
+            result = call(*args)
+            first = result if single_output else result[0]
+            if first.ndim == core_dimensions:
+                number = first.item(0)
+                marked = number != number
+            else:
+                marked = np.isnan(first[first_number]).any()
+            if marked:
+                self._refuse(args)
+            return result
+
+        return evaluate
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -60,15 +78,6 @@ class Declared:
             key=repr(given),
             fingerprints=(kernels.fingerprint("mafsil.algebra"),),
         )
-
-    def _marked(self, result: Any) -> bool:
-        """Whether some row is NaN, the mark of a condition that is not met (or of a NaN that came in)."""
-        first = result[0] if isinstance(result, tuple) else result
-        shape = self.outputs[0][1]
-        if np.ndim(first) == len(shape):
-            number = first.item(0)
-            return number != number
-        return bool(np.isnan(first[(..., *(0,) * len(shape))]).any())
 
     def _refuse(self, args: tuple[Any, ...]) -> None:
         for (name, _), value in zip(self.inputs, args, strict=True):

@@ -44,7 +44,7 @@ def from_euler(angles: ArrayLike, sequence: str) -> Floats:
 
     Reference: Lynch & Park, Modern Robotics, app. B.
     """
-    return _kernels(sequence).matrix(angles)
+    return _kernels(sequence).matrix.at(angles)
 
 
 def to_euler(R: ArrayLike, sequence: str) -> Vector3:
@@ -60,7 +60,7 @@ def to_euler(R: ArrayLike, sequence: str) -> Vector3:
     Returns:
         (*batch, 3) [rad]; R is recovered to rounding everywhere, at and near gimbal locks too.
     """
-    return _kernels(sequence).principal(R)
+    return _kernels(sequence).principal.at(R)
 
 
 def from_rpy(rpy: ArrayLike) -> Floats:
@@ -72,17 +72,17 @@ def from_rpy(rpy: ArrayLike) -> Floats:
     Returns:
         (*batch, 3, 3).
     """
-    return _kernels("xyz").matrix(rpy)
+    return _kernels("xyz").matrix.at(rpy)
 
 
 def to_rpy(R: ArrayLike) -> Vector3:
     """Roll, pitch, yaw (*batch, 3) [rad] of (*batch, 3, 3), pitch in [-pi/2, pi/2]; at pitch +-pi/2 yaw is 0."""
-    return _kernels("xyz").principal(R)
+    return _kernels("xyz").principal.at(R)
 
 
 def quaternion_from_euler(angles: ArrayLike, sequence: str) -> Floats:
     """(*batch, 4) unit quaternion of three angles (*batch, 3) [rad]."""
-    return _kernels(sequence).quaternion(angles)
+    return _kernels(sequence).quaternion.at(angles)
 
 
 def from_davenport(angles: ArrayLike, axes: ArrayLike) -> Floats:
@@ -100,12 +100,12 @@ def from_davenport(angles: ArrayLike, axes: ArrayLike) -> Floats:
 
     Reference: Shuster & Markley, Generalization of the Euler angles, J. Astronautical Sciences 51, 2003.
     """
-    return _from_davenport(angles, axes)
+    return _from_davenport.at(angles, axes)
 
 
 def to_davenport(R: ArrayLike, axes: ArrayLike) -> Floats:
     """Both angle triples (*batch, 2, 3) [rad] of rotations (*batch, 3, 3) about general axes; see `from_davenport`."""
-    return _to_davenport(R, axes)
+    return _to_davenport.at(R, axes)
 
 
 def rates_to_angular_velocity(angles: ArrayLike, sequence: str) -> Floats:
@@ -115,7 +115,7 @@ def rates_to_angular_velocity(angles: ArrayLike, sequence: str) -> Floats:
         angles: (*batch, 3) [rad].
         sequence: such as `ZYX` or `xyz`.
     """
-    return _kernels(sequence).rates(angles)
+    return _kernels(sequence).rates.at(angles)
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def solutions(R: ArrayLike, sequence: str, tolerance: float = LOCK) -> EulerSolu
     known = sequence_named(sequence)
     angles = _kernels(sequence).angles(R)
     axes = np.eye(3)[list(known.body_axes)]
-    locked = np.asarray(_distance(R, axes)) <= tolerance
+    locked = np.asarray(_distance.at(R, axes)) <= tolerance
     # cos(b + lambda) = n1 . R n3 tells which lock it is: at +1 the axes agree and a + c is fixed, at -1 they oppose.
     agree = np.asarray(gate("R", R, (3, 3)))[..., known.body_axes[0], known.body_axes[2]] > 0
     third = np.where(agree, -1.0, 1.0)

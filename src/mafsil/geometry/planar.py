@@ -38,34 +38,34 @@ _spatial_twist = Declared("planar.spatial_twist", "V:3", "V_spatial:6")
 
 def rotation(theta: ArrayLike) -> Floats:
     """(*batch, 2, 2) [[cos, -sin], [sin, cos]] of (*batch) angles [rad]."""
-    return _rotation(theta)
+    return _rotation.at(theta)
 
 
 def angle(R: ArrayLike) -> Any:
     """(*batch) angle in [0, 2 pi) [rad] of planar rotations (*batch, 2, 2)."""
-    return wrap_positive(_angle(R))
+    return wrap_positive(_angle.at(R))
 
 
 def pose(theta: ArrayLike, p: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) planar pose of an angle (*batch) [rad] and an origin (*batch, 2) [m]."""
-    return _pose(theta, p)
+    return _pose.at(theta, p)
 
 
 def coordinates(T: ArrayLike) -> Vector3:
     """(*batch, 3) (theta in [0, 2 pi), p_x, p_y) of planar poses (*batch, 3, 3)."""
-    x = np.array(_coordinates(T))
+    x = np.array(_coordinates.at(T))
     x[..., 0] = wrap_positive(x[..., 0])
     return x
 
 
 def inverse(T: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) T^-1 = (R', -R'p)."""
-    return _inverse(T)
+    return _inverse.at(T)
 
 
 def compose(T_ab: ArrayLike, T_bc: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) T_ac = (PQ, p + P q)."""
-    return _compose(T_ab, T_bc)
+    return _compose.at(T_ab, T_bc)
 
 
 def displacement(T_sb: ArrayLike, T_sc: ArrayLike) -> PoseMatrix:
@@ -75,12 +75,12 @@ def displacement(T_sb: ArrayLike, T_sc: ArrayLike) -> PoseMatrix:
 
 def exp(V: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) displacement of planar exponential coordinates (omega, v_x, v_y) (*batch, 3) [rad, m]."""
-    return _exp(V)
+    return _exp.at(V)
 
 
 def log(T: ArrayLike) -> Vector3:
     """(*batch, 3) planar exponential coordinates (omega in (-pi, pi], v_x, v_y) of displacements (*batch, 3, 3)."""
-    return _log(T)
+    return _log.at(T)
 
 
 def pole(T: ArrayLike) -> Vector3:
@@ -95,7 +95,7 @@ def pole(T: ArrayLike) -> Vector3:
         (*batch, 3) (x, y, w): the pole is (x, y) / w; where w is 0 it is at infinity in the direction (x, y), across
         the translation. The identity gives (0, 0, 0): every point is kept.
     """
-    return _pole(T)
+    return _pole.at(T)
 
 
 def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
@@ -108,32 +108,32 @@ def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
 
 def about_pole(psi: ArrayLike, point: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) displacement by an angle (*batch) [rad] about a point (*batch, 2) [m]."""
-    return _about_pole(psi, point)
+    return _about_pole.at(psi, point)
 
 
 def twist_of_pole(omega: ArrayLike, point: ArrayLike) -> Vector3:
     """(*batch, 3) omega (1, q_y, -q_x): rotation at a rate (*batch) about a point (*batch, 2)."""
-    return _twist_of_pole(omega, point)
+    return _twist_of_pole.at(omega, point)
 
 
 def adjoint(T_ab: ArrayLike) -> Floats:
     """(*batch, 3, 3) with V_a = Ad(T_ab) V_b for planar twists."""
-    return _adjoint(T_ab)
+    return _adjoint.at(T_ab)
 
 
 def to_spatial_rotation(R: ArrayLike) -> Floats:
     """(*batch, 3, 3) the planar rotation (*batch, 2, 2) as a rotation about z."""
-    return _spatial_rotation(R)
+    return _spatial_rotation.at(R)
 
 
 def to_spatial_pose(T: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) the planar pose (*batch, 3, 3) in the x-y plane of space."""
-    return _spatial_pose(T)
+    return _spatial_pose.at(T)
 
 
 def to_spatial_twist(V: ArrayLike) -> Floats:
     """(*batch, 6) (0, 0, omega, v_x, v_y, 0): a screw parallel to z without pitch."""
-    return _spatial_twist(V)
+    return _spatial_twist.at(V)
 
 
 def is_rotation(R: ArrayLike, tolerance: float = ROTATION) -> Any:

@@ -49,7 +49,7 @@ def exp(V: ArrayLike) -> PoseMatrix:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.25.
     """
-    return _exp(V)
+    return _exp.at(V)
 
 
 def log(T: ArrayLike) -> Vector6:
@@ -64,17 +64,17 @@ def log(T: ArrayLike) -> Vector6:
     Raises:
         InputError: T is not a pose.
     """
-    return _log(T)
+    return _log.at(T)
 
 
 def inverse(T: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ab^-1 = T_ba = (R', -R'p)."""
-    return _inverse(T)
+    return _inverse.at(T)
 
 
 def compose(T_ab: ArrayLike, T_bc: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ac = T_ab T_bc."""
-    return _compose(T_ab, T_bc)
+    return _compose.at(T_ab, T_bc)
 
 
 def from_rotation_translation(R: ArrayLike, p: ArrayLike) -> PoseMatrix:
@@ -83,7 +83,7 @@ def from_rotation_translation(R: ArrayLike, p: ArrayLike) -> PoseMatrix:
     Raises:
         InputError: R is not a rotation.
     """
-    return _pose(R, p)
+    return _pose.at(R, p)
 
 
 def from_translation(p: ArrayLike) -> PoseMatrix:
@@ -111,12 +111,12 @@ def act(T: ArrayLike, x: ArrayLike) -> Vector3:
     Returns:
         (*batch, 3) [m].
     """
-    return _act(T, x)
+    return _act.at(T, x)
 
 
 def adjoint(T: ArrayLike) -> Floats:
     """(*batch, 6, 6) Ad(T) = [[R, 0], [[p] R, R]]: V_a = Ad(T_ab) V_b, F_b = Ad(T_ab)' F_a."""
-    return _adjoint(T)
+    return _adjoint.at(T)
 
 
 def error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
@@ -129,12 +129,12 @@ def error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
     Returns:
         (*batch, 6) [rad, m].
     """
-    return _error(T_sb, T_sd)
+    return _error.at(T_sb, T_sd)
 
 
 def space_error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
     """(*batch, 6) space twist that takes {b} to {d} in unit time: log(T_sd T_sb^-1), in {s}."""
-    return _space_error(T_sb, T_sd)
+    return _space_error.at(T_sb, T_sd)
 
 
 def displacement(T_01: ArrayLike, T_02: ArrayLike) -> PoseMatrix:
@@ -147,22 +147,22 @@ def left_jacobian(V: ArrayLike) -> Floats:
 
     Reference: Barfoot, State Estimation for Robotics, eq. 7.85.
     """
-    return _left_jacobian(V)
+    return _left_jacobian.at(V)
 
 
 def left_jacobian_inverse(V: ArrayLike) -> Floats:
     """(*batch, 6, 6) J(V)^-1, |omega| < 2 pi."""
-    return _left_jacobian_inverse(V)
+    return _left_jacobian_inverse.at(V)
 
 
 def right_jacobian(V: ArrayLike) -> Floats:
     """(*batch, 6, 6) J(-V), with V_b = J_r(V) Vdot for T = exp(V)."""
-    return _right_jacobian(V)
+    return _right_jacobian.at(V)
 
 
 def right_jacobian_inverse(V: ArrayLike) -> Floats:
     """(*batch, 6, 6) inverse of the right Jacobian, |omega| < 2 pi."""
-    return _right_jacobian_inverse(V)
+    return _right_jacobian_inverse.at(V)
 
 
 def interpolate_screw(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatrix:
@@ -176,22 +176,22 @@ def interpolate_screw(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatri
     Returns:
         (*batch, 4, 4).
     """
-    return _interpolate_screw(T_0, T_1, t)
+    return _interpolate_screw.at(T_0, T_1, t)
 
 
 def interpolate_decoupled(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) rotation at constant angular velocity, origin along the straight line; arguments as above."""
-    return _interpolate_decoupled(T_0, T_1, t)
+    return _interpolate_decoupled.at(T_0, T_1, t)
 
 
 def hat(V: ArrayLike) -> Floats:
     """(*batch, 4, 4) matrix [V] = [[ [omega], v ], [0, 0]] of twists (*batch, 6)."""
-    return _hat(V)
+    return _hat.at(V)
 
 
 def vee(M: ArrayLike) -> Vector6:
     """(*batch, 6) twist of matrices [V] (*batch, 4, 4); of the skew part where the upper left block is not skew."""
-    return _vee(M)
+    return _vee.at(M)
 
 
 def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Any:

@@ -48,7 +48,7 @@ def to_quaternion(R: ArrayLike) -> Floats:
 
     Reference: Shepperd, J. Guidance and Control 1, 1978.
     """
-    return _from_matrix(R)
+    return _from_matrix.at(R)
 
 
 def from_quaternion(q: ArrayLike) -> Floats:
@@ -63,7 +63,7 @@ def from_quaternion(q: ArrayLike) -> Floats:
     Raises:
         InputError: not of unit length: nothing is scaled unasked (`normalize_quaternion`).
     """
-    return _to_matrix(q)
+    return _to_matrix.at(q)
 
 
 def normalize_quaternion(q: ArrayLike) -> Floats:
@@ -72,42 +72,42 @@ def normalize_quaternion(q: ArrayLike) -> Floats:
     Raises:
         InputError: a quaternion is zero.
     """
-    return _normalized(q)
+    return _normalized.at(q)
 
 
 def canonical(q: ArrayLike) -> Floats:
     """(*batch, 4) of q and -q the one whose first non-zero number is positive."""
-    return _canonical(q)
+    return _canonical.at(q)
 
 
 def multiply(q: ArrayLike, p: ArrayLike) -> Floats:
     """(*batch, 4) q p of unit quaternions: R(q p) = R(q) R(p)."""
-    return _multiply(q, p)
+    return _multiply.at(q, p)
 
 
 def conjugate(q: ArrayLike) -> Floats:
     """(*batch, 4) (w, -x, -y, -z), the inverse of a unit quaternion."""
-    return _conjugate(q)
+    return _conjugate.at(q)
 
 
 def rotate(q: ArrayLike, x: ArrayLike) -> Vector3:
     """(*batch, 3) R(q) x, without forming the matrix."""
-    return _rotate(q, x)
+    return _rotate.at(q, x)
 
 
 def exp(r: ArrayLike) -> Floats:
     """(*batch, 4) (cos(theta/2), omega sin(theta/2)) of exponential coordinates r = omega theta (*batch, 3) [rad]."""
-    return _exp(r)
+    return _exp.at(r)
 
 
 def log(q: ArrayLike) -> Vector3:
     """(*batch, 3) exponential coordinates [rad], theta in [0, pi]; the same for q and -q."""
-    return _log(q)
+    return _log.at(q)
 
 
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
     """(*batch, 4) p exp(t log(p* q)): constant angular velocity, the short way from p (t = 0) to +-q (t = 1)."""
-    return _slerp(p, q, t)
+    return _slerp.at(p, q, t)
 
 
 def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Any:
@@ -118,7 +118,7 @@ def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Any:
 
 def to_su2(q: ArrayLike) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """(*batch, 2, 2) complex matrix [[w + ix, y + iz], [-y + iz, w - ix]]; products go over into products."""
-    parts = np.asarray(_to_su2(q))
+    parts = np.asarray(_to_su2.at(q))
     pairs = parts.reshape(*parts.shape[:-1], 2, 2, 2)
     return pairs[..., 0] + 1j * pairs[..., 1]
 
@@ -132,7 +132,7 @@ def from_su2(U: ArrayLike) -> Floats:
     matrix = np.asarray(U, dtype=np.complex128)
     shape = matrix.shape[:-2]
     parts = np.stack([matrix.real, matrix.imag], axis=-1).reshape(*shape, 8)
-    q, distance = _from_su2(parts)
+    q, distance = _from_su2.at(parts)
     if np.any(distance > UNIT):
         raise InputError("geometry.su2", name="U", distance=float(np.max(distance)), limit=UNIT)
     return q
@@ -140,19 +140,19 @@ def from_su2(U: ArrayLike) -> Floats:
 
 def to_gibbs(q: ArrayLike) -> Vector3:
     """(*batch, 3) Rodrigues (Cayley, Gibbs) parameters omega tan(theta/2); infinite at half turns."""
-    return _to_gibbs(q)
+    return _to_gibbs.at(q)
 
 
 def from_gibbs(g: ArrayLike) -> Floats:
     """(*batch, 4) unit quaternion (1, g) / sqrt(1 + g.g)."""
-    return _from_gibbs(g)
+    return _from_gibbs.at(g)
 
 
 def to_modified_rodrigues(q: ArrayLike) -> Vector3:
     """(*batch, 3) omega tan(theta/4), in the closed unit ball, of unit quaternions (-q is taken where w < 0)."""
-    return _to_mrp(canonical(q))
+    return _to_mrp.at(canonical(q))
 
 
 def from_modified_rodrigues(m: ArrayLike) -> Floats:
     """(*batch, 4) unit quaternion (1 - m.m, 2 m) / (1 + m.m)."""
-    return _from_mrp(m)
+    return _from_mrp.at(m)

@@ -56,7 +56,7 @@ def exp(r: ArrayLike) -> Floats:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.11.
     """
-    return _exp(r)
+    return _exp.at(r)
 
 
 def log(R: ArrayLike) -> Vector3:
@@ -74,17 +74,17 @@ def log(R: ArrayLike) -> Vector3:
     Raises:
         InputError: R is not a rotation within `tolerance.ROTATION`.
     """
-    return _log(R)
+    return _log.at(R)
 
 
 def angle(R: ArrayLike) -> Any:
     """(*batch) angle theta in [0, pi] [rad] of a rotation (*batch, 3, 3)."""
-    return _angle(R)
+    return _angle.at(R)
 
 
 def angle_between(R_0: ArrayLike, R_1: ArrayLike) -> Any:
     """(*batch) angle in [0, pi] [rad] of R_0' R_1, the shortest turn between two rotations (*batch, 3, 3)."""
-    return _angle_between(R_0, R_1)
+    return _angle_between.at(R_0, R_1)
 
 
 def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Floats:
@@ -100,27 +100,27 @@ def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Floats:
     Raises:
         InputError: an axis is zero.
     """
-    return _axis_angle(axis, angle)
+    return _axis_angle.at(axis, angle)
 
 
 def to_axis_angle(R: ArrayLike) -> tuple[Vector3, Any]:
     """Unit axis (*batch, 3) and angle (*batch) in [0, pi] [rad]; the identity has angle 0 and axis x."""
-    return _to_axis_angle(R)
+    return _to_axis_angle.at(R)
 
 
 def rot_x(angle: ArrayLike) -> Floats:
     """(*batch, 3, 3) rotation about x by (*batch) angles [rad]."""
-    return _elementary[0](angle)
+    return _elementary[0].at(angle)
 
 
 def rot_y(angle: ArrayLike) -> Floats:
     """(*batch, 3, 3) rotation about y by (*batch) angles [rad]."""
-    return _elementary[1](angle)
+    return _elementary[1].at(angle)
 
 
 def rot_z(angle: ArrayLike) -> Floats:
     """(*batch, 3, 3) rotation about z by (*batch) angles [rad]."""
-    return _elementary[2](angle)
+    return _elementary[2].at(angle)
 
 
 def slerp(R_0: ArrayLike, R_1: ArrayLike, t: ArrayLike) -> Floats:
@@ -134,7 +134,7 @@ def slerp(R_0: ArrayLike, R_1: ArrayLike, t: ArrayLike) -> Floats:
     Returns:
         (*batch, 3, 3).
     """
-    return _slerp(R_0, R_1, t)
+    return _slerp.at(R_0, R_1, t)
 
 
 def project(M: ArrayLike) -> Floats:
@@ -148,12 +148,12 @@ def project(M: ArrayLike) -> Floats:
 
     Reference: Horn, J. Opt. Soc. Am. A 4, 1987.
     """
-    return _project(M)
+    return _project.at(M)
 
 
 def residuals(M: ArrayLike) -> Floats:
     """(*batch, 7): entries 11, 22, 33, 12, 13, 23 of M'M - I, then det M - 1, of (*batch, 3, 3) matrices."""
-    return _residuals(M)
+    return _residuals.at(M)
 
 
 def is_rotation(M: ArrayLike, tolerance: float = ROTATION) -> Any:
@@ -203,32 +203,32 @@ def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Floats:
 
 def hat(w: ArrayLike) -> Floats:
     """(*batch, 3, 3) skew matrix [w] with [w] x = w x x, of (*batch, 3)."""
-    return _hat(w)
+    return _hat.at(w)
 
 
 def vee(W: ArrayLike) -> Vector3:
     """(*batch, 3) w of the skew part (W - W')/2 of (*batch, 3, 3)."""
-    return _vee(W)
+    return _vee.at(W)
 
 
 def left_jacobian(r: ArrayLike) -> Floats:
     """(*batch, 3, 3) J with omega_s = J(r) rdot for R = exp(r), of (*batch, 3) [rad]."""
-    return _left_jacobian(r)
+    return _left_jacobian.at(r)
 
 
 def left_jacobian_inverse(r: ArrayLike) -> Floats:
     """(*batch, 3, 3) J(r)^-1, |r| < 2 pi."""
-    return _left_jacobian_inverse(r)
+    return _left_jacobian_inverse.at(r)
 
 
 def right_jacobian(r: ArrayLike) -> Floats:
     """(*batch, 3, 3) J(-r), with omega_b = J_r(r) rdot for R = exp(r)."""
-    return _right_jacobian(r)
+    return _right_jacobian.at(r)
 
 
 def right_jacobian_inverse(r: ArrayLike) -> Floats:
     """(*batch, 3, 3) inverse of the right Jacobian, |r| < 2 pi."""
-    return _right_jacobian_inverse(r)
+    return _right_jacobian_inverse.at(r)
 
 
 def random(rng: np.random.Generator, batch: int | tuple[int, ...] = ()) -> Floats:

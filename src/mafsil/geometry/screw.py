@@ -42,7 +42,7 @@ def from_axis(direction: ArrayLike, point: ArrayLike, pitch: ArrayLike = 0.0) ->
 
     Reference: Lynch & Park, Modern Robotics, sec. 3.3.2.2.
     """
-    return _from_axis(direction, point, pitch)
+    return _from_axis.at(direction, point, pitch)
 
 
 def from_direction(direction: ArrayLike) -> Vector6:
@@ -55,22 +55,22 @@ def from_direction(direction: ArrayLike) -> Vector6:
 
 def pitch(S: ArrayLike) -> Any:
     """(*batch) pitch omega.v / |omega|^2 [m/rad] of (*batch, 6); infinite where omega is zero."""
-    return _pitch(S)
+    return _pitch.at(S)
 
 
 def nearest_point(S: ArrayLike) -> Vector3:
     """(*batch, 3) point of the axis nearest to the origin, omega x v / |omega|^2 [m]; NaN where omega is zero."""
-    return _nearest_point(S)
+    return _nearest_point.at(S)
 
 
 def normalized(V: ArrayLike) -> Vector6:
     """(*batch, 6) unit screw of twists (*batch, 6); zero for the zero twist."""
-    return _normalized(V)
+    return _normalized.at(V)
 
 
 def magnitude(V: ArrayLike) -> Any:
     """(*batch) |omega| of twists (*batch, 6), or |v| where omega is zero: the factor that `normalized` divides out."""
-    return _magnitude(V)
+    return _magnitude.at(V)
 
 
 def displacement(S: ArrayLike, amount: ArrayLike) -> PoseMatrix:
@@ -88,7 +88,7 @@ def displacement(S: ArrayLike, amount: ArrayLike) -> PoseMatrix:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.25.
     """
-    return _motion(S, amount)
+    return _motion.at(S, amount)
 
 
 def chasles(T: ArrayLike) -> tuple[Vector6, Any]:
@@ -102,7 +102,7 @@ def chasles(T: ArrayLike) -> tuple[Vector6, Any]:
     Returns:
         S (*batch, 6) unit screw, amount (*batch) angle in [0, pi] [rad] or distance [m].
     """
-    return _chasles(T)
+    return _chasles.at(T)
 
 
 def integral(omega: ArrayLike, theta: ArrayLike) -> Floats:
@@ -110,14 +110,14 @@ def integral(omega: ArrayLike, theta: ArrayLike) -> Floats:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.87.
     """
-    return _integral(omega, theta)
+    return _integral.at(omega, theta)
 
 
 def integral_inverse(omega: ArrayLike, theta: ArrayLike) -> Floats:
     """(*batch, 3, 3) G(theta)^-1, 0 < theta < 2 pi."""
-    return _integral_inverse(omega, theta)
+    return _integral_inverse.at(omega, theta)
 
 
 def reciprocal_product(S: ArrayLike, Z: ArrayLike) -> Any:
     """(*batch) omega_S . v_Z + v_S . omega_Z: zero for screws that do no work on each other."""
-    return _reciprocal(S, Z)
+    return _reciprocal.at(S, Z)

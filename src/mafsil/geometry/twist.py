@@ -48,12 +48,12 @@ def angular_velocity_space(R: ArrayLike, Rdot: ArrayLike) -> Vector3:
     Raises:
         InputError: Rdot is no velocity of R: the symmetric part of R'Rdot exceeds `tolerance.SKEW`.
     """
-    return _skew_checked(_angular_space(R, Rdot))
+    return _skew_checked(_angular_space.at(R, Rdot))
 
 
 def angular_velocity_body(R: ArrayLike, Rdot: ArrayLike) -> Vector3:
     """(*batch, 3) omega_b with [omega_b] = R' Rdot, in {b}; arguments as `angular_velocity_space`."""
-    return _skew_checked(_angular_body(R, Rdot))
+    return _skew_checked(_angular_body.at(R, Rdot))
 
 
 def space_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
@@ -66,32 +66,32 @@ def space_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     Raises:
         InputError: Tdot is no velocity of T.
     """
-    return _skew_checked(_space(T, Tdot))
+    return _skew_checked(_space.at(T, Tdot))
 
 
 def body_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     """(*batch, 6) V_b with [V_b] = T^-1 Tdot: (omega_b, R' pdot); arguments as `space_from_pose_rate`."""
-    return _skew_checked(_body(T, Tdot))
+    return _skew_checked(_body.at(T, Tdot))
 
 
 def pose_rate_from_body(T: ArrayLike, V_b: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) Tdot = T [V_b]."""
-    return _rate_body(T, V_b)
+    return _rate_body.at(T, V_b)
 
 
 def pose_rate_from_space(T: ArrayLike, V_s: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) Tdot = [V_s] T."""
-    return _rate_space(T, V_s)
+    return _rate_space.at(T, V_s)
 
 
 def mean_angular_velocity(R_0: ArrayLike, R_1: ArrayLike, duration: ArrayLike) -> Vector3:
     """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s]; tends to omega_s at 0."""
-    return _mean_angular(R_0, R_1, duration)
+    return _mean_angular.at(R_0, R_1, duration)
 
 
 def mean_space_twist(T_0: ArrayLike, T_1: ArrayLike, duration: ArrayLike) -> Vector6:
     """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s]."""
-    return _mean(T_0, T_1, duration)
+    return _mean.at(T_0, T_1, duration)
 
 
 def transform(T_ab: ArrayLike, V_b: ArrayLike) -> Vector6:
@@ -106,22 +106,22 @@ def transform(T_ab: ArrayLike, V_b: ArrayLike) -> Vector6:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.83.
     """
-    return _transform(T_ab, V_b)
+    return _transform.at(T_ab, V_b)
 
 
 def point_velocity(V: ArrayLike, point: ArrayLike) -> Vector3:
     """(*batch, 3) omega x r + v [m/s] of the body point at r (*batch, 3) [m], in the frame of the twist."""
-    return _point_velocity(V, point)
+    return _point_velocity.at(V, point)
 
 
 def ad(V: ArrayLike) -> Floats:
     """(*batch, 6, 6) [[ [omega], 0 ], [ [v], [omega] ]]."""
-    return _ad(V)
+    return _ad.at(V)
 
 
 def bracket(V: ArrayLike, W: ArrayLike) -> Vector6:
     """(*batch, 6) Lie bracket ad(V) W."""
-    return _bracket(V, W)
+    return _bracket.at(V, W)
 
 
 def _skew_checked(answer: tuple[Floats, Any]) -> Floats:

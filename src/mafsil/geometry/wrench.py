@@ -14,8 +14,8 @@ _from_force = Declared("spatial.wrench_of_force", "point:3 force:3", "F:6")
 _transform = Declared("spatial.transform_wrench", "T_ab:4,4 F_a:6", "F_b:6", {"T_ab": "pose"})
 _power = Declared("spatial.power", "V:6 F:6", "power")
 _dual_bracket = Declared("spatial.dual_bracket", "V:6 F:6", "rate:6")
-_pitch = Declared("spatial.wrench_pitch", "F:6", "pitch")
-_axis_point = Declared("spatial.wrench_axis_point", "F:6", "point:3")
+_pitch = Declared("screw.wrench_pitch", "F:6", "pitch")
+_axis_point = Declared("screw.wrench_axis_point", "F:6", "point:3")
 
 
 def from_force(point: ArrayLike, force: ArrayLike) -> Vector6:
@@ -28,7 +28,7 @@ def from_force(point: ArrayLike, force: ArrayLike) -> Vector6:
     Returns:
         (*batch, 6) [N m, N].
     """
-    return _from_force(point, force)
+    return _from_force.at(point, force)
 
 
 def from_couple(moment: ArrayLike) -> Vector6:
@@ -51,24 +51,24 @@ def transform(T_ab: ArrayLike, F_a: ArrayLike) -> Vector6:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.98.
     """
-    return _transform(T_ab, F_a)
+    return _transform.at(T_ab, F_a)
 
 
 def power(V: ArrayLike, F: ArrayLike) -> Any:
     """(*batch) V . F [W] of a twist and a wrench in one frame; the same in every frame."""
-    return _power(V, F)
+    return _power.at(V, F)
 
 
 def dual_bracket(V: ArrayLike, F: ArrayLike) -> Vector6:
     """(*batch, 6) ad(V)' F, the change of a wrench seen from a frame that moves with the twist V."""
-    return _dual_bracket(V, F)
+    return _dual_bracket.at(V, F)
 
 
 def pitch(F: ArrayLike) -> Any:
     """(*batch) moment along the force over the force, m.f / |f|^2 [m] (Poinsot); infinite for a pure couple."""
-    return _pitch(F)
+    return _pitch.at(F)
 
 
 def axis_point(F: ArrayLike) -> Vector3:
     """(*batch, 3) point of the wrench's axis nearest to the origin, f x m / |f|^2 [m]; NaN for a pure couple."""
-    return _axis_point(F)
+    return _axis_point.at(F)

@@ -25,7 +25,7 @@ QUICK_STEPS, PATIENT_STEPS = 16, 40
 """Most steps of an attempt. Of those that succeed, nine of ten need less than twelve."""
 
 QUICK_BARS: dict[int, float] = {8: 0.1, 12: 0.01}
-"""Step -> the scaled error above which a quick attempt is given up there; one in twenty of these would have succeeded."""
+"""Step -> the scaled error above which a quick attempt is given up there; few of these would have succeeded."""
 
 PATIENT_BARS: dict[int, float] = {16: 0.3}
 """The same for patient attempts."""

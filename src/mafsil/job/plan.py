@@ -14,6 +14,7 @@ from mafsil.ik import solve_ik
 from mafsil.job.description import Grasp, Job, Move
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
+from mafsil.job.resting import resting_place
 from mafsil.job.straight import straight_line
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -250,13 +251,6 @@ class _Planner:
                 if gap < TIGHT * span:
                     facts = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
                     self.remarks.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@job.{side}"}))
-
-
-def resting_place(limits: JointLimits) -> JointVector:
-    """(n,) zero, moved into the middle 70 % of each range where it has bounds."""
-    span = limits.upper - limits.lower
-    margin = np.where(np.isfinite(span), 0.15 * span, 0.0)
-    return np.clip(np.zeros(len(span)), limits.lower + margin, limits.upper - margin)
 
 
 def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:

@@ -1,22 +1,21 @@
-"""Straight lines of the tip, turned into joint motion that keeps its branch and the limits."""
+"""Straight lines of the tip within the limits of the tip and of the joints."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.geometry import pose, rotation
-from mafsil.ik import solve_ik
+from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.job.description import Bounds, Move
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, cubic_through, quintic, rest, trapezoid
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, quintic, rest, trapezoid
+from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.path_following import follow
+from mafsil.trajectory.path_motion import PathMotion
 
-SPACING, TURN = 0.005, 0.02
-"""Largest distance [m] and turn [rad] of the tip between two points at which inverse kinematics is solved."""
-JUMP = 0.35
-"""A joint that moves further than this between neighbouring points has left its branch [rad | m]."""
+SHORTEST = 1e-3
+"""Duration of a line without length [s]."""
 
 
 def straight_line(
@@ -24,58 +23,42 @@ def straight_line(
 ) -> Trajectory:
     """The joint motion whose tip goes straight from where it is at q to a goal.
 
+    Args:
+        robot: with its tool.
+        q: (n,) where the line begins [rad | m].
+        goal: (4, 4) pose of the tip at its end, in {s}.
+        bounds: of the tip's speed, acceleration and turn rate.
+        move: duration, speed and law of time.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
     Raises:
-        Refused: a point of the line cannot be reached, the branch cannot be kept, or the wanted duration is too short.
+        Refused: a point of the line cannot be reached, it passes a singularity or a limit, or it is to be driven
+            faster than the limits allow.
     """
-    origin = np.asarray(robot.forward_kinematics(q))
-    length = float(np.linalg.norm(goal[:3, 3] - origin[:3, 3]))
-    turn = float(rotation.angle_between(origin[:3, :3], goal[:3, :3]))
-    if length < 1e-9 and turn < 1e-9:
-        return rest(q, 1e-3)
-    law = _time_law(length, turn, bounds, move)
-    count = max(8, int(np.ceil(max(length / SPACING, turn / TURN))))
-    t = np.linspace(0.0, law.duration, count + 1)
-    s = law.at(t).u[:, 0]
-    path = _followed(robot, q, np.asarray(pose.interpolate_decoupled(origin, goal, s)), s, where)
-    joints = cubic_through(path, np.diff(t))
-    factor = _stretch(joints, limits)
-    if factor <= 1.0:
-        return joints
-    if move.duration is not None:
-        raise Refused("job.line_too_fast", move=where, shortest=factor * joints.duration)
-    return joints.stretched(factor)
+    path = CartesianPath(np.asarray(robot.forward_kinematics(q)), goal)
+    if path.length < 1e-9 and path.angle < 1e-9:
+        return rest(q, move.duration or SHORTEST)
+    joints = follow(robot, path, q)
+    if joints.value is None or not joints.succeeded:
+        raise Refused("job.no_path", move=where, reason=joints)
+    motion = PathMotion(joints.value, _time_law(path, bounds, move))
+    factor = max(motion.stretch_needed(limits) * (1 + 1e-9), 1.0)
+    shortest = factor * motion.duration
+    if move.duration is None:
+        return motion.stretched(factor)
+    if move.duration < shortest * (1 - 1e-9):
+        raise Refused("job.line_too_fast", move=where, shortest=shortest)
+    return motion.stretched(move.duration / motion.duration)
 
 
-def _time_law(length: float, turn: float, bounds: Bounds, move: Move) -> PiecewisePolynomial:
-    """s(t) from 0 to 1 within the tip's speed, turn rate and acceleration."""
-    rate = move.speed * min(bounds.tip_speed / max(length, 1e-12), bounds.tip_turn_rate / max(turn, 1e-12))
-    growth = (
-        move.speed**2 * bounds.tip_acceleration / max(length, turn * bounds.tip_speed / bounds.tip_turn_rate, 1e-12)
-    )
+def _time_law(path: CartesianPath, bounds: Bounds, move: Move) -> PiecewisePolynomial:
+    """s(t) from 0 to 1, as fast as the tip's speed, turn rate and acceleration allow."""
+    length, angle = max(path.length, 1e-12), max(path.angle, 1e-12)
+    rate = move.speed * min(bounds.tip_speed / length, bounds.tip_turn_rate / angle)
+    # The turn has no acceleration bound of its own: it speeds up in the time that the line would take.
+    turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
+    growth = move.speed**2 * min(bounds.tip_acceleration / length, turn_acceleration / angle)
     if move.profile == "trapezoid":
-        return trapezoid(0.0, 1.0, velocity=rate, acceleration=growth, duration=move.duration).value
-    shortest = max(15 / 8 / rate, float(np.sqrt(10 / 3**0.5 / growth)))
-    return quintic(0.0, 1.0, move.duration or shortest)
-
-
-def _followed(robot: Robot, q: JointVector, line: PoseMatrix, s: Floats, where: str) -> JointVector:
-    """(points, n) coordinates along the line, each found from the one before."""
-    found = [q]
-    for k in range(1, len(line)):
-        answer = solve_ik(robot, line[k], found[-1], restarts=0)
-        if not answer.all_solved:
-            raise Refused("job.line_lost", move=where, share=100 * float(s[k]), reason=answer)
-        step = np.abs(np.asarray(answer.q) - found[-1])
-        if step.max() > JUMP:
-            joint = robot.joint_names[int(step.argmax())]
-            raise Refused("job.line_jump", move=where, share=100 * float(s[k]), joint=joint, step=float(step.max()))
-        found.append(np.asarray(answer.q))
-    return np.array(found)
-
-
-def _stretch(joints: PiecewisePolynomial, limits: JointLimits) -> float:
-    """How much slower the motion must be to keep the limits; at most one if it does."""
-    motion = joints.at(np.linspace(0.0, joints.duration, 20 * len(joints.knots)))
-    fast = (np.abs(motion.v) / limits.velocity).max()
-    hard = np.sqrt((np.abs(motion.a) / limits.acceleration).max())
-    return float(max(fast, hard))
+        return trapezoid(0.0, 1.0, velocity=rate, acceleration=growth).value
+    return quintic(0.0, 1.0, max(15 / 8 / rate, float(np.sqrt(10 / 3**0.5 / growth))))

@@ -17,6 +17,7 @@ _PART_WORK = 400_000
 """Operations that are worth handing to another thread: about 50 us."""
 _PARTS_PER_THREAD = 4
 _FEW = 64
+_FLOAT64 = np.dtype(np.float64)
 _SMALL = 16
 
 
@@ -54,9 +55,7 @@ class Evaluator:
             InputError: wrong number, name, type or shape; in a call without batch also NaN and infinities.
         """
         ports = self._signature.inputs
-        arrays = [
-            gate(port.name, value, port.shape) for port, value in zip(ports, self._ordered(args, named), strict=True)
-        ]
+        arrays = [_numbers(port, value) for port, value in zip(ports, self._ordered(args, named), strict=True)]
         batch = self._batch(arrays)
         if not batch:
             for port, array in zip(ports, arrays, strict=True):
@@ -64,9 +63,12 @@ class Evaluator:
                     require_finite(port.name, array)
         results = None if out is None else self._given(out, batch)
         count = self._threads(batch, threads)
-        if count > 1 and not _overlapping(arrays, results or ()):
-            return self._split(arrays, batch, results, count)
-        return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+        try:
+            if count > 1 and not _overlapping(arrays, results or ()):
+                return self._split(arrays, batch, results, count)
+            return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+        except MemoryError:
+            raise InputError("call.memory", name=self._signature.name, batch=batch) from None
 
     def _ordered(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
         if not named and len(args) == len(self._names):
@@ -89,7 +91,7 @@ class Evaluator:
             return shapes[0] if shapes else ()
         try:
             return np.broadcast_shapes(*shapes)
-        except ValueError:
+        except (ValueError, RuntimeError):  # NumPy raises the second beyond 32 dimensions
             named = ", ".join(f"{name} {shape}" for name, shape in zip(self._names, shapes, strict=True))
             raise InputError("call.batches", name=self._signature.name, batches=named) from None
 
@@ -138,6 +140,15 @@ class Evaluator:
 
         pool.run(evaluate, parts, threads)
         return results[0] if len(results) == 1 else results
+
+
+def _numbers(port: Port, value: Any) -> Floats:
+    """The argument as float64 (*batch, *core); what already is that passes unasked."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT64:
+        core = port.shape
+        if value.shape[max(value.ndim - len(core), 0) :] == core:
+            return value
+    return gate(port.name, value, port.shape)
 
 
 def _finite(array: Floats) -> bool:

@@ -23,7 +23,9 @@ from mafsil.kernels.target import Code
 
 _FILE = struct.Struct("<16sHHIQQQIHHHHHH")
 _SECTION = struct.Struct("<IIQQQQIIQQ")
-_SYMBOL = struct.Struct("<IBBHQQ")
+_SYMBOL = np.dtype(
+    [("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("value", "<u8"), ("size", "<u8")]
+)
 _RELOCATION = np.dtype([("offset", "<u8"), ("info", "<u8"), ("addend", "<i8")])
 _RELOCATABLE, _X86_64 = 1, 62
 _PROGRAM, _SYMBOLS, _RELOCATIONS, _ZEROS = 1, 2, 4, 8
@@ -121,15 +123,17 @@ def _symbols(code: bytes, sections: list[_Section], places: dict[int, int], base
     """Address of every symbol (0 where it is not in memory), and the global names."""
     table = next(s for s in sections if s.kind == _SYMBOLS)
     texts = sections[table.link]
-    rows = list(_SYMBOL.iter_unpack(code[table.offset : table.offset + table.size]))
-    values = np.zeros(len(rows), dtype=np.int64)
+    rows = np.frombuffer(code, _SYMBOL, table.size // _SYMBOL.itemsize, table.offset)
+    starts = np.zeros(len(sections), dtype=np.int64)
+    for section, place in places.items():
+        starts[section] = base + place
+    inside = rows["section"] < len(sections)
+    found = np.where(inside, starts[np.where(inside, rows["section"], 0)], 0)
+    values = np.where(found, found + rows["value"].astype(np.int64), 0)
     names: dict[str, int] = {}
-    for index, (name, info, _, section, value, _) in enumerate(rows):
-        if section in places:
-            values[index] = base + places[section] + value
-            if info >> 4:
-                start = texts.offset + name
-                names[code[start : code.index(b"\0", start)].decode()] = index
+    for index in np.flatnonzero((rows["info"] >> 4).astype(bool) & (values != 0)).tolist():
+        start = texts.offset + int(rows["name"][index])
+        names[code[start : code.index(b"\0", start)].decode()] = index
     return values, names
 
 

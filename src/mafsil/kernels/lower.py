@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 from mafsil.errors import KernelError
-from mafsil.kernels import transcendental
 from mafsil.kernels.argument import huge_function
-from mafsil.kernels.emitter import Comparison, Lanes, Text
+from mafsil.kernels.emitter import Text
 from mafsil.kernels.layout import SINGLE, Signature
-from mafsil.kernels.reduce import COMPARISONS
+from mafsil.kernels.program import Program
 from mafsil.kernels.remainder import far_function
-from mafsil.kernels.schedule import EXPENSIVE, GROUP, TRIGONOMETRIC, kind
+from mafsil.kernels.segments import Segment, segments
 from mafsil.kernels.staging import BODY, staging
-from mafsil.kernels.tape import Node, Tape
+from mafsil.kernels.tape import Tape
 from mafsil.kernels.target import Target
 
 
@@ -29,21 +26,33 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
         KernelError: the ports do not fit the tape.
     """
     _check(tape, signature)
-    width = target.lanes
-    batch, single = _Batch(tape, target), _Single(tape, target, signature)
-    huge, declared = huge_function(target.fma, "#0")
-    bits = 64 * width
+    bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
+    pieces = segments(tape)
+    batch = _Entry(tape, pieces, target, target.lanes, "ptr noalias %in, ptr noalias %out")
+    single = _Entry(
+        tape, pieces, target, 1, ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
+    )
+    gathered = _gathered(signature) if single.functions else []
+    huge, declared = huge_function(target.fma, "#0")
     return "\n".join(
         [
             f'target triple = "{target.triple}"',
-            *sorted(batch.text.declared | single.text.declared | declared),
-            "declare i64 @llvm.ctlz.i64(i64, i1)",
+            *sorted(batch.declared | single.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
             huge,
             far_function("#0"),
-            batch.function(),
-            single.function(),
-            staging(signature, width, "#0"),
+            *batch.functions,
+            *single.functions,
+            f"define internal void @{BODY}(ptr noalias %in, ptr noalias %out) noinline #0 {{",
+            "entry:",
+            *batch.lines,
+            "}",
+            f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{",
+            "entry:",
+            *gathered,
+            *single.lines,
+            "}",
+            staging(signature, target.lanes, "#0"),
             f"attributes #0 = {{ {attributes} }}",
             '!0 = !{!"branch_weights", i32 1, i32 1000000}',
             "",
@@ -59,192 +68,85 @@ def _check(tape: Tape, signature: Signature) -> None:
         )
 
 
-class _Program:
-    """Walks a tape in order and emits every node once; subclasses say where inputs lie and how groups are packed."""
+class _Entry:
+    """The lines of one entry's body; a long tape becomes functions that the body calls.
 
-    def __init__(self, tape: Tape, target: Target, width: int) -> None:
-        self.tape = tape
-        self.text = Text(target.fma, target.rounding)
-        self.lanes = Lanes(self.text, width)
-        self.names: dict[int, str] = {}
-        self.masks: dict[int, str] = {}
-        self.places: dict[int, list[tuple[int, int]]] = {}
-        for k, port in enumerate(tape.outputs):
-            for element, i in enumerate(port):
-                self.places.setdefault(i, []).append((k, element))
-        self.text.do("br label %body")
-        self.text.label("body")
-
-    def emit(self) -> None:
-        """Emit all nodes, each output as soon as it is known."""
-        for group in _groups(self.tape):
-            if self.tape.nodes[group[0]].op in EXPENSIVE:
-                self.expensive(group)
-            elif group[0] not in self.names:
-                self.simple(group[0])
-            for i in group:
-                for port, element in self.places.get(i, ()):
-                    self.output(port, element, self.value(i))
-
-    def input(self, port: int, element: int) -> str:
-        """Load one element of an input."""
-        raise NotImplementedError
-
-    def output(self, port: int, element: int, value: str) -> None:
-        """Store one element of an output."""
-        raise NotImplementedError
-
-    def expensive(self, group: list[int]) -> None:
-        """Emit independent nodes of one kind."""
-        raise NotImplementedError
-
-    def value(self, i: int) -> str:
-        """Name of node i as numbers; a comparison becomes 1 or 0 only here."""
-        if i not in self.names:
-            self.names[i] = self.lanes.select(self.masks[i], self.lanes.const(1.0), self.lanes.const(0.0))
-        return self.names[i]
-
-    def mask(self, i: int) -> str:
-        """Name of node i as a mask: not equal to zero, NaN included."""
-        if i not in self.masks:
-            self.masks[i] = self.lanes.compare("une", self.value(i), self.lanes.const(0.0))
-        return self.masks[i]
-
-    def simple(self, i: int) -> None:
-        node = self.tape.nodes[i]
-        if node.op == "input":
-            self.names[i] = self.input(*node.args)
-        elif node.op == "const":
-            self.names[i] = self.lanes.const(node.value)
-        elif node.op in COMPARISONS:
-            self.masks[i] = self.comparison(node)
-        elif node.op in ("select", "if_else_zero"):
-            other = self.value(node.args[2]) if node.op == "select" else self.lanes.const(0.0)
-            self.names[i] = self.lanes.select(self.mask(node.args[0]), self.value(node.args[1]), other)
-        else:
-            self.names[i] = _EMIT[node.op](self.lanes, *(self.value(a) for a in node.args))
-
-    def comparison(self, node: Node) -> str:
-        if node.op == "not":
-            return self.lanes.invert(self.mask(node.args[0]))
-        if node.op in ("and", "or"):
-            return self.lanes.mask_op(node.op, self.mask(node.args[0]), self.mask(node.args[1]))
-        return self.lanes.compare(_ORDER[node.op], self.value(node.args[0]), self.value(node.args[1]))
-
-
-_ORDER: dict[str, Comparison] = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
-_PLAIN = "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil sign fmin fmax"
-_EMIT: dict[str, Callable[..., str]] = {
-    **{op: getattr(Lanes, op) for op in _PLAIN.split()},
-    **{op: transcendental.FUNCTIONS[op] for op in ("hypot", "fmod", "remainder")},
-}
-
-
-def _groups(tape: Tape) -> Iterator[list[int]]:
-    """Runs of expensive nodes that do not need each other and are of one kind; everything else alone."""
-    run: list[int] = []
-    for i, node in enumerate(tape.nodes):
-        joins = run and kind(node) == kind(tape.nodes[run[0]]) and not set(node.args) & set(run)
-        joins = joins and len({node.args, *(tape.nodes[k].args for k in run)}) <= GROUP
-        if run and not joins:
-            yield run
-            run = []
-        if node.op in EXPENSIVE:
-            run.append(i)
-        else:
-            yield [i]
-    if run:
-        yield run
-
-
-def _evaluate(lanes: Lanes, nodes: list[Node], args: list[tuple[str, ...]]) -> list[str]:
-    """Results of expensive nodes of one kind with the given arguments."""
-    if nodes[0].op not in TRIGONOMETRIC:
-        return [transcendental.FUNCTIONS[nodes[0].op](lanes, *arg) for arg in args]
-    wanted: dict[str, set[str]] = {}
-    for node, (angle,) in zip(nodes, args, strict=True):
-        wanted.setdefault(angle, set()).add(node.op)
-    angles = list(wanted)
-    found = dict(zip(angles, transcendental.sincos(lanes, angles, [wanted[a] for a in angles]), strict=True))
-    return [found[angle][node.op == "cos"] for node, (angle,) in zip(nodes, args, strict=True)]
-
-
-class _Batch(_Program):
-    """The body of a tile: every name is a vector, inputs and outputs lie in the tiles, which do not overlap."""
-
-    def __init__(self, tape: Tape, target: Target) -> None:
-        super().__init__(tape, target, target.lanes)
-        self.first_in, self.first_out = _firsts(tape.input_sizes), _firsts(tape.output_sizes)
-        self.emit()
-
-    def input(self, port: int, element: int) -> str:
-        return self.lanes.load("%in", self.first_in[port] + element)
-
-    def output(self, port: int, element: int, value: str) -> None:
-        self.lanes.store(value, "%out", self.first_out[port] + element)
-
-    def expensive(self, group: list[int]) -> None:
-        nodes = [self.tape.nodes[i] for i in group]
-        args = [tuple(self.value(a) for a in node.args) for node in nodes]
-        self.names.update(zip(group, _evaluate(self.lanes, nodes, args), strict=True))
-
-    def function(self) -> str:
-        head = f"define internal void @{BODY}(ptr noalias %in, ptr noalias %out) noinline #0 {{"
-        return "\n".join([head, "entry:", *self.text.entry, *self.text.lines, "  ret void", "}", ""])
-
-
-class _Single(_Program):
-    """One row: plain numbers, but independent expensive functions share a vector.
-
-    Outputs may overwrite inputs, so all inputs are read first.
+    Attributes:
+        functions: IR of these functions.
+        lines: the body.
+        declared: declarations of the intrinsics in use.
     """
 
-    def __init__(self, tape: Tape, target: Target, signature: Signature) -> None:
-        super().__init__(tape, target, 1)
-        self.signature = signature
-        for i, node in enumerate(tape.nodes):
-            if node.op == "input":
-                self.simple(i)
-        self.emit()
+    def __init__(self, tape: Tape, pieces: tuple[list[Segment], int], target: Target, width: int, ports: str) -> None:
+        self.functions: list[str] = []
+        self.lines: list[str] = []
+        self.declared: set[str] = set()
+        found, cells = pieces
+        texts = [_emitted(tape, found, k, target, width) for k in range(len(found))]
+        for text in texts:
+            self.declared |= text.declared
+        if len(texts) == 1:
+            self.lines = [*texts[0].entry, *texts[0].lines, "  ret void"]
+        else:
+            self.call(texts, cells, width, ports)
 
-    def input(self, port: int, element: int) -> str:
-        place = self.text.let(f"getelementptr double, ptr %x{port}, i64 {element}")
-        return self.text.let(f"load double, ptr {place}, align 8")
-
-    def output(self, port: int, element: int, value: str) -> None:
-        place = self.text.let(f"getelementptr double, ptr %y{port}, i64 {element}")
-        self.text.do(f"store double {value}, ptr {place}, align 8")
-
-    def expensive(self, group: list[int]) -> None:
-        rows = list(dict.fromkeys(self.tape.nodes[i].args for i in group))
-        width = next(w for w in (1, 2, 4, GROUP) if w >= len(rows))
-        lanes = Lanes(self.text, width)
-        columns = [self._packed([self.value(row[k]) for row in rows], lanes) for k in range(len(rows[0]))]
-        ops = sorted({self.tape.nodes[i].op for i in group})
-        results = dict(zip(ops, _evaluate(lanes, [Node(op) for op in ops], [tuple(columns)] * len(ops)), strict=True))
-        for i in group:
-            node = self.tape.nodes[i]
-            self.names[i] = self._unpacked(results[node.op], rows.index(node.args), lanes)
-
-    def _packed(self, values: list[str], lanes: Lanes) -> str:
-        if lanes.width == 1:
-            return values[0]
-        vector = "poison"
-        for k in range(lanes.width):
-            value = values[min(k, len(values) - 1)]
-            vector = self.text.let(f"insertelement {lanes.real} {vector}, double {value}, i64 {k}")
-        return vector
-
-    def _unpacked(self, vector: str, k: int, lanes: Lanes) -> str:
-        return vector if lanes.width == 1 else self.text.let(f"extractelement {lanes.real} {vector}, i64 {k}")
-
-    def function(self) -> str:
-        ports = [f"ptr %x{k}" for k in range(len(self.signature.inputs))]
-        ports += [f"ptr %y{k}" for k in range(len(self.signature.outputs))]
-        head = f"define dso_local void @{SINGLE}({', '.join(ports)}) #0 {{"
-        return "\n".join([head, "entry:", *self.text.entry, *self.text.lines, "  ret void", "}", ""])
+    def call(self, texts: list[Text], cells: int, width: int, ports: str) -> None:
+        """The pieces as functions, called one after another."""
+        real = "double" if width == 1 else f"<{width} x double>"
+        self.lines.append(f"  %far = alloca [{max(cells, 1)} x {real}], align 64")
+        arguments = ports.replace("noalias ", "")
+        for k, text in enumerate(texts):
+            name = f"{BODY}.{width}.{k}"
+            head = f"define internal void @{name}({ports}, ptr noalias %far) noinline #0 {{"
+            self.functions.append("\n".join([head, "entry:", *text.entry, *text.lines, "  ret void", "}", ""]))
+            self.lines.append(f"  call void @{name}({arguments}, ptr %far)")
+        self.lines.append("  ret void")
 
 
-def _firsts(sizes: tuple[int, ...]) -> list[int]:
-    """Index of every port's first element when all lie one after another."""
-    return [sum(sizes[:k]) for k in range(len(sizes))]
+def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int) -> Text:
+    """The text of piece k; the first also stores the outputs that are inputs or constants."""
+    text, places = Text(target.fma, target.rounding), _places(tape)
+    text.do("br label %body")
+    text.label("body")
+    program = Program(tape, pieces[k], text, width)
+    if width == 1 and len(pieces) == 1:
+        program.preload()
+    if k == 0:
+        for i, where in places.items():
+            if tape.nodes[i].op in ("input", "const"):
+                program.store(i, where)
+    program.emit(places)
+    return text
+
+
+def _places(tape: Tape) -> dict[int, list[tuple[int, int]]]:
+    """For every node, the (port, element) of the outputs that it is."""
+    places: dict[int, list[tuple[int, int]]] = {}
+    for k, port in enumerate(tape.outputs):
+        for element, i in enumerate(port):
+            places.setdefault(i, []).append((k, element))
+    return places
+
+
+def _pointers(name: str, count: int) -> list[str]:
+    return [f"ptr {name}{k}" for k in range(count)]
+
+
+def _single_ports(signature: Signature) -> list[str]:
+    return _pointers("%x", len(signature.inputs)) + _pointers("%y", len(signature.outputs))
+
+
+def _gathered(signature: Signature) -> list[str]:
+    """Copies all inputs to one place on the stack: outputs may overwrite inputs, so all are read first."""
+    text = Text(fma=False, rounding=False)
+    total = sum(port.size for port in signature.inputs)
+    text.do(f"%in = alloca [{max(total, 1)} x double], align 64")
+    place = 0
+    for k, port in enumerate(signature.inputs):
+        for element in range(port.size):
+            text.do(f"%from{place} = getelementptr double, ptr %x{k}, i64 {element}")
+            text.do(f"%number{place} = load double, ptr %from{place}, align 8")
+            text.do(f"%to{place} = getelementptr double, ptr %in, i64 {place}")
+            text.do(f"store double %number{place}, ptr %to{place}, align 8")
+            place += 1
+    return text.lines

@@ -111,7 +111,7 @@ def compile(ir: str, target: Target) -> bytes:
     try:
         module = llvm.parse_assembly(ir)
         module.verify()
-        return bytes(_machine(target).emit_object(module))
+        return bytes(_machine(target, _effort(ir)).emit_object(module))
     except RuntimeError as error:
         raise KernelError("kernels.refused", reason=str(error)) from None
 
@@ -119,7 +119,7 @@ def compile(ir: str, target: Target) -> bytes:
 def assembly(ir: str, target: Target) -> str:
     """Assembly text of an IR module, for people."""
     module = _llvm().parse_assembly(ir)
-    return str(_machine(target).emit_assembly(module))
+    return str(_machine(target, _effort(ir)).emit_assembly(module))
 
 
 def load(
@@ -172,13 +172,18 @@ def _host() -> Target:
     return described(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
 
 
+def _effort(ir: str) -> int:
+    """LLVM's optimisation level: scheduling again after register allocation does not pay for long code."""
+    return 2 if len(ir) < 500_000 else 1
+
+
 @cache
-def _machine(target: Target) -> Any:
+def _machine(target: Target, effort: int) -> Any:
     return (
         _llvm()
         .Target.from_triple(target.triple)
         .create_target_machine(
-            cpu=target.cpu, features=target.features, opt=2, reloc="pic", codemodel="small", jit=False
+            cpu=target.cpu, features=target.features, opt=effort, reloc="pic", codemodel="small", jit=False
         )
     )
 

@@ -16,8 +16,13 @@ from mafsil.model import JointKind
 
 DUST = 1e-11
 """Entries of constant rotations below this are zero: what pi/2 typed with eleven decimals leaves behind."""
-SKEW = 1e-3
-"""Axes closer to parallel than this angle [rad] have a far and ill-conditioned common normal: no rule is applied."""
+SKEW = 1e-2
+"""Axes closer to parallel than this angle [rad] have a far and ill-conditioned common normal: no rule is applied.
+
+Sliding to its foot would cost as many digits as the square of the angle has zeros.
+"""
+COUPLED = 1e-14
+"""Small entries whose removal costs the rotation more than this of its orthonormality are products of small angles."""
 
 
 def regauged(tree: BodyTree) -> BodyTree:
@@ -131,11 +136,16 @@ def without_dust(R: Floats) -> Floats:
     Exact zeros and ones vanish from the compiled expressions; the rotation changes by less than DUST.
     """
     cleaned = np.where(np.abs(R) < DUST, 0.0, R)
-    if (cleaned == R).all():
+    if (cleaned == R).all() or _skewness(cleaned) > max(COUPLED, 2 * _skewness(R)):
         return R
     for _ in range(2):
         cleaned = cleaned @ (1.5 * np.eye(3) - 0.5 * cleaned.T @ cleaned)
     return np.where(np.abs(cleaned) < DUST, 0.0, cleaned)
+
+
+def _skewness(R: Floats) -> float:
+    """How far the columns are from orthonormal."""
+    return float(np.abs(R.T @ R - np.eye(3)).max())
 
 
 def _positions_without_dust(p: Floats) -> Floats:

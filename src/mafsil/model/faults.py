@@ -51,10 +51,11 @@ TOO_DEEP = _error("F0122", "too_deep")
 TOO_MANY_ATTRIBUTES = _error("F0123", "too_many_attributes")
 WRONG_ROOT = _error("F0130", "wrong_root")
 UNEXPANDED_XACRO = _error("F0131", "unexpanded_xacro")
-TOO_MANY_DIAGNOSTICS = _error("F0132", "too_many_diagnostics")
+TOO_MANY_ERRORS = _error("F0132", "too_many_errors")
 UNKNOWN_ELEMENT = _warning("F0133", "unknown_element")
 REPEATED_ELEMENT = _error("F0134", "repeated_element")
 MISSING_ELEMENT = _error("F0135", "missing_element")
+MORE_REMARKS = _info("F0137", "more_remarks")
 IGNORED_ELEMENT = _info("F0136", "ignored_element")
 
 # Numbers

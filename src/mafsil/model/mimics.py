@@ -67,4 +67,4 @@ def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]
 def held_at(joint: Joint, q: float) -> Joint:
     """The joint fixed at a value of its coordinate."""
     T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, q))
-    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, mimic=None, wraps=False)
+    return Joint(joint.name, JointKind.FIXED, joint.parent, joint.child, T_pj)

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, shown
 from mafsil.model.faults import (
     MISSING_ATTRIBUTE,
+    MORE_REMARKS,
     NO_NAME,
     REPEATED_ELEMENT,
     STRANGE_NAME,
-    TOO_MANY_DIAGNOSTICS,
+    TOO_MANY_ERRORS,
     UNDERFLOW,
     UNKNOWN_ELEMENT,
     WRONG_COUNT,
@@ -21,6 +22,8 @@ from mafsil.model.xml_tree import Document, Element, Refusal
 
 FORBIDDEN_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 LONGEST_NAME = 500
+LONGEST_LIST = 20_000
+"""Characters of an attribute that are looked at for numbers; the longest list has seven."""
 NAMING = frozenset({"name", "link", "joint", "joint1", "joint2", "body", "body1", "body2", "reference"})
 """Attributes that give or repeat names of links and joints."""
 
@@ -38,6 +41,8 @@ class Reading:
     document: Document
     diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
     included: list[tuple[str, Document]] = field(default_factory=list[tuple[str, Document]])
+    _errors: int = 0
+    _remarks: int = 0
     _names: dict[str, list[tuple[Element, str]]] = field(default_factory=dict[str, list[tuple[Element, str]]])
 
     @property
@@ -55,13 +60,25 @@ class Reading:
         **facts: object,
     ) -> None:
         """Add a diagnostic at an element or one of its attributes."""
+        if not self._has_room(fault, element):
+            return
         line, column = self._document_of(element).place(element, attribute)
         included = self.included[element.file - 1][0] if element.file else ""
         repair = None if element.file else repair
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
-        if len(self.diagnostics) >= MOST_DIAGNOSTICS:
-            raise Refusal(Diagnostic(TOO_MANY_DIAGNOSTICS, line, column, {"limit": MOST_DIAGNOSTICS}))
+
+    def _has_room(self, fault: Fault, element: Element) -> bool:
+        """Whether a diagnostic is still recorded: remarks end with a remark about that, errors with a refusal."""
+        error = fault.severity is Severity.ERROR
+        self._errors += error
+        self._remarks += not error
+        if self._errors > MOST_DIAGNOSTICS:
+            raise Refusal(Diagnostic(TOO_MANY_ERRORS, element.line, element.column, {"limit": MOST_DIAGNOSTICS}))
+        if self._remarks == MOST_DIAGNOSTICS and not error:
+            more = Diagnostic(MORE_REMARKS, element.line, element.column, {"limit": MOST_DIAGNOSTICS})
+            self.diagnostics.append(more)
+        return error or self._remarks < MOST_DIAGNOSTICS
 
     def name(self, element: Element, attribute: str = "name") -> str:
         """A name; reported if it is missing, empty or holds characters that do not show."""
@@ -139,7 +156,7 @@ class Reading:
                 self.report(MISSING_ATTRIBUTE, element, None, fallback, element=element.tag, attribute=attribute)
             return default
         text = element.attributes[attribute]
-        words = text.split()
+        words = text[:LONGEST_LIST].split()
         if count == 1 and len(words) > 1 and proposal(text) is not None:
             words = [text.strip()]
         if len(words) != count:

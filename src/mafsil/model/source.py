@@ -94,18 +94,19 @@ def _read(path: Path, limits: ReadLimits) -> bytes:
     """At most one byte more than the limit of a regular file."""
     name = shown(str(path))
     try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open(path, "rb", opener=_without_waiting) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise _refusal(NOT_A_FILE, path=name)
+            return file.read(limits.bytes + 1)
     except FileNotFoundError:
         raise _refusal(FILE_MISSING, path=name) from None
     except (OSError, ValueError):
         raise _refusal(NOT_A_FILE, path=name) from None
-    with os.fdopen(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise _refusal(NOT_A_FILE, path=name)
-        try:
-            return file.read(limits.bytes + 1)
-        except OSError:
-            raise _refusal(NOT_A_FILE, path=name) from None
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Opens pipes too, at once, so that they can be told from files."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import gate
+from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
 from mafsil.report import skeleton
@@ -26,11 +27,7 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
         path: of the file; replaced at once when the page is whole.
         q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
     """
-    limits = mechanism.limits
-    span = limits.upper - limits.lower
-    margin = np.where(np.isfinite(span), 0.15 * span, 0.0)
-    relaxed = np.clip(np.zeros(mechanism.n), limits.lower + margin, limits.upper - margin)
-    values = relaxed if q is None else gate("q", q, (mechanism.n,), finite=True)
+    values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(Robot(mechanism).link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     compact, at_tip = skeleton.compact(poses)[None], skeleton.compact(tip)[None]

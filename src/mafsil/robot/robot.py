@@ -191,6 +191,8 @@ class Robot:
         Raises:
             InputError: the name or the frame is not known; the sentence lists what is.
         """
+        if not isinstance(frame, str | None):
+            raise InputError("robot.frame_name", name=name, got=type(frame).__name__)
         wanted = (name, frame, optional)
         if wanted not in self._kernels:
             row = quantity(name)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, Vector6, frozen, gate, require_finite
+from mafsil.arrays import Floats, Vector6, frozen, gate, require_finite
 from mafsil.errors import InputError
 
 
@@ -60,8 +60,3 @@ def push_at(pulses: Sequence[WrenchPulse], times: Floats) -> list[Vector6 | None
         acting = [pulse.push for pulse in pulses if pulse.start <= t < pulse.start + pulse.duration]
         pushes.append(sum(acting[1:], acting[0]) if acting else None)
     return pushes
-
-
-def measured(state: JointVector, noise: Floats | None, tick: int) -> JointVector:
-    """What a sensor reports of the state."""
-    return state if noise is None else state + noise[tick]

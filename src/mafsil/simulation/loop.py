@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.control import saturated
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.simulation.disturbance import measured, push_at
+from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.solvers import method, second_order
@@ -59,8 +59,7 @@ class _Run:
         shape = self.start[0].shape
         self.q, self.qd, self.commanded, self.tau = np.empty((4, len(self.t), *shape))
         self.pushes = push_at(scenario.disturbances, self.t)
-        drawn = scenario.noise.drawn(len(self.t), shape) if scenario.noise else (None, None)
-        self.position_noise, self.velocity_noise = drawn
+        self.noise = None if scenario.noise is None else scenario.noise.drawn(len(self.t), shape)
         self.done = 0
         self.push: Vector6 | None = None
         self.effort = np.zeros(shape)
@@ -77,26 +76,34 @@ class _Run:
         references = [Motion(*row) for row in zip(*self.reference, strict=True)]
         q, qd = self.start
         for k, t in enumerate(self.t.tolist()):
-            q_seen, qd_seen = measured(q, self.position_noise, k), measured(qd, self.velocity_noise, k)
-            command = law(t, q_seen, qd_seen, references[k])
+            if self.noise is None:
+                command = law(t, q, qd, references[k])
+            else:
+                command = law(t, q + self.noise[0][k], qd + self.noise[1][k], references[k])
             if k == 0:
                 _require_efforts(command, q)
             effort = command if limit is None else saturated(command, limit)
             self.q[k], self.qd[k], self.commanded[k], self.tau[k] = q, qd, command, effort
-            if not isfinite(np.vdot(effort, effort)):
-                return SimulationStatus.NOT_FINITE
-            self.done = k + 1
             if progress is not None and k % every == 0 and progress(k / max(last, 1)) is False:
+                self.done = k + isfinite(np.vdot(effort, effort))
                 return SimulationStatus.CANCELLED
             if k == last:
                 break
             self.effort, self.push = effort, self.pushes[k]
-            for i in range(substeps):
-                q, qd = step(t + i * h, (q, qd), h)
-                # Also false for NaN: the law and the plant never see one.
-                if not np.vdot(qd, qd) <= runaway:
-                    return SimulationStatus.BLOWN_UP
-        return SimulationStatus.COMPLETED
+            try:
+                for i in range(substeps):
+                    q, qd = step(t + i * h, (q, qd), h)
+            except InputError:
+                # Single calls refuse NaN; in batches it shows in the rates below.
+                qd = np.full_like(qd, np.nan)
+            # Also false for NaN: the law never sees one.
+            if not np.vdot(qd, qd) <= runaway:
+                healthy = isfinite(np.vdot(effort, effort))
+                self.done = k + healthy
+                return SimulationStatus.BLOWN_UP if healthy else SimulationStatus.NOT_FINITE
+        healthy = isfinite(np.vdot(self.tau[last], self.tau[last]))
+        self.done = last + healthy
+        return SimulationStatus.COMPLETED if healthy else SimulationStatus.NOT_FINITE
 
     def recording(self, status: SimulationStatus, seconds: float) -> Recording:
         """What was recorded, with what follows from it: accelerations and tip errors."""

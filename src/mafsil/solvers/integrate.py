@@ -58,11 +58,12 @@ def _nystrom(method: Tableau, acceleration: Acceleration) -> Step:
 
 def _kick_and_drift(method: Splitting, acceleration: Acceleration) -> Step:
     """The step of a splitting method."""
+    stages = tuple(zip(method.kicks, method.drifts, strict=True))
 
     def step(t: float, state: State, h: float) -> State:
         q, v = state
         now = t
-        for kick, drift in zip(method.kicks, method.drifts, strict=True):
+        for kick, drift in stages:
             v = v + (kick * h) * acceleration(now, q, v)
             q = q + (drift * h) * v
             now += drift * h

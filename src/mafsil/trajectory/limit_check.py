@@ -123,5 +123,14 @@ def _between(begin: float, end: float) -> Floats:
 
 
 def derivative(trajectory: Trajectory, t: Floats, order: int) -> Floats:
-    """(*times, n) derivative of order 0 to 3."""
+    """A derivative of a trajectory.
+
+    Args:
+        trajectory: of n coordinates.
+        t: (k,) times [s].
+        order: 0 to 3, position to jerk.
+
+    Returns:
+        (k, n) [rad | m] and time derivatives.
+    """
     return trajectory.jerk(t) if order == 3 else trajectory.at(t)[order]

@@ -61,6 +61,12 @@ def times(t: ArrayLike) -> Floats:
 
 
 def moving_at(t: Floats, duration: float, trailing: int) -> Floats:
-    """1 inside 0 .. duration and 0 outside, with `trailing` axes of length one appended."""
+    """Whether a trajectory moves: 1 inside 0 .. duration and 0 outside.
+
+    Args:
+        t: (*times) [s].
+        duration: of the trajectory [s].
+        trailing: number of axes of length one that are appended.
+    """
     inside = ((t >= 0.0) & (t <= duration)).astype(np.float64)
     return inside.reshape(t.shape + (1,) * trailing)

@@ -123,13 +123,26 @@ def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
 
 
 def cubic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, T: float) -> Floats:
-    """(4, *shape) ascending coefficients of the cubic with these end values."""
+    """(4, *shape) ascending coefficients of the cubic with these end values.
+
+    Args:
+        u0, uf: positions at 0 and T.
+        v0, vf: velocities.
+        T: duration [s].
+    """
     D = uf - u0
     return np.stack([u0, v0, 3 * D / T**2 - (2 * v0 + vf) / T, -2 * D / T**3 + (v0 + vf) / T**2])
 
 
 def quintic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, a0: Floats, af: Floats, T: float) -> Floats:
-    """(6, *shape) ascending coefficients of the quintic with these end values."""
+    """(6, *shape) ascending coefficients of the quintic with these end values.
+
+    Args:
+        u0, uf: positions at 0 and T.
+        v0, vf: velocities.
+        a0, af: accelerations.
+        T: duration [s].
+    """
     D = uf - u0
     return np.stack(
         [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,6 +34,7 @@ class Tree:
         elements: for each joint its element.
         references: for each joint its coordinate in the drawn configuration.
         lines: where each body stands.
+        numbers: up to which each made name is used.
         poses: of each body in the world when all coordinates have their reference values.
     """
 
@@ -41,7 +43,18 @@ class Tree:
     elements: dict[str, Element] = field(default_factory=dict[str, Element])
     references: dict[str, float] = field(default_factory=dict[str, float])
     lines: dict[str, int] = field(default_factory=dict[str, int])
+    numbers: dict[str, int] = field(default_factory=dict[str, int])
     poses: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
+
+    def free(self, name: str, taken: Container[str]) -> str:
+        """The name, numbered if it is taken; counted on, so that many parts without names cost no search."""
+        number = self.numbers.get(name, 1)
+        candidate = name if number == 1 else f"{name}_{number}"
+        while candidate in taken:
+            number += 1
+            candidate = f"{name}_{number}"
+        self.numbers[name] = number
+        return candidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +106,7 @@ def _bodies(reading: Reading, holder: Element, place: Place, library: Library) -
 
 def _read_body(reading: Reading, element: Element, place: Place, library: Library, tree: Tree) -> Place | None:
     """Add a body with its joints to the tree; the place of what hangs on it."""
-    name = reading.name(element) if "name" in element.attributes else _free("body", tree.poses)
+    name = reading.name(element) if "name" in element.attributes else tree.free("body", tree.poses)
     if not name or _is_taken(reading, element, name, tree):
         return None
     for attribute in ("gravcomp", "mocap"):
@@ -135,7 +148,7 @@ def _read_joints(
         elif kind == "ball":
             reading.report(BALL_JOINT, child, None, _three_hinges(reading, child), joint=child.get("name"))
         else:
-            hinge = read_joint(reading, element, _free("joint", tree.elements), library.settings)
+            hinge = read_joint(reading, element, tree.free("joint", tree.elements), library.settings)
             if hinge is not None and hinge.name in tree.elements:
                 first = tree.elements[hinge.name].line
                 reading.report(DUPLICATE_JOINT, child, "name", joint=hinge.name, line=first)
@@ -166,7 +179,7 @@ def _add_chain(tree: Tree, place: Place, T: PoseMatrix, body: str, hinges: list[
     for k, hinge in enumerate(hinges):
         anchor = translation(*hinge.position)
         last = k == len(hinges) - 1 and not np.any(hinge.position)
-        child = body if last else _free(f"{body}/{hinge.name}", tree.poses)
+        child = body if last else tree.free(f"{body}/{hinge.name}", tree.poses)
         if not last:
             tree.links.append(Link(child))
             tree.poses[child] = frozen(np.eye(4))
@@ -174,7 +187,7 @@ def _add_chain(tree: Tree, place: Place, T: PoseMatrix, body: str, hinges: list[
         tree.joints.append(hinge.joint(parent, child, frozen(T_pj)))
         parent, before = child, translation(*(-hinge.position))
     if not hinges or np.any(hinges[-1].position):
-        name = _free(f"{body}/fixed", tree.elements)
+        name = tree.free(f"{body}/fixed", tree.elements)
         tree.joints.append(Joint(name, JointKind.FIXED, parent, body, frozen(before)))
 
 
@@ -196,10 +209,3 @@ def _link(name: str, inertial: Inertial | None, geoms: list[Geom]) -> Link:
     visuals = tuple(geom.shape for geom in geoms if geom.shape is not None and geom.seen)
     collisions = tuple(geom.shape for geom in geoms if geom.shape is not None and geom.collides)
     return Link(name, inertial, visuals, collisions)
-
-
-def _free(name: str, taken: dict[str, PoseMatrix] | dict[str, Element]) -> str:
-    """The name, numbered if it is taken."""
-    if name not in taken:
-        return name
-    return next(f"{name}_{k}" for k in range(2, len(taken) + 3) if f"{name}_{k}" not in taken)

@@ -1,0 +1,50 @@
+"""Make the pictures of README and docs: the reports of the demo, by Chromium, and robots drawn by mafsil."""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+IMAGES = Path(__file__).parent / "images"
+FLAGS = (
+    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--hide-scrollbars", "--virtual-time-budget=3000",
+)  # fmt: skip
+VIEWS = (("demo.png", "en", "4.4", "1400,800"), ("demo_ar.png", "ar", "4.4", "1400,800"))
+
+
+def main() -> int:
+    """Run the demo in both languages and photograph its reports."""
+    mafsil = [sys.executable, "-m", "mafsil.cli"]
+    IMAGES.mkdir(exist_ok=True)
+    for robot in ("panda", "puma560", "ur5e"):
+        subprocess.run(
+            [*mafsil, "show", robot, "--picture", str(IMAGES / f"{robot}.png")], check=True, stdout=subprocess.DEVNULL
+        )
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if browser is None:
+        print("no Chromium found: the photographs of the report stay as they are", file=sys.stderr)
+        return 1
+    with tempfile.TemporaryDirectory() as folder:
+        for name, language, moment, size in VIEWS:
+            out = Path(folder) / language
+            subprocess.run(
+                [*mafsil, "demo", "--out", str(out), "--lang", language], check=True, stdout=subprocess.DEVNULL
+            )
+            page = f"{(out / 'report.html').as_uri()}#t={moment}"
+            words = [
+                browser,
+                *FLAGS,
+                f"--user-data-dir={folder}/profile",
+                f"--window-size={size}",
+                f"--screenshot={IMAGES / name}",
+                page,
+            ]
+            subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

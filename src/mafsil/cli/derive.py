@@ -1,0 +1,74 @@
+"""`mafsil derive`: forward kinematics and Jacobians as formulas, in numbered steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from mafsil.cli.answer import Answer
+from mafsil.derivation import Derivation, derive_fk, derive_jacobian, to_html, to_latex, to_text
+from mafsil.derivation.document import Side, is_matrix
+from mafsil.derivation.text import formula, side_text, step_sentence
+from mafsil.errors import FileError
+from mafsil.messages import say
+from mafsil.robot import load_mechanism
+
+_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian}
+_WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
+_ENDINGS = {".tex": "latex", ".html": "html", ".htm": "html"}
+
+
+def derive(what: str, robot: str, tip: str | None, format: str | None, out: str | None) -> Answer:
+    """A derivation on the screen or in a file.
+
+    Args:
+        what: `fk` or `jacobian`.
+        robot: name or file.
+        tip: another tip link.
+        format: `text`, `latex` or `html`; by the ending of `out` if None.
+        out: file, or None for the screen.
+
+    Raises:
+        MafsilError: no such robot, an arm without a table (helical or mimic joints), a file that cannot be written.
+    """
+    mechanism = load_mechanism(robot)
+    derivation = _DERIVE[what](mechanism if tip is None else mechanism.with_tip(tip))
+    kind = format or _ENDINGS.get(Path(out or "").suffix.lower(), "text")
+    text = _WRITE[kind](derivation)
+    data = _data(derivation)
+    if out is None:
+        return Answer(data, tuple(text.rstrip("\n").split("\n")))
+    try:
+        Path(out).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError("derivation.unwritable", path=out, reason=error.strerror or str(error)) from None
+    error = f"{derivation.worst_error:.1e}"
+    written = say("cli.derive_written", path=out, steps=len(derivation.steps), error=error)
+    return Answer({**data, "out": out}, (written,))
+
+
+def _data(derivation: Derivation) -> dict[str, Any]:
+    """Steps as plain data: sentence and equations."""
+    return {
+        "robot": derivation.robot,
+        "worst_error": derivation.worst_error,
+        "states": derivation.states,
+        "steps": [
+            {
+                "sentence": step_sentence(step),
+                "lines": [
+                    {
+                        "left": [f"{name.letter}_{name.index}" if name.index else name.letter for name in line.left],
+                        "right": [_plain(side) for side in line.sides],
+                        "error": line.error,
+                    }
+                    for line in step.lines
+                ],
+            }
+            for step in derivation.steps
+        ],
+    }
+
+
+def _plain(side: Side) -> Any:
+    return [[formula(x) for x in row] for row in side] if is_matrix(side) else side_text(side)

@@ -1,0 +1,146 @@
+"""Jacobians derived step by step: axes and points by inspection, columns, tip velocity, determinant and its zeros."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.derivation.arm import SymbolicArm, symbolic_arm
+from mafsil.derivation.determinant import Determinant, determinant
+from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, Step
+from mafsil.derivation.fk import base_letter
+from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, transpose
+from mafsil.derivation.polynomial import Polynomial, Trig, simplified
+from mafsil.derivation.table_step import table_step
+from mafsil.derivation.verification import STATES, Judge
+from mafsil.model import Mechanism
+
+MOST_JOINTS = 6
+"""Chains with more joints have no square Jacobian."""
+
+
+def derive_jacobian(mechanism: Mechanism) -> Derivation:
+    """J_s(q), the tip's velocity Jacobian and, where it is square, its determinant, every line checked.
+
+    J_s,i = (z_i, p_i x z_i) for a revolute joint with axis z_i through p_i, (0, z_i) for a sliding one.
+
+    Args:
+        mechanism: its chain to the tip may have revolute and prismatic joints.
+
+    Raises:
+        ModelError: a helical or mimic joint, or none at all.
+        DerivationError: a line differs from the compiled robot; nothing is handed out then.
+    """
+    arm = symbolic_arm(mechanism)
+    judge = Judge(arm)
+    poses = arm.poses()
+    steps = [table_step(arm), _axes(arm, judge, poses), _columns(arm, judge, poses), *_matrices(arm, judge, poses)]
+    if arm.n <= MOST_JOINTS:
+        steps += _determinant(arm, judge)
+    return Derivation("derivation.jacobian_title", mechanism.name, tuple(steps), STATES)
+
+
+def space_columns(arm: SymbolicArm) -> Entries:
+    """(n, 6) columns of J_s as formulas.
+
+    Args:
+        arm: in letters.
+    """
+    return tuple(_column(arm, i, pose) for i, pose in enumerate(arm.poses()[1:-1]))
+
+
+def tip_columns(arm: SymbolicArm) -> Entries:
+    """(n, 3) partial derivatives of the tip's position in {s} as formulas.
+
+    Args:
+        arm: in letters.
+    """
+    p = arm.poses()[-1].p
+    names = [f"theta{i}" if row.row.kind == "R" else f"q{i}" for i, row in enumerate(arm.rows, start=1)]
+    return tuple(tuple(simplified(x.derivative(name)) for x in p) for name in names)
+
+
+def _column(arm: SymbolicArm, index: int, pose: SymbolicPose) -> Row:
+    if arm.rows[index].row.kind == "P":
+        return (ZERO, ZERO, ZERO, *pose.z)
+    return (*pose.z, *cross(pose.p, pose.z))
+
+
+def _upright(vector: Row) -> Entries:
+    return tuple((x,) for x in vector)
+
+
+def _axes(arm: SymbolicArm, judge: Judge, poses: tuple[SymbolicPose, ...]) -> Step:
+    """Direction and a point of every axis: third and fourth column of T_si."""
+    lines: list[Line] = []
+    for i, pose in enumerate(poses[1:-1], start=1):
+        frame = judge.frames[i]
+        lines.append(judge.line((Name("z", str(i)),), _upright(pose.z), truth=frame[:, :3, 2:3]))
+        if arm.rows[i - 1].row.kind == "R":
+            lines.append(judge.line((Name("p", str(i)),), _upright(pose.p), truth=frame[:, :3, 3:4]))
+    return Step("derivation.axes", {"s": base_letter(arm)}, tuple(lines))
+
+
+def _columns(arm: SymbolicArm, judge: Judge, poses: tuple[SymbolicPose, ...]) -> Step:
+    lines: list[Line] = []
+    for i, pose in enumerate(poses[1:-1], start=1):
+        formula = "(z, p × z)" if arm.rows[i - 1].row.kind == "R" else "(0, z)"
+        column = _upright(_column(arm, i - 1, pose))
+        truth = judge.J_s[:, :, i - 1 : i]
+        lines.append(judge.line((Name("J", f"s,{i}"),), _indexed(formula, i), column, truth=truth))
+    return Step("derivation.columns", {}, tuple(lines))
+
+
+def _indexed(formula: str, i: int) -> Side:
+    parts = {"(z, p × z)": ("(", "z", ", ", "p", " × ", "z", ")"), "(0, z)": ("(0, ", "z", ")")}[formula]
+    return tuple(Name(part, str(i)) if part in ("z", "p") else Name(part) for part in parts)
+
+
+def _matrices(arm: SymbolicArm, judge: Judge, poses: tuple[SymbolicPose, ...]) -> list[Step]:
+    """The whole J_s, and the tip's velocity by differentiating its position."""
+    whole = judge.line((Name("J", "s"),), transpose(space_columns(arm)), truth=judge.J_s)
+    tip = poses[-1].p
+    positions = [judge.line((Name("p", a),), tip[r], truth=judge.tip[:, r, 3]) for r, a in enumerate("xyz")]
+    truth = judge.J_s[:, 3:] + np.cross(judge.J_s[:, :3], judge.tip[:, :3, 3, None], axisa=1, axisb=1, axisc=1)
+    moved = judge.line((Name("J", "p"),), transpose(tip_columns(arm)), truth=truth)
+    return [Step("derivation.whole", {}, (whole,)), Step("derivation.tip", {}, (*positions, moved))]
+
+
+def _determinant(arm: SymbolicArm, judge: Judge) -> list[Step]:
+    found = determinant(arm)
+    if found is None or any(factor.is_zero for factor in found.factors):
+        return []
+    truth = _seen(arm, judge, found)
+    J = judge.line((Name("J"),), found.columns, truth=truth)
+    value = judge.line((Name("det J"),), Factors(found.factors), truth=np.linalg.det(truth))
+    facts = {"frame": found.frame, "point": found.point if found.point <= arm.n else "t"}
+    zeros = tuple(Line((), (zero, "0")) for zero in _zeros(found.factors))
+    steps = [Step("derivation.determinant", facts, (J, value))]
+    return [*steps, Step("derivation.singular", {}, zeros)] if zeros else steps
+
+
+def _zeros(factors: tuple[Polynomial, ...]) -> list[Polynomial]:
+    """What may vanish: every sine or cosine of the monomial in front, and every bracket."""
+    zeros: list[Polynomial] = []
+    for factor in factors:
+        if len(factor.terms) > 1:
+            zeros.append(factor)
+            continue
+        (monomial,) = factor.terms
+        moving = dict.fromkeys(f for f in monomial if isinstance(f, Trig) or f.joint)
+        zeros += [Polynomial({(f,): 1.0}) for f in moving if not (isinstance(f, Trig) and _is_constant(f))]
+    return zeros
+
+
+def _is_constant(factor: Trig) -> bool:
+    return all(name.startswith("alpha") or name.endswith("_") for name, _ in factor.angle)
+
+
+def _seen(arm: SymbolicArm, judge: Judge, found: Determinant) -> Floats:
+    """(states, rows, n) the Jacobian of the compiled robot, in {frame}, its linear part at the point."""
+    R = judge.frames[found.frame][:, :3, :3]
+    point = (judge.tip if found.point > arm.n else judge.frames[found.point])[:, :3, 3]
+    omega, v = judge.J_s[:, :3], judge.J_s[:, 3:]
+    v = v + np.cross(omega, point[:, :, None], axisa=1, axisb=1, axisc=1)
+    both = np.concatenate([R.transpose(0, 2, 1) @ omega, R.transpose(0, 2, 1) @ v], axis=1)
+    return both[:, list(found.rows)]

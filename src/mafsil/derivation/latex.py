@@ -1,0 +1,195 @@
+"""Derivations as LaTeX, for LuaLaTeX or XeLaTeX; Arabic runs from right to left, formulas from left to right."""
+
+from __future__ import annotations
+
+from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
+from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.inline import with_letters
+from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles
+from mafsil.derivation.matrices import Entries
+from mafsil.derivation.polynomial import Factor, Polynomial, Trig
+from mafsil.derivation.text import formula as plain_formula
+from mafsil.derivation.text import split_angle, step_sentence
+from mafsil.messages import language as current_language
+from mafsil.messages import say
+
+_GREEK = {"θ": r"\theta", "α": r"\alpha", "δ": r"\delta", "ω": r"\omega", "ṗ": r"\dot p"}
+_SPECIAL = {
+    **{letter: f"${command}$" for letter, command in _GREEK.items()},
+    "−": "$-$",
+    "×": r"$\times$",
+    "°": r"$^\circ$",
+    "q̇": r"$\dot q$",
+    "_": r"\_",
+    "&": r"\&",
+    "%": r"\%",
+    "#": r"\#",
+    "$": r"\$",
+}
+_WIDEST = 100
+_LANGUAGES = {"en": "english", "ar": "arabic"}
+
+
+def to_latex(derivation: Derivation, language: str | None = None) -> str:
+    """A complete document.
+
+    Args:
+        derivation: checked.
+        language: `en` or `ar`; the current one if None.
+    """
+    code = language or current_language()
+    body = [
+        r"\section*{" + sentence(say(derivation.key, language=code, robot=derivation.robot)) + "}",
+        r"\begin{enumerate}",
+    ]
+    for step in derivation.steps:
+        body += _step(step, code)
+    error = f"{derivation.worst_error:.1e}"
+    body += [
+        r"\end{enumerate}",
+        sentence(say("derivation.checked", language=code, states=derivation.states, error=error)),
+    ]
+    return "\n".join([*_head(code), *body, r"\end{document}", ""])
+
+
+def formula(polynomial: Polynomial) -> str:
+    """One formula, common factors in front of brackets."""
+    return _sum(factored(polynomial))
+
+
+def sentence(text: str) -> str:
+    """Words of a sentence, letters with an index as formulas."""
+    return with_letters(text, _escaped, lambda letter, index: f"${_GREEK.get(letter, letter)}_{{{index}}}$")
+
+
+def _head(code: str) -> list[str]:
+    head = [
+        r"\documentclass{article}",
+        r"\usepackage{amsmath}",
+        r"\usepackage[a4paper,margin=20mm]{geometry}",
+        r"\usepackage{fontspec}",
+        r"\usepackage{polyglossia}",
+        rf"\setmainlanguage{{{_LANGUAGES[code]}}}",
+    ]
+    if code == "ar":
+        head.append(r"\newfontfamily\arabicfont[Script=Arabic]{Amiri}")
+    return [*head, r"\setcounter{MaxMatrixCols}{12}", r"\allowdisplaybreaks", r"\begin{document}"]
+
+
+def _escaped(text: str) -> str:
+    for special, command in _SPECIAL.items():
+        if special in ("$",):
+            continue
+        text = text.replace(special, command)
+    return text
+
+
+def _step(step: Step, code: str) -> list[str]:
+    lines = [r"\item " + sentence(step_sentence(step, code))]
+    if step.grid is not None:
+        lines += _grid(step.grid)
+    for line in step.lines:
+        lines += _line(line)
+    return lines
+
+
+def _grid(grid: Grid) -> list[str]:
+    head = " & ".join("$" + (cell if isinstance(cell, str) else _name(cell)) + "$" for cell in grid.head)
+    rows = [" & ".join(f"${_cell(cell)}$" for cell in row) + r" \\" for row in grid.rows]
+    columns = "c" * len(grid.head)
+    return [
+        r"\begin{center}\begin{tabular}{" + columns + "}",
+        head + r" \\ \hline",
+        *rows,
+        r"\end{tabular}\end{center}",
+    ]
+
+
+def _cell(cell: Polynomial | str) -> str:
+    if isinstance(cell, Polynomial):
+        return formula(cell)
+    stem, mark, rest = split_angle(cell) if cell.startswith("theta") else (cell, "", "")
+    named = _glyph(glyph(stem)) if stem.startswith("theta") else stem
+    return (named + mark + rest).replace("−", "-").replace("°", r"^\circ")
+
+
+def _line(line: Line) -> list[str]:
+    """One display; wide matrices entry by entry."""
+    left = r"\,".join(_name(name) for name in line.left)
+    sides = [side for side in line.sides if not is_matrix(side)]
+    wide = [side for side in line.sides if is_matrix(side) and _width(side) > _WIDEST]
+    shown = [_side(side) for side in sides] + [_matrix(s) for s in line.sides if is_matrix(s) and s not in wide]
+    displays = [" = ".join([piece for piece in (left, *shown) if piece])] if shown else []
+    for matrix in wide:
+        for r, row in enumerate(matrix, 1):
+            for c, x in enumerate(row, 1):
+                if not x.is_zero:
+                    displays.append(rf"\bigl({left}\bigr)_{{{r},{c}}} = {formula(x)}")
+    return [rf"\[ {display} \]" for display in displays]
+
+
+def _width(entries: Entries) -> int:
+    columns = list(zip(*entries, strict=True))
+    return sum(max(len(plain_formula(x)) for x in column) + 3 for column in columns)
+
+
+def _side(side: Side) -> str:
+    if isinstance(side, str):
+        return side.replace("−", "-").replace("°", r"^\circ").replace(" m", r"\ \mathrm{m}")
+    if isinstance(side, Polynomial):
+        return formula(side)
+    if isinstance(side, Factors):
+        return r"\,".join(f"({formula(f)})" if len(f.terms) > 1 else formula(f) for f in side.formulas)
+    assert not is_matrix(side)
+    return r"\,".join(_name(name) for name in side if isinstance(name, Name))
+
+
+def _matrix(entries: Entries) -> str:
+    rows = r" \\ ".join(" & ".join(formula(x) for x in row) for row in entries)
+    return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
+
+
+def _name(name: Name) -> str:
+    if not name.index:
+        return _glyph(glyph(name.letter.strip())) if name.letter.strip().isalnum() else _words(name.letter)
+    return f"{_GREEK.get(name.letter, name.letter)}_{{{name.index.replace('−', '-')}}}"
+
+
+def _words(text: str) -> str:
+    return text.replace("det J", r"\det J").replace("×", r"\times").replace("−", "-")
+
+
+def _glyph(letter: Glyph) -> str:
+    base = _GREEK.get(letter.letter, letter.letter)
+    return f"{base}_{{{letter.below}}}" if letter.below else base
+
+
+def _sum(parts: tuple[Part, ...]) -> str:
+    text = ""
+    for part in parts:
+        sign = "-" if part.number < 0 else "+"
+        text += f" {sign} " if text else ("-" if sign == "-" else "")
+        text += _part(part)
+    return text or "0"
+
+
+def _part(part: Part) -> str:
+    pieces = [_factor(f) for f in part.factors]
+    if part.bracket:
+        pieces.append(f"({_sum(part.bracket)})")
+    if abs(part.number) != 1.0 or not pieces:
+        pieces.insert(0, number_text(part.number))
+    return r"\,".join(pieces)
+
+
+def _factor(factor: Factor) -> str:
+    short = factor_glyph(factor)
+    if short is not None:
+        return _glyph(short)
+    assert isinstance(factor, Trig)
+    inside = ""
+    for sign, multiple, letter in signed_angles(factor.angle):
+        mark = "-" if sign == "−" else "+"
+        inside += f" {mark} " if inside else ("-" if mark == "-" else "")
+        inside += ("" if multiple == 1 else str(multiple)) + _glyph(letter)
+    return rf"\{'sin' if factor.sine else 'cos'}({inside})"

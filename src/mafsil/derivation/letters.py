@@ -1,0 +1,52 @@
+"""How letters look: names split into letter and index, sines and cosines as c_12, s_3 or in full."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mafsil.derivation.polynomial import Angle, Factor, Symbol
+
+GREEK = {"theta": "θ", "alpha": "α", "delta": "δ", "det": "det"}
+
+
+class Glyph(NamedTuple):
+    """A letter with an index below it."""
+
+    letter: str
+    below: str
+
+
+def glyph(name: str) -> Glyph:
+    """Letter and index of a name: theta3 is θ with 3, t_x is t with x."""
+    plain = name.rstrip("_")
+    stem, _, index = plain.partition("_")
+    if not index:
+        stem = plain.rstrip("0123456789")
+        index = plain[len(stem) :]
+    return Glyph(GREEK.get(stem, stem), index + ("'" if name.endswith("_") else ""))
+
+
+def factor_glyph(factor: Factor) -> Glyph | None:
+    """A length, c_12 or s_3; None if the angle has to be written in full."""
+    if isinstance(factor, Symbol):
+        return glyph(factor.name)
+    short = short_index(factor.angle)
+    return None if short is None else Glyph("s" if factor.sine else "c", short)
+
+
+def short_index(angle: Angle) -> str | None:
+    """`123` for theta1 + theta2 + theta3, None for anything else or ten and more joints."""
+    names = [name for name, _ in angle]
+    joints = [name.removeprefix("theta") for name in names]
+    plain = all(k == 1 for _, k in angle) and all(len(j) == 1 and j.isdigit() for j in joints)
+    return "".join(joints) if plain else None
+
+
+def signed_angles(angle: Angle) -> list[tuple[str, int, Glyph]]:
+    """Sign, multiple and letter of every summand of an angle."""
+    return [("−" if k < 0 else "+", abs(k), glyph(name)) for name, k in angle]
+
+
+def number_text(value: float) -> str:
+    """A coefficient: whole numbers and halves exactly, others with ten digits; without sign."""
+    return f"{abs(value):.10g}"

@@ -1,0 +1,158 @@
+"""The arithmetic of a piece of a tape as IR: every node once, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import accumulate
+
+from mafsil.kernels import transcendental
+from mafsil.kernels.emitter import Comparison, Lanes, Text
+from mafsil.kernels.reduce import COMPARISONS
+from mafsil.kernels.schedule import EXPENSIVE, GROUP, TRIGONOMETRIC
+from mafsil.kernels.segments import Segment
+from mafsil.kernels.tape import Node, Tape
+
+_ORDER: dict[str, Comparison] = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
+_PLAIN = "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil sign fmin fmax"
+_EMIT: dict[str, Callable[..., str]] = {
+    **{op: getattr(Lanes, op) for op in _PLAIN.split()},
+    **{op: transcendental.FUNCTIONS[op] for op in ("hypot", "fmod", "remainder")},
+}
+
+
+class Program:
+    """Emits a segment into `text`.
+
+    Inputs lie one after another at %in unless preloaded, values of other segments at %far. With several lanes the
+    outputs lie at %out; with one lane every output port has its own pointer %y0, %y1, ..., and independent expensive
+    functions share a vector.
+    """
+
+    def __init__(self, tape: Tape, segment: Segment, text: Text, width: int) -> None:
+        self.tape = tape
+        self.segment = segment
+        self.text = text
+        self.lanes = Lanes(text, width)
+        self.first_in, self.first_out = _firsts(tape.input_sizes), _firsts(tape.output_sizes)
+        self.names: dict[int, str] = {}
+        self.masks: dict[int, str] = {}
+
+    def preload(self) -> None:
+        """Read all inputs from the ports %x0, %x1, ...: afterwards outputs may overwrite them."""
+        for i, node in enumerate(self.tape.nodes):
+            if node.op == "input":
+                port, element = node.args
+                self.names[i] = self.lanes.load(f"%x{port}", element)
+
+    def emit(self, places: dict[int, list[tuple[int, int]]]) -> None:
+        """Emit all nodes; outputs and values for later segments are stored as soon as they are known.
+
+        Args:
+            places: for every node, the (port, element) of the outputs that it is.
+        """
+        for group in self.segment.groups:
+            if self.tape.nodes[group[0]].op in EXPENSIVE:
+                self.expensive(group)
+            else:
+                self.simple(group[0])
+            for i in group:
+                self.store(i, places.get(i, []))
+
+    def store(self, i: int, places: list[tuple[int, int]]) -> None:
+        """Write node i to its places in the outputs, and to its memory cell."""
+        for port, element in places:
+            if self.lanes.width == 1:
+                self.lanes.store(self.value(i), f"%y{port}", element)
+            else:
+                self.lanes.store(self.value(i), "%out", self.first_out[port] + element)
+        if i in self.segment.kept:
+            self.lanes.store(self.value(i), "%far", self.segment.kept[i])
+
+    def value(self, i: int) -> str:
+        """Name of node i as numbers; loaded at first use; a comparison becomes 1 or 0 only here."""
+        if i not in self.names:
+            node = self.tape.nodes[i]
+            if node.op == "const":
+                self.names[i] = self.lanes.const(node.value)
+            elif node.op == "input":
+                port, element = node.args
+                self.names[i] = self.lanes.load("%in", self.first_in[port] + element)
+            elif i in self.segment.known:
+                self.names[i] = self.lanes.load("%far", self.segment.known[i])
+            else:
+                self.names[i] = self.lanes.select(self.masks[i], self.lanes.const(1.0), self.lanes.const(0.0))
+        return self.names[i]
+
+    def mask(self, i: int) -> str:
+        """Name of node i as a mask: not equal to zero, NaN included."""
+        if i not in self.masks:
+            self.masks[i] = self.lanes.compare("une", self.value(i), self.lanes.const(0.0))
+        return self.masks[i]
+
+    def simple(self, i: int) -> None:
+        """Emit one node that takes an instruction or a few."""
+        node = self.tape.nodes[i]
+        if node.op in COMPARISONS:
+            self.masks[i] = self.comparison(node)
+        elif node.op in ("select", "if_else_zero"):
+            other = self.value(node.args[2]) if node.op == "select" else self.lanes.const(0.0)
+            self.names[i] = self.lanes.select(self.mask(node.args[0]), self.value(node.args[1]), other)
+        else:
+            self.names[i] = _EMIT[node.op](self.lanes, *(self.value(a) for a in node.args))
+
+    def comparison(self, node: Node) -> str:
+        """Mask of a comparison or of a logical operation."""
+        if node.op == "not":
+            return self.lanes.invert(self.mask(node.args[0]))
+        if node.op in ("and", "or"):
+            return self.lanes.mask_op(node.op, self.mask(node.args[0]), self.mask(node.args[1]))
+        return self.lanes.compare(_ORDER[node.op], self.value(node.args[0]), self.value(node.args[1]))
+
+    def expensive(self, group: tuple[int, ...]) -> None:
+        """Emit independent nodes of one kind."""
+        nodes = [self.tape.nodes[i] for i in group]
+        if self.lanes.width == 1:
+            self.names.update(zip(group, self.packed(nodes), strict=True))
+        else:
+            args = [tuple(self.value(a) for a in node.args) for node in nodes]
+            self.names.update(zip(group, _evaluate(self.lanes, nodes, args), strict=True))
+
+    def packed(self, nodes: list[Node]) -> list[str]:
+        """Results of the nodes, their arguments in the lanes of one vector."""
+        rows = list(dict.fromkeys(node.args for node in nodes))
+        lanes = Lanes(self.text, next(w for w in (1, 2, 4, GROUP) if w >= len(rows)))
+        columns = tuple(self.pack([self.value(row[k]) for row in rows], lanes) for k in range(len(rows[0])))
+        ops = sorted({node.op for node in nodes})
+        results = dict(zip(ops, _evaluate(lanes, [Node(op) for op in ops], [columns] * len(ops)), strict=True))
+        return [self.unpack(results[node.op], rows.index(node.args), lanes) for node in nodes]
+
+    def pack(self, values: list[str], lanes: Lanes) -> str:
+        """A vector of the values, the last one repeated."""
+        if lanes.width == 1:
+            return values[0]
+        vector = "poison"
+        for k in range(lanes.width):
+            value = values[min(k, len(values) - 1)]
+            vector = self.text.let(f"insertelement {lanes.real} {vector}, double {value}, i64 {k}")
+        return vector
+
+    def unpack(self, vector: str, k: int, lanes: Lanes) -> str:
+        """Lane k of a vector."""
+        return vector if lanes.width == 1 else self.text.let(f"extractelement {lanes.real} {vector}, i64 {k}")
+
+
+def _evaluate(lanes: Lanes, nodes: list[Node], args: list[tuple[str, ...]]) -> list[str]:
+    """Results of expensive nodes of one kind with the given arguments."""
+    if nodes[0].op not in TRIGONOMETRIC:
+        return [transcendental.FUNCTIONS[nodes[0].op](lanes, *arg) for arg in args]
+    wanted: dict[str, set[str]] = {}
+    for node, (angle,) in zip(nodes, args, strict=True):
+        wanted.setdefault(angle, set()).add(node.op)
+    angles = list(wanted)
+    found = dict(zip(angles, transcendental.sincos(lanes, angles, [wanted[a] for a in angles]), strict=True))
+    return [found[angle][node.op == "cos"] for node, (angle,) in zip(nodes, args, strict=True)]
+
+
+def _firsts(sizes: tuple[int, ...]) -> list[int]:
+    """Index of every port's first element when all lie one after another."""
+    return [0, *accumulate(sizes)]

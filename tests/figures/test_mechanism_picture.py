@@ -1,0 +1,31 @@
+"""Pictures of robots: every robot of the library can be drawn, the same robot gives the same bytes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.figures import save_mechanism
+from mafsil.job.resting import resting_place
+from mafsil.model import library
+
+
+@pytest.mark.parametrize("name", ["panda", "puma560", "stanford_arm", "planar2r"])
+def test_a_robot_is_drawn(name: str, tmp_path: Path) -> None:
+    save_mechanism(library.load(name), tmp_path / "robot.png")
+    assert (tmp_path / "robot.png").stat().st_size > 10_000
+
+
+def test_same_robot_same_bytes(tmp_path: Path) -> None:
+    for name in ("first.svg", "second.svg"):
+        save_mechanism(library.load("planar2r"), tmp_path / name, [0.3, -0.5])
+    assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_the_resting_place_keeps_the_limits(name: str) -> None:
+    mechanism = library.load(name)
+    q = resting_place(mechanism.limits)
+    assert (q >= mechanism.limits.lower).all()
+    assert (q <= mechanism.limits.upper).all()
+    assert np.isfinite(q).all()

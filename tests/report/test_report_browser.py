@@ -1,0 +1,36 @@
+"""The page in a real browser, where there is one: its script runs under its own policy and draws everything."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from mafsil.job import Run
+from mafsil.job.judgement import summary
+from mafsil.report import contents
+from mafsil.report.page import render
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = (
+    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--virtual-time-budget=2000", "--enable-logging=stderr", "--window-size=1200,900",
+)  # fmt: skip
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(render(contents.page(small_run, summary(small_run), language)), encoding="utf-8")
+    words = [str(BROWSER), *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", f"{page.as_uri()}#t=0.5"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    dom = done.stdout
+    assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
+    assert dom.count('class="curve"') == 4 * small_run.robot.n
+    assert re.search(r'<output id="clock"[^>]*>0\.50 s</output>', dom)
+    assert re.search(r'<p id="no-scene" hidden', dom), "WebGL did not start"
+    assert dom.count("<i ") >= len(small_run.plan.legs)
+    assert "onerror=alert(2)>" not in re.sub(r"&lt;|&gt;|&quot;", "", dom.split('id="data"')[0])
