@@ -84,7 +84,9 @@ def measured(name: str, repeats: int) -> Iterator[dict[str, Any]]:
     first = starts(name)
     for title, (routines, inputs) in QUANTITIES.items():
         batch = race(_batch_tasks(robot, states, routines, inputs) | rivals.parallel(title), repeats=repeats)
-        single = race(_single_tasks(robot, states, routines, inputs) | {"pinocchio": rivals.call(title)}, repeats=repeats)
+        single = race(
+            _single_tasks(robot, states, routines, inputs) | {"pinocchio": rivals.call(title)}, repeats=repeats
+        )
         yield {
             "robot": name,
             "joints": mechanism.n,

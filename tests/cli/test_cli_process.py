@@ -60,6 +60,29 @@ def test_a_wrong_job_writes_nothing(tmp_path: Path, old: str, new: str, code: in
     assert [item.name for item in tmp_path.iterdir()] == ["job.toml"]
 
 
+BLOWS_UP = """
+robot = "planar3r"
+[controller]
+kind = "pd_gravity"
+stiffness = 1e9
+rate_gain = 1e6
+[simulation]
+step = 0.02
+[[move]]
+joints = [1.0, 0.5, -0.5]
+"""
+
+
+def test_a_run_that_blows_up_is_reported_and_is_a_no(tmp_path: Path) -> None:
+    (tmp_path / "wild.toml").write_text(BLOWS_UP, "utf-8")
+    done = call("run", str(tmp_path / "wild.toml"), "--out", str(tmp_path / "out"), "--json")
+    assert done.returncode == 1
+    assert "smaller step" in done.stderr
+    data = json.loads(done.stdout)
+    assert (data["complete"], data["verdict"]) == (False, "failure")
+    assert (tmp_path / "out" / "report.html").exists()
+
+
 @pytest.mark.row("K5")
 def test_kill_9_in_the_middle_of_a_run(tmp_path: Path) -> None:
     out = tmp_path / "out"

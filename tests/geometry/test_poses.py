@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from math import pi
 
 import numpy as np
@@ -224,8 +226,11 @@ def test_values():
     rebuilt = eval(repr(T), {"Pose": Pose})
     assert rebuilt.frames == T.frames
     assert np.array_equal(rebuilt.array, T.array)
-    with pytest.raises(ValueError, match="read-only"):
-        T.array[0, 0] = 2.0
+    for copied in (T, copy.deepcopy(T), *(pickle.loads(pickle.dumps(T, protocol)) for protocol in range(2, 6))):
+        assert np.array_equal(copied.array, T.array)
+        assert copied.frames == T.frames
+        with pytest.raises(ValueError, match="read-only"):
+            copied.array[0, 0] = 2.0
     batch = Pose.exp(np.zeros((4, 2, 6)), ("a", "b"))
     assert batch.batch == (4, 2)
     assert len(batch) == 4

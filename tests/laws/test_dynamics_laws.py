@@ -140,9 +140,7 @@ def test_coriolis_matrix_is_that_of_the_christoffel_symbols(name: str) -> None:
     """c is quadratic in the rates with symmetric coefficients: C(a) b = C(b) a."""
     r, s = robot(name), states(name, (4,))
     a, b = s.qd, s.qdd
-    agree(
-        name, "velocity_torque", times(r.coriolis_matrix(s.q, a), b), times(r.coriolis_matrix(s.q, b), a)
-    )
+    agree(name, "velocity_torque", times(r.coriolis_matrix(s.q, a), b), times(r.coriolis_matrix(s.q, b), a))
     agree(name, "coriolis_matrix", r.coriolis_matrix(s.q, -2 * a), -2 * r.coriolis_matrix(s.q, a))
 
 

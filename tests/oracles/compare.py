@@ -31,7 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for line in table_text(records):
         print(line)
     beyond = [record["robot"] for record in records if record["worst"] > LIMIT]
-    print(f"{len(records)} robots, worst {max((record['worst'] for record in records), default=0.0):.1e}, limit {LIMIT:g}")
+    print(
+        f"{len(records)} robots, worst {max((record['worst'] for record in records), default=0.0):.1e}, limit {LIMIT:g}"
+    )
     if beyond:
         print(f"beyond the limit: {', '.join(beyond)}")
     return 1 if beyond or not records else 0
@@ -68,7 +70,9 @@ def worst(table: Table) -> float:
 
 def table_text(records: Sequence[dict[str, Any]]) -> Iterator[str]:
     """One line per robot and oracle, one column per quantity: the worst error."""
-    quantities = [name for name in (*ours.ALL, RAW) if any(name in row for r in records for row in r["errors"].values())]
+    quantities = [
+        name for name in (*ours.ALL, RAW) if any(name in row for r in records for row in r["errors"].values())
+    ]
     for k, name in enumerate(quantities):
         yield f"{_letter(k)} {name}"
     yield f"{'robot':24}{'n':>4} {'oracle':20}" + "".join(f"{_letter(k):>8}" for k in range(len(quantities)))
@@ -92,7 +96,9 @@ def _plain(table: Table) -> dict[str, dict[str, dict[str, float]]]:
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.oracles.compare", description=__doc__)
     parser.add_argument("--states", type=int, default=10_000)
-    parser.add_argument("--robots", nargs="+", default=list(subjects.names()), choices=subjects.names(), metavar="ROBOT")
+    parser.add_argument(
+        "--robots", nargs="+", default=list(subjects.names()), choices=subjects.names(), metavar="ROBOT"
+    )
     parser.add_argument("--road", choices=("compiled", "traced"), default="compiled")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--shard", default="1/1", help="k/N: every N-th robot, beginning with the k-th")

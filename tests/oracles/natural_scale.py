@@ -57,7 +57,9 @@ class NaturalScale:
         |M^-1| (|M| |qdd| + weight x reach): what a relative error of one in the robot's numbers would change (Skeel).
         """
         if quantity.startswith("forward_dynamics") and mass_matrix is not None:
-            driving = np.einsum("kij,kj->ki", np.abs(mass_matrix), np.abs(reference)) + self.weight_times_reach / self.unit
+            driving = (
+                np.einsum("kij,kj->ki", np.abs(mass_matrix), np.abs(reference)) + self.weight_times_reach / self.unit
+            )
             size = np.einsum("kij,kj->ki", np.abs(np.linalg.inv(mass_matrix)), driving)
             return np.nan_to_num(np.abs(ours - reference) / size, nan=np.inf).max(axis=1, initial=0.0)
         return self._relative(quantity, ours - reference, reference)

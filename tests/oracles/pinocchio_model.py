@@ -113,7 +113,9 @@ def model_of(mechanism: Mechanism) -> tuple[Any, list[int]]:
         carrier, seat = seats[joint.parent]
         placement = seat * pin.SE3(np.array(joint.T_pj))
         if joint.moves:
-            index = model.addJoint(carrier, _joint(joint.kind, np.array(joint.axis), joint.pitch), placement, joint.name)
+            index = model.addJoint(
+                carrier, _joint(joint.kind, np.array(joint.axis), joint.pitch), placement, joint.name
+            )
             armature.append(0.0 if joint.actuator is None else joint.actuator.reflected_inertia)
             seats[link.name] = (index, pin.SE3.Identity())
         else:

@@ -110,7 +110,9 @@ def _inertial(rng: np.random.Generator) -> Inertial:
     points = rng.normal(size=(6, 3)) * 10 ** rng.uniform(-1.5, -0.5, 3)
     points -= points.mean(axis=0)
     square = np.einsum("ki,kj->ij", points, points) * mass / len(points)
-    return Inertial(mass, rng.normal(size=3) * 0.1 * (rng.random(3) > RIGHT_ANGLES), np.trace(square) * np.eye(3) - square)
+    return Inertial(
+        mass, rng.normal(size=3) * 0.1 * (rng.random(3) > RIGHT_ANGLES), np.trace(square) * np.eye(3) - square
+    )
 
 
 def _pose(rng: np.random.Generator) -> Floats:

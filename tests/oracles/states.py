@@ -46,7 +46,8 @@ def _holding_efforts(mechanism: Mechanism) -> Floats:
     """(n,) what each joint may have to hold: the weight behind it, times the length behind it if it turns."""
     mass = {link.name: 0.0 if link.inertial is None else link.inertial.mass for link in mechanism.links}
     length = {
-        link.name: 0.0 if link.inertial is None else float(np.linalg.norm(link.inertial.com)) for link in mechanism.links
+        link.name: 0.0 if link.inertial is None else float(np.linalg.norm(link.inertial.com))
+        for link in mechanism.links
     }
     for joint in reversed(mechanism.joints):
         mass[joint.parent] += mass[joint.child]

@@ -48,7 +48,10 @@ def test_every_quantity_agrees_with_every_oracle(name: str) -> None:
 def test_compiled_kernels_agree_with_every_oracle(name: str) -> None:
     mechanism = subjects.mechanism(name)
     table, _ = compared(
-        mechanism, oracles_of(name, mechanism), partial(ours.compiled, Robot(mechanism)), states_of(mechanism, STATES, 5)
+        mechanism,
+        oracles_of(name, mechanism),
+        partial(ours.compiled, Robot(mechanism)),
+        states_of(mechanism, STATES, 5),
     )
     assert worst(table) < ROUNDING
 

@@ -220,7 +220,9 @@ def _options(
         plain &= options["threads"] in (1, 2, 8, None) and options["threads"] is not True
     if rng.random() < 0.15:
         links = robot(name).mechanism.link_names
-        options["frame"] = [None, links[0], links[-1], "", "nowhere", 5, b"base", [1], {}, np.nan][int(rng.integers(10))]
+        options["frame"] = [None, links[0], links[-1], "", "nowhere", 5, b"base", [1], {}, np.nan][
+            int(rng.integers(10))
+        ]
         plain &= options["frame"] is None
     if rng.random() < 0.2:
         options["out"], fit = _out(rng, name, routine, batch, arguments)
@@ -235,7 +237,19 @@ def _out(
     rng: np.random.Generator, name: str, routine: str, batch: tuple[int, ...], arguments: list[Argument]
 ) -> tuple[Any, bool]:
     shape = (*batch, *result_core(name, routine))
-    kinds = ("fit", "float32", "read-only", "shape", "gaps", "reversed", "text", "list", "over the input", "object", "same")
+    kinds = (
+        "fit",
+        "float32",
+        "read-only",
+        "shape",
+        "gaps",
+        "reversed",
+        "text",
+        "list",
+        "over the input",
+        "object",
+        "same",
+    )
     match str(rng.choice(kinds)):
         case "fit":
             return np.full(shape, np.nan), False
@@ -309,7 +323,8 @@ def _judged(case: Case, r: Robot, answer: Any, inputs: list[np.ndarray]) -> str:
     if not isinstance(answer, np.ndarray | np.float64 | float) or np.shape(answer) != (*batch, *core):
         return "bad_shape"
     flat = [
-        np.ascontiguousarray(np.broadcast_to(x, (*batch, *c))).reshape(-1, *c) for x, c in zip(inputs, cores, strict=True)
+        np.ascontiguousarray(np.broadcast_to(x, (*batch, *c))).reshape(-1, *c)
+        for x, c in zip(inputs, cores, strict=True)
     ]
     if not batch and not all(np.isfinite(x).all() for x in inputs):
         return "bad_accepted"

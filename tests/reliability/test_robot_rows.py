@@ -87,7 +87,9 @@ def test_threads_share_a_robot_from_its_first_call_on(states: States) -> None:
             row = int(rng.integers(len(states)))
             point = getattr(fresh, name)(*(x[row] for x in inputs(states, name)))
             block = getattr(fresh, name)(*(x[row : row + 9] for x in inputs(states, name)), threads=2)
-            if not (np.array_equal(point, expected[name][row]) and np.array_equal(block, expected[name][row : row + 9])):
+            if not (
+                np.array_equal(point, expected[name][row]) and np.array_equal(block, expected[name][row : row + 9])
+            ):
                 return False
         return same(answers(fresh, states), expected)
 
@@ -114,8 +116,12 @@ def test_threads_order_and_pieces_do_not_change_a_bit(robot: Robot, states: Stat
 def test_another_process_gives_the_same_bits(robot: Robot, states: States, cache: str, tmp_path: Path) -> None:
     few = states.part(slice(0, 50))
     parcel = pickle.dumps((robot, {name: inputs(few, name) for name in ROUTINES}))
-    environment = dict(os.environ) | ({} if cache == "shared" else {"MAFSIL_CACHE": "off" if cache == "off" else str(tmp_path)})
-    done = subprocess.run([sys.executable, "-c", PROGRAM], input=parcel, env=environment, capture_output=True, check=True)
+    environment = dict(os.environ) | (
+        {} if cache == "shared" else {"MAFSIL_CACHE": "off" if cache == "off" else str(tmp_path)}
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], input=parcel, env=environment, capture_output=True, check=True
+    )
     expected = b"".join(values.tobytes() for values in answers(robot, few).values())
     assert bytes.fromhex(done.stdout.decode()) == expected
 

@@ -23,7 +23,10 @@ def spatial_inertia(mass: ca.SX, com: ca.SX, inertia: ca.SX) -> ca.SX:
 
 
 def momentum(mass: ca.SX, com: ca.SX, inertia: ca.SX, V: ca.SX) -> ca.SX:
-    """(6,) G V without forming the matrix: linear m (v + omega x c), angular I_c omega + c x linear."""
+    """(6,) G V without forming the matrix: linear m (v + omega x c), angular I_c omega + c x linear.
+
+    Arguments as `spatial_inertia`, and a twist V (6,).
+    """
     omega = angular(V)
     p = mass * (linear(V) + cross(omega, com))
     return ca.vertcat(inertia @ omega + cross(com, p), p)
@@ -53,6 +56,8 @@ def kinetic_energy(G: ca.SX, V: ca.SX) -> ca.SX:
 
 def pseudo_inertia(mass: ca.SX, com: ca.SX, inertia: ca.SX) -> ca.SX:
     """(4, 4) [[S, m c], [m c', m]], S the integral of x x' dm: positive definite exactly for possible bodies.
+
+    Arguments as `spatial_inertia`.
 
     Reference: Wensing, Kim & Slotine, Linear matrix inequalities for physically consistent inertial parameter
     identification, IEEE RA-L 3, 2018.

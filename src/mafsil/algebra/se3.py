@@ -119,7 +119,7 @@ def interpolate_screw(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
 
 
 def interpolate_decoupled(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
-    """(4, 4) rotation at constant angular velocity, origin along the straight line."""
+    """(4, 4) from T_0 (t = 0) to T_1 (t = 1): rotation at constant angular velocity, origin along the straight line."""
     R = rotation(T_0) @ so3.exp(t * so3.log(rotation(T_0).T @ rotation(T_1)))
     return pose(R, translation(T_0) + t * (translation(T_1) - translation(T_0)))
 

@@ -18,6 +18,21 @@ def vee(W: ca.SX) -> ca.SX:
     return ca.vertcat(W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]) / 2
 
 
+def compose(R_ab: ca.SX, R_bc: ca.SX) -> ca.SX:
+    """(3, 3) R_ac = R_ab R_bc."""
+    return R_ab @ R_bc
+
+
+def inverse(R: ca.SX) -> ca.SX:
+    """(3, 3) R' = R^-1."""
+    return R.T
+
+
+def act(R: ca.SX, x: ca.SX) -> ca.SX:
+    """(3,) R x: a free vector x_b seen from {a}, or a vector turned by R."""
+    return R @ x
+
+
 def exp(r: ca.SX) -> ca.SX:
     """(3, 3) R = I + sin(theta)/theta [r] + (1 - cos(theta))/theta^2 [r]^2, |r| = theta [rad].
 

@@ -50,12 +50,12 @@ def pose_rate_of_space_twist(T: ca.SX, V_s: ca.SX) -> ca.SX:
 
 
 def mean_angular_velocity(R_0: ca.SX, R_1: ca.SX, duration: ca.SX) -> ca.SX:
-    """(3,) omega_s = log(R_1 R_0') / dt: the constant angular velocity that turns R_0 into R_1."""
+    """(3,) omega_s = log(R_1 R_0') / duration: the constant angular velocity that turns R_0 into R_1."""
     return so3.log(R_1 @ R_0.T) / duration
 
 
 def mean_space_twist(T_0: ca.SX, T_1: ca.SX, duration: ca.SX) -> ca.SX:
-    """(6,) V_s = log(T_1 T_0^-1) / dt: the constant twist that carries T_0 into T_1."""
+    """(6,) V_s = log(T_1 T_0^-1) / duration: the constant twist that carries T_0 into T_1."""
     return se3.space_error(T_0, T_1) / duration
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from mafsil.arrays import real_array
 from mafsil.geometry.frames import FrameGraph, solve_loop
 from mafsil.geometry.values import Pose
 
@@ -29,12 +30,8 @@ class CameraScene:
     @classmethod
     def of(cls, T_ad: ArrayLike, T_db: ArrayLike, T_de: ArrayLike, T_bc: ArrayLike) -> CameraScene:
         """From four (4, 4) matrices."""
-        return cls(
-            Pose(T_ad, ("a", "d")),  # pyright: ignore[reportArgumentType]
-            Pose(T_db, ("d", "b")),  # pyright: ignore[reportArgumentType]
-            Pose(T_de, ("d", "e")),  # pyright: ignore[reportArgumentType]
-            Pose(T_bc, ("b", "c")),  # pyright: ignore[reportArgumentType]
-        )
+        given = ((T_ad, ("a", "d")), (T_db, ("d", "b")), (T_de, ("d", "e")), (T_bc, ("b", "c")))
+        return cls(*(Pose(real_array("T_" + "".join(frames), T), frames) for T, frames in given))
 
     @property
     def T_ab(self) -> Pose:

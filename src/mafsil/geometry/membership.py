@@ -43,7 +43,16 @@ def measure(kind: str, value: ArrayLike) -> Any:
 
 
 def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:
-    """(*batch) whether the measure is within the tolerance (`mafsil.algebra.tolerance`); False for NaN."""
+    """Whether numbers are members of their kind: the measure within the tolerance; False for NaN.
+
+    Args:
+        kind: one of CORES.
+        value: (*batch, *core).
+        tolerance: largest measure; the named limit of the kind (`mafsil.algebra.tolerance`) if None.
+
+    Returns:
+        (*batch).
+    """
     return measure(kind, value) <= (LIMITS[kind] if tolerance is None else tolerance)
 
 

@@ -202,6 +202,11 @@ def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Any:
 def check(T: ArrayLike, name: str = "T", tolerance: float = ROTATION) -> PoseMatrix:
     """The array (*batch, 4, 4) itself, if all of it are poses.
 
+    Args:
+        T: (*batch, 4, 4).
+        name: what the error calls it.
+        tolerance: largest Frobenius norm of R'R - I.
+
     Raises:
         InputError: names the first row that is not a pose, its distance, the tolerance and the remedy.
     """

@@ -111,7 +111,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
 
 
 def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Any:
-    """(*batch) whether two unit quaternions are one rotation: equal up to sign within `tolerance`, entry by entry."""
+    """(*batch) whether unit quaternions p and q are one rotation: equal up to sign within `tolerance`, by entries."""
     a, b = gate("p", p, (4,)), gate("q", q, (4,))
     return np.minimum(np.abs(a - b).max(-1), np.abs(a + b).max(-1)) <= tolerance
 

@@ -29,6 +29,9 @@ _BOTH = {"R_0": "rotation", "R_1": "rotation"}
 
 _exp = Declared("so3.exp", "r:3", "R:3,3")
 _log = Declared("so3.log", "R:3,3", "r:3", _R)
+_compose = Declared("so3.compose", "R_ab:3,3 R_bc:3,3", "R_ac:3,3", {"R_ab": "rotation", "R_bc": "rotation"})
+_inverse = Declared("so3.inverse", "R:3,3", "inverse:3,3", _R)
+_act = Declared("so3.act", "R:3,3 x:3", "y:3", _R)
 _angle = Declared("so3.angle", "R:3,3", "angle", _R)
 _angle_between = Declared("so3.angle_between", "R_0:3,3 R_1:3,3", "angle", _BOTH)
 _axis_angle = Declared("so3.axis_angle", "axis:3 angle", "R:3,3", {"axis": "axis"})
@@ -164,6 +167,11 @@ def is_rotation(M: ArrayLike, tolerance: float = ROTATION) -> Any:
 def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> Floats:
     """The array (*batch, 3, 3) itself, if all of it are rotations.
 
+    Args:
+        R: (*batch, 3, 3).
+        name: what the error calls it.
+        tolerance: largest Frobenius norm of R'R - I.
+
     Raises:
         InputError: names the first row that is not a rotation, its distance, the tolerance and the remedy.
     """
@@ -172,17 +180,25 @@ def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> Floats:
 
 def inverse(R: ArrayLike) -> Floats:
     """(*batch, 3, 3) transpose: R_ab^-1 = R_ba."""
-    return np.ascontiguousarray(np.swapaxes(gate("R", R, (3, 3)), -1, -2))
+    return _inverse.at(R)
 
 
 def compose(R_ab: ArrayLike, R_bc: ArrayLike) -> Floats:
     """(*batch, 3, 3) R_ac = R_ab R_bc."""
-    return gate("R_ab", R_ab, (3, 3)) @ gate("R_bc", R_bc, (3, 3))
+    return _compose.at(R_ab, R_bc)
 
 
 def apply(R: ArrayLike, x: ArrayLike) -> Vector3:
-    """(*batch, 3) R x: a free vector x_b seen from {a}, or a vector turned by R."""
-    return np.matmul(gate("R", R, (3, 3)), gate("x", x, (3,))[..., None])[..., 0]
+    """R x: a free vector x_b seen from {a} (R = R_ab), or a vector turned by R.
+
+    Args:
+        R: (*batch, 3, 3) rotation.
+        x: (*batch, 3).
+
+    Returns:
+        (*batch, 3).
+    """
+    return _act.at(R, x)
 
 
 def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import casadi as ca
+import numpy as np
 
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
@@ -14,6 +15,9 @@ from mafsil.mechanics.placement import Expression
 
 LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
+
+SINGULAR = 1e-14
+"""Smallest eigenvalue of the mass matrix, scaled to a unit diagonal, below which it is rounding."""
 
 
 def forward_dynamics(
@@ -31,11 +35,12 @@ def forward_dynamics(
         F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
 
     Raises:
-        ModelError: a joint moves no inertia at all, so that no acceleration follows from its effort.
+        ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
     """
     _require_inertia(tree)
     longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
     if longest >= LONG_CHAIN and not tree.follows:
+        _require_definite(tree, mass_matrix(tree, q))
         return articulated_body(tree, q, qd, tau, F_tip)
     return by_mass_matrix(tree, q, qd, tau, F_tip)
 
@@ -50,6 +55,22 @@ def _require_inertia(tree: BodyTree) -> None:
             raise ModelError("mechanics.no_inertia", joint=body.joint)
 
 
+def _require_definite(tree: BodyTree, M: Expression) -> None:
+    """No joint's share of the mass matrix is taken away by the others: two coaxial joints with nothing in between."""
+    coordinates = ca.vertcat(ca.SX(0, 1), *ca.symvar(M))
+    anywhere = 0.3 + 0.7 * np.arange(coordinates.shape[0])
+    values = ca.Function("M", [coordinates], [ca.densify(M)])(anywhere).full()
+    size = np.sqrt(np.maximum(np.diag(values), 0.0))
+    joints = {body.coordinate: body.joint for _, body in tree.moving}
+    if not size.all():
+        raise ModelError("mechanics.no_inertia", joint=joints[int(np.argmin(size))])
+    scaled = values / np.outer(size, size)
+    weights, directions = np.linalg.eigh(scaled)
+    if weights[0] < SINGULAR:
+        involved = [joints[k] for k in np.flatnonzero(np.abs(directions[:, 0]) > 0.1)]
+        raise ModelError("mechanics.singular", joints=", ".join(involved))
+
+
 def by_mass_matrix(
     tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
 ) -> Expression:
@@ -61,9 +82,7 @@ def by_mass_matrix(
     if F_tip is not None:
         load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
     M = mass_matrix(tree, q)
-    for _, body in tree.moving:
-        if M[body.coordinate, body.coordinate].is_zero():
-            raise ModelError("mechanics.no_inertia", joint=body.joint)
+    _require_definite(tree, M)
     return solved(M, load)
 
 

@@ -1,4 +1,4 @@
-"""One link transform looked at closely: its elementary motions, whether four parameters can give it, and what is missing.
+"""One link transform looked at closely: its elementary motions, whether it has four parameters, and what is missing.
 
 Any pose T of {i} in {i-1} is Rot(x, alpha) Trans(x, a) Trans(z, d) Rot(z, theta) X with a constant X that turns only
 about y' and shifts only along y', y' the y axis before the last turn. X is the identity iff T has four parameters.

@@ -22,7 +22,7 @@ SCENE_SCRIPTS = ("matrix.js", "shapes.js", "renderer.js", "replay.js")
 PAGE_SCRIPTS = (*SCENE_SCRIPTS, "plot.js", "main.js")
 PICTURE_SCRIPTS = (*SCENE_SCRIPTS, "picture.js")
 _LABELS = (
-    "replay", "no_scene", "hint", "play", "time", "speed", "path", "frames", "view", "numbers_title",
+    "replay", "no_scene", "hint", "hint_still", "play", "time", "speed", "path", "frames", "view", "numbers_title",
     "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
 )  # fmt: skip
 

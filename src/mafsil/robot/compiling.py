@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from mafsil.errors import ModelError
 from mafsil.kernels.identity import fingerprint as source_fingerprint
 from mafsil.kernels.kernel import Kernel, compile
 from mafsil.mechanics.quantities import quantity
@@ -34,6 +35,8 @@ def compiled(
         fallback: see `Kernel`.
     """
     row = quantity(name)
+    if not mechanism.n:
+        raise ModelError("robot.no_joints", robot=mechanism.name)
     return compile(
         signature(mechanism, row, optional),
         partial(trace, mechanism, row, frame, optional),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, Literal, Unpack
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.kernels.kernel import Kernel
+from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.quantities import Quantity, quantity
 from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
@@ -98,72 +99,72 @@ class Robot:
         """Bounds of positions, rates, accelerations and efforts, arrays of shape (n,)."""
         return self.mechanism.limits
 
-    @cached_property
+    @lazy
     def forward_kinematics(self) -> OfPositionInFrame:
         """T_sf (*batch, 4, 4) of the tip frame, or of the link `frame`, in {s}: `robot.forward_kinematics(q)`."""
         return self._routine("forward_kinematics")
 
-    @cached_property
+    @lazy
     def link_poses(self) -> OfPosition:
         """(*batch, L, 4, 4) poses of all links in {s}, in the order of `mechanism.links`."""
         return self._routine("link_poses")
 
-    @cached_property
+    @lazy
     def jacobian_space(self) -> OfPositionInFrame:
         """J_s (*batch, 6, n), V_s = J_s qd, rows (omega, v), in {s}."""
         return self._routine("jacobian_space")
 
-    @cached_property
+    @lazy
     def jacobian_body(self) -> OfPositionInFrame:
         """J_b (*batch, 6, n), V_b = J_b qd, rows (omega, v), in the frame itself."""
         return self._routine("jacobian_body")
 
-    @cached_property
+    @lazy
     def jacobian_space_rate(self) -> OfVelocityInFrame:
         """dJ_s/dt (*batch, 6, n) of (q, qd)."""
         return self._routine("jacobian_space_rate")
 
-    @cached_property
+    @lazy
     def jacobian_body_rate(self) -> OfVelocityInFrame:
         """dJ_b/dt (*batch, 6, n) of (q, qd)."""
         return self._routine("jacobian_body_rate")
 
-    @cached_property
+    @lazy
     def inverse_dynamics(self) -> InverseDynamics:
         """Tau (*batch, n) = M qdd + c + g + J' F_tip [N m | N] of (q, qd, qdd, tip_wrench=None)."""
         return self._routine("inverse_dynamics")
 
-    @cached_property
+    @lazy
     def forward_dynamics(self) -> ForwardDynamics:
         """Qdd (*batch, n) from M qdd = tau - c - g - J' F_tip, of (q, qd, tau, tip_wrench=None)."""
         return self._routine("forward_dynamics")
 
-    @cached_property
+    @lazy
     def mass_matrix(self) -> OfPosition:
         """M (*batch, n, n), symmetric."""
         return self._routine("mass_matrix")
 
-    @cached_property
+    @lazy
     def coriolis_matrix(self) -> OfVelocity:
         """C (*batch, n, n) with C qd = c and dM/dt - 2 C skew."""
         return self._routine("coriolis_matrix")
 
-    @cached_property
+    @lazy
     def velocity_torque(self) -> OfVelocity:
         """C (*batch, n): centrifugal and Coriolis efforts [N m | N]."""
         return self._routine("velocity_torque")
 
-    @cached_property
+    @lazy
     def gravity_torque(self) -> OfPosition:
         """G (*batch, n): efforts that hold the robot still [N m | N]."""
         return self._routine("gravity_torque")
 
-    @cached_property
+    @lazy
     def kinetic_energy(self) -> OfVelocity:
         """K (*batch,) [J]."""
         return self._routine("kinetic_energy")
 
-    @cached_property
+    @lazy
     def potential_energy(self) -> OfPosition:
         """P (*batch,) [J], zero height at the origin of {s}."""
         return self._routine("potential_energy")
@@ -227,7 +228,7 @@ class Robot:
             raise InputError("robot.no_frame", name=row.name)
         self.mechanism.link(frame)
 
-    @cached_property
+    @lazy
     def _friction(self) -> tuple[Floats, Floats, Floats]:
         """Viscous coefficients and Coulomb efforts in both senses, arrays of shape (n,)."""
         rows: list[tuple[float, float, float]] = []

@@ -9,7 +9,7 @@ import pytest
 from mafsil.errors import FileError
 from mafsil.model import urdf
 from mafsil.model.diagnostics import Severity
-from tests.model.urdf.hostile_files import CASES, Case, sound
+from tests.model.urdf.hostile_files import CASES, Case, chain, sound
 
 pytestmark = pytest.mark.row("F2")
 
@@ -18,6 +18,10 @@ def test_the_sound_file_is_sound() -> None:
     report = urdf.diagnose(sound())
     assert report.ok
     assert report.codes == ()
+
+
+def test_a_chain_of_3000_links_is_read() -> None:
+    assert urdf.read(chain(3_000)).n == 2_999
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

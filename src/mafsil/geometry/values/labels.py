@@ -13,6 +13,11 @@ Frames: TypeAlias = tuple[str, str]
 def joined(name: str, left: Frames | None, right: Frames | None) -> Frames | None:
     """(a, c) of (a, b) and (b, c); None where one side carries no letters.
 
+    Args:
+        name: the operation, for the error.
+        left: (a, b).
+        right: (b, c).
+
     Raises:
         InputError: the inner letters differ.
     """
@@ -23,7 +28,16 @@ def joined(name: str, left: Frames | None, right: Frames | None) -> Frames | Non
 
 
 def carried(name: str, frames: Frames | None, frame: str | None) -> str | None:
-    """{a} of something seen from {b}, carried by (a, b); None where one side carries no letters."""
+    """{a} of something seen from {b}, carried by (a, b); None where one side carries no letters.
+
+    Args:
+        name: the operation, for the error.
+        frames: (a, b).
+        frame: b.
+
+    Raises:
+        InputError: the inner letters differ.
+    """
     if frames is None or frame is None:
         return None
     require_same(name, frames[1], frame)
@@ -38,6 +52,11 @@ def reversed_frames(frames: Frames | None) -> Frames | None:
 def same(name: str, left: str | None, right: str | None) -> str | None:
     """The common letter of two values, or the one that is known.
 
+    Args:
+        name: the operation, for the error.
+        left: letter of one value.
+        right: letter of the other.
+
     Raises:
         InputError: they differ.
     """
@@ -47,6 +66,6 @@ def same(name: str, left: str | None, right: str | None) -> str | None:
 
 
 def require_same(name: str, left: str, right: str) -> None:
-    """Refuse different letters."""
+    """Refuse letters `left` and `right` that differ; `name` is the operation."""
     if left != right:
         raise InputError("geometry.frames", name=name, inner_left=left, inner_right=right)

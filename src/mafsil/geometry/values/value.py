@@ -33,6 +33,9 @@ class Value(ABC):
     def accepted(array: Any) -> Floats:
         """The numbers, if they are what the type promises; otherwise InputError."""
 
+    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
+        return type(self), tuple(getattr(self, f.name) for f in fields(self))
+
     @property
     def batch(self) -> tuple[int, ...]:
         """Leading shape; () is one value."""

@@ -14,7 +14,7 @@ from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.numbers import written
-from mafsil.model.reading import FORBIDDEN_IN_NAMES
+from mafsil.model.reading import FORBIDDEN_IN_NAMES, LONGEST_NAME
 from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.joint import UNBOUNDED
@@ -56,14 +56,24 @@ def _require_representable(mechanism: Mechanism, without: Collection[str]) -> No
 def _losses(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     """What URDF cannot keep, with the name of the part that has it."""
     for name in (mechanism.name, *mechanism.link_names, *(joint.name for joint in mechanism.joints)):
-        if FORBIDDEN_IN_NAMES.search(name) or name != name.strip() or not name:
+        if not _is_writable(name) or not name or len(name) > LONGEST_NAME:
             yield "name", repr(name)
+    for link in mechanism.links:
+        for shape in (*link.visuals, *link.collisions):
+            reference = shape.geometry.reference if isinstance(shape.geometry, Mesh) else ""
+            if not _is_writable(shape.name) or not _is_writable(reference):
+                yield "name", repr(shape.name or reference)
     for loop in mechanism.loops:
         yield "loop", loop.name
     if tuple(mechanism.gravity) != STANDARD_GRAVITY:
         yield "gravity", mechanism.name
     for joint in mechanism.joints:
         yield from ((what, joint.name) for what in _losses_of_joint(joint))
+
+
+def _is_writable(text: str) -> bool:
+    """Whether XML holds the text as it is and no xacro would expand it."""
+    return not FORBIDDEN_IN_NAMES.search(text) and text == text.strip() and "${" not in text and "$(" not in text
 
 
 def _losses_of_joint(joint: Joint) -> Iterator[str]:

@@ -1,6 +1,6 @@
 // Ties the page together: one clock drives the replay, the slider and the cursors of all plots.
 const data = JSON.parse(document.getElementById("data").textContent), by = id => document.getElementById(id);
-const last = data.duration, clock = { t: 0, playing: false, speed: 1, since: 0 };
+const last = data.duration || 1e-9, clock = { t: 0, playing: false, speed: 1, since: 0 };
 let replay = null;
 try { replay = new Replay(by("scene"), data.scene); } catch (reason) { by("no-scene").hidden = false; by("scene").hidden = true; by("hint").hidden = true; console.warn(String(reason)); }
 

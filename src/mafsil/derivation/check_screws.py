@@ -1,0 +1,102 @@
+"""A student's list of screw axes against the robot: which joint is wrong, and by which slip."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, Vector6, gate
+from mafsil.derivation.review import Finding, Review, Slip, shown
+from mafsil.errors import InputError
+from mafsil.model import Mechanism
+from mafsil.model.exponentials import screws
+
+
+def check_screws(
+    S: ArrayLike, mechanism: Mechanism, form: Literal["space", "body"] = "space", *, tolerance: float = 1e-6
+) -> Review:
+    """Whether screw axes are those of the robot at q = 0; if not, which are wrong and why.
+
+    Args:
+        S: (n, 6) axes (omega, v), rows as the joints from the base.
+        mechanism: the robot.
+        form: `space` if the axes are given in {s}, `body` if in the tip frame.
+        tolerance: of every entry.
+
+    Raises:
+        InputError: not (n, 6) finite numbers, or an unknown form.
+    """
+    if form not in ("space", "body"):
+        raise InputError("derivation.form", value=form, known="space, body")
+    space, body, _ = screws(mechanism)
+    truth, other = (space, body) if form == "space" else (body, space)
+    given = gate("S", S, truth.shape, finite=True)
+    if given.ndim != 2:
+        raise InputError("input.shape", name="S", expected=truth.shape, got=given.shape, hint="")
+    if np.abs(given - truth).max() <= tolerance:
+        return Review()
+    if np.abs(given - other).max() <= tolerance:
+        return Review((Finding(Slip.FRAME),))
+    if np.abs(np.roll(given, 3, axis=1) - truth).max() <= tolerance:
+        return Review((Finding(Slip.PARTS_SWAPPED),))
+    findings = [
+        _finding(i, given[i], truth, other, tolerance)
+        for i in range(len(truth))
+        if np.abs(given[i] - truth[i]).max() > tolerance
+    ]
+    return Review(tuple(findings), proven=all(finding.slip is not Slip.VALUE for finding in findings))
+
+
+def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float) -> Finding:
+    for slip, entry, right in _slips(i, truth, other):
+        if np.abs(S - right).max() <= tolerance:
+            return _named(slip, i, entry, S, truth[i])
+    wrong = truth[i]
+    if np.abs(S[:3] - wrong[:3]).max() > tolerance:
+        length = float(np.linalg.norm(S[:3]))
+        aligned = length > 0 and np.abs(S / length - wrong).max() <= tolerance
+        return _named(Slip.NOT_UNIT if aligned else Slip.VALUE, i, "S" if aligned else "ω", S, wrong)
+    point = np.cross(wrong[:3], wrong[3:])
+    moment = S[3:] - wrong[:3] * (wrong[:3] @ S[3:])
+    # A point q on the axis written where its moment belongs: -omega x q is then the right v.
+    if (
+        wrong[:3].any()
+        and np.abs(-np.cross(wrong[:3], S[3:]) - wrong[3:]).max() <= tolerance
+        and np.abs(moment - point).max() <= 1.0
+    ):
+        return _named(Slip.POINT_AS_MOMENT, i, "v", S, wrong)
+    flipped = np.abs(np.abs(S[3:]) - np.abs(wrong[3:])).max() <= tolerance
+    return _named(Slip.SIGN if flipped else Slip.VALUE, i, "v", S, wrong)
+
+
+def _slips(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Slip, str, Vector6]]:
+    """What the axis would be after each slip."""
+    omega, v = truth[i, :3], truth[i, 3:]
+    turning = bool(omega.any())
+    if turning and v.any():
+        yield Slip.CROSS_ORDER, "v", np.concatenate([omega, -v])
+        yield Slip.NO_MOMENT, "v", np.concatenate([omega, np.zeros(3)])
+    yield Slip.REVERSED, "S", -truth[i]
+    if turning:
+        yield Slip.SIGN, "ω", np.concatenate([-omega, v])
+    yield Slip.PARTS_SWAPPED, "S", np.concatenate([v, omega])
+    yield Slip.FRAME, "S", other[i]
+    for k in range(len(truth)):
+        if k != i:
+            yield Slip.COLUMN_SWAPPED, "S", truth[k]
+    if turning:
+        yield Slip.KIND, "S", np.concatenate([np.zeros(3), omega])
+    else:
+        yield Slip.KIND, "S", np.concatenate([v, np.zeros(3)])
+
+
+def _named(slip: Slip, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
+    part = {"v": slice(3, 6), "ω": slice(0, 3)}.get(entry, slice(0, 6))
+    return Finding(slip, row=i + 1, entry=entry, given=_tuple(S[part]), expected=_tuple(right[part]))
+
+
+def _tuple(values: Floats) -> str:
+    return "(" + ", ".join(shown(float(x)) for x in values) + ")"

@@ -1,0 +1,102 @@
+"""What a check of a student's work hands back: findings that name the wrong entry and the likely slip, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from mafsil.messages import say
+
+
+class Slip(Enum):
+    """The mistakes that are looked for; the value is the name of the sentence."""
+
+    SIGN = "sign"
+    REVERSED = "reversed"
+    DEGREES = "degrees"
+    ANGLES_SWAPPED = "angles_swapped"
+    LENGTHS_SWAPPED = "lengths_swapped"
+    ROW_SHIFTED = "row_shifted"
+    CONVENTION = "convention"
+    OFFSET = "offset"
+    KIND = "kind"
+    CROSS_ORDER = "cross_order"
+    POINT_AS_MOMENT = "point_as_moment"
+    NO_MOMENT = "no_moment"
+    PARTS_SWAPPED = "parts_swapped"
+    NOT_UNIT = "not_unit"
+    FRAME = "frame"
+    POSITION_VECTOR = "position_vector"
+    ZERO_CONFIGURATION = "zero_configuration"
+    COLUMN_SWAPPED = "column_swapped"
+    TRANSPOSED = "transposed"
+    SINE_COSINE = "sine_cosine"
+    ANGLE = "angle"
+    TERM_SIGN = "term_sign"
+    VALUE = "value"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One wrong place.
+
+    Attributes:
+        slip: the likely mistake.
+        row, column: from 1, or None where the finding concerns the whole.
+        entry: name of the quantity, such as `alpha` or `v`.
+        given, expected: what stands there and what should, as text; empty where that says nothing.
+    """
+
+    slip: Slip
+    row: int | None = None
+    column: int | None = None
+    entry: str = ""
+    given: str = ""
+    expected: str = ""
+
+    def message(self, language: str | None = None) -> str:
+        """Place, values and slip as a sentence."""
+        pieces = [self._place(language)]
+        if self.given:
+            pieces.append(say("derivation.values", language=language, given=self.given, expected=self.expected))
+        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language))
+        return say("derivation.colon", language=language, place=pieces[0], rest=" ".join(pieces[1:]))
+
+    def _place(self, language: str | None) -> str:
+        entry = f" {self.entry}" if self.entry else ""
+        if self.row is not None and self.column is not None:
+            return say("derivation.place_entry", language=language, row=self.row, column=self.column)
+        if self.row is not None:
+            return say("derivation.place_row", language=language, row=self.row, entry=entry)
+        if self.column is not None:
+            return say("derivation.place_column", language=language, column=self.column, entry=entry)
+        return say("derivation.place_whole", language=language, entry=entry)
+
+
+@dataclass(frozen=True, slots=True)
+class Review:
+    """The result of a check.
+
+    Attributes:
+        findings: nothing if the work is right.
+        proven: the findings, repaired, make the work right; otherwise they are only where it differs.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    proven: bool = True
+
+    @property
+    def correct(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.findings
+
+    def message(self, language: str | None = None) -> str:
+        """All findings, one a line, or that there is none."""
+        if self.correct:
+            return say("derivation.correct", language=language)
+        return "\n".join(finding.message(language) for finding in self.findings)
+
+
+def shown(value: float) -> str:
+    """A number with six digits, dust as zero."""
+    return f"{0.0 if abs(value) < 1e-12 else value:.6g}"

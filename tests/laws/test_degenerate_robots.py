@@ -1,0 +1,95 @@
+"""Robots without acceleration, without joints, without mass: the right number, or the reason why there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mafsil.errors import ModelError
+from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, Mimic
+from mafsil.robot import Robot
+
+BRICK = Inertial(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3) * 0.01)
+POINT = Inertial(1.0)
+
+
+def chain(*parts: tuple[JointKind, Inertial | None], **options: object) -> Robot:
+    """Joints along one z axis, links `link1`, ... behind them."""
+    links = [Link("link0"), *(Link(f"link{k}", inertial) for k, (_, inertial) in enumerate(parts, 1))]
+    joints = [
+        Joint(f"joint{k}", kind, f"link{k - 1}", f"link{k}", **options)  # type: ignore[arg-type]
+        for k, (kind, _) in enumerate(parts, 1)
+    ]
+    return Robot(Mechanism.assemble("chain", links, joints))
+
+
+TURN, SLIDE = JointKind.REVOLUTE, JointKind.PRISMATIC
+
+
+@pytest.mark.capability("09-5")
+@pytest.mark.parametrize(
+    ("robot", "named"),
+    [
+        (chain((TURN, None)), ["joint1"]),
+        (chain((TURN, POINT)), ["joint1"]),
+        (chain((TURN, BRICK), (SLIDE, None)), ["joint2"]),
+        (chain((TURN, None), (SLIDE, POINT)), ["joint1"]),
+        (chain((TURN, None), (TURN, BRICK)), ["joint1", "joint2"]),
+        (chain((SLIDE, None), (SLIDE, BRICK), (TURN, BRICK)), ["joint1", "joint2"]),
+        (chain(*[(TURN, None)] * 20, (TURN, BRICK)), []),
+    ],
+    ids=["no mass", "point on the axis", "massless end", "turn before a point", "coaxial", "parallel slides", "long"],
+)
+def test_joints_that_move_no_inertia_are_named(robot: Robot, named: list[str]) -> None:
+    zero = np.zeros(robot.n)
+    with pytest.raises(ModelError) as caught:
+        robot.forward_dynamics(zero, zero, zero)
+    assert caught.value.key in ("mechanics.no_inertia", "mechanics.singular")
+    assert all(name in str(caught.value) for name in named)
+    assert caught.value.message("ar") != str(caught.value)
+    assert np.isfinite(robot.inverse_dynamics(zero, zero, zero)).all()
+
+
+def test_an_armature_is_inertia_enough() -> None:
+    robot = chain((TURN, None), (TURN, None), actuator=Actuator(armature=0.5))
+    found = robot.forward_dynamics([0, 0], [0, 0], [1.0, 2.0])
+    np.testing.assert_allclose(found, [2.0, 4.0], rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_a_robot_without_joints_says_so(name: str) -> None:
+    robot = Robot(Mechanism.assemble("table", [Link("top", POINT)], []))
+    with pytest.raises(ModelError, match="no moving joint"):
+        getattr(robot, name)(*(np.zeros(0) for _ in CATALOGUE[name].inputs))
+
+
+@pytest.mark.parametrize("name", [name for name in CATALOGUE if name != "forward_dynamics"])
+def test_a_robot_without_mass_has_zeros(name: str) -> None:
+    robot = chain((TURN, None), (SLIDE, None))
+    values = getattr(robot, name)(*(np.ones((3, 2)) for _ in CATALOGUE[name].inputs))
+    assert np.isfinite(values).all()
+    if CATALOGUE[name].unit.startswith(("N", "J", "kg")):
+        assert (values == 0).all()
+
+
+@pytest.mark.capability("05-49")
+def test_a_tip_on_the_base_moves_with_no_joint() -> None:
+    robot = Robot(chain((TURN, BRICK), (SLIDE, BRICK)).mechanism.with_tip("link0"))
+    q = np.ones(2)
+    assert (robot.forward_kinematics(q) == np.eye(4)).all()
+    for J in (robot.jacobian_space(q), robot.jacobian_body(q), robot.jacobian_body_rate(q, q)):
+        assert (J == 0).all()
+    assert (robot.inverse_dynamics(q, q, q, np.ones(6)) == robot.inverse_dynamics(q, q, q)).all()
+
+
+def test_a_follower_with_ratio_zero_stands_still() -> None:
+    links = [Link("a"), Link("b", BRICK), Link("c", BRICK)]
+    joints = [
+        Joint("held", TURN, "a", "b", mimic=Mimic("free", 0.0, 0.3)),
+        Joint("free", TURN, "b", "c"),
+    ]
+    robot = Robot(Mechanism.assemble("held", links, joints))
+    alone = chain((TURN, BRICK))
+    np.testing.assert_allclose(robot.mass_matrix([0.4]), alone.mass_matrix([0.4]), rtol=1e-14)
+    np.testing.assert_allclose(robot.forward_dynamics([0.4], [1.0], [2.0]), alone.forward_dynamics([0.4], [1.0], [2.0]))
