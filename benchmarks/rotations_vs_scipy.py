@@ -44,6 +44,11 @@ def numpy_exp(r: np.ndarray) -> np.ndarray:
     return np.eye(3) + a * W + b * (W @ W)
 
 
+def scipy_slerp(A: Rotation, B: Rotation, t: np.ndarray) -> np.ndarray:
+    """What SciPy offers for pairs of rotations: its Slerp takes one list of key rotations."""
+    return (A * Rotation.from_rotvec(np.asarray(t)[..., None] * (A.inv() * B).as_rotvec())).as_matrix()
+
+
 def operations(rows: int) -> dict[str, Rivals]:
     """Operation -> what each rival does; `mafsil` first. `rows` 0 is one call."""
     rng = np.random.default_rng(0)
@@ -82,7 +87,7 @@ def operations(rows: int) -> dict[str, Rivals]:
         },
         "slerp": {
             "mafsil": lambda: rotation.slerp(R, S, t),
-            "scipy": (A * Rotation.from_rotvec(np.asarray(t)[..., None] * (A.inv() * B).as_rotvec())).as_matrix,
+            "scipy": lambda: scipy_slerp(A, B, t),
         },
         "pose.exp": {
             "mafsil": lambda: pose.exp(V),

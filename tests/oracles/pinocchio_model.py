@@ -1,4 +1,4 @@
-"""Pinocchio as an oracle: the mechanism rebuilt joint by joint in memory, no file and no shared algorithm in between."""
+"""Pinocchio as an oracle: the mechanism rebuilt joint by joint in memory, no file, no shared algorithm in between."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class PinocchioOracle:
         return answers
 
     def _kinetic_energy(self, x: Floats, xd: Floats) -> float:
-        """Links and rotors apart: Pinocchio 4.1 counts the armature of some kinds of joint and leaves out that of others."""
+        """Links and rotors apart: Pinocchio 4.1 counts the armature of some kinds of joint only."""
         links = pin.computeKineticEnergy(self.rotorless, self.data, x, xd)
         return float(links + self.model.armature @ xd**2 / 2)
 

@@ -1,4 +1,4 @@
-"""Random mechanisms: every joint kind, branching, mimic joints, massless links, exact right angles among random ones."""
+"""Random mechanisms: every joint kind, branches, mimic joints, massless links, right angles among random ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All quantities of real and textbook robots against Pinocchio and MuJoCo; `tests.oracles.compare` does it at full size."""
+"""All quantities of real and textbook robots against Pinocchio and MuJoCo; `tests.oracles.compare` at full size."""
 
 from __future__ import annotations
 

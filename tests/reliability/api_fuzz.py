@@ -65,13 +65,13 @@ Form = Callable[[np.ndarray, np.random.Generator], Any]
 
 def _gaps(x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     wide = np.full(tuple(3 * size + 1 for size in x.shape), 1e9)
-    view = wide[tuple(slice(0, 3 * size, 3) for size in x.shape)]
+    view = wide[(..., *(slice(0, 3 * size, 3) for size in x.shape))]
     view[...] = x
     return view
 
 
 def _reversed(x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    back = tuple(slice(None, None, -1) for _ in x.shape)
+    back = (..., *(slice(None, None, -1) for _ in x.shape))
     return np.ascontiguousarray(x[back])[back]
 
 

@@ -8,11 +8,6 @@ from mafsil.algebra import series
 from mafsil.algebra.spatial import cross, skew, skew_square
 
 
-def scalar(q: ca.SX) -> ca.SX:
-    """The part w."""
-    return q[0]
-
-
 def vector(q: ca.SX) -> ca.SX:
     """(3,) the part (x, y, z)."""
     return q[1:]

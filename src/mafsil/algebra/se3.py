@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mafsil.algebra import quaternion, series, so3
-from mafsil.algebra.spatial import angular, cross, linear, skew, skew_square
+from mafsil.algebra.spatial import angular, linear, skew, skew_square
 
 
 def pose(R: ca.SX, p: ca.SX) -> ca.SX:
@@ -58,8 +58,7 @@ def log(T: ca.SX) -> ca.SX:
     """
     q = quaternion.proportional_to_matrix(rotation(T))
     r = quaternion.log(q)
-    a = cross(r, translation(T))
-    return ca.vertcat(r, translation(T) - a / 2 + series.cotangent_defect(ca.dot(r, r)) * cross(r, a))
+    return ca.vertcat(r, so3.apply_left_jacobian_inverse(r, translation(T)))
 
 
 def adjoint(T: ca.SX) -> ca.SX:

@@ -27,11 +27,6 @@ def half_cosine(s: ca.SX) -> ca.SX:
     return _joined(s, _HALF_COSINE, lambda safe: ca.cos(ca.sqrt(safe) / 2), _HALF_SWITCH)
 
 
-def cosine(s: ca.SX) -> ca.SX:
-    """cos(theta), as 1 - 2 sin(theta / 2)**2."""
-    return 1 - s * versinc(s)
-
-
 def sinc(s: ca.SX) -> ca.SX:
     """sin(theta) / theta, by half angles."""
     return 2 * half_sine(s) * half_cosine(s)

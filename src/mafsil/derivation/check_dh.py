@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import combinations
 from math import pi, radians
 from typing import Literal, TypeAlias
@@ -15,7 +16,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.review import Finding, Review, Slip, shown
 from mafsil.derivation.same_arm import same_screws
 from mafsil.errors import InputError
@@ -51,11 +52,30 @@ class _Truth:
 
     def agrees(self, rows: Rows, convention: Convention) -> bool:
         """Whether the table is the robot."""
-        S, _, home = screws(mechanism_from_dh(rows, convention, base=self.base, tool=self.tool))
+        S, home = _axes(rows, convention, np.eye(4) if self.base is None else self.base)
         B = same_screws(S, self.S, base_free=self.base is None, tolerance=self.tolerance)
         if B is None:
             return False
-        return self.tool is None or float(np.abs(B @ home - self.home).max()) <= self.tolerance
+        return self.tool is None or float(np.abs(B @ home @ self.tool - self.home).max()) <= self.tolerance
+
+
+def _axes(rows: Rows, convention: Convention, base: PoseMatrix) -> tuple[Floats, PoseMatrix]:
+    """(n, 6) screw axes at q = 0 and the pose of {n}."""
+    T, axes = base, np.zeros((len(rows), 6))
+    for axis, row in zip(axes, rows, strict=True):
+        before, T = T, T @ _transform(row, convention)
+        frame = T if convention is Convention.MODIFIED else before
+        z = frame[:3, 2]
+        if row.kind == "R":
+            axis[:3], axis[3:] = z, np.cross(frame[:3, 3], z)
+        else:
+            axis[3:] = z
+    return axes, T
+
+
+@lru_cache(maxsize=4096)
+def _transform(row: DHRow, convention: Convention) -> PoseMatrix:
+    return row.transform(convention)
 
 
 def check_dh(
@@ -82,6 +102,7 @@ def check_dh(
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
     wanted = convention_of(convention)
+    mechanism_from_dh(rows, wanted)
     given: Rows = tuple(rows)
     truth = _Truth(
         mechanism,
@@ -126,9 +147,8 @@ def _entries(rows: Rows, convention: Convention) -> Iterator[_Repair]:
     """Slips in one row, the likely ones first."""
     for i, row in enumerate(rows):
         for slip, entry, changed in _changes(row):
-            given, expected = (
-                shown(getattr(r, entry)) if entry in ("a", "alpha", "d", "theta") else "" for r in (row, changed)
-            )
+            single = entry in ("a", "alpha", "d", "theta")
+            given, expected = (shown(getattr(r, entry)) if single else "" for r in (row, changed))
             finding = Finding(slip, row=i + 1, entry=entry, given=given, expected=expected)
             yield _Repair((*rows[:i], changed, *rows[i + 1 :]), convention, finding, i)
 

@@ -41,7 +41,7 @@ def _origin(R: Floats, S: Floats, other: Floats) -> Vector3:
     # p x w = -[w] p for every axis.
     A = np.concatenate([np.cross(np.eye(3), w).T for w in S[:, :3] @ R.T])
     b = (other[:, 3:] - S[:, 3:] @ R.T).ravel()
-    return np.linalg.lstsq(A, b, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(A, b, rcond=None)[0], dtype=np.float64)
 
 
 def _turned(R: Floats, z: Vector3, S: Floats, other: Floats) -> Floats:

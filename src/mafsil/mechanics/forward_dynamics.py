@@ -67,7 +67,7 @@ def _require_definite(tree: BodyTree, M: Expression) -> None:
     scaled = values / np.outer(size, size)
     weights, directions = np.linalg.eigh(scaled)
     if weights[0] < SINGULAR:
-        involved = [joints[k] for k in np.flatnonzero(np.abs(directions[:, 0]) > 0.1)]
+        involved = [joints[int(k)] for k in np.flatnonzero(np.abs(directions[:, 0]) > 0.1)]
         raise ModelError("mechanics.singular", joints=", ".join(involved))
 
 

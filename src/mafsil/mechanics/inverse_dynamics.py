@@ -60,7 +60,7 @@ def gravity_torque(tree: BodyTree, q: Expression) -> Expression:
 
 
 def velocity_torque(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
-    """c(q, qd) (n,) [N m | N]: centrifugal and Coriolis efforts."""
+    """c(q, qd) (n,) [N m | N]: centrifugal and Coriolis efforts; arguments as in `inverse_dynamics`."""
     return inverse_dynamics(replace(tree, gravity=0.0 * tree.gravity), q, qd, ca.SX(tree.n, 1))
 
 

@@ -64,5 +64,5 @@ def keys(code: str, area: str) -> frozenset[str]:
 
 @cache
 def _area(code: str, area: str) -> dict[str, str]:
-    text = resources.files(__package__).joinpath(code, f"{area}.toml").read_text(encoding="utf-8")
+    text = resources.files("mafsil.messages").joinpath(code, f"{area}.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)

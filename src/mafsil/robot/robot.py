@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -192,7 +192,7 @@ class Robot:
         Raises:
             InputError: the name or the frame is not known; the sentence lists what is.
         """
-        if not isinstance(frame, str | None):
+        if not isinstance(cast(object, frame), str | None):
             raise InputError("robot.frame_name", name=name, got=type(frame).__name__)
         wanted = (name, frame, optional)
         if wanted not in self._kernels:

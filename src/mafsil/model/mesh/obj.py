@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from array import array
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,5 +41,5 @@ def _add_face(corners: array[int], words: list[bytes], known: int) -> None:
     indices = [index - 1 if index > 0 else known + index for index in polygon]
     if len(indices) < 3 or min(indices) < 0 or 0 in polygon:
         raise ValueError
-    for second, third in zip(indices[1:-1], indices[2:], strict=True):
+    for second, third in pairwise(indices[1:]):
         corners.extend((indices[0], second, third))

@@ -1,0 +1,153 @@
+"""The drawing that travels with a Denavit-Hartenberg table: axes, link frames, common normals, and the table itself."""
+
+from __future__ import annotations
+
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.model import Mechanism
+from mafsil.model.denavit_hartenberg import DHRow
+from mafsil.model.dh_frames import frame_poses
+from mafsil.model.dh_from_axes import DHTable
+from mafsil.model.exponentials import chain_to_tip
+
+_INK, _AXIS, _NORMAL, _OFFSET = "#39424a", "#8a949c", "#d9702a", "#7a4fb5"
+_X, _Z = "#d33f3a", "#2f6fd0"
+_SHORT = 1e-6
+"""Lengths below this fraction of the arm's size are not drawn."""
+
+
+def save_dh_frames(mechanism: Mechanism, table: DHTable, path: Path, q: ArrayLike | None = None) -> None:
+    """Draw the frames of a table into a file.
+
+    Args:
+        mechanism: the robot, for a posture in which links do not lie on each other.
+        table: in the modified convention.
+        path: .png, .svg or .pdf.
+        q: (n,) coordinates of the table's joints [rad | m]; a relaxed posture if None.
+    """
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 9, "text.color": _INK}):
+        figure = draw_dh_frames(mechanism, table, q)
+        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
+        figure.savefig(path, dpi=160, bbox_inches="tight", pad_inches=0.08, metadata=undated)
+
+
+def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = None) -> Any:
+    """A matplotlib figure of the frames of a table, with the table beside it.
+
+    Args:
+        mechanism: the robot.
+        table: in the modified convention.
+        q: (n,) coordinates of the table's joints; a relaxed posture if None.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    frames = frame_poses(table, _relaxed(mechanism) if q is None else q)
+    size = max(float(np.ptp(frames[:, :3, 3], axis=0).max()), 0.05)
+    figure = Figure(figsize=(9.0, 5.6))
+    FigureCanvasAgg(figure)
+    axes: Any = figure.add_axes((0.0, 0.0, 0.66, 1.0), projection="3d", computed_zorder=False)
+    for frame, row in zip(frames[1:], table.rows, strict=True):
+        _axis(axes, frame, size, prismatic=row.kind == "P")
+    for i in range(1, len(frames)):
+        _link(axes, frames[i - 1], frames[i], i, size)
+    for names, frame in _gathered(frames, size):
+        _frame(axes, frame, names, size)
+    _view(axes, frames[:, :3, 3], size)
+    _numbers(figure, table)
+    return figure
+
+
+def _relaxed(mechanism: Mechanism) -> Floats:
+    """Small turns away from zero, so that neighbouring links do not lie on one line; slides drawn out a little."""
+    names = [joint.name for joint in chain_to_tip(mechanism) if joint.moves]
+    places = [mechanism.joint_names.index(name) for name in names]
+    lower, upper = mechanism.limits.lower[places], mechanism.limits.upper[places]
+    bend = np.resize(np.array([0.35, 0.5, -0.6, 0.3, 0.45, -0.3, 0.2]), len(places))
+    return np.clip(np.clip(0.0, lower, upper) + bend, lower, upper)
+
+
+def _axis(axes: Any, frame: PoseMatrix, size: float, *, prismatic: bool) -> None:
+    """A dash-dotted line along the joint's axis, doubled for a slide."""
+    centre, z = frame[:3, 3], frame[:3, 2]
+    ends = np.array([centre - 0.16 * size * z, centre + 0.30 * size * z])
+    axes.plot(*ends.T, color=_AXIS, linewidth=2.4 if prismatic else 1.0, linestyle="-.", zorder=1)
+
+
+def _link(axes: Any, before: PoseMatrix, after: PoseMatrix, i: int, size: float) -> None:
+    """Length a along x of {i-1}, then offset d along z of {i}."""
+    start, end = before[:3, 3], after[:3, 3]
+    corner = end - after[:3, 2] * (after[:3, 2] @ (end - start))
+    for a, b, colour, name in ((start, corner, _NORMAL, f"a_{i - 1}"), (corner, end, _OFFSET, f"d_{i}")):
+        if np.linalg.norm(b - a) > _SHORT * size:
+            axes.plot(*np.array([a, b]).T, color=colour, linewidth=3.2, solid_capstyle="round", zorder=3)
+            _label(axes, (a + b) / 2 + 0.02 * size, f"${name}$", colour)
+
+
+def _gathered(frames: PoseMatrix, size: float) -> list[tuple[list[int], PoseMatrix]]:
+    """Frames of the same pose together, so that their labels do not lie on each other."""
+    groups: list[tuple[list[int], PoseMatrix]] = []
+    for i, frame in enumerate(frames):
+        same = next((names for names, other in groups if np.abs(other - frame).max() < 1e-6 * max(size, 1.0)), None)
+        if same is None:
+            groups.append(([i], frame))
+        else:
+            same.append(i)
+    return groups
+
+
+def _frame(axes: Any, frame: PoseMatrix, names: list[int], size: float) -> None:
+    """Arrows x and z with their indices, the origin as a dot; later frames of one origin a little longer."""
+    origin, length = frame[:3, 3], (0.13 + 0.022 * names[0]) * size
+    axes.plot(*origin[:, None], marker="o", color=_INK, markersize=3.5, zorder=6)
+    index = ",".join(map(str, names))
+    for column, colour, letter in ((0, _X, "x"), (2, _Z, "z")):
+        tip = origin + length * frame[:3, column]
+        axes.quiver(*origin, *(tip - origin), color=colour, linewidth=1.6, arrow_length_ratio=0.18, zorder=5)
+        _label(axes, origin + 1.14 * (tip - origin), f"${letter}_{{{index}}}$", colour)
+
+
+def _label(axes: Any, place: Vector3, text: str, colour: str) -> None:
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
+    axes.text(*place, text, color=colour, ha="center", va="center", zorder=8, bbox=box)
+
+
+def _view(axes: Any, points: Floats, size: float) -> None:
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    for setter, c in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), centre, strict=True):
+        setter(c - 0.58 * size, c + 0.58 * size)
+    axes.set_box_aspect((1, 1, 1), zoom=1.25)
+    axes.view_init(elev=22, azim=-60)
+    axes.set_axis_off()
+
+
+def _numbers(figure: Any, table: DHTable) -> None:
+    """The table at the right, angles in degrees."""
+    head = ["$i$", r"$\alpha_{i-1}$", "$a_{i-1}$", "$d_i$", r"$\theta_i$"]
+    rows = [[str(i), *_cells(row, i)] for i, row in enumerate(table.rows, start=1)]
+    panel = figure.add_axes((0.665, 0.1, 0.325, 0.8))
+    panel.set_axis_off()
+    shown = panel.table(cellText=rows, colLabels=head, loc="center", cellLoc="center", edges="horizontal")
+    shown.auto_set_font_size(False)
+    shown.set_fontsize(9)
+    shown.scale(1.0, 1.6)
+
+
+def _cells(row: DHRow, i: int) -> list[str]:
+    turn, slide = degrees(row.theta), row.d
+    variable = f"$q_{i}$"
+    theta = variable + (f"{turn:+.5g}°" if abs(turn) > 1e-9 else "") if row.kind == "R" else f"{turn:.5g}°"
+    d = variable + (f"{slide:+.4g}" if abs(slide) > 1e-9 else "") if row.kind == "P" else f"{_round(slide):.4g}"
+    return [f"{_round(degrees(row.alpha)):.5g}°", f"{_round(row.a):.4g}", d, theta]
+
+
+def _round(value: float) -> float:
+    return 0.0 if abs(value) < 1e-11 else value
