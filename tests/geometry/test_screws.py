@@ -128,6 +128,8 @@ def test_reciprocal_screws():
     apart = screw.from_axis([0, 1, 0], [0, 0, 2.0])
     assert screw.reciprocal_product(force_line, crossing) == 0
     assert abs(screw.reciprocal_product(force_line, apart)) == pytest.approx(2.0)
+    helix = screw.from_axis([1, 2, 2], [0.3, -0.4, 0.9], 0.7)
+    assert screw.reciprocal_product(helix, helix) == pytest.approx(2 * 0.7)
 
 
 @pytest.mark.capability("04-90", "04-91")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import count
 
 import casadi as ca
 import numpy as np
 import pytest
 
 from mafsil.mechanics.quantities import CATALOGUE
-from mafsil.model import JointKind
+from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import trace
 from tests.oracles import subjects
@@ -27,7 +28,19 @@ EXACT = 1e-12
 @cache
 def robot(name: str) -> Robot:
     """`tree` branches, and has helical, prismatic and mimic joints and massless links."""
-    return Robot(random_tree(np.random.default_rng(0), most_joints=12) if name == "tree" else subjects.mechanism(name))
+    return Robot(_rich_tree() if name == "tree" else subjects.mechanism(name))
+
+
+def _rich_tree() -> Mechanism:
+    trees = (random_tree(np.random.default_rng(seed), most_joints=12) for seed in count())
+    return next(tree for tree in trees if tree.n > 6 and _has_all(tree))
+
+
+def _has_all(tree: Mechanism) -> bool:
+    kinds = {joint.kind for joint in tree.joints}
+    branches = len(set(tree.parents)) < len(tree.parents)
+    massless = any(link.inertial is None for link in tree.links[1:])
+    return kinds == set(JointKind) and branches and massless and any(joint.mimic for joint in tree.joints)
 
 
 @cache
@@ -78,13 +91,7 @@ def shape(request: pytest.FixtureRequest) -> tuple[int, ...]:
     return request.param
 
 
-def test_the_tree_has_every_kind_of_joint() -> None:
-    joints = robot("tree").mechanism.joints
-    assert {joint.kind for joint in joints} == set(JointKind)
-    assert any(joint.mimic for joint in joints)
-
-
-@pytest.mark.capability("09-2", "09-3", "09-55")
+@pytest.mark.capability("09-2", "09-19", "09-55")
 def test_inverse_dynamics_is_the_sum_of_its_terms(name: str, shape: tuple[int, ...]) -> None:
     r, s = robot(name), states(name, shape)
     M, c, g = r.mass_matrix(s.q), r.velocity_torque(s.q, s.qd), r.gravity_torque(s.q)
@@ -135,7 +142,6 @@ def test_passivity(name: str, shape: tuple[int, ...]) -> None:
     agree(name, "coriolis_matrix", skew, -np.swapaxes(skew, -1, -2))
 
 
-@pytest.mark.capability("09-20", "09-56")
 def test_coriolis_matrix_is_that_of_the_christoffel_symbols(name: str) -> None:
     """c is quadratic in the rates with symmetric coefficients: C(a) b = C(b) a."""
     r, s = robot(name), states(name, (4,))
@@ -151,7 +157,7 @@ def test_gravity_is_the_slope_of_the_potential_energy(name: str, shape: tuple[in
     agree(name, "potential_energy", derivative(name, "potential_energy", s, s.qd), (g * s.qd).sum(-1))
 
 
-@pytest.mark.capability("09-18", "09-19")
+@pytest.mark.capability("09-18")
 def test_power_balance(name: str) -> None:
     """d/dt (K + P) = tau . qd; along a motion, dK/dt = qd' M qdd + qd' dM/dt qd / 2."""
     r, s = robot(name), states(name, (5,))
@@ -161,7 +167,7 @@ def test_power_balance(name: str) -> None:
     agree(name, "kinetic_energy", kinetic + derivative(name, "potential_energy", s, s.qd), power)
 
 
-@pytest.mark.capability("09-7", "09-60")
+@pytest.mark.capability("09-7")
 def test_free_motion_keeps_its_energy_as_well_as_the_step_allows() -> None:
     """Halving the step of Heun's second order method divides the drift by eight or so (per unit time: 4 to 9)."""
     r = robot("panda")
@@ -195,7 +201,6 @@ def test_the_tip_wrench_is_what_the_robot_exerts() -> None:
         assert np.abs(r.forward_dynamics(q, zero, rest, 0 * F)).max() < 1e-10
 
 
-@pytest.mark.capability("09-45")
 def test_gravity_is_an_upward_acceleration_of_the_base(name: str) -> None:
     """Gravity and base turned together change nothing; no gravity, no effort at rest; twice it, twice the effort."""
     r, s = robot(name), states(name, (3,))

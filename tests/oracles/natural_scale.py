@@ -1,8 +1,8 @@
 """The one place that says against what an error is relative: a robot's own sizes, never a number that may be small.
 
-Prismatic coordinates are counted in units of the robot's reach, so that all joints and all rows of Jacobians have
-Prismatic coordinates are counted in units of reach, so that all joints and all rows of Jacobians have
-itself is larger than that (fast motion, long chains), its largest entry of the state counts.
+Prismatic coordinates are counted in units of reach, so that all joints and all rows of Jacobians have one unit. Then
+poses compare with 1, efforts with weight x reach, the mass matrix with mass x reach^2. Where the quantity itself is
+larger than that (fast motion, long chains), its largest entry of the state counts.
 """
 
 from __future__ import annotations

@@ -29,9 +29,7 @@ def _sized(name: str) -> int:
     return STATES if subjects.mechanism(name).n <= MANY_JOINTS else 50
 
 
-@pytest.mark.capability(
-    "05-10", "05-33", "05-47", "05-49", "05-55", "09-2", "09-4", "09-18", "09-48", "09-51", "09-57", "09-62"
-)
+@pytest.mark.capability("05-10", "05-47", "05-49", "05-55", "09-2", "09-4", "09-18", "09-57", "09-62")
 @pytest.mark.row("R4")
 @pytest.mark.parametrize("name", subjects.names())
 def test_every_quantity_agrees_with_every_oracle(name: str) -> None:
@@ -56,7 +54,6 @@ def test_compiled_kernels_agree_with_every_oracle(name: str) -> None:
     assert worst(table) < ROUNDING
 
 
-@pytest.mark.capability("05-11")
 @pytest.mark.parametrize("name", ["panda", "urdf:baxter"])
 def test_any_frame_has_its_pose_and_jacobian(name: str) -> None:
     mechanism = subjects.mechanism(name)

@@ -14,7 +14,8 @@ from mafsil.job import Run
 from mafsil.job.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
-from mafsil.report import contents, skeleton
+from mafsil.report import contents
+from mafsil.report.bodies import Drawing, compact
 from mafsil.report.page import render
 
 
@@ -124,7 +125,7 @@ def test_replay_shows_what_was_recorded(page: tuple[str, str, Reader], small_run
     poses = unpacked(scene["poses"], 7).reshape(frames, bodies, 7)
     for frame in (0, frames // 2, frames - 1):
         row = min(int(np.searchsorted(tape.t, min(frame * scene["period"], tape.t[-1]))), len(tape.t) - 1)
-        expected = skeleton.compact(np.asarray(small_run.robot.link_poses(tape.q[row])))
+        expected = compact(np.asarray(small_run.robot.link_poses(tape.q[row])))
         np.testing.assert_allclose(poses[frame, : len(expected)], expected, atol=1e-5)
     np.testing.assert_allclose(np.linalg.norm(poses[..., 3:], axis=-1), 1.0, atol=1e-6)
     part = poses[:, -1]
@@ -136,7 +137,8 @@ def test_replay_shows_what_was_recorded(page: tuple[str, str, Reader], small_run
 @pytest.mark.parametrize("name", library.names())
 def test_every_robot_of_the_library_has_a_body(name: str) -> None:
     mechanism = library.load(name)
-    bodies = skeleton.bodies(mechanism, -1.0)
+    poses = np.broadcast_to(np.eye(4), (len(mechanism.links), 4, 4))
+    bodies = Drawing(mechanism).bodies(-1.0, poses)
     assert [body.name for body in bodies] == list(mechanism.link_names)
     solids = [solid for body in bodies for solid in body.solids]
     assert solids

@@ -133,8 +133,9 @@ def check_dh(
 def _whole_table(rows: Rows, convention: Convention) -> Iterator[_Repair]:
     """Slips that concern every row."""
     other = Convention.CLASSIC if convention is Convention.MODIFIED else Convention.MODIFIED
-    in_radians = tuple(replace(r, alpha=radians(r.alpha), theta=radians(r.theta)) for r in rows)
-    yield _Repair(in_radians, convention, Finding(Slip.DEGREES), -1)
+    for fields in (("alpha", "theta"), ("alpha",), ("theta",)):
+        in_radians = tuple(replace(r, **{f: radians(getattr(r, f)) for f in fields}) for r in rows)
+        yield _Repair(in_radians, convention, Finding(Slip.DEGREES, entry=", ".join(fields)), -1)
     yield _Repair(rows, other, Finding(Slip.CONVENTION), -1)
     for field in ("a", "alpha"):
         for step in (1, -1):

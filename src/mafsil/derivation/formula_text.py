@@ -8,14 +8,16 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from mafsil.errors import InputError
 
-LONGEST = 4000
+LONGEST = 2000
 """Characters of one formula."""
+DEEPEST = 200
+"""Operations inside each other."""
 _SHORT = re.compile(r"^([cs])_?(\d{1,9})$")
 _COORDINATE = re.compile(r"^(?:q|theta|θ|t)_?(\d{1,2})$")
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
@@ -26,6 +28,7 @@ _OPERATIONS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: np.true_divide,
 }
 _MOST_POWER = 6
+_LARGEST = 10**15
 
 
 def parsed(text: str) -> ast.expr:
@@ -57,21 +60,26 @@ def evaluate(tree: ast.expr, values: Mapping[str, Any]) -> Any:
     Raises:
         InputError: a name that has no value; the sentence lists those that have.
     """
+    with np.errstate(all="ignore"):
+        return _value(tree, values)
+
+
+def _value(tree: ast.expr, values: Mapping[str, Any]) -> Any:
     match tree:
         case ast.Constant(value=value):
-            return value
+            return np.float64(cast("float", value))
         case ast.Name(id=name):
             return _named(name, values)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return -evaluate(operand, values)
+            return -_value(operand, values)
         case ast.UnaryOp(operand=operand):
-            return evaluate(operand, values)
+            return _value(operand, values)
         case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return _FUNCTIONS[name](evaluate(argument, values))
+            return _FUNCTIONS[name](_value(argument, values))
         case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=power)):
-            return evaluate(left, values) ** power
+            return _value(left, values) ** cast("int", power)
         case ast.BinOp(left=left, op=op, right=right):
-            return _OPERATIONS[type(op)](evaluate(left, values), evaluate(right, values))
+            return _OPERATIONS[type(op)](_value(left, values), _value(right, values))
         case _:
             raise InputError("derivation.formula", text=ast.unparse(tree)[:80])
 
@@ -92,9 +100,15 @@ def _named(name: str, values: Mapping[str, Any]) -> Any:
 
 
 def _require_allowed(tree: ast.expr, text: str) -> None:
-    """Nothing but the arithmetic above."""
+    """Nothing but the arithmetic above, not nested beyond what a person writes."""
+    if _depth(tree) > DEEPEST:
+        raise InputError("derivation.formula_deep", limit=DEEPEST)
     for node in ast.walk(tree):
         match node:
+            case ast.Constant(value=bool()):
+                raise InputError("derivation.formula", text=text[:80])
+            case ast.Constant(value=int(number)) if number > _LARGEST:
+                raise InputError("derivation.formula", text=text[:80])
             case ast.Constant(value=int() | float()) | ast.Name() | ast.UnaryOp(op=ast.USub() | ast.UAdd()):
                 continue
             case ast.Call(func=ast.Name(id=name), args=[_], keywords=[]) if name in _FUNCTIONS:
@@ -107,3 +121,11 @@ def _require_allowed(tree: ast.expr, text: str) -> None:
                 continue
             case _:
                 raise InputError("derivation.formula", text=text[:80])
+
+
+def _depth(tree: ast.AST) -> int:
+    """Levels of the tree, found without recursion."""
+    level, depth = [tree], 0
+    while level:
+        level, depth = [child for node in level for child in ast.iter_child_nodes(node)], depth + 1
+    return depth

@@ -59,9 +59,10 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
         _axis(axes, frame, size, prismatic=row.kind == "P")
     for i in range(1, len(frames)):
         _link(axes, frames[i - 1], frames[i], i, size)
-    for names, frame in _gathered(frames, size):
-        _frame(axes, frame, names, size)
-    _view(axes, frames[:, :3, 3], size)
+    arrows = _arrows(frames, size)
+    for arrow in arrows:
+        _arrow(axes, *arrow)
+    _view(axes, np.array([tip for _, tip, _, _ in arrows] + [origin for origin, _, _, _ in arrows]))
     _numbers(figure, table)
     return figure
 
@@ -92,27 +93,34 @@ def _link(axes: Any, before: PoseMatrix, after: PoseMatrix, i: int, size: float)
             _label(axes, (a + b) / 2 + 0.02 * size, f"${name}$", colour)
 
 
-def _gathered(frames: PoseMatrix, size: float) -> list[tuple[list[int], PoseMatrix]]:
-    """Frames of the same pose together, so that their labels do not lie on each other."""
-    groups: list[tuple[list[int], PoseMatrix]] = []
-    for i, frame in enumerate(frames):
-        same = next((names for names, other in groups if np.abs(other - frame).max() < 1e-6 * max(size, 1.0)), None)
-        if same is None:
-            groups.append(([i], frame))
-        else:
-            same.append(i)
-    return groups
-
-
-def _frame(axes: Any, frame: PoseMatrix, names: list[int], size: float) -> None:
-    """Arrows x and z with their indices, the origin as a dot; later frames of one origin a little longer."""
-    origin, length = frame[:3, 3], (0.13 + 0.022 * names[0]) * size
-    axes.plot(*origin[:, None], marker="o", color=_INK, markersize=3.5, zorder=6)
-    index = ",".join(map(str, names))
+def _arrows(frames: PoseMatrix, size: float) -> list[tuple[Vector3, Vector3, str, str]]:
+    """Origin, tip, label and colour of every arrow x and z; equal ones of one place share an arrow."""
+    arrows: list[tuple[Vector3, Vector3, str, str]] = []
     for column, colour, letter in ((0, _X, "x"), (2, _Z, "z")):
-        tip = origin + length * frame[:3, column]
-        axes.quiver(*origin, *(tip - origin), color=colour, linewidth=1.6, arrow_length_ratio=0.18, zorder=5)
-        _label(axes, origin + 1.14 * (tip - origin), f"${letter}_{{{index}}}$", colour)
+        groups: list[list[int]] = []
+        for i in range(len(frames)):
+            same = next((g for g in groups if _same_arrow(frames[g[0]], frames[i], column, size)), None)
+            if same is None:
+                groups.append([i])
+            else:
+                same.append(i)
+        for group in groups:
+            frame, length = frames[group[0]], (0.13 + 0.022 * group[0]) * size
+            label = f"${letter}_{{{','.join(map(str, group))}}}$"
+            arrows.append((frame[:3, 3], frame[:3, 3] + length * frame[:3, column], label, colour))
+    return arrows
+
+
+def _same_arrow(one: PoseMatrix, other: PoseMatrix, column: int, size: float) -> bool:
+    apart = float(np.linalg.norm(one[:3, 3] - other[:3, 3])) / size
+    return apart < _SHORT and float(np.linalg.norm(one[:3, column] - other[:3, column])) < _SHORT
+
+
+def _arrow(axes: Any, origin: Vector3, tip: Vector3, label: str, colour: str) -> None:
+    """An arrow with its name beyond its tip, the origin as a dot."""
+    axes.plot(*origin[:, None], marker="o", color=_INK, markersize=3.5, zorder=6)
+    axes.quiver(*origin, *(tip - origin), color=colour, linewidth=1.6, arrow_length_ratio=0.18, zorder=5)
+    _label(axes, origin + 1.2 * (tip - origin), label, colour)
 
 
 def _label(axes: Any, place: Vector3, text: str, colour: str) -> None:
@@ -120,11 +128,12 @@ def _label(axes: Any, place: Vector3, text: str, colour: str) -> None:
     axes.text(*place, text, color=colour, ha="center", va="center", zorder=8, bbox=box)
 
 
-def _view(axes: Any, points: Floats, size: float) -> None:
+def _view(axes: Any, points: Floats) -> None:
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    half = 0.56 * float(np.ptp(points, axis=0).max())
     for setter, c in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), centre, strict=True):
-        setter(c - 0.58 * size, c + 0.58 * size)
-    axes.set_box_aspect((1, 1, 1), zoom=1.25)
+        setter(c - half, c + half)
+    axes.set_box_aspect((1, 1, 1), zoom=1.1)
     axes.view_init(elev=22, azim=-60)
     axes.set_axis_off()
 
@@ -142,11 +151,18 @@ def _numbers(figure: Any, table: DHTable) -> None:
 
 
 def _cells(row: DHRow, i: int) -> list[str]:
-    turn, slide = degrees(row.theta), row.d
     variable = f"$q_{i}$"
-    theta = variable + (f"{turn:+.5g}°" if abs(turn) > 1e-9 else "") if row.kind == "R" else f"{turn:.5g}°"
-    d = variable + (f"{slide:+.4g}" if abs(slide) > 1e-9 else "") if row.kind == "P" else f"{_round(slide):.4g}"
+    turn, slide = f"{_round(degrees(row.theta)):.5g}°", f"{_round(row.d):.4g}"
+    theta = _after(variable, turn) if row.kind == "R" else turn
+    d = _after(variable, slide) if row.kind == "P" else slide
     return [f"{_round(degrees(row.alpha)):.5g}°", f"{_round(row.a):.4g}", d, theta]
+
+
+def _after(variable: str, constant: str) -> str:
+    """q, q + constant or q − constant."""
+    if constant in ("0", "0°"):
+        return variable
+    return variable + (constant.replace("-", "−") if constant.startswith("-") else f"+{constant}")
 
 
 def _round(value: float) -> float:

@@ -93,6 +93,21 @@ class Attachment:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class LinkSeat:
+    """A link by itself.
+
+    Attributes:
+        parent: index of the link that carries it; -1 for the first.
+        com: (3,) centre of mass in the link's frame; the frame's origin for a massless link.
+        inertia: about the origin of the link's frame.
+    """
+
+    parent: int
+    com: Floats
+    inertia: RigidInertia
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class BodyTree:
     """All bodies; `bodies[0]` is the base and has no joint of its own.
 
@@ -103,6 +118,7 @@ class BodyTree:
         frames: by link name.
         tip: the tip frame.
         gravity: (3,) in {0}.
+        links: every link apart, in the order of `frames`: what lumping made of several links can be told apart again.
     """
 
     n: int
@@ -112,6 +128,7 @@ class BodyTree:
     frames: dict[str, Attachment]
     tip: Attachment
     gravity: Floats
+    links: tuple[LinkSeat, ...] = ()
 
     @property
     def moving(self) -> tuple[tuple[int, Body], ...]:
@@ -157,6 +174,7 @@ def lumped(mechanism: Mechanism) -> BodyTree:
         frames=frames,
         tip=frames[mechanism.tip].behind(mechanism.T_lt),
         gravity=R_s0.T @ mechanism.gravity,
+        links=_seats(mechanism),
     )
 
 
@@ -168,6 +186,19 @@ def rotation_onto(axis: Floats) -> Floats:
         return half_turn_about_x @ rotation_onto(half_turn_about_x @ axis)
     k = 1.0 / (1.0 + z)
     return np.array([[1 - k * x * x, -k * x * y, x], [-k * x * y, 1 - k * y * y, y], [-x, -y, z]])
+
+
+def _seats(mechanism: Mechanism) -> tuple[LinkSeat, ...]:
+    number = {link.name: k for k, link in enumerate(mechanism.links)}
+    parents = [-1, *(number[joint.parent] for joint in mechanism.joints)]
+    return tuple(
+        LinkSeat(
+            parent,
+            np.zeros(3) if link.inertial is None else np.array(link.inertial.com),
+            _inertia_of(link.inertial),
+        )
+        for parent, link in zip(parents, mechanism.links, strict=True)
+    )
 
 
 def _base(mechanism: Mechanism) -> Body:

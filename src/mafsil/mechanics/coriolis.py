@@ -1,11 +1,11 @@
-"""The Coriolis matrix with the Christoffel symbols of the mass matrix."""
+"""The Coriolis matrix with the Christoffel symbols of the mass matrix, without differentiation."""
 
 from __future__ import annotations
 
 import casadi as ca
 
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.inverse_dynamics import velocity_torque
+from mafsil.mechanics.derivatives import matrices
 from mafsil.mechanics.placement import Expression
 
 
@@ -17,9 +17,24 @@ def coriolis_matrix(tree: BodyTree, q: Expression, qd: Expression) -> Expression
 
     Args:
         tree: the bodies.
-        q: (n,) joint coordinates [rad | m].
-        qd: (n,) rates, symbols (the derivative is taken by them).
+        q, qd: (n,) joint coordinates [rad | m] and rates.
 
-    Reference: Lynch & Park, Modern Robotics, sec. 8.1.3 and prop. 8.1.
+    Reference: Lynch & Park, Modern Robotics, sec. 8.1.3 and prop. 8.1; Singh, Wensing & Echeandia 2022.
     """
-    return ca.densify(ca.jacobian(velocity_torque(tree, q, qd), qd)) / 2
+    return matrices(tree, q, qd, ca.SX(tree.n, 1))[1]
+
+
+def christoffel_symbols(tree: BodyTree, q: Expression) -> Expression:
+    """Gamma (n n, n), first kind: row i n + j, column k holds Gamma_ijk, with c_i = sum of Gamma_ijk qd_j qd_k.
+
+    C is linear in the rates, so Gamma_ijk is C_ij of a unit rate of joint k.
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.12.
+    """
+    unit = ca.SX(ca.DM.eye(tree.n))
+    columns = [ca.vec(coriolis_matrix(tree, q, unit[:, k]).T) for k in range(tree.n)]
+    return ca.horzcat(*columns) if columns else ca.SX(0, 0)

@@ -87,13 +87,13 @@ def by_mass_matrix(
 
 
 def solved(M: Expression, b: Expression) -> Expression:
-    """X (n,) with M x = b for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
+    """X (n, k) with M X = b (n, k) for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
 
     Eliminates from the last row upwards, so that a matrix with the zeros of a tree fills in nowhere.
     """
     n = M.shape[0]
     entry = {(i, j): M[i, j] for i in range(n) for j in range(i + 1) if not M[i, j].is_zero()}
-    x = [b[i] for i in range(n)]
+    x = [b[i, :] for i in range(n)]
     for k in reversed(range(n)):
         before = [i for i in range(k) if (k, i) in entry]
         inverse_pivot = 1 / entry[k, k]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import casadi as ca
 
+from mafsil.mechanics.base_motion import BaseMotion, base_motion
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import (
     Expression,
@@ -19,7 +20,13 @@ from mafsil.mechanics.placement import (
 
 
 def inverse_dynamics(
-    tree: BodyTree, q: Expression, qd: Expression, qdd: Expression, F_tip: Expression | None = None
+    tree: BodyTree,
+    q: Expression,
+    qd: Expression,
+    qdd: Expression,
+    F_tip: Expression | None = None,
+    base_twist: Expression | None = None,
+    base_acceleration: Expression | None = None,
 ) -> Expression:
     """Tau (n,) [N m | N] with tau = M(q) qdd + c(q, qd) + g(q) + J' F_tip.
 
@@ -37,12 +44,14 @@ def inverse_dynamics(
         tree: the bodies.
         q, qd, qdd: (n,) coordinates [rad | m] and time derivatives.
         F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
+        base_twist, base_acceleration: (6,) true motion of a carried base, see `base_motion`; None for a fixed base.
 
     Reference: Luh, Walker, Paul 1980; Lynch & Park, Modern Robotics, sec. 8.3, gives the same in twists.
     """
     steps = placements(tree, q)
     rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
-    moment, force = _loads(tree, *_outward(tree, steps, rates, accelerations))
+    base = base_motion(tree, base_twist, base_acceleration)
+    moment, force = _loads(tree, *_outward(tree, steps, rates, accelerations, base))
     if F_tip is not None:
         _add_tip_wrench(tree, F_tip, moment, force)
     efforts = _inward(tree, steps, moment, force)
@@ -65,10 +74,15 @@ def velocity_torque(tree: BodyTree, q: Expression, qd: Expression) -> Expression
 
 
 def _outward(
-    tree: BodyTree, steps: Sequence[Placement], rates: Sequence[Expression], accelerations: Sequence[Expression]
+    tree: BodyTree,
+    steps: Sequence[Placement],
+    rates: Sequence[Expression],
+    accelerations: Sequence[Expression],
+    base: BaseMotion,
 ) -> tuple[list[Expression], list[Expression], list[Expression], list[Expression]]:
     """omega, alpha, acceleration of the origin, and U of each body, in its own frame."""
-    omega, alpha, a, U = [ca.SX(3, 1)], [ca.SX(3, 1)], [constant(-tree.gravity)], [ca.SX(3, 3)]
+    omega, alpha, a = [base.omega], [base.alpha], [base.a - constant(tree.gravity)]
+    U = [_point_acceleration(base.omega, base.alpha)]
     for i, body in tree.moving:
         p, step, qd, qdd = body.parent, steps[i], rates[i], accelerations[i]
         w_i = step.to_child(omega[p])

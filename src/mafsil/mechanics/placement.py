@@ -100,7 +100,7 @@ def world_placements(tree: BodyTree, steps: Sequence[Placement]) -> tuple[list[E
 
 
 def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]) -> tuple[Expression, Expression]:
-    """Rotation and origin of an attached frame in {0}."""
+    """Rotation and origin of an attached frame in {0}, from the rotations R and origins p of all bodies there."""
     body = frame.body
     return R[body] @ constant(frame.R), p[body] + R[body] @ constant(frame.p)
 

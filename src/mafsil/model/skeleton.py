@@ -1,113 +1,150 @@
-"""Simple shapes for robots without geometry, made from their kinematics, so that every robot can be drawn."""
+"""A body for a robot that is only numbers: housings at the joints, tubes between them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
 
-THICKNESS = 0.03
-"""Radius of the bones as a fraction of the robot's longest chain."""
-_LINK_COLOUR = (0.62, 0.66, 0.70, 1.0)
-_JOINT_COLOUR = (0.95, 0.55, 0.15, 1.0)
-_TIP_COLOUR = (0.20, 0.45, 0.75, 1.0)
+Colour: TypeAlias = tuple[float, float, float, float]
+
+SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
+HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
+ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
+THICK, THIN = 0.046, 0.025
+"""Radius of the tubes at the base and at the last link, as fractions of the reach."""
+SHORTEST = 0.2
+"""Tubes shorter than this many radii are left out: they would not show."""
+_Z = np.array([0.0, 0.0, 1.0])
+_TINY = 1e-6
 
 
-def with_skeleton(mechanism: Mechanism, radius: float | None = None) -> Mechanism:
+def with_skeleton(mechanism: Mechanism) -> Mechanism:
     """The same mechanism, where links without visuals got simple ones.
 
-    A capsule leads from a link's own joint to each joint that it carries and to the tip; a cylinder along the axis
-    marks a revolute or helical joint, a box and a rod reaching back a prismatic one, a ball the tip. Links that have
-    visuals keep them.
+    Tubes lead from a link's own joint to each joint that it carries and to the tip, along the axes and across; a drum
+    marks a turning joint, a sleeve and a rod reaching back a sliding one, a ball the last link. Links that have visuals
+    keep them.
 
     Args:
         mechanism: any robot.
-        radius: of the capsules [m]; THICKNESS times the length of the longest chain by default.
     """
-    ends = _ends(mechanism)
-    size = THICKNESS * _length(mechanism) if radius is None else radius
-    own = {joint.child: joint for joint in mechanism.joints}
+    size = reach(mechanism)
     links = tuple(
-        link
-        if link.visuals
-        else replace(link, visuals=_shapes(link, own.get(link.name), ends[link.name], mechanism, size))
-        for link in mechanism.links
+        link if link.visuals else replace(link, visuals=_grown(mechanism, k, size))
+        for k, link in enumerate(mechanism.links)
     )
     return replace(mechanism, links=links)
 
 
-def _ends(mechanism: Mechanism) -> dict[str, list[Vector3]]:
-    """For each link the points in its frame where it carries joints or the tip."""
-    ends: dict[str, list[Vector3]] = {link.name: [] for link in mechanism.links}
-    for joint in (*mechanism.joints, *mechanism.loops):
-        ends[joint.parent].append(joint.T_pj[:3, 3])
-    ends[mechanism.tip].append(mechanism.T_lt[:3, 3])
-    return ends
+def reach(mechanism: Mechanism) -> float:
+    """Sum of the distances between joints along the longest way from the base, with strokes of sliding joints [m]."""
+    distance = [0.0]
+    for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):
+        step = float(np.linalg.norm(joint.T_pj[:3, 3]))
+        distance.append(distance[parent] + step + (stroke(joint) if joint.kind is JointKind.PRISMATIC else 0.0))
+    return max(max(distance) + float(np.linalg.norm(mechanism.T_lt[:3, 3])), 0.05)
 
 
-def _length(mechanism: Mechanism) -> float:
-    """Length of the longest chain from frame to frame, the tip included; 1 if all frames coincide [m]."""
-    along = {mechanism.links[0].name: 0.0}
-    for joint in mechanism.joints:
-        along[joint.child] = along[joint.parent] + float(np.linalg.norm(joint.T_pj[:3, 3]))
-    along[mechanism.tip] += float(np.linalg.norm(mechanism.T_lt[:3, 3]))
-    return max(along.values()) or 1.0
+def stroke(joint: Joint) -> float:
+    """How far a sliding joint goes from zero; 0 if it has no bounds [m]."""
+    return max((abs(x) for x in (joint.limits.lower, joint.limits.upper) if np.isfinite(x)), default=0.0)
 
 
-def _shapes(
-    link: Link, own: Joint | None, points: list[Vector3], mechanism: Mechanism, radius: float
-) -> tuple[Shape, ...]:
-    """Joint mark, bones, tip mark."""
-    shapes = [Shape(*_mark(own, radius), name="joint", colour=_JOINT_COLOUR)] if own and own.moves else []
-    if own is not None and own.kind is JointKind.PRISMATIC:
-        shapes.append(_rod(own, radius))
-    for point in points:
-        bend = _bend(own, point)
-        shapes += [_bone(start, end, radius) for start, end in pairwise(bend) if np.linalg.norm(end - start) > 1e-9]
-    if link.name == mechanism.tip:
-        shapes.append(Shape(Sphere(1.2 * radius), mechanism.T_lt, name="tip", colour=_TIP_COLOUR))
+def tip_tubes(mechanism: Mechanism) -> tuple[Shape, ...]:
+    """What leads from the tip's link to a tip frame away from it: a tool that has no shape of its own."""
+    T = mechanism.T_lt
+    return tuple(_tubes(None, T[:3, 3], T[:3, 2], 0.012 * reach(mechanism), HOUSING))
+
+
+def stand(mechanism: Mechanism, top: float, floor: float) -> tuple[Shape, ...]:
+    """A column from the floor to a base that hangs above it, in {s}; nothing if the base is near the floor.
+
+    Args:
+        mechanism: stands above its origin.
+        top: height of the base's lowest point [m].
+        floor: height of the floor [m].
+    """
+    size, height = reach(mechanism), top - floor
+    if height < 0.02 * size:
+        return ()
+    radius, at = 1.5 * THICK * size, mechanism.T_sb[:3, 3] * (1.0, 1.0, 0.0)
+    column = _shape("stand", Cylinder(radius, height), at + (floor + height / 2) * _Z, _Z, SHELL)
+    return column, _shape("foot", Cylinder(1.5 * radius, 0.4 * radius), at + (floor + 0.2 * radius) * _Z, _Z, HOUSING)
+
+
+def _grown(mechanism: Mechanism, k: int, size: float) -> tuple[Shape, ...]:
+    """Tubes from link k's own joint to each joint it carries (or to the tip), and a housing at each of them."""
+    own = mechanism.joints[k - 1] if k else None
+    radius = size * (THICK - (THICK - THIN) * k / max(len(mechanism.links) - 1, 1))
+    shapes: list[Shape] = _pedestal(radius) if own is None else _rod(own, radius)
+    carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
+    for joint in carried:
+        shapes += _tubes(own, joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis, radius, SHELL)
+        shapes += _housing(joint, radius)
+    if mechanism.links[k].name == mechanism.tip:
+        shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL)
+        shapes.append(_shape("tip", Sphere(0.62 * radius), np.zeros(3), _Z, ACCENT))
     return tuple(shapes)
 
 
-def _bend(own: Joint | None, point: Vector3) -> list[Vector3]:
-    """Corners of the bone: along the joint's axis first, then across, as real links are built."""
-    axis = np.array([0.0, 0.0, 1.0]) if own is None or not own.moves else own.axis
-    return [np.zeros(3), axis * (axis @ point), np.asarray(point)]
+def _pedestal(radius: float) -> list[Shape]:
+    """The foot of the base."""
+    return [_shape("foot", Cylinder(1.9 * radius, 0.9 * radius), 0.45 * radius * _Z, _Z, HOUSING)]
 
 
-def _bone(start: Vector3, end: Vector3, radius: float) -> Shape:
-    length = float(np.linalg.norm(end - start))
-    return Shape(
-        Capsule(radius, length), _placed((start + end) / 2, (end - start) / length), name="bone", colour=_LINK_COLOUR
-    )
+def _rod(own: Joint, radius: float) -> list[Shape]:
+    """What a sliding link leaves behind in the link before: as long as its travel, so that the two stay connected."""
+    if own.kind is not JointKind.PRISMATIC:
+        return []
+    length = max(own.limits.upper, 0.0) if np.isfinite(own.limits.upper) else 0.5
+    if length < SHORTEST * radius:
+        return []
+    return [_shape("rod", Cylinder(0.6 * radius, length), -own.axis * length / 2, own.axis, SHELL)]
 
 
-def _rod(joint: Joint, radius: float) -> Shape:
-    """What a sliding link leaves behind in the link before: as long as its travel forward, half a metre if unknown."""
-    travel = joint.limits.upper if np.isfinite(joint.limits.upper) else 0.5
-    length = max(float(travel), 4.0 * radius)
-    place = _placed(-joint.axis * length / 2, joint.axis)
-    return Shape(Cylinder(0.6 * radius, length), place, name="rod", colour=_LINK_COLOUR)
+def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour) -> list[Shape]:
+    """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`."""
+    first = own.axis if own is not None and own.moves else _Z
+    legs = [first * (first @ end)]
+    rest = end - legs[0]
+    last = axis * (axis @ rest)
+    shapes: list[Shape] = []
+    here = np.zeros(3)
+    for leg in (*legs, rest - last, last):
+        length = float(np.linalg.norm(leg))
+        if length > max(_TINY, SHORTEST * radius):
+            shapes.append(_shape("bone", Capsule(radius, length), here + leg / 2, leg / length, colour))
+        here = here + leg
+    return shapes
 
 
-def _mark(joint: Joint, radius: float) -> tuple[Geometry, PoseMatrix]:
-    """Cylinder around the axis of a turning joint, box along a sliding one."""
-    pose = _placed(np.zeros(3), joint.axis)
+def _housing(joint: Joint, radius: float) -> list[Shape]:
+    """A short drum about a turning axis, a sleeve along a sliding one; nothing at a fixed joint."""
+    if not joint.moves:
+        return []
+    centre, axis = joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis
     if joint.kind is JointKind.PRISMATIC:
-        return Box((2.6 * radius, 2.6 * radius, 4.0 * radius)), pose
-    return Cylinder(1.6 * radius, 4.0 * radius), pose
+        side = 2.3 * radius
+        return [_shape("joint", Box((side, side, 2.6 * radius)), centre, axis, HOUSING)]
+    drum = _shape("joint", Cylinder(1.28 * radius, 2.35 * radius), centre, axis, HOUSING)
+    return [drum, _shape("cap", Cylinder(1.02 * radius, 2.75 * radius), centre, axis, ACCENT)]
+
+
+def _shape(name: str, geometry: Geometry, centre: Vector3, direction: Vector3, colour: Colour) -> Shape:
+    return Shape(geometry, _placed(centre, direction), name=name, colour=colour)
 
 
 def _placed(centre: Vector3, direction: Vector3) -> PoseMatrix:
+    """Pose of a shape whose z axis points along a unit direction."""
     T = np.eye(4)
-    T[:3, :3] = frame_along(direction)
+    T[:3, :3] = frame_along(direction / np.linalg.norm(direction))
     T[:3, 3] = centre
     return frozen(T)

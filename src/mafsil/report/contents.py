@@ -16,7 +16,7 @@ from mafsil.job.plan import Leg
 from mafsil.job.run import Run
 from mafsil.messages import say
 from mafsil.model import JointKind
-from mafsil.report import skeleton
+from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
 
 PACKAGES = ("mafsil", "numpy", "scipy", "casadi", "llvmlite", "msgspec")
@@ -83,17 +83,18 @@ def scene(run: Run) -> Scene:
     tips, references = run.tips(rows)
     parts = _parts(run, moments, tips)
     seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3]])
-    centre, size, floor = skeleton.extent(mechanism, seen)
+    drawing = Drawing(mechanism)
+    centre, size, floor = drawing.extent(seen, poses[0])
     floor = min([floor, *(_lowest(body, track) for body, track in parts)])
-    bodies = (*skeleton.bodies(mechanism, floor), *(body for body, _ in parts))
+    bodies = (*drawing.bodies(floor, poses[0]), *(body for body, _ in parts))
     every = np.concatenate([poses, *(track[:, None] for _, track in parts)], axis=1)
-    targets = [(leg.name, skeleton.compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
+    targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     return Scene(
         bodies=bodies,
         period=period,
-        poses=skeleton.compact(every),
-        tips=skeleton.compact(tips),
-        references=skeleton.compact(references),
+        poses=compact(every),
+        tips=compact(tips),
+        references=compact(references),
         targets=tuple(targets),
         centre=centre,
         size=size,

@@ -11,12 +11,14 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.messages import direction, say
 from mafsil.messages.visible import visible
+from mafsil.model.mesh import Surface
 from mafsil.report import fragments
-from mafsil.report.content import Page, Plot, Scene
+from mafsil.report.content import Page, Plot, Scene, Solid
 
 SCENE_SCRIPTS = ("matrix.js", "shapes.js", "renderer.js", "replay.js")
 PAGE_SCRIPTS = (*SCENE_SCRIPTS, "plot.js", "main.js")
@@ -89,11 +91,17 @@ def _plot(plot: Plot) -> dict[str, Any]:
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
+    solids = [solid for body in scene.bodies for solid in body.solids]
+    surfaces = list({id(s.surface): s.surface for s in solids if s.surface is not None}.values())
+    places = {id(surface): k for k, surface in enumerate(surfaces)}
+
+    def drawn(solid: Solid) -> dict[str, Any]:
+        form = {"kind": solid.kind, "size": solid.size, "pose": solid.pose, "colour": solid.colour}
+        return form if solid.surface is None else form | {"surface": places[id(solid.surface)]}
+
     return {
-        "bodies": [
-            {"shapes": [{"kind": s.kind, "size": s.size, "pose": s.pose, "colour": s.colour} for s in body.solids]}
-            for body in scene.bodies
-        ],
+        "surfaces": [_surface(surface) for surface in surfaces],
+        "bodies": [{"shapes": [drawn(solid) for solid in body.solids]} for body in scene.bodies],
         "period": scene.period,
         "frames": len(scene.tips),
         "poses": _packed(scene.poses),
@@ -106,9 +114,29 @@ def _scene(scene: Scene) -> dict[str, Any]:
     }
 
 
+def _surface(surface: Surface) -> dict[str, Any]:
+    """Triangles with corners rounded to 1/65535 of their box: two bytes a coordinate, two or four an index."""
+    used, faces = np.unique(surface.faces, return_inverse=True)
+    points = surface.vertices[used]
+    low, high = points.min(axis=0), points.max(axis=0)
+    step = np.maximum((high - low) / 65535, 1e-12)
+    wide = len(used) > 65536
+    return {
+        "low": low.tolist(),
+        "step": step.tolist(),
+        "points": _encoded(np.round((points - low) / step).astype("<u2")),
+        "faces": _encoded(faces.reshape(-1).astype("<u4" if wide else "<u2")),
+        "wide": wide,
+    }
+
+
 def _packed(array: Floats) -> str:
     """Little-endian float32, base64."""
-    return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode("ascii")
+    return _encoded(np.ascontiguousarray(array, dtype="<f4"))
+
+
+def _encoded(array: NDArray[Any]) -> str:
+    return base64.b64encode(array.tobytes()).decode("ascii")
 
 
 def _embedded(data: dict[str, Any]) -> str:

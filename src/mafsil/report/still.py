@@ -13,7 +13,7 @@ from mafsil.arrays import gate
 from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
-from mafsil.report import skeleton
+from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
@@ -30,9 +30,10 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(Robot(mechanism).link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
-    compact, at_tip = skeleton.compact(poses)[None], skeleton.compact(tip)[None]
-    centre, size, floor = skeleton.extent(mechanism, np.concatenate([compact[0], at_tip])[:, :3])
-    scene = Scene(skeleton.bodies(mechanism, floor), 1.0, compact, at_tip, at_tip, (), centre, size, floor)
+    drawing = Drawing(mechanism)
+    centre, size, floor = drawing.extent(np.vstack([poses[:, :3, 3], tip[:3, 3]]), poses)
+    at_tip, bodies = compact(tip)[None], drawing.bodies(floor, poses)
+    scene = Scene(bodies, 1.0, compact(poses)[None], at_tip, at_tip, (), centre, size, floor)
     subtitle = " · ".join(mechanism.joint_names)
     write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
 

@@ -9,7 +9,6 @@ from types import MappingProxyType
 from mafsil.errors import ModelError
 from mafsil.model.library import franka, kuka, planar, puma, scara, stanford, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.skeleton import with_skeleton
 
 _MAKERS: tuple[Callable[[], Mechanism], ...] = (
     franka.panda,
@@ -57,7 +56,7 @@ def load(name: str) -> Mechanism:
     maker = ROBOTS.get(DEFAULT if name == "default" else name)
     if maker is None:
         raise ModelError("library.unknown", name=name, close=", ".join(_close(name.lower())))
-    return with_skeleton(maker())
+    return maker()
 
 
 def _close(name: str) -> tuple[str, ...]:

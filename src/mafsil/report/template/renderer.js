@@ -16,6 +16,7 @@ precision highp float; in vec3 world, facing; in vec4 shade; out vec4 pixel;
 uniform vec4 colour; uniform vec3 eye, sun; uniform float gloss;${SHADOW}
 void main() {
   vec3 n = normalize(facing), v = normalize(eye - world), h = normalize(sun + v);
+  if (dot(n, v) < 0.) n = -n;
   float direct = max(dot(n, sun), 0.), open = lit(shade, .0016);
   vec3 sky = mix(vec3(.36, .35, .36), vec3(.74, .77, .82), n.z * .5 + .5);
   float edge = pow(1. - max(dot(n, v), 0.), 4.);

@@ -23,9 +23,10 @@ class Replay {
       if (!meshes.has(key)) meshes.set(key, this.renderer.mesh(Shapes.of(kind, size)));
       return meshes.get(key);
     };
+    const surfaces = this.scene.surfaces.map(surface => this.renderer.mesh(Shapes.surface(surface)));
     this.parts = [];
     this.scene.bodies.forEach((body, link) => body.shapes.forEach(shape =>
-      this.parts.push({ link, mesh: mesh(shape.kind, shape.size), local: Matrix.pose(...shape.pose), colour: shape.colour })));
+      this.parts.push({ link, mesh: shape.kind === "surface" ? surfaces[shape.surface] : mesh(shape.kind, shape.size), local: Matrix.pose(...shape.pose), colour: shape.colour })));
     this.shaft = this.renderer.mesh(Shapes.cylinder(s * 0.0042, s * 0.085));
     this.head = this.renderer.mesh(Shapes.cone(s * 0.0105, s * 0.03));
     this.ball = this.renderer.mesh(Shapes.of("sphere", [s * 0.0085]));

@@ -7,6 +7,35 @@ const Shapes = {
     if (kind === "capsule") return Shapes.capsule(size[0], size[1]);
     return Shapes.cone(size[0], size[1]);
   },
+  // Triangles of a file: corners that meet at less than 40 degrees share a normal, others keep an edge.
+  surface({ low, step, points, faces, wide }) {
+    const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+    const grid = new Uint16Array(bytes(points)), corner = wide ? new Uint32Array(bytes(faces)) : new Uint16Array(bytes(faces));
+    const at = grid.length / 3, count = corner.length / 3, p = new Float32Array(grid.length), flat = new Float32Array(3 * count), size = new Float32Array(count);
+    for (let i = 0; i < p.length; i++) p[i] = low[i % 3] + step[i % 3] * grid[i];
+    const first = new Uint32Array(at + 1), around = new Uint32Array(corner.length);
+    for (const v of corner) first[v + 1]++;
+    for (let v = 0; v < at; v++) first[v + 1] += first[v];
+    const next = first.slice();
+    for (let f = 0; f < count; f++) {
+      const [a, b, c] = [0, 1, 2].map(k => 3 * corner[3 * f + k]);
+      const n = Vector.cross([0, 1, 2].map(k => p[b + k] - p[a + k]), [0, 1, 2].map(k => p[c + k] - p[a + k])), l = Vector.length(n);
+      for (let k = 0; k < 3; k++) { flat[3 * f + k] = l ? n[k] / l : 0; around[next[corner[3 * f + k]]++] = f; }
+      size[f] = l;
+    }
+    const vertices = new Float32Array(18 * count), indices = new Uint32Array(3 * count);
+    for (let i = 0; i < 3 * count; i++) {
+      const v = corner[i], f = Math.floor(i / 3), n = [0, 0, 0];
+      for (let j = first[v]; j < first[v + 1]; j++) {
+        const g = around[j];
+        if (flat[3 * f] * flat[3 * g] + flat[3 * f + 1] * flat[3 * g + 1] + flat[3 * f + 2] * flat[3 * g + 2] > 0.76) for (let k = 0; k < 3; k++) n[k] += size[g] * flat[3 * g + k];
+      }
+      const l = Vector.length(n) || 1;
+      for (let k = 0; k < 3; k++) { vertices[6 * i + k] = p[3 * v + k]; vertices[6 * i + 3 + k] = n[k] / l; }
+      indices[i] = i;
+    }
+    return { vertices, indices };
+  },
   // Points (r, z, nr, nz) of a circle of radius r about (0, z), from one latitude to another [deg].
   arc(r, z, from, to, steps, inset = 0) {
     const points = [];

@@ -1,0 +1,59 @@
+"""Equations of motion by Lagrange: energies differentiated, nothing shared with the recursion of Newton and Euler."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.energy import kinetic_energy, potential_energy
+from mafsil.mechanics.placement import Expression
+
+
+def euler_lagrange(lagrangian: Expression, q: Expression, qd: Expression, qdd: Expression) -> Expression:
+    """Generalized forces f (n,) = d/dt dL/dqd - dL/dq of any system.
+
+    Its pairing with a displacement, f . dq, is work, with a rate, f . qd, power: f_i has the unit of energy per q_i.
+
+    Args:
+        lagrangian: L(q, qd) = K - P, an expression of q and qd.
+        q, qd, qdd: (n,) symbols of generalized coordinates, rates and accelerations.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.1.
+    """
+    momentum = ca.gradient(lagrangian, qd)
+    return ca.jtimes(momentum, qd, qdd) + ca.jtimes(momentum, q, qd) - ca.gradient(lagrangian, q)
+
+
+def lagrange_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
+    """Tau (n,) [N m | N] of a motion, from L = K - P.
+
+    Args:
+        tree: the bodies with their true inertias (`lumped` or `regauged`).
+        q, qd, qdd: (n,) symbols (derivatives are taken by them).
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.1.2.
+    """
+    return euler_lagrange(kinetic_energy(tree, q, qd) - potential_energy(tree, q), q, qd, qdd)
+
+
+def mass_matrix_of(kinetic: Expression, qd: Expression) -> Expression:
+    """M (n, n), m_ij the derivative of K by qd_i and qd_j."""
+    return ca.densify(ca.hessian(kinetic, qd)[0])
+
+
+def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
+    """Gamma[i] (n, n) with entries Gamma_ijk = (dm_ij/dq_k + dm_ik/dq_j - dm_jk/dq_i) / 2.
+
+    Args:
+        M: (n, n) mass matrix, an expression of q.
+        q: (n,) symbols.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.12.
+    """
+    n = q.shape[0]
+    slope = [ca.jacobian(M[i, :].T, q) for i in range(n)]
+    gamma: list[Expression] = []
+    for i in range(n):
+        along = ca.vertcat(*(slope[j][:, i].T for j in range(n)))
+        gamma.append(ca.densify(slope[i] + slope[i].T - along) / 2)
+    return gamma

@@ -1,0 +1,1 @@
+"""Velocity kinematics, statics, singularities, manipulability and workspace of arms."""

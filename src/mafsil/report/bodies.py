@@ -1,0 +1,117 @@
+"""A robot's appearance as solids of the page, and the room that it takes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.geometry import rotation
+from mafsil.model import Box, Capsule, Cylinder, Mechanism, Sphere
+from mafsil.model.appearance import Piece, corners, part_of, pieces
+from mafsil.model.mesh import Surface
+from mafsil.model.skeleton import reach, stand
+from mafsil.report.content import Body, Colour, Solid
+
+MOST_COLOURS = 16
+"""A surface with more colours keeps the commonest; its other triangles get the nearest of these."""
+
+
+class Drawing:
+    """What is drawn of a mechanism; files are read once.
+
+    Attributes:
+        mechanism: the robot.
+        pieces: of each link, in the order of `mechanism.links`.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.pieces = pieces(mechanism)
+
+    def bodies(self, floor: float, poses: PoseMatrix) -> tuple[Body, ...]:
+        """What to draw of each link; a base that hangs above the floor gets a column.
+
+        Args:
+            floor: its height [m].
+            poses: (L, 4, 4) of the links in {s}.
+        """
+        solids = [tuple(solid for piece in of_link for solid in _solids(piece)) for of_link in self.pieces]
+        to_base = np.linalg.inv(poses[0])
+        for shape in stand(self.mechanism, self.lowest(poses, base=True), floor):
+            solids[0] += tuple(_solids(Piece(shape.geometry, to_base @ shape.T_lg, shape.colour)))
+        names = self.mechanism.link_names
+        return tuple(Body(name, of_link) for name, of_link in zip(names, solids, strict=True))
+
+    def lowest(self, poses: PoseMatrix, *, base: bool = False) -> float:
+        """Height of the lowest point of the robot, or of the part of it that never moves [m]."""
+        heads = part_of(self.mechanism)
+        heights = [float(self.mechanism.T_sb[2, 3])]
+        for k, of_link in enumerate(self.pieces):
+            if not base or heads[k] == 0:
+                heights += [float((corners(piece) @ poses[k, 2, :3]).min() + poses[k, 2, 3]) for piece in of_link]
+        return min(heights)
+
+    def extent(self, points: Floats, poses: PoseMatrix) -> tuple[tuple[float, float, float], float, float]:
+        """Middle of the scene, its radius, and the height of the floor.
+
+        Args:
+            points: (k, 3) that must be seen, in {s} [m].
+            poses: (L, 4, 4) of the links in {s} in one configuration.
+
+        Returns:
+            (3,) centre, radius and floor [m].
+        """
+        every = np.vstack([points, self.mechanism.T_sb[:3, 3]])
+        low, high = every.min(axis=0), every.max(axis=0)
+        floor = min(float(low[2]), self.lowest(poses))
+        low[2] = floor
+        centre = (low + high) / 2
+        size = max(float(np.linalg.norm(high - low)) * 0.62, 0.45 * reach(self.mechanism))
+        return (float(centre[0]), float(centre[1]), float(centre[2])), size, floor
+
+
+def compact(T: Floats) -> Floats:
+    """Position and quaternion (w, x, y, z) of poses.
+
+    Args:
+        T: (*batch, 4, 4).
+
+    Returns:
+        (*batch, 7).
+    """
+    return np.concatenate([T[..., :3, 3], rotation.to_quaternion(T[..., :3, :3])], axis=-1)
+
+
+def _solids(piece: Piece) -> Iterator[Solid]:
+    pose = tuple(float(x) for x in compact(piece.T_lg))
+    match piece.geometry:
+        case Box(size=size):
+            yield Solid("box", size, pose, piece.colour)
+        case Sphere(radius=radius):
+            yield Solid("sphere", (radius,), pose, piece.colour)
+        case Cylinder(radius=radius, length=length):
+            yield Solid("cylinder", (radius, length), pose, piece.colour)
+        case Capsule(radius=radius, length=length):
+            yield Solid("capsule", (radius, length), pose, piece.colour)
+        case Surface() as surface:
+            for colour, part in _by_colour(surface, piece.colour):
+                yield Solid("surface", (), pose, colour, part)
+
+
+def _by_colour(surface: Surface, default: Colour) -> Iterator[tuple[Colour, Surface]]:
+    """Parts of one colour each."""
+    if surface.colours is None:
+        yield default, surface
+        return
+    steps = np.round(np.clip(surface.colours, 0.0, 1.0) * 32).astype(np.int64)
+    kinds, of_face = np.unique(steps, axis=0, return_inverse=True)
+    of_face = of_face.reshape(-1)
+    common = [kind for kind, _ in Counter(of_face.tolist()).most_common(MOST_COLOURS)]
+    away = np.abs(kinds[:, None] - kinds[common][None]).sum(axis=2)
+    nearest = np.array(common)[away.argmin(axis=1)][of_face]
+    for kind in common:
+        r, g, b, a = (float(x) / 32 for x in kinds[kind])
+        yield (r, g, b, a), Surface(surface.vertices, surface.faces[nearest == kind])
