@@ -16,7 +16,7 @@ DOCS = Path(__file__).parent
 SOURCE = DOCS.parent / "src" / "mafsil"
 LAYERS = (
     "messages", "algebra", "kernels", "solvers", "geometry", "model", "mechanics", "robot", "ik", "trajectory",
-    "control", "simulation", "figures", "report", "cli",
+    "derivation", "control", "simulation", "figures", "report", "cli",
 )  # fmt: skip
 
 

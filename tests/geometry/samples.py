@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 import numpy as np
 from hypothesis import strategies as st
 
@@ -18,3 +20,13 @@ def poses(seed: int, shape: tuple[int, ...], count: int = 1) -> list[np.ndarray]
         pose.from_rotation_translation(rotation.random(rng, shape), rng.uniform(-1, 1, (*shape, 3)))
         for _ in range(count)
     ]
+
+
+def coordinates_to_both_ends(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(count, 6) exponential coordinates: angles over (0, pi), a quarter down to 1e-12, a quarter up to pi - 1e-7."""
+    axes = rng.standard_normal((count, 3))
+    axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
+    theta = rng.uniform(0, pi, count)
+    theta[::4] = 10.0 ** rng.uniform(-12, 0, len(theta[::4]))
+    theta[1::4] = pi - 10.0 ** rng.uniform(-7, 0, len(theta[1::4]))
+    return np.concatenate([axes * theta[:, None], rng.uniform(-1, 1, (count, 3))], axis=-1)

@@ -1,4 +1,4 @@
-"""Shapes made from kinematics."""
+"""A body made from kinematics."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -8,7 +8,11 @@ import pytest
 
 from mafsil.model import Box, Capsule, Cylinder, Shape, Sphere, library
 from mafsil.model.library import planar
-from mafsil.model.skeleton import with_skeleton
+from mafsil.model.skeleton import SHORTEST, reach, stand, with_skeleton
+
+
+def drawn(name):
+    return with_skeleton(library.load(name))
 
 
 def ends(shape):
@@ -18,23 +22,19 @@ def ends(shape):
 
 
 @pytest.mark.parametrize("name", library.names())
-def test_bones_lead_from_each_joint_to_the_next_and_to_the_tip(name):
-    robot = library.load(name)
+def test_tubes_lead_from_each_joint_to_the_next_and_to_the_tip(name):
+    robot = drawn(name)
     for k, link in enumerate(robot.links[1:]):
         target = robot.joints[k + 1].T_pj[:3, 3] if k + 1 < robot.n else robot.T_lt[:3, 3]
-        bones = [ends(shape) for shape in link.visuals if isinstance(shape.geometry, Capsule)]
-        if np.linalg.norm(target) < 1e-9:
-            assert not bones
-            continue
-        np.testing.assert_allclose(bones[0][0], 0, atol=1e-12)
-        np.testing.assert_allclose(bones[-1][1], target, atol=1e-12)
-        for before, after in pairwise(bones):
-            np.testing.assert_allclose(before[1], after[0], atol=1e-12)
+        bones = [shape for shape in link.visuals if isinstance(shape.geometry, Capsule)]
+        points = [np.zeros(3), *(end for bone in bones for end in ends(bone)), target]
+        gap = 3 * SHORTEST * max((bone.geometry.radius for bone in bones), default=reach(robot))
+        assert all(np.linalg.norm(end - start) <= gap for start, end in list(pairwise(points))[::2])
 
 
 @pytest.mark.parametrize("name", library.names())
 def test_every_pose_of_a_shape_is_a_pose(name):
-    for link in library.load(name).links:
+    for link in drawn(name).links:
         for shape in link.visuals:
             R = shape.T_lg[:3, :3]
             np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
@@ -42,8 +42,8 @@ def test_every_pose_of_a_shape_is_a_pose(name):
 
 
 def test_marks_show_the_kind_of_the_joint_and_the_tip():
-    robot = library.load("rrprrr")
-    marks = [next(s for s in link.visuals if s.name == "joint").geometry for link in robot.links[1:]]
+    robot = drawn("rrprrr")
+    marks = [shape.geometry for link in robot.links for shape in link.visuals if shape.name == "joint"]
     assert [isinstance(mark, Box) for mark in marks] == [False, False, True, False, False, False]
     assert all(isinstance(mark, Cylinder | Box) for mark in marks)
     assert isinstance(robot.links[-1].visuals[-1].geometry, Sphere)
@@ -52,22 +52,30 @@ def test_marks_show_the_kind_of_the_joint_and_the_tip():
 def test_links_with_shapes_keep_them():
     arm = planar.planar2r()
     own = (Shape(Sphere(0.3)),)
-    drawn = with_skeleton(replace(arm, links=(arm.links[0], replace(arm.links[1], visuals=own), arm.links[2])))
-    assert drawn.links[1].visuals is own
-    assert drawn.links[2].visuals
+    grown = with_skeleton(replace(arm, links=(arm.links[0], replace(arm.links[1], visuals=own), arm.links[2])))
+    assert grown.links[1].visuals is own
+    assert grown.links[2].visuals
 
 
-def test_the_radius_can_be_chosen_and_scales_with_the_arm():
+def test_the_thickness_scales_with_the_arm():
     def radius(arm):
         return next(s.geometry.radius for s in arm.links[1].visuals if isinstance(s.geometry, Capsule))
 
-    assert radius(with_skeleton(planar.planar2r(), radius=0.01)) == 0.01
     small, large = (with_skeleton(planar.planar2r((length, length))) for length in (0.1, 1.0))
     assert radius(large) == pytest.approx(10 * radius(small))
 
 
 def test_a_slide_stays_connected_over_its_travel():
-    boom = library.load("stanford_arm").links[3]
+    boom = drawn("stanford_arm").links[3]
     rod = next(shape for shape in boom.visuals if shape.name == "rod")
     assert rod.geometry.length == pytest.approx(50 * 0.0254)
     np.testing.assert_allclose(rod.T_lg[:3, 3] + rod.T_lg[:3, 2] * rod.geometry.length / 2, 0, atol=1e-15)
+
+
+def test_a_base_above_the_floor_stands_on_a_column():
+    arm = library.load("ur5e")
+    assert stand(arm, 0.0, 0.0) == ()
+    column, foot = stand(arm, 0.0, -0.7)
+    assert column.geometry.length == pytest.approx(0.7)
+    assert column.T_lg[2, 3] == pytest.approx(-0.35)
+    assert foot.T_lg[2, 3] - foot.geometry.length / 2 == pytest.approx(-0.7)

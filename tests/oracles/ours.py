@@ -41,7 +41,7 @@ def _answered(names: Iterable[str], evaluated: Callable[[str], Floats]) -> Answe
         try:
             answers[name] = evaluated(name)
         except ModelError as error:
-            if error.key != "mechanics.no_inertia":
+            if error.key not in ("mechanics.no_inertia", "mechanics.singular"):
                 raise
     return answers
 

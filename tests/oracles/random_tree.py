@@ -12,7 +12,10 @@ from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, 
 RIGHT_ANGLES = 0.3
 """Share of rotations made of exact quarter turns, of axes along a coordinate axis, of offsets with exact zeros."""
 SMALL_ANGLES = 0.1
-"""Share of rotations by tiny angles, as calibrations give: neighbouring axes almost parallel."""
+"""Share of rotations by tiny angles, as calibrations give: neighbouring axes almost parallel.
+
+None is so small (1e-11) that it counts as what eleven decimals of pi/2 leave behind.
+"""
 
 
 def random_tree(rng: np.random.Generator, *, most_joints: int = 40, helical: bool = True) -> Mechanism:
@@ -119,7 +122,9 @@ def _pose(rng: np.random.Generator) -> Floats:
     exact = rng.random() < RIGHT_ANGLES
     rpy = rng.integers(-2, 3, 3) * (np.pi / 2) if exact else rng.uniform(-np.pi, np.pi, 3)
     if rng.random() < SMALL_ANGLES:
-        rpy = rng.normal(size=3) * 10 ** rng.uniform(-9, -1) * (rng.random(3) > RIGHT_ANGLES)
+        rpy = (
+            rng.choice([-1, 1], 3) * rng.uniform(0.3, 3, 3) * 10 ** rng.uniform(-9, -1) * (rng.random(3) > RIGHT_ANGLES)
+        )
     xyz = rng.uniform(-0.4, 0.4, 3) * (rng.random(3) > RIGHT_ANGLES)
     R = _rotation(rpy)
     T = np.eye(4)

@@ -19,6 +19,7 @@ from time import perf_counter
 
 import numpy as np
 
+from mafsil.arrays import Floats
 from mafsil.model import Mechanism
 from tests.oracles import ours
 from tests.oracles.comparison import RAW, compared, oracles_of
@@ -39,6 +40,7 @@ class Figures:
     next: int = 0
     joints: int = 0
     seconds: float = 0.0
+    singular: int = 0
     checks: dict[str, int] = field(default_factory=dict)
     worst: dict[str, list[float]] = field(default_factory=dict)
     histogram: list[int] = field(default_factory=lambda: [0] * 20)
@@ -48,6 +50,7 @@ class Figures:
         """Count one robot; `errors` are the largest of its states and oracles, by quantity."""
         self.robots += 1
         self.joints += len([joint for joint in mechanism.joints if joint.moves])
+        self.singular += "forward_dynamics" not in errors
         for oracle in oracles:
             self.checks[oracle] = self.checks.get(oracle, 0) + 1
         for name, error in errors.items():
@@ -79,13 +82,22 @@ def errors_of(
 ) -> tuple[dict[str, float], list[str]]:
     """Largest error by quantity over states and oracles, and the names of the oracles."""
     oracles = oracles_of("random tree", mechanism)
-    table, _ = compared(mechanism, oracles, road, sample(mechanism, STATES_EACH, np.random.default_rng([2, number])))
+    states = sample(mechanism, STATES_EACH, np.random.default_rng([2, number]))
+    table, _ = compared(mechanism, oracles, road, states)
     errors: dict[str, float] = {}
     for row in table.values():
         for name, each in row.items():
             if name != RAW:
                 errors[name] = max(errors.get(name, 0.0), each.worst)
+    if "forward_dynamics" not in errors and not _singular(oracles[0].evaluate(states)["mass_matrix"]):
+        errors["forward_dynamics"] = np.inf
     return errors, list(table)
+
+
+def _singular(M: Floats) -> bool:
+    """Whether the mass matrices (N, n, n), scaled to a unit diagonal, are singular to rounding: a refusal is right."""
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", M), 1e-300))
+    return bool(np.linalg.eigvalsh(M / size[:, :, None] / size[:, None, :])[:, 0].max() < 1e-12)
 
 
 def run(numbers: range, figures: Figures, place: Path | None, seconds: float = np.inf) -> Figures:
@@ -121,7 +133,8 @@ def report(figures: Figures) -> str:
     worst = ", ".join(f"{name} {error:.1e} (robot {number:.0f})" for name, (error, number) in figures.worst.items())
     return (
         f"{figures.robots} robots, {figures.joints} joints, {STATES_EACH} states each, {figures.seconds:.0f} s; "
-        f"checked by {figures.checks}\nworst: {worst}\nhalf of the errors below {figures.median_below:.0e}; "
+        f"checked by {figures.checks}; "
+        f"{figures.singular} without accelerations, for their mass matrix is singular\nworst: {worst}\nhalf of the errors below {figures.median_below:.0e}; "
         f"beyond {LIMIT:g}: {figures.beyond or 'none'}"
     )
 

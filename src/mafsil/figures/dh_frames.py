@@ -14,6 +14,7 @@ from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import DHRow
 from mafsil.model.dh_frames import frame_poses
 from mafsil.model.dh_from_axes import DHTable
+from mafsil.model.dh_link import four_motions
 from mafsil.model.exponentials import chain_to_tip
 
 _INK, _AXIS, _NORMAL, _OFFSET = "#39424a", "#8a949c", "#d9702a", "#7a4fb5"
@@ -128,12 +129,12 @@ def _label(axes: Any, place: Vector3, text: str, colour: str) -> None:
     axes.text(*place, text, color=colour, ha="center", va="center", zorder=8, bbox=box)
 
 
-def _view(axes: Any, points: Floats) -> None:
+def _view(axes: Any, points: Floats, zoom: float = 1.1) -> None:
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     half = 0.56 * float(np.ptp(points, axis=0).max())
     for setter, c in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), centre, strict=True):
         setter(c - half, c + half)
-    axes.set_box_aspect((1, 1, 1), zoom=1.1)
+    axes.set_box_aspect((1, 1, 1), zoom=zoom)
     axes.view_init(elev=22, azim=-60)
     axes.set_axis_off()
 
@@ -167,3 +168,36 @@ def _after(variable: str, constant: str) -> str:
 
 def _round(value: float) -> float:
     return 0.0 if abs(value) < 1e-11 else value
+
+
+def save_link_motions(row: DHRow, path: Path, q: float = 0.0, convention: str = "modified") -> None:
+    """Draw the four motions that carry {i-1} into {i}, one panel each: the frame before in grey, the frame after.
+
+    Args:
+        row: of a table.
+        path: .png, .svg or .pdf.
+        q: joint coordinate [rad | m].
+        convention: `modified` or `classic`.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    motions = four_motions(row, convention, q)
+    frames = [np.eye(4), *(motion.frame for motion in motions)]
+    origins = np.array([frame[:3, 3] for frame in frames])
+    size = max(float(np.ptp(origins, axis=0).max()), 0.3)
+    reach = np.vstack([origins, *(f[:3, 3] + 0.5 * size * f[:3, k] for f in frames for k in (0, 2))])
+    figure = Figure(figsize=(13.0, 3.6))
+    FigureCanvasAgg(figure)
+    for k, motion in enumerate(motions):
+        axes: Any = figure.add_subplot(1, 4, k + 1, projection="3d", computed_zorder=False)
+        for frame, colours in ((frames[0], (_AXIS,) * 3), (frames[k], (_AXIS,) * 3), (frames[k + 1], (_X, _INK, _Z))):
+            for column, colour in enumerate(colours):
+                axes.quiver(*frame[:3, 3], *(0.5 * size * frame[:3, column]), color=colour, arrow_length_ratio=0.15)
+        after = frames[k + 1]
+        for column, (letter, colour) in enumerate(zip("xyz", (_X, _INK, _Z), strict=True)):
+            _label(axes, after[:3, 3] + 0.62 * size * after[:3, column], f"${letter}$", colour)
+        axes.set_title(f"{k + 1}. {motion.name} = {motion.value:.4g}", fontsize=9, y=0.98)
+        _view(axes, reach, zoom=1.2)
+    figure.subplots_adjust(left=0.0, right=1.0, top=0.92, bottom=0.0, wspace=0.0)
+    figure.savefig(path, dpi=140, bbox_inches="tight", pad_inches=0.08)

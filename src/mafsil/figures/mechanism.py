@@ -1,19 +1,26 @@
-"""A robot drawn in perspective: links, joint axes, base and tip frame."""
+"""A robot drawn in perspective: its body, base and tip frame."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.job.resting import resting_place
-from mafsil.model import JointKind, Mechanism
+from mafsil.model import Mechanism
+from mafsil.model.appearance import pieces
+from mafsil.model.mesh import Surface
+from mafsil.model.mesh.primitives import triangles
 from mafsil.robot import Robot
 
-_INK, _SHELL, _JOINT, _SOFT = "#39424a", "#9aa4ad", "#d9702a", "#c9ced2"
+_INK, _SOFT = "#39424a", "#c9ced2"
+_SUN = np.array([0.45, -0.55, 1.0]) / np.linalg.norm([0.45, -0.55, 1.0])
+MOST_TRIANGLES = 20_000
+"""Of all surfaces in files: matplotlib sorts and paints each triangle."""
+_Triangles: TypeAlias = tuple[Floats, Floats]
 _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 
@@ -46,43 +53,46 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(robot.link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
-    points = np.vstack([poses[:, :3, 3], tip[:3, 3], [0.0, 0.0, 0.0]])
+    drawn = _triangles(mechanism, poses)
+    corners = [piece.reshape(-1, 3) for piece, _ in drawn]
+    points = np.vstack([poses[:, :3, 3], tip[:3, 3], [0.0, 0.0, 0.0], *corners])
     size = max(float(np.ptp(points, axis=0).max()), 0.05)
     figure = Figure(figsize=(5.2, 5.2))
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     _floor(axes, points, size)
-    _links(axes, mechanism, poses, tip)
-    _joints(axes, mechanism, poses, size)
+    _body(axes, drawn)
     for pose, scale in ((np.eye(4), 0.14), (tip, 0.12)):
         _frame(axes, pose, scale * size)
     _view(axes, points, size)
     return figure
 
 
-def _links(axes: Any, mechanism: Mechanism, poses: PoseMatrix, tip: PoseMatrix) -> None:
-    """Lines from each link's own frame along its axis, then across, to what it carries."""
-    ends = [(parent, poses[k + 1][:3, 3]) for k, parent in enumerate(mechanism.parents)]
-    ends.append((mechanism.link_names.index(mechanism.tip), tip[:3, 3]))
-    for parent, end in ends:
-        start = poses[parent][:3, 3]
-        axis = poses[parent][:3, :3] @ (mechanism.joints[parent - 1].axis if parent else np.array([0.0, 0.0, 1.0]))
-        bend = start + axis * (axis @ (end - start))
-        corners = np.array([start, bend, end])
-        axes.plot(*corners.T, color=_INK, linewidth=9, solid_capstyle="round", solid_joinstyle="round", zorder=2)
-        axes.plot(*corners.T, color=_SHELL, linewidth=7, solid_capstyle="round", solid_joinstyle="round", zorder=3)
+def _body(axes: Any, drawn: list[_Triangles]) -> None:
+    """All triangles in one collection, so that matplotlib sorts them by depth; lit from above."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners = np.concatenate([triangles for triangles, _ in drawn])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    colours = np.concatenate([colour for _, colour in drawn])
+    colours[:, :3] *= (0.62 + 0.38 * np.abs(normals @ _SUN))[:, None]
+    body = Poly3DCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.15, zorder=3)
+    body.set_rasterized(True)
+    axes.add_collection3d(body)
 
 
-def _joints(axes: Any, mechanism: Mechanism, poses: PoseMatrix, size: float) -> None:
-    """A bar along each joint's axis."""
-    for k, joint in enumerate(mechanism.joints):
-        if not joint.moves:
-            continue
-        centre, axis = poses[k + 1][:3, 3], poses[k + 1][:3, :3] @ joint.axis
-        half = 0.045 * size * axis
-        style = {"linewidth": 11, "solid_capstyle": "butt", "zorder": 4}
-        colour = _JOINT if joint.kind is not JointKind.PRISMATIC else _AXES[2]
-        axes.plot(*np.array([centre - half, centre + half]).T, color=colour, **style)
+def _triangles(mechanism: Mechanism, poses: PoseMatrix) -> list[_Triangles]:
+    """Corners (k, 3, 3) in {s} and colours (k, 4) of each piece."""
+    drawn: list[_Triangles] = []
+    for pose, of_link in zip(poses, pieces(mechanism, MOST_TRIANGLES), strict=True):
+        for piece in of_link:
+            surface = piece.geometry if isinstance(piece.geometry, Surface) else triangles(piece.geometry)
+            T = pose @ piece.T_lg
+            corners = surface.vertices[surface.faces] @ T[:3, :3].T + T[:3, 3]
+            given = np.tile(piece.colour, (len(corners), 1)) if surface.colours is None else surface.colours.copy()
+            drawn.append((corners, np.clip(given, 0.0, 1.0)))
+    return drawn
 
 
 def _frame(axes: Any, pose: PoseMatrix, length: float) -> None:
@@ -94,14 +104,17 @@ def _frame(axes: Any, pose: PoseMatrix, length: float) -> None:
 
 
 def _floor(axes: Any, points: Floats, size: float) -> None:
-    """A grid on z = 0."""
+    """A grid at the height of the lowest point, or of the base if nothing is below it."""
+    low = min(0.0, float(points[:, 2].min()))
     decade = 10.0 ** np.floor(np.log10(size))
-    pitch = next(step for step in (0.1 * decade, 0.2 * decade, 0.5 * decade, decade) if size / step <= 8.0)
+    pitch = next(
+        step for step in (0.1 * decade, 0.2 * decade, 0.5 * decade, decade, 2.0 * decade) if size / step <= 8.0
+    )
     half = np.ceil(0.75 * size / pitch) * pitch
     centre = np.round(points.mean(axis=0)[:2] / pitch) * pitch
     for offset in np.arange(-half, half + pitch / 2, pitch):
         for line in (([-half, half], [offset, offset]), ([offset, offset], [-half, half])):
-            axes.plot(centre[0] + line[0], centre[1] + line[1], [0, 0], color=_SOFT, linewidth=0.6, zorder=0)
+            axes.plot(centre[0] + line[0], centre[1] + line[1], [low, low], color=_SOFT, linewidth=0.6, zorder=0)
 
 
 def _view(axes: Any, points: Floats, size: float) -> None:

@@ -118,7 +118,8 @@ class BodyTree:
         frames: by link name.
         tip: the tip frame.
         gravity: (3,) in {0}.
-        links: every link apart, in the order of `frames`: what lumping made of several links can be told apart again.
+        links: every link apart, in the order of `frames`: what lumping made one can be told apart again.
+        tip_link: name of the link that the tip frame is on.
     """
 
     n: int
@@ -129,6 +130,7 @@ class BodyTree:
     tip: Attachment
     gravity: Floats
     links: tuple[LinkSeat, ...] = ()
+    tip_link: str = ""
 
     @property
     def moving(self) -> tuple[tuple[int, Body], ...]:
@@ -175,6 +177,7 @@ def lumped(mechanism: Mechanism) -> BodyTree:
         tip=frames[mechanism.tip].behind(mechanism.T_lt),
         gravity=R_s0.T @ mechanism.gravity,
         links=_seats(mechanism),
+        tip_link=mechanism.tip,
     )
 
 

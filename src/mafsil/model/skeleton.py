@@ -73,7 +73,7 @@ def stand(mechanism: Mechanism, top: float, floor: float) -> tuple[Shape, ...]:
         floor: height of the floor [m].
     """
     size, height = reach(mechanism), top - floor
-    if height < 0.02 * size:
+    if height < 0.05 * size:
         return ()
     radius, at = 1.5 * THICK * size, mechanism.T_sb[:3, 3] * (1.0, 1.0, 0.0)
     column = _shape("stand", Cylinder(radius, height), at + (floor + height / 2) * _Z, _Z, SHELL)

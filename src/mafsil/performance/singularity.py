@@ -180,7 +180,7 @@ def singularity(
         tolerance,
         null * scaled.columns,
         _twists(scaled, lost),
-        _wrenches(scaled, left),
+        wrenches_of(scaled, left),
         causes(_axes(robot, scaled, tolerance), nullity) if full else (),
     )
 
@@ -236,7 +236,7 @@ def _twists(scaled: Scaled, directions: Floats) -> Floats:
     return V
 
 
-def _wrenches(scaled: Scaled, directions: Floats) -> Floats:
+def wrenches_of(scaled: Scaled, directions: Floats) -> Floats:
     """(k, 6) wrenches in {s} of covectors (m, k) without units."""
     F = np.zeros((directions.shape[1], 6))
     F[:, list(scaled.rows)] = directions.T * scaled.row_factors

@@ -47,12 +47,18 @@ class Drawing:
 
     def lowest(self, poses: PoseMatrix, *, base: bool = False) -> float:
         """Height of the lowest point of the robot, or of the part of it that never moves [m]."""
+        return min(float(self.mechanism.T_sb[2, 3]), float(self.box(poses, base=base)[:, 2].min(initial=np.inf)))
+
+    def box(self, poses: PoseMatrix, *, base: bool = False) -> Floats:
+        """(k, 3) corners of boxes around the pieces, or around those that never move, in {s} [m]."""
         heads = part_of(self.mechanism)
-        heights = [float(self.mechanism.T_sb[2, 3])]
-        for k, of_link in enumerate(self.pieces):
-            if not base or heads[k] == 0:
-                heights += [float((corners(piece) @ poses[k, 2, :3]).min() + poses[k, 2, 3]) for piece in of_link]
-        return min(heights)
+        found = [
+            corners(piece) @ poses[k, :3, :3].T + poses[k, :3, 3]
+            for k, of_link in enumerate(self.pieces)
+            for piece in of_link
+            if not base or heads[k] == 0
+        ]
+        return np.concatenate([np.zeros((0, 3)), *found])
 
     def extent(self, points: Floats, poses: PoseMatrix) -> tuple[tuple[float, float, float], float, float]:
         """Middle of the scene, its radius, and the height of the floor.
@@ -64,13 +70,11 @@ class Drawing:
         Returns:
             (3,) centre, radius and floor [m].
         """
-        every = np.vstack([points, self.mechanism.T_sb[:3, 3]])
+        every = np.vstack([points, self.mechanism.T_sb[:3, 3], self.box(poses)])
         low, high = every.min(axis=0), every.max(axis=0)
-        floor = min(float(low[2]), self.lowest(poses))
-        low[2] = floor
         centre = (low + high) / 2
-        size = max(float(np.linalg.norm(high - low)) * 0.62, 0.45 * reach(self.mechanism))
-        return (float(centre[0]), float(centre[1]), float(centre[2])), size, floor
+        size = max(float(np.linalg.norm(high - low)) * 0.62, 0.45 * reach(self.mechanism), 1e-3)
+        return (float(centre[0]), float(centre[1]), float(centre[2])), size, float(low[2])
 
 
 def compact(T: Floats) -> Floats:

@@ -22,6 +22,11 @@ from mafsil.robot.compiling import compiled
 from mafsil.robot.routine import (
     ForwardDynamics,
     InverseDynamics,
+    InverseDynamicsOfCarried,
+    OfLinkAcceleration,
+    OfLinkVelocity,
+    OfMotion,
+    OfMotionInFrame,
     OfPosition,
     OfPositionInFrame,
     OfVelocity,
@@ -130,8 +135,8 @@ class Robot:
         return self._routine("jacobian_body_rate")
 
     @lazy
-    def inverse_dynamics(self) -> InverseDynamics:
-        """Tau (*batch, n) = M qdd + c + g + J' F_tip [N m | N] of (q, qd, qdd, tip_wrench=None)."""
+    def inverse_dynamics(self) -> InverseDynamicsOfCarried:
+        """Tau (*batch, n) = M qdd + c + g + J' F_tip [N m | N] of (q, qd, qdd, tip_wrench=None); the base may move."""
         return self._routine("inverse_dynamics")
 
     @lazy
@@ -168,6 +173,76 @@ class Robot:
     def potential_energy(self) -> OfPosition:
         """P (*batch,) [J], zero height at the origin of {s}."""
         return self._routine("potential_energy")
+
+    @lazy
+    def centrifugal_torque(self) -> OfVelocity:
+        """(*batch, n): sum of Gamma_ijj qd_j^2 [N m | N]."""
+        return self._routine("centrifugal_torque")
+
+    @lazy
+    def coriolis_torque(self) -> OfVelocity:
+        """(*batch, n): velocity efforts of pairs of different rates [N m | N]."""
+        return self._routine("coriolis_torque")
+
+    @lazy
+    def christoffel_symbols(self) -> OfPosition:
+        """Gamma (*batch, n, n, n) of the first kind: c_i = sum of Gamma_ijk qd_j qd_k."""
+        return self._routine("christoffel_symbols")
+
+    @lazy
+    def lagrange_torque(self) -> OfMotion:
+        """Tau (*batch, n) [N m | N] by Lagrange: the second road to `inverse_dynamics`."""
+        return self._routine("lagrange_torque")
+
+    @lazy
+    def inverse_dynamics_derivatives(self) -> InverseDynamics:
+        """(*batch, 3, n, n): d tau/dq, d tau/dqd, M, of (q, qd, qdd, tip_wrench=None)."""
+        return self._routine("inverse_dynamics_derivatives")
+
+    @lazy
+    def forward_dynamics_derivatives(self) -> ForwardDynamics:
+        """(*batch, 3, n, n): d qdd/dq, d qdd/dqd, M^-1, of (q, qd, tau, tip_wrench=None)."""
+        return self._routine("forward_dynamics_derivatives")
+
+    @lazy
+    def link_twists(self) -> OfLinkVelocity:
+        """V_l (*batch, L, 6) of all links, each in its own frame, of (q, qd, base_twist=None)."""
+        return self._routine("link_twists")
+
+    @lazy
+    def link_accelerations(self) -> OfLinkAcceleration:
+        """dV_l/dt (*batch, L, 6), gravity given back, each in its own frame."""
+        return self._routine("link_accelerations")
+
+    @lazy
+    def link_wrenches(self) -> InverseDynamicsOfCarried:
+        """F_l (*batch, L, 6): what each link gets from the one before, in its own frame [N m, N]."""
+        return self._routine("link_wrenches")
+
+    @lazy
+    def com_twists(self) -> OfLinkVelocity:
+        """V_i (*batch, L, 6) as `link_twists`, in frames at the centres of mass."""
+        return self._routine("com_twists")
+
+    @lazy
+    def com_accelerations(self) -> OfLinkAcceleration:
+        """dV_i/dt (*batch, L, 6) as `link_accelerations`, in frames at the centres of mass."""
+        return self._routine("com_accelerations")
+
+    @lazy
+    def com_wrenches(self) -> InverseDynamicsOfCarried:
+        """F_i (*batch, L, 6) as `link_wrenches`, in frames at the centres of mass."""
+        return self._routine("com_wrenches")
+
+    @lazy
+    def regressor(self) -> OfMotion:
+        """Y (*batch, n, L, 10): efforts per inertial parameter of each link, see `inertial_parameters`."""
+        return self._routine("regressor")
+
+    @lazy
+    def payload_regressor(self) -> OfMotionInFrame:
+        """Y_f (*batch, n, 10): efforts per inertial parameter of a body in the tip frame or a link frame."""
+        return self._routine("payload_regressor")
 
     def friction_torque(self, qd: ArrayLike, *, smoothing: float = 1e-3) -> JointVector:
         """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) [N m | N].

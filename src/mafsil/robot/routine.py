@@ -73,3 +73,73 @@ class ForwardDynamics(Protocol):
         out: Floats | None = None,
         threads: int | None = None,
     ) -> Floats: ...
+
+
+class InverseDynamicsOfCarried(Protocol):
+    """Efforts or wrenches from a motion, on a base that may be carried."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        tip_wrench: ArrayLike | None = None,
+        base_twist: ArrayLike | None = None,
+        base_acceleration: ArrayLike | None = None,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...
+
+
+class OfMotion(Protocol):
+    """A quantity of joint coordinates, rates and accelerations."""
+
+    def __call__(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: Floats | None = None, threads: int | None = None
+    ) -> Floats: ...
+
+
+class OfMotionInFrame(Protocol):
+    """A quantity of a motion, for the tip frame or a named link's frame."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...
+
+
+class OfLinkVelocity(Protocol):
+    """Twists of all links, on a base that may be carried."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        base_twist: ArrayLike | None = None,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...
+
+
+class OfLinkAcceleration(Protocol):
+    """Accelerations of all links, on a base that may be carried."""
+
+    def __call__(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        base_twist: ArrayLike | None = None,
+        base_acceleration: ArrayLike | None = None,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats: ...

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -36,8 +38,19 @@ def _arc(radius: float, z: float, start: float, end: float) -> Floats:
     return np.stack([radius * np.cos(angles), z + radius * np.sin(angles)], axis=1)
 
 
-def _turned(profile: Floats) -> Surface:
+def _fine(profile: Floats) -> Floats:
+    """The same line with a point at least every half of its largest radius: long thin triangles sort badly by depth."""
+    step = max(float(profile[:, 0].max()) / 2, float(np.ptp(profile[:, 1])) / 100, 1e-300)
+    rows = [profile[:1]]
+    for start, end in pairwise(profile):
+        count = max(1, int(np.ceil(np.linalg.norm(end - start) / step)))
+        rows.append(start + (end - start) * np.arange(1, count + 1)[:, None] / count)
+    return np.concatenate(rows)
+
+
+def _turned(outline: Floats) -> Surface:
     """Surface of revolution of points (r, z) about z."""
+    profile = _fine(outline)
     turns = 2 * np.pi * np.arange(SIDES) / SIDES
     rings = np.stack(
         [

@@ -1,0 +1,83 @@
+"""What makes an arm solvable in closed form, as plain numbers: its axes, their order, and the road to its solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3
+
+
+class Family(Enum):
+    """Arms with a closed form."""
+
+    SPHERICAL_WRIST = "spherical_wrist"
+    """Three joints that move a point, and three turning joints whose axes meet in it."""
+    THREE_PARALLEL = "three_parallel"
+    """One joint, three parallel axes, and two turning joints whose axes meet."""
+    PLANAR = "planar"
+    """Three parallel axes, and perhaps a slide along them."""
+    POINT = "point"
+    """Three joints that move a point; orientation is not asked for."""
+
+
+class PointRoad(Enum):
+    """How three joints are found that bring a point to a place."""
+
+    PARALLEL = "parallel"
+    """Height along the axes of the last two, then the distance from the second, then the second."""
+    MEET = "meet"
+    """Distance from the point where the first two axes meet, then both of them."""
+    LINEAR = "linear"
+    """Three slides."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArmPattern:
+    """An arm as its closed form sees it: perhaps reversed, perhaps with joints added that do not exist.
+
+    Attributes:
+        family: which closed form.
+        axes: (m, 3) unit directions of the joints at q = 0, in the order of the closed form, in {s}.
+        points: (m, 3) a point of each axis [m].
+        slides: (m) whether the joint slides.
+        joints: (m) coordinate of the robot that each joint is; -1 for an added joint that must stand still, -2 for an
+            added joint that may turn.
+        home: (4, 4) pose of the tip at q = 0.
+        reversed: the closed form sees the robot from its tip: exp(-S_n q_n) ... exp(-S_1 q_1) = home T^-1.
+        centre: (3,) where the wrist's axes meet (the point that is placed, for Family.POINT; the meeting point of the
+            last two axes, for Family.THREE_PARALLEL) [m].
+        road: how the first three joints place a point.
+        road_reversed: the road is walked from the placed point.
+        meeting: (3,) where the first two axes of the road meet [m].
+        size: length that tells large from small [m].
+        n: number of coordinates of the robot.
+        defect: by how much the arm misses the pattern [rad, and m relative to size]; zero within rounding.
+    """
+
+    family: Family
+    axes: Floats
+    points: Floats
+    slides: tuple[bool, ...]
+    joints: tuple[int, ...]
+    home: PoseMatrix
+    reversed: bool
+    centre: Vector3
+    road: PointRoad
+    road_reversed: bool
+    meeting: Vector3
+    size: float
+    n: int
+    defect: float = 0.0
+
+    @property
+    def branches(self) -> int:
+        """Rows of the closed form's table."""
+        return {Family.SPHERICAL_WRIST: 8, Family.THREE_PARALLEL: 8, Family.PLANAR: 2, Family.POINT: 4}[self.family]
+
+    @property
+    def key(self) -> str:
+        """Words for the compiled closed form: equal words, equal expressions."""
+        arrays = (self.axes, self.points, self.home, self.centre, self.meeting)
+        numbers = " ".join(array.tobytes().hex() for array in arrays)
+        return f"{self.family} {self.slides} {self.joints} {self.reversed} {self.road} {self.road_reversed} {numbers}"

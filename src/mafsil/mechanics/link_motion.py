@@ -1,0 +1,134 @@
+"""Twists and accelerations of every link, in the frames of the description or at the centres of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from mafsil.mechanics.base_motion import base_motion
+from mafsil.mechanics.body_tree import Attachment, BodyTree
+from mafsil.mechanics.com_frames import link_com_frames
+from mafsil.mechanics.composite_motion import spin_acceleration
+from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+
+
+@dataclass(frozen=True, slots=True)
+class BodyMotion:
+    """True motion of the bodies' frames, lists by body index, (3,) in {i}; a is that of the origin as a point."""
+
+    omega: list[Expression]
+    v: list[Expression]
+    alpha: list[Expression]
+    a: list[Expression]
+
+    def twist(self, frame: Attachment) -> Expression:
+        """V (6,) of an attached frame, in it."""
+        R, p, i = constant(frame.R), constant(frame.p), frame.body
+        return ca.vertcat(R.T @ self.omega[i], R.T @ (self.v[i] + ca.cross(self.omega[i], p)))
+
+    def acceleration(self, frame: Attachment) -> Expression:
+        """dV (6,) = (alpha, a - omega x v): the derivative of `twist`, component by component."""
+        R, p, i = constant(frame.R), constant(frame.p), frame.body
+        V = self.twist(frame)
+        a = R.T @ (self.a[i] + spin_acceleration(self.omega[i], self.alpha[i]) @ p)
+        return ca.vertcat(R.T @ self.alpha[i], a - ca.cross(V[:3], V[3:]))
+
+
+def true_motion(
+    tree: BodyTree,
+    steps: list[Placement],
+    qd: Expression,
+    qdd: Expression,
+    base_twist: Expression | None = None,
+    base_acceleration: Expression | None = None,
+) -> BodyMotion:
+    """Motion of all bodies, gravity apart; arguments as in `inverse_dynamics`."""
+    rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
+    base, z = base_motion(tree, base_twist, base_acceleration), ca.SX(ca.DM([0, 0, 1]))
+    motion = BodyMotion([base.omega], [base.v], [base.alpha], [base.a])
+    for i, body in tree.moving:
+        p, step, w, s = body.parent, steps[i], z * (steps[i].omega * rates[i]), z * (steps[i].v * rates[i])
+        omega = step.to_child(motion.omega[p]) + w
+        U = spin_acceleration(motion.omega[p], motion.alpha[p])
+        motion.omega.append(omega)
+        motion.v.append(step.to_child(motion.v[p] + ca.cross(motion.omega[p], step.offset)) + s)
+        motion.alpha.append(
+            step.to_child(motion.alpha[p]) + ca.cross(omega, w) + z * (step.omega * accelerations[i])
+        )
+        pushed = 2 * ca.cross(omega, s) + z * (step.v * accelerations[i])
+        motion.a.append(step.to_child(motion.a[p] + U @ step.offset) + pushed)
+    return motion
+
+
+def link_twists(tree: BodyTree, q: Expression, qd: Expression, base_twist: Expression | None = None) -> Expression:
+    """(L, 6) body twists of all links, each in its own frame.
+
+    Args:
+        tree: the bodies.
+        q, qd: (n,) coordinates [rad | m] and rates.
+        base_twist: (6,) of a carried base, see `base_motion`.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.50.
+    """
+    return _twists(tree, tree.frames.values(), q, qd, base_twist)
+
+
+def com_twists(tree: BodyTree, q: Expression, qd: Expression, base_twist: Expression | None = None) -> Expression:
+    """(L, 6) twists as `link_twists`, in the frames at the centres of mass."""
+    return _twists(tree, link_com_frames(tree), q, qd, base_twist)
+
+
+def link_accelerations(
+    tree: BodyTree,
+    q: Expression,
+    qd: Expression,
+    qdd: Expression,
+    base_twist: Expression | None = None,
+    base_acceleration: Expression | None = None,
+) -> Expression:
+    """(L, 6) true derivatives of the body twists of all links, each in its own frame.
+
+    The recursion of Newton and Euler works with these less gravity, dV - (0, g).
+
+    Args:
+        tree: the bodies.
+        q, qd, qdd: (n,) coordinates [rad | m] and time derivatives.
+        base_twist, base_acceleration: (6,) of a carried base, see `base_motion`.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.51.
+    """
+    return _accelerations(tree, tree.frames.values(), q, qd, qdd, base_twist, base_acceleration)
+
+
+def com_accelerations(
+    tree: BodyTree,
+    q: Expression,
+    qd: Expression,
+    qdd: Expression,
+    base_twist: Expression | None = None,
+    base_acceleration: Expression | None = None,
+) -> Expression:
+    """(L, 6) as `link_accelerations`, in the frames at the centres of mass."""
+    return _accelerations(tree, link_com_frames(tree), q, qd, qdd, base_twist, base_acceleration)
+
+
+def _twists(
+    tree: BodyTree, frames: Iterable[Attachment], q: Expression, qd: Expression, V_0: Expression | None
+) -> Expression:
+    motion = true_motion(tree, placements(tree, q), qd, ca.SX(tree.n, 1), V_0)
+    return ca.vertcat(*(motion.twist(frame).T for frame in frames))
+
+
+def _accelerations(
+    tree: BodyTree,
+    frames: Iterable[Attachment],
+    q: Expression,
+    qd: Expression,
+    qdd: Expression,
+    V_0: Expression | None,
+    dV_0: Expression | None,
+) -> Expression:
+    motion = true_motion(tree, placements(tree, q), qd, qdd, V_0, dV_0)
+    return ca.vertcat(*(motion.acceleration(frame).T for frame in frames))

@@ -1,0 +1,141 @@
+"""The recursion of Newton and Euler as one equation of large matrices: V = L (A qd + V_base), tau = A' F.
+
+With the N bodies' twists stacked, Gamma shifts each to the bodies it carries, Gamma^N = 0, and
+L = (I - Gamma)^-1 = I + Gamma + ... + Gamma^(N-1) sums along the chain. Signs as in the recursion; some printings of
+the stacked equations have others.
+
+Reference: Lynch & Park, Modern Robotics, sec. 8.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, gate
+from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.twist_chain import TwistChain, ad
+from mafsil.model import Mechanism
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StackedForm:
+    """The matrices of one state, as expressions or as arrays; N bodies, n coordinates.
+
+    Attributes:
+        A: (6N, n) joint screws, each in its body's frame.
+        G: (6N, 6N) inertias, block diagonal.
+        Gamma: (6N, 6N) Ad(T_i,parent) at the block (i, parent).
+        L: (6N, 6N) the inverse of I - Gamma.
+        ad_Aqd: (6N, 6N) ad of the joints' own twists A qd, block diagonal.
+        ad_V: (6N, 6N) ad of the bodies' twists, block diagonal.
+        V: (6N,) the bodies' twists.
+        dV_base: (6N,) the base's acceleration, gravity as its upward motion, seen by the bodies on the base.
+        M: (n, n) = A' L' G L A + armatures.
+        C_newton_euler: (n, n) = -A' L' (G L ad_Aqd Gamma + ad_V' G) L A: C qd = c, but dM/dt - 2 C is not skew.
+        C_skew: (n, n), the same with ad_V' G - G ad_V in place of ad_V' G: dM/dt - 2 C is skew.
+        C: (n, n) that of the Christoffel symbols.
+        c: (n,) = C qd.
+        g: (n,) = A' L' G L dV_base.
+    """
+
+    A: Floats
+    G: Floats
+    Gamma: Floats
+    L: Floats
+    ad_Aqd: Floats
+    ad_V: Floats
+    V: Floats
+    dV_base: Floats
+    M: Floats
+    C_newton_euler: Floats
+    C_skew: Floats
+    C: Floats
+    c: JointVector
+    g: JointVector
+
+
+NAMES = tuple(StackedForm.__dataclass_fields__)
+
+
+def stacked_form(mechanism: Mechanism, q: JointVector, qd: JointVector) -> StackedForm:
+    """The matrices at one state, as arrays.
+
+    Args:
+        mechanism: any open chain or tree.
+        q, qd: (n,) coordinates [rad | m] and rates.
+
+    Raises:
+        InputError: a wrong shape, NaN or infinity.
+    """
+    values = [gate(name, x, (mechanism.n,), finite=True) for name, x in (("q", q), ("qd", qd))]
+    symbols = [ca.SX.sym(name, mechanism.n) for name in ("q", "qd")]
+    matrices = stacked_expressions(TwistChain.of(lumped(mechanism)), *symbols)
+    function = ca.Function("stacked", symbols, [ca.densify(matrices[name]) for name in NAMES], {"cse": True})
+    results = [np.array(x.full()) for x in function.call([ca.DM(x) for x in values])]
+    return StackedForm(*(x.ravel() if x.shape[1] == 1 and name in "V dV_base c g".split() else x
+                         for name, x in zip(NAMES, results, strict=True)))
+
+
+def stacked_expressions(chain: TwistChain, q: Expression, qd: Expression) -> dict[str, Expression]:
+    """The same as expressions, by the names of `StackedForm`.
+
+    Args:
+        chain: the bodies.
+        q, qd: (n,) symbols or expressions.
+    """
+    N, coupling = chain.count, ca.SX(ca.DM(chain.coupling))
+    rates, screws = coupling @ qd, [ca.SX(ca.DM(A)) for A in chain.A]
+    G = ca.diagcat(*(ca.SX(ca.sparsify(ca.DM(G))) for G in chain.G))
+    A = ca.diagcat(*screws) @ coupling
+    Gamma, dV_base = ca.SX(6 * N, 6 * N), ca.SX(6 * N, 1)
+    fall = ca.DM(np.concatenate([np.zeros(3), chain.gravity]))
+    for i, (p, X) in enumerate(zip(chain.parent, chain.adjoints(q), strict=True)):
+        if p >= 0:
+            Gamma[6 * i : 6 * i + 6, 6 * p : 6 * p + 6] = X
+        else:
+            dV_base[6 * i : 6 * i + 6] = -X @ fall
+    L = neumann_sum(Gamma, N)
+    V = L @ A @ qd
+    ad_Aqd = ca.diagcat(*(ad(screws[i] * rates[i]) for i in range(N)))
+    ad_V = ca.diagcat(*(ad(V[6 * i : 6 * i + 6]) for i in range(N)))
+    momenta = G @ V
+    duals = ca.diagcat(*(_momentum_block(momenta[6 * i : 6 * i + 6]) for i in range(N)))
+    LA = L @ A
+    carried = G @ L @ ad_Aqd @ Gamma
+    armature = coupling.T @ ca.diag(ca.DM(chain.armature)) @ coupling
+    C_newton_euler = -LA.T @ (carried + ad_V.T @ G) @ LA
+    return {
+        "A": A,
+        "G": G,
+        "Gamma": Gamma,
+        "L": L,
+        "ad_Aqd": ad_Aqd,
+        "ad_V": ad_V,
+        "V": V,
+        "dV_base": dV_base,
+        "M": LA.T @ G @ LA + armature,
+        "C_newton_euler": C_newton_euler,
+        "C_skew": -LA.T @ (carried + ad_V.T @ G - G @ ad_V) @ LA,
+        "C": LA.T @ (-carried + (G @ ad_V - ad_V.T @ G + duals) / 2) @ LA,
+        "c": C_newton_euler @ qd,
+        "g": LA.T @ G @ L @ dV_base,
+    }
+
+
+def neumann_sum(Gamma: Expression, N: int) -> Expression:
+    """I + Gamma + ... + Gamma^(N-1), the inverse of I - Gamma for a nilpotent Gamma."""
+    one = ca.SX(ca.DM.eye(Gamma.shape[0]))
+    total = one
+    for _ in range(N - 1):
+        total = one + Gamma @ total
+    return total
+
+
+def _momentum_block(P: Expression) -> Expression:
+    """-[[ [m], [f] ], [ [f], 0 ]] of a momentum (m, f)."""
+    m, f = ca.skew(P[:3]), ca.skew(P[3:])
+    return -ca.vertcat(ca.horzcat(m, f), ca.horzcat(f, ca.SX(3, 3)))

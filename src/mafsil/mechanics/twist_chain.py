@@ -1,0 +1,126 @@
+"""A mechanism as the textbook writes it: home poses and joint screws in frames at the centres of mass.
+
+Frame {i} sits at the centre of mass of body i, its axes parallel to those of {s} at zero coordinates. This is the
+second road to the dynamics: twists and wrenches in six dimensions, no shared algorithm with `inverse_dynamics`.
+
+Reference: Lynch & Park, Modern Robotics, sec. 8.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.com_frames import adjoint_of, body_com_frames, inverse_of
+from mafsil.mechanics.placement import Expression
+from mafsil.model import JointKind
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TwistChain:
+    """N bodies, each carried by one joint of one degree of freedom.
+
+    Attributes:
+        parent: (N,) index of the carrying body, -1 for the ground.
+        A: (N, 6) joint screws (omega, v) in {i}; of any length, so that q_i may have any unit.
+        home: (N, 4, 4) pose of {i} in its parent's frame at zero.
+        G: (N, 6, 6) inertia of body i in {i}.
+        armature: (N,) further inertia that joint i feels.
+        coupling: (N, n) joint rates from those of the coordinates; the identity without mimic joints.
+        tip_body, T_tip: which body the tip is on, and its pose (4, 4) there.
+        gravity: (3,) in the ground frame {s}.
+    """
+
+    parent: tuple[int, ...]
+    A: Floats
+    home: Floats
+    G: Floats
+    armature: Floats
+    coupling: Floats
+    tip_body: int
+    T_tip: Floats
+    gravity: Floats
+
+    @staticmethod
+    def of(tree: BodyTree) -> TwistChain:
+        """The chain of a body tree with its true inertias (`lumped`)."""
+        poses = body_com_frames(tree)
+        screws, homes, inertias, parents = [], [], [], []
+        for i, body in tree.moving:
+            T_si, at = poses[i]
+            seat = np.eye(4) if body.parent == 0 else poses[body.parent][0]
+            homes.append(inverse_of(seat) @ T_si)
+            screws.append(adjoint_of(inverse_of(at)) @ _screw(body.kind, body.pitch))
+            inertia = body.inertia.moved(at[:3, :3].T, -at[:3, :3].T @ at[:3, 3])
+            inertias.append(spatial_matrix(inertia.mass, inertia.h, inertia.I))
+            parents.append(body.parent - 1)
+        coupling = np.zeros((len(parents), tree.n))
+        for i, body in tree.moving:
+            coupling[i - 1, body.coordinate] = body.multiplier
+        tip = np.eye(4)
+        tip[:3, :3], tip[:3, 3] = tree.tip.R, tree.tip.p
+        on_ground = tree.tip.body == 0
+        return TwistChain(
+            tuple(parents),
+            np.array(screws).reshape(-1, 6),
+            np.array(homes).reshape(-1, 4, 4),
+            np.array(inertias).reshape(-1, 6, 6),
+            np.array([body.armature for _, body in tree.moving]),
+            coupling,
+            tree.tip.body - 1,
+            tip if on_ground else inverse_of(poses[tree.tip.body][1]) @ tip,
+            tree.R_s0 @ tree.gravity,
+        )
+
+    @property
+    def count(self) -> int:
+        """How many bodies move."""
+        return len(self.parent)
+
+    def adjoints(self, q: Expression) -> list[Expression]:
+        """X_i = Ad(T_ip) (6, 6) of all bodies: a twist of the parent's frame, seen from {i}.
+
+        T_pi = home exp([A_i] theta_i)
+        """
+        theta = ca.SX(ca.DM(self.coupling)) @ q
+        return [_adjoint_inverse(self.home[i], self.A[i], theta[i]) for i in range(self.count)]
+
+
+def spatial_matrix(mass: float, h: Floats, inertia: Floats) -> Floats:
+    """G (6, 6) = [[I, [h]], [-[h], m 1]] from mass, first moment and inertia about the origin."""
+    H = np.array([[0, -h[2], h[1]], [h[2], 0, -h[0]], [-h[1], h[0], 0]])
+    return np.block([[inertia, H], [-H, mass * np.eye(3)]])
+
+
+def ad(V: Expression) -> Expression:
+    """[ad_V] (6, 6) with [ad_V] W = [V, W]."""
+    w, v = ca.skew(V[:3]), ca.skew(V[3:])
+    return ca.vertcat(ca.horzcat(w, ca.SX(3, 3)), ca.horzcat(v, w))
+
+
+def _screw(kind: JointKind, pitch: float) -> Floats:
+    turns, slides = float(kind is not JointKind.PRISMATIC), {JointKind.PRISMATIC: 1.0, JointKind.HELICAL: pitch}
+    return np.array([0, 0, turns, 0, 0, slides.get(kind, 0.0)])
+
+
+def _adjoint_inverse(home: Floats, A: Floats, theta: Expression) -> Expression:
+    """Ad((home exp([A] theta))^-1)."""
+    w, v = A[:3], A[3:]
+    rate = float(np.linalg.norm(w))
+    if rate == 0.0:
+        R, p = ca.SX(ca.DM.eye(3)), ca.SX(ca.DM(v)) * theta
+    else:
+        K = ca.DM(np.cross(w, np.eye(3)).T / rate)
+        angle = rate * theta
+        R = ca.DM.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
+        slide = theta * ca.DM.eye(3) + (1 - ca.cos(angle)) / rate * K + (theta - ca.sin(angle) / rate) * (K @ K)
+        p = slide @ ca.DM(v)
+    R_pi, p_pi = ca.DM(home[:3, :3]) @ R, ca.DM(home[:3, 3]) + ca.DM(home[:3, :3]) @ p
+    return ca.vertcat(
+        ca.horzcat(R_pi.T, ca.SX(3, 3)),
+        ca.horzcat(-R_pi.T @ ca.skew(p_pi), R_pi.T),
+    )

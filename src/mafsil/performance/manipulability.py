@@ -1,0 +1,261 @@
+"""How well an arm moves and pushes at a configuration: ellipsoids, and measures that do not depend on units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+from mafsil.performance.scaling import scaled_jacobian
+from mafsil.performance.tasks import Task, task_jacobian
+from mafsil.robot import Robot
+
+Part = Literal["linear", "angular", "planar"]
+_TASK_OF: Mapping[str, Task] = MappingProxyType(
+    {"linear": "position", "angular": "orientation", "planar": "planar_position"}
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """The image of the unit sphere of joint rates (or efforts).
+
+    Attributes:
+        axes: (*batch, m, m) principal directions as columns, in {s}, longest first.
+        lengths: (*batch, m) semi-axes; zero for directions that are lost, for forces infinite.
+        joint_vectors: (*batch, n, m) unit joint rates (or efforts) that reach the ends of the axes, as columns.
+    """
+
+    axes: Floats
+    lengths: Floats
+    joint_vectors: Floats
+
+    @property
+    def ratio(self) -> Floats:
+        """(*batch) longest over shortest axis: 1 is isotropic, infinite is singular."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = self.lengths.max(axis=-1) / self.lengths.min(axis=-1)
+        return np.where(np.isnan(ratio), np.inf, ratio)
+
+    def isotropic(self, tolerance: float = 1e-6) -> Floats:
+        """(*batch) whether all axes are equal within the tolerance."""
+        return self.ratio <= 1.0 + tolerance
+
+
+def ellipsoid_of(J: ArrayLike) -> Ellipsoid:
+    """The ellipsoid x' (J J')^-1 x = 1 of any Jacobian.
+
+    Semi-axes are the singular values of J, the square roots of the eigenvalues of J J'.
+
+    Args:
+        J: (*batch, m, n) with m <= n, rows of one unit.
+
+    Raises:
+        InputError: more rows than columns: there is no ellipsoid with an interior.
+    """
+    shape = np.shape(J)[-2:]
+    A = gate("J", J, shape if len(shape) == 2 else (1, 1))
+    m, n = A.shape[-2:]
+    if m > n:
+        raise InputError("performance.too_many_rows", rows=m, n=n)
+    U, s, Vt = np.linalg.svd(A, full_matrices=False)
+    return Ellipsoid(U, s, np.swapaxes(Vt, -1, -2))
+
+
+def velocity_ellipsoid(
+    robot: Robot, q: ArrayLike, part: Part = "linear", *, point: ArrayLike | None = None, weighted: bool = False
+) -> Ellipsoid:
+    """Velocities of the tip (linear, planar or angular) for joint rates of unit size.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+        part: `linear` (of the tip's point), `planar` (its x, y), or `angular`; never mixed: their units differ.
+        point: (3,) point of the tip frame [m]; its origin if None.
+        weighted: whether each joint rate counts in shares of its limit.
+
+    Returns:
+        Axes in {s}; lengths [m/s per rad/s] or [1]; [m/s] or [rad/s] if weighted.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 5.4; Yoshikawa, Manipulability of robotic mechanisms, 1985.
+    """
+    J = task_jacobian(robot, q, _part(part), point=point)
+    return ellipsoid_of(J * _shares(robot, "velocity") if weighted else J)
+
+
+def force_ellipsoid(
+    robot: Robot, q: ArrayLike, part: Part = "linear", *, point: ArrayLike | None = None, weighted: bool = False
+) -> Ellipsoid:
+    """Forces (or moments) at the tip for joint efforts of unit size: same axes, reciprocal lengths.
+
+    Arguments as `velocity_ellipsoid`; with `weighted` each effort counts in shares of its limit, and the axes are
+    those of the weighted efforts.
+    """
+    J = task_jacobian(robot, q, _part(part), point=point)
+    found = ellipsoid_of(J / _shares(robot, "effort") if weighted else J)
+    with np.errstate(divide="ignore"):
+        lengths = np.where(found.lengths > 0, 1.0 / found.lengths, np.inf)
+    return Ellipsoid(found.axes[..., ::-1], lengths[..., ::-1], found.joint_vectors[..., ::-1])
+
+
+def _part(part: str) -> Task:
+    if part not in _TASK_OF:
+        raise InputError("input.choice", name="part", value=part, known=", ".join(_TASK_OF))
+    return _TASK_OF[part]
+
+
+def _shares(robot: Robot, what: str) -> Floats:
+    limits = np.asarray(getattr(robot.limits, what))
+    if not np.isfinite(limits).all():
+        joint = robot.joint_names[int(np.argmax(~np.isfinite(limits)))]
+        raise InputError("performance.no_limit", robot=robot.name, joint=joint, what=what)
+    return limits
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarEllipse:
+    """alpha x^2 + beta x y + gamma y^2 = 1, the image of the unit circle of joint rates.
+
+    Attributes:
+        alpha, beta, gamma: (*batch) entries of (J J')^-1; beta is twice the mixed one.
+        discriminant: (*batch) beta^2 - 4 alpha gamma = -4 / det(J J') < 0.
+    """
+
+    alpha: Floats
+    beta: Floats
+    gamma: Floats
+
+    @property
+    def discriminant(self) -> Floats:
+        """(*batch) negative for an ellipse."""
+        return self.beta**2 - 4 * self.alpha * self.gamma
+
+
+def planar_ellipse(J: ArrayLike) -> PlanarEllipse:
+    """The equation of the velocity ellipse of a planar Jacobian; infinite coefficients where it is singular.
+
+    Args:
+        J: (*batch, 2, n).
+    """
+    A = gate("J", J, (2, np.shape(J)[-1] if np.ndim(J) else 1))
+    G = A @ np.swapaxes(A, -1, -2)
+    det = G[..., 0, 0] * G[..., 1, 1] - G[..., 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return PlanarEllipse(G[..., 1, 1] / det, -2 * G[..., 0, 1] / det, G[..., 0, 0] / det)
+
+
+def _yoshikawa(s: Floats) -> Floats:
+    return np.prod(s, axis=-1)
+
+
+def _inverse_condition(s: Floats) -> Floats:
+    return np.where(s[..., 0] > 0, s[..., -1] / np.where(s[..., 0] > 0, s[..., 0], 1.0), 0.0)
+
+
+def _smallest(s: Floats) -> Floats:
+    return s[..., -1]
+
+
+def _isotropy(s: Floats) -> Floats:
+    """Geometric over arithmetic mean of the squared singular values: 1 isotropic, 0 singular."""
+    mean = (s**2).mean(axis=-1)
+    return np.where(mean > 0, np.prod(s**2, axis=-1) ** (1 / s.shape[-1]) / np.where(mean > 0, mean, 1.0), 0.0)
+
+
+MEASURES: Mapping[str, Callable[[Floats], Floats]] = MappingProxyType(
+    {"yoshikawa": _yoshikawa, "inverse_condition": _inverse_condition, "smallest": _smallest, "isotropy": _isotropy}
+)
+"""Measures of singular values (*batch, k), all zero at singularities."""
+
+
+def manipulability(
+    robot: Robot,
+    q: ArrayLike,
+    measure: str = "yoshikawa",
+    *,
+    task: Task = "pose",
+    length: float | None = None,
+) -> Floats:
+    """One number for the distance from singularities.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+        measure: `yoshikawa` (product of singular values), `inverse_condition` (smallest over largest),
+            `smallest`, or `isotropy` (geometric over arithmetic mean of their squares).
+        task: rows that count. Where angles and lengths meet, lengths are divided by `length`.
+        length: [m]; the arm's characteristic length if None. `length=1.0` gives the plain numbers in SI units.
+
+    Returns:
+        (*batch).
+
+    Reference: Yoshikawa 1985; Angeles, Fundamentals of Robotic Mechanical Systems, sec. 5.8 (characteristic length).
+    """
+    return _measure(measure)(np.linalg.svd(scaled_jacobian(robot, q, task=task, length=length).J, compute_uv=False))
+
+
+def manipulability_gradient(
+    robot: Robot,
+    q: ArrayLike,
+    measure: str = "yoshikawa",
+    *,
+    task: Task = "pose",
+    length: float | None = None,
+) -> Floats:
+    """(*batch, n) gradient of a measure, analytic: d sigma_k = u_k' dJ v_k.
+
+    Where singular values coincide or vanish the measure has a kink and one of its one-sided slopes is returned;
+    arguments as `manipulability`.
+    """
+    scaled = scaled_jacobian(robot, q, task=task, length=length)
+    U, s, Vt = np.linalg.svd(scaled.J, full_matrices=False)
+    dJ = jacobian_hessian(robot, q)[..., list(scaled.rows), :] * (scaled.row_factors[:, None] * scaled.columns)
+    slopes = np.einsum("...ik,...cij,...kj->...ck", U, dJ, Vt)
+    return np.einsum("...ck,...k->...c", slopes, _slope(_measure(measure), s))
+
+
+def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
+    """(*batch, n, 6, n) derivatives of the tool Jacobian (axes of {s}, at the tip) by each coordinate.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+    """
+    configuration = gate("q", q, (robot.n,))
+    R = robot.forward_kinematics(configuration)[..., None, :3, :3]
+    J_b = robot.jacobian_body(configuration)[..., None, :, :]
+    rate = robot.jacobian_body_rate(configuration[..., None, :], np.eye(robot.n))
+    omega = np.swapaxes(J_b[..., 0, :3, :], -1, -2)[..., None]
+    turned = [part + np.cross(omega, J_b[..., rows, :], axis=-2) for part, rows in _halves(rate)]
+    return np.concatenate([R @ part for part in turned], axis=-2)
+
+
+def _halves(rate: Floats) -> list[tuple[Floats, slice]]:
+    return [(rate[..., :3, :], slice(0, 3)), (rate[..., 3:, :], slice(3, 6))]
+
+
+def _slope(measure: Callable[[Floats], Floats], s: Floats) -> Floats:
+    """(*batch, k) derivative of a measure by the singular values, closed form by a complex-free small quotient."""
+    if measure is _yoshikawa:
+        return np.stack([np.prod(np.delete(s, k, axis=-1), axis=-1) for k in range(s.shape[-1])], axis=-1)
+    slope = np.zeros_like(s)
+    if measure is _smallest:
+        slope[..., -1] = 1.0
+    elif measure is _inverse_condition:
+        slope[..., -1], slope[..., 0] = 1.0 / s[..., 0], -s[..., -1] / s[..., 0] ** 2
+    else:
+        value, squares = _isotropy(s)[..., None], (s**2).sum(axis=-1, keepdims=True)
+        slope = value * 2 * (1.0 / (s.shape[-1] * np.maximum(s, 1e-300)) - s / squares)
+    return slope
+
+
+def _measure(name: str) -> Callable[[Floats], Floats]:
+    if name not in MEASURES:
+        raise InputError("input.choice", name="measure", value=name, known=", ".join(MEASURES))
+    return MEASURES[name]

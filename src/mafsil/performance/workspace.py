@@ -1,0 +1,313 @@
+"""Where an arm reaches, and with how many orientations: maps filled by streaming millions of configurations.
+
+Chunks of seeded random configurations go through the compiled forward kinematics and are counted in the cells of a
+grid; memory is the grid plus one chunk. The same seed gives the same map, on one core or on many machines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.performance.scaling import ranges
+from mafsil.robot import Robot
+
+CHUNK = 65_536
+"""Configurations that are evaluated at once."""
+BANDS = 8
+"""Approach directions are counted in BANDS x BANDS cells of equal area on the sphere (64 bits)."""
+MOST_CELLS = 50_000_000
+
+View = Literal["xyz", "xy", "xz", "yz", "radial"]
+_AXES: dict[str, tuple[int, ...]] = {"xyz": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+@dataclass(frozen=True, eq=False)
+class WorkspaceMap:
+    """Cells of space and what was seen in them.
+
+    Attributes:
+        robot: name.
+        view: `xyz`; `xy`, `xz`, `yz` (projection, or slice if one was asked for); `radial` (distance from the z axis of
+            {s}, z): the section of an arm whose first axis is that one and turns freely.
+        origin: (d,) lower corner of the grid [m].
+        cell: edge of a cell [m].
+        counts: grid of how many samples fell into each cell.
+        directions: grid of bit masks of approach directions seen, or None if not asked for.
+        samples: how many configurations were drawn.
+        inside: how many of them fell into the slice (all, if there is none).
+        seed: of the generator.
+    """
+
+    robot: str
+    view: str
+    origin: Floats
+    cell: float
+    counts: NDArray[np.uint32]
+    directions: NDArray[np.uint64] | None
+    samples: int
+    inside: int
+    seed: int
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """The grid of reached cells."""
+        return self.counts > 0
+
+    @property
+    def boundary(self) -> NDArray[np.bool_]:
+        """Reached cells with a neighbour (across a face) that is not."""
+        reached = np.pad(self.reached, 1)
+        inner = reached.copy()
+        for axis in range(reached.ndim):
+            inner &= np.roll(reached, 1, axis) & np.roll(reached, -1, axis)
+        core = tuple(slice(1, -1) for _ in range(reached.ndim))
+        return self.reached & ~inner[core]
+
+    @property
+    def dexterity(self) -> Floats:
+        """The grid of shares 0 .. 1 of approach directions with which a cell was reached.
+
+        Raises:
+            InputError: directions were not recorded.
+        """
+        if self.directions is None:
+            raise InputError("performance.no_directions")
+        return np.bitwise_count(self.directions).astype(float) / self._direction_cells
+
+    @property
+    def _direction_cells(self) -> int:
+        return BANDS * BANDS
+
+    def dexterous(self, share: float = 1.0) -> NDArray[np.bool_]:
+        """The grid of cells reached with at least this share of directions."""
+        return self.dexterity >= share
+
+    def volume(self, cells: NDArray[np.bool_] | None = None) -> tuple[float, float]:
+        """Volume [m^3] (area [m^2] of flat views, volume swept about z of the radial one), with its error.
+
+        Cells at the boundary count one half; the error is the other half, plus one and a half times the space that
+        Good and Turing's estimate leaves unseen: the share of samples in cells hit only once.
+
+        Args:
+            cells: grid of the cells that count; the reached ones if None.
+        """
+        chosen = self.reached if cells is None else cells
+        size = self._sizes()
+        edge = self.boundary & chosen
+        half = 0.5 * float((size * edge).sum())
+        unseen = float((self.counts == 1).sum()) / max(self.inside, 1)
+        total = float((size * chosen).sum()) - half
+        return total, half + 1.5 * unseen * total
+
+    def _sizes(self) -> Floats:
+        flat = np.full(self.counts.shape, self.cell**self.counts.ndim)
+        if self.view == "radial":
+            rho = self.origin[0] + self.cell * (np.arange(self.counts.shape[0]) + 0.5)
+            flat = flat * (2 * np.pi * rho)[:, None]
+        return flat
+
+    def voids(self, smallest: int = 2) -> tuple[Floats, ...]:
+        """Holes: connected empty regions that do not touch the outside of the grid, largest first.
+
+        Args:
+            smallest: number of cells below which an empty region counts as not yet sampled.
+
+        Returns:
+            For each, its middle followed by its size: (d + 1,) [m], [m^3 | m^2].
+        """
+        from scipy import ndimage
+
+        widen = [(0 if self.view == "radial" and axis == 0 else 1, 1) for axis in range(self.counts.ndim)]
+        labels: Any
+        labels, count = ndimage.label(~np.pad(self.reached, widen))  # pyright: ignore[reportGeneralTypeIssues]
+        outside = set(np.unique(labels[..., -1]).tolist())
+        found: list[Floats] = []
+        shift = np.array([before for before, _ in widen])
+        for label in range(1, int(count) + 1):
+            where = np.argwhere(labels == label) - shift
+            if label in outside or len(where) < smallest:
+                continue
+            middle = self.origin + self.cell * (where.mean(axis=0) + 0.5)
+            found.append(np.array([*middle, float(self._sizes()[tuple(where.T)].sum())]))
+        return tuple(sorted(found, key=lambda void: -void[-1]))
+
+    def centres(self, axis: int) -> Floats:
+        """Middles of the cells along an axis of the grid [m]."""
+        return self.origin[axis] + self.cell * (np.arange(self.counts.shape[axis]) + 0.5)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(*batch) whether points (*batch, d), in the coordinates of the view, lie in reached cells."""
+        index = np.floor((gate("points", points, (self.counts.ndim,)) - self.origin) / self.cell).astype(int)
+        inside = ((index >= 0) & (index < self.counts.shape)).all(axis=-1)
+        index = np.clip(index, 0, np.array(self.counts.shape) - 1)
+        return inside & self.reached[tuple(np.moveaxis(index, -1, 0))]
+
+    def explain(self, language: str | None = None) -> str:
+        """Samples, size with its error, voids."""
+        size, error = self.volume()
+        unit = "m^2" if self.counts.ndim == 2 and self.view != "radial" else "m^3"
+        return say(
+            "performance.workspace",
+            language=language,
+            robot=self.robot,
+            samples=self.samples,
+            size=size,
+            error=error,
+            unit=unit,
+            voids=len(self.voids()),
+            cell=self.cell,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """What a chunk needs to know; pickles."""
+
+    robot: Robot
+    lower: Floats
+    upper: Floats
+    frame: str | None
+    view: str
+    slab: tuple[float, float] | None
+    origin: Floats
+    shape: tuple[int, ...]
+    cell: float
+    dexterous: bool
+
+
+def workspace_map(
+    robot: Robot,
+    samples: int = 1_000_000,
+    *,
+    view: View = "xyz",
+    cell: float | None = None,
+    at: float | None = None,
+    limited: bool = True,
+    dexterous: bool = False,
+    frame: str | None = None,
+    seed: int = 0,
+    dask: bool = False,
+) -> WorkspaceMap:
+    """The cells that the tip reaches.
+
+    Args:
+        robot: the arm.
+        samples: configurations, uniform in the joint ranges.
+        view: grid: `xyz`, a projection `xy`, `xz`, `yz`, or `radial`, see `WorkspaceMap`.
+        cell: edge of a cell [m]; 1/60 of the reach of the arm (1/120 for flat views) if None.
+        at: for flat views: only positions within half a cell of this coordinate of the third axis count: a slice [m].
+        limited: whether the joint limits are kept.
+        dexterous: whether approach directions (z axis of the tip) are recorded.
+        frame: name of a link; the tip frame if None.
+        seed: of the generator; chunk k uses its k-th child, whoever works on it.
+        dask: hand the chunks to dask's current scheduler (a cluster, if a client is connected).
+
+    Raises:
+        InputError: no samples, an unknown view, too fine a grid, or dask is asked for and not installed.
+    """
+    if view != "radial" and view not in _AXES:
+        raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
+    if samples < 1:
+        raise InputError("input.positive", name="samples", value=samples)
+    grid = _grid(robot, view, cell, at, limited, dexterous, frame)
+    counts = np.zeros(int(np.prod(grid.shape)), dtype=np.uint32)
+    masks = np.zeros(counts.shape, dtype=np.uint64) if dexterous else None
+    inside = 0
+    for cells, seen, hits in _chunks(grid, samples, seed, dask):
+        np.add.at(counts, cells, hits)
+        inside += int(hits.sum())
+        if masks is not None:
+            masks[cells] |= seen
+    directions = None if masks is None else masks.reshape(grid.shape)
+    return WorkspaceMap(
+        robot.name, view, grid.origin, grid.cell, counts.reshape(grid.shape), directions, samples, inside, seed
+    )
+
+
+Chunk = tuple[NDArray[np.int64], NDArray[np.uint64], NDArray[np.uint32]]
+
+
+def _chunks(grid: _Grid, samples: int, seed: int, dask: bool) -> Iterator[Chunk]:
+    """Cells, direction masks and hits of every chunk, in order."""
+    sizes = [CHUNK] * (samples // CHUNK) + ([samples % CHUNK] if samples % CHUNK else [])
+    work: list[Callable[[], Chunk]] = [partial(_chunk, grid, size, seed, k) for k, size in enumerate(sizes)]
+    if not dask:
+        yield from (job() for job in work)
+        return
+    try:
+        from dask.base import compute  # pyright: ignore[reportMissingImports]
+        from dask.delayed import delayed  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError("performance.no_dask") from None
+    at_once = 64
+    for begin in range(0, len(work), at_once):
+        yield from compute(*(delayed(job)() for job in work[begin : begin + at_once]))
+
+
+def _chunk(grid: _Grid, size: int, seed: int, index: int) -> Chunk:
+    """One chunk: draw, evaluate, bin; cells once each."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+    T = grid.robot.forward_kinematics(rng.uniform(grid.lower, grid.upper, (size, grid.robot.n)), frame=grid.frame)
+    p = T[:, :3, 3]
+    if grid.slab is not None:
+        (missing,) = {0, 1, 2} - set(_AXES[grid.view])
+        keep = (p[:, missing] >= grid.slab[0]) & (p[:, missing] < grid.slab[1])
+        T, p = T[keep], p[keep]
+    x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if grid.view == "radial" else p[:, _AXES[grid.view]]
+    index_nd = np.clip(np.floor((x - grid.origin) / grid.cell).astype(np.int64), 0, np.array(grid.shape) - 1)
+    flat = np.ravel_multi_index(tuple(index_nd.T), grid.shape)
+    if not grid.dexterous:
+        cells, hits = np.unique(flat, return_counts=True)
+        return cells, np.zeros(len(cells), np.uint64), hits.astype(np.uint32)
+    order = np.argsort(flat, kind="stable")
+    bits = np.uint64(1) << _direction_cell(T[:, :3, 2])[order].astype(np.uint64)
+    cells, starts, hits = np.unique(flat[order], return_index=True, return_counts=True)
+    seen = np.bitwise_or.reduceat(bits, starts) if len(starts) else np.zeros(0, np.uint64)
+    return cells, seen, hits.astype(np.uint32)
+
+
+def _direction_cell(z: Floats) -> NDArray[np.int64]:
+    """Which of the BANDS x BANDS cells of equal area a direction (k, 3) lies in."""
+    band = np.clip((BANDS * (z[:, 2] + 1) / 2).astype(np.int64), 0, BANDS - 1)
+    turn = np.arctan2(z[:, 1], z[:, 0]) / (2 * np.pi) % 1.0
+    return band * BANDS + np.minimum((BANDS * turn).astype(np.int64), BANDS - 1)
+
+
+def _grid(
+    robot: Robot, view: str, cell: float | None, at: float | None, limited: bool, dexterous: bool, frame: str | None
+) -> _Grid:
+    lower, upper = ranges(robot, limited=limited)
+    low, high = _bounds(robot, view, lower, upper, frame)
+    if cell is None:
+        cell = float((high - low).max()) / (120 if view == "xyz" else 240)
+    if not (np.isfinite(cell) and cell > 0):
+        raise InputError("input.positive", name="cell", value=cell)
+    shape = tuple(int(n) for n in np.maximum(np.ceil((high - low) / cell).astype(int), 1))
+    if np.prod(shape, dtype=float) > MOST_CELLS:
+        raise InputError("performance.too_many_cells", count=float(np.prod(shape, dtype=float)), limit=MOST_CELLS)
+    if at is not None and view not in ("xy", "xz", "yz"):
+        raise InputError("performance.no_slice", view=view)
+    slab = None if at is None else (at - cell / 2, at + cell / 2)
+    return _Grid(robot, lower, upper, frame, view, slab, low, shape, float(cell), dexterous)
+
+
+def _bounds(robot: Robot, view: str, lower: Floats, upper: Floats, frame: str | None) -> tuple[Floats, Floats]:
+    """A box around what a seeded sample shows, a tenth wider on every side; what falls outside counts at its rim."""
+    rng = np.random.default_rng(np.random.SeedSequence(7))
+    p = robot.forward_kinematics(rng.uniform(lower, upper, (20_000, robot.n)), frame=frame)[:, :3, 3]
+    x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if view == "radial" else p[:, _AXES[view]]
+    low, high = x.min(axis=0), x.max(axis=0)
+    margin = 0.1 * np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-6))
+    low, high = low - margin, high + margin
+    if view == "radial":
+        low[0] = 0.0
+    return low, high
