@@ -14,6 +14,12 @@ FLAGS = (
 )  # fmt: skip
 VIEWS = (("demo.png", "en", "4.4", "1400,800"), ("demo_ar.png", "ar", "4.4", "1400,800"))
 
+MOTIONS = {
+    "screw_motion.png": "--screw 0.2 0.1 1 0.8 0 0 0.12 150 --degrees",
+    "gimbal_lock.png": "--euler ZYX 30 90 50 --degrees",
+}
+"""Pictures of docs/rigid-motions.md, and the motion of each as `mafsil convert` takes it."""
+
 
 def main() -> int:
     """Run the demo in both languages and photograph its reports."""
@@ -23,6 +29,9 @@ def main() -> int:
         subprocess.run(
             [*mafsil, "show", robot, "--picture", str(IMAGES / f"{robot}.png")], check=True, stdout=subprocess.DEVNULL
         )
+    for picture, motion in MOTIONS.items():
+        words = ["convert", *motion.split(), "--picture", str(IMAGES / picture)]
+        subprocess.run([*mafsil, *words], check=True, stdout=subprocess.DEVNULL)
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
         print("no Chromium found: the photographs of the report stay as they are", file=sys.stderr)

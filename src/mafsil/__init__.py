@@ -18,6 +18,13 @@ if TYPE_CHECKING:
     from mafsil.errors import KernelError as KernelError
     from mafsil.errors import MafsilError as MafsilError
     from mafsil.errors import ModelError as ModelError
+    from mafsil.geometry import Pose as Pose
+    from mafsil.geometry import Rotation as Rotation
+    from mafsil.geometry import ScrewAxis as ScrewAxis
+    from mafsil.geometry import Twist as Twist
+    from mafsil.geometry import Wrench as Wrench
+    from mafsil.geometry.frames import FrameGraph as FrameGraph
+    from mafsil.ik import inverse_kinematics as inverse_kinematics
     from mafsil.ik import solve_ik as solve_ik
     from mafsil.messages import language as language
     from mafsil.model import Actuator as Actuator
@@ -51,9 +58,11 @@ _HOME_OF = {
     "KernelError": "mafsil.errors:KernelError",
     "MafsilError": "mafsil.errors:MafsilError",
     "ModelError": "mafsil.errors:ModelError",
+    "inverse_kinematics": "mafsil.ik:inverse_kinematics",
     "language": "mafsil.messages:language",
     "Actuator": "mafsil.model:Actuator",
     "DHRow": "mafsil.model.denavit_hartenberg:DHRow",
+    "FrameGraph": "mafsil.geometry.frames:FrameGraph",
     "Friction": "mafsil.model:Friction",
     "Inertial": "mafsil.model:Inertial",
     "Joint": "mafsil.model:Joint",
@@ -61,9 +70,14 @@ _HOME_OF = {
     "Limits": "mafsil.model:Limits",
     "Link": "mafsil.model:Link",
     "Mechanism": "mafsil.model:Mechanism",
+    "Pose": "mafsil.geometry:Pose",
     "Recording": "mafsil.simulation:Recording",
     "Robot": "mafsil.robot:Robot",
+    "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
+    "ScrewAxis": "mafsil.geometry:ScrewAxis",
+    "Twist": "mafsil.geometry:Twist",
+    "Wrench": "mafsil.geometry:Wrench",
     "load": "mafsil.robot:load",
     "simulate": "mafsil.simulation:simulate",
     "solve_ik": "mafsil.ik:solve_ik",

@@ -72,12 +72,25 @@ def exact_exp3(r: np.ndarray) -> np.ndarray:
         return _array(mp.eye(3) + a * W + b * W * W)
 
 
+def exact_project(M: np.ndarray) -> np.ndarray:
+    """(3, 3) rotation nearest to a matrix of doubles with positive determinant."""
+    with mp.workdps(DIGITS):
+        return _array(_nearest(M))
+
+
+def _nearest(M: np.ndarray) -> mp.matrix:
+    """Polar factor by Newton's iteration, which doubles the digits each time."""
+    X, step = mp.matrix(M.tolist()), mp.mpf(1)
+    while step > mp.mpf(10) ** (-DIGITS // 2 - 2):
+        Y = (X + (X**-1).T) / 2
+        X, step = Y, mp.mnorm(Y - X, 1)
+    return X
+
+
 def exact_quaternion(R: np.ndarray) -> np.ndarray:
     """(4,) unit quaternion, w >= 0, of the rotation nearest to a matrix of doubles."""
     with mp.workdps(DIGITS):
-        X = mp.matrix(R.tolist())
-        for _ in range(4):  # Newton's iteration for the polar factor: 1e-16, 1e-32, 1e-64
-            X = (X + (X**-1).T) / 2
+        X = _nearest(R)
         K = [1 + X[0, 0] + X[1, 1] + X[2, 2]] + [1 + 2 * X[k, k] - X[0, 0] - X[1, 1] - X[2, 2] for k in range(3)]
         turn = [X[2, 1] - X[1, 2], X[0, 2] - X[2, 0], X[1, 0] - X[0, 1]]
         k = max(range(4), key=lambda j: K[j])

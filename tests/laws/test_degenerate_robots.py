@@ -64,7 +64,7 @@ def test_a_robot_without_joints_says_so(name: str) -> None:
         getattr(robot, name)(*(np.zeros(0) for _ in CATALOGUE[name].inputs))
 
 
-@pytest.mark.parametrize("name", [name for name in CATALOGUE if name != "forward_dynamics"])
+@pytest.mark.parametrize("name", [name for name in CATALOGUE if not name.startswith("forward_dynamics")])
 def test_a_robot_without_mass_has_zeros(name: str) -> None:
     robot = chain((TURN, None), (SLIDE, None))
     values = getattr(robot, name)(*(np.ones((3, 2)) for _ in CATALOGUE[name].inputs))

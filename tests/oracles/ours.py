@@ -15,8 +15,25 @@ from mafsil.robot.trace import signature, trace
 from tests.oracles.oracle import Answers
 from tests.oracles.states import States
 
-ALL = (*CATALOGUE, "inverse_dynamics tip_wrench", "forward_dynamics tip_wrench")
-"""Names of all quantities, optional inputs named behind."""
+ALL = (
+    "forward_kinematics",
+    "link_poses",
+    "jacobian_space",
+    "jacobian_body",
+    "jacobian_space_rate",
+    "jacobian_body_rate",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "mass_matrix",
+    "coriolis_matrix",
+    "velocity_torque",
+    "gravity_torque",
+    "kinetic_energy",
+    "potential_energy",
+    "inverse_dynamics tip_wrench",
+    "forward_dynamics tip_wrench",
+)
+"""Names of the quantities that the oracles answer too, optional inputs named behind."""
 
 
 def traced(mechanism: Mechanism, states: States, names: Iterable[str] = ALL) -> Answers:

@@ -21,7 +21,7 @@ from tests.oracles.natural_scale import natural_scale
 STATES = 500
 ROUNDING = 1e-11
 """Library robots have exact right angles; files write pi/2 with eleven decimals, which we read as a right angle."""
-MANY_JOINTS = 60
+MANY_JOINTS = 30
 
 
 def _sized(name: str) -> int:

@@ -133,9 +133,9 @@ def report(figures: Figures) -> str:
     worst = ", ".join(f"{name} {error:.1e} (robot {number:.0f})" for name, (error, number) in figures.worst.items())
     return (
         f"{figures.robots} robots, {figures.joints} joints, {STATES_EACH} states each, {figures.seconds:.0f} s; "
-        f"checked by {figures.checks}; "
-        f"{figures.singular} without accelerations, for their mass matrix is singular\nworst: {worst}\nhalf of the errors below {figures.median_below:.0e}; "
-        f"beyond {LIMIT:g}: {figures.beyond or 'none'}"
+        f"checked by {figures.checks}; {figures.singular} without accelerations, their mass matrix being singular\n"
+        f"worst: {worst}\n"
+        f"half of the errors below {figures.median_below:.0e}; beyond {LIMIT:g}: {figures.beyond or 'none'}"
     )
 
 

@@ -111,6 +111,8 @@ def test_robots_travel(arm: mf.Robot, q: np.ndarray, protocol: int) -> None:
     for other in (pickle.loads(pickle.dumps(arm, protocol)), copy.copy(arm), copy.deepcopy(arm)):
         assert (other.forward_kinematics(q) == arm.forward_kinematics(q)).all()
         assert repr(other) == repr(arm)
+    routine = pickle.loads(pickle.dumps(arm.forward_kinematics, protocol))
+    assert (routine(q, frame="link2") == arm.forward_kinematics(q, frame="link2")).all()
     kernel = arm.kernel("mass_matrix")
     assert (pickle.loads(pickle.dumps(kernel, protocol))(q) == kernel(q)).all()
 

@@ -1,8 +1,8 @@
 """Canonical subproblems of inverse kinematics as expressions: which turns about known axes bring points together?
 
-A turn is kept as (cosine, sine); the angle is taken only at the end. Where a subproblem has no solution the turn is that
-of the nearest miss, and `shortfall` says by how much it misses; where every angle solves it, `free` is one and the turn
-is the one preferred.
+A turn is kept as (cosine, sine); the angle is taken only at the end. Where a subproblem has no solution the turn is
+that of the nearest miss, and `shortfall` says by how much it misses; where every angle solves it, `free` is one and the
+turn is the one preferred.
 
 References: Paden, Kinematics and Control of Robot Manipulators, 1986; Elias and Wen, IK-Geo, 2022 (numbers 1 to 4).
 """
@@ -15,9 +15,8 @@ import casadi as ca
 
 from mafsil.algebra.spatial import cross
 
-FREE = 1e-8
-"""Distances from an axis, relative to the size of the arm, below which every turn about it counts as a solution. Larger
-than rounding: a pose at one singular set is met with an error of the root of the rounding before the next is looked at."""
+FREE = 1e-9
+"""Distances from an axis, relative to the size of the arm, below which every turn about it counts as a solution."""
 
 
 class Turn(NamedTuple):
@@ -75,7 +74,7 @@ def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: float = 1.0)
     """
     c = ca.dot(p, z) - ca.dot(w, p) * ca.dot(w, z)
     s = ca.dot(w, cross(p, z))
-    return _direction(c, s, preferred, FREE * scale * scale)
+    return _direction(c, s, preferred, (FREE * scale) ** 2)
 
 
 def turns_to_distance(
@@ -98,7 +97,10 @@ def turns_to_distance(
     far, near = (a + b) ** 2 - square, square - (a - b) ** 2
     distance = ca.sqrt(ca.fmax(square, 0))
     shortfall = ca.fmax(ca.fmax(distance - (a + b), ca.fabs(a - b) - distance), 0) + ca.sqrt(ca.fmax(-square, 0))
-    middle = _direction(ca.dot(p, o), ca.dot(w, cross(p, o)), preferred, FREE * scale * scale)
+    off_axis = ca.fmin(a, b) > FREE * scale
+    middle = _direction(
+        ca.if_else(off_axis, ca.dot(p, o), 0), ca.if_else(off_axis, ca.dot(w, cross(p, o)), 0), preferred, 0.0
+    )
     return _both(middle, near, far, shortfall)
 
 
@@ -172,9 +174,9 @@ def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX) -> tuple[R
     x, y = ca.fmax(sine, 0), ca.fmax(cosine, 0)
     total = x + y
     known = total > 0
-    divisor = ca.if_else(known, total, 1.0)
+    factor = 1 / ca.if_else(known, total, 1.0)
     used = ca.logic_and(known, ca.logic_not(middle.free))
-    phi = Turn(ca.if_else(used, (y - x) / divisor, 1.0), ca.if_else(used, 2 * ca.sqrt(x * y) / divisor, 0.0))
+    phi = Turn(ca.if_else(used, (y - x) * factor, 1.0), ca.if_else(used, 2 * ca.sqrt(x * y) * factor, 0.0))
     return (
         Root(middle.turn.then(phi), middle.free, shortfall),
         Root(middle.turn.then(phi.back()), middle.free, shortfall),
@@ -185,8 +187,8 @@ def _direction(c: ca.SX, s: ca.SX, preferred: Turn, least: float) -> Root:
     """The turn along (c, s), or the preferred one where that has no direction."""
     size = ca.sqrt(c * c + s * s)
     known = size > least
-    divisor = ca.if_else(known, size, 1.0)
-    turn = Turn(ca.if_else(known, c / divisor, preferred.c), ca.if_else(known, s / divisor, preferred.s))
+    factor = 1 / ca.if_else(known, size, 1.0)
+    turn = Turn(ca.if_else(known, c * factor, preferred.c), ca.if_else(known, s * factor, preferred.s))
     return Root(turn, ca.logic_not(known), ca.SX(0))
 
 

@@ -12,12 +12,14 @@ from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
 from mafsil.cli.motion_input import Motion, read
 from mafsil.cli.motion_table import lines
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.geometry import euler, logarithms, planar, pose, quaternion, rotation, screw
 from mafsil.messages import say
 
 _SHOWN = ("xyz", "ZYX", "ZYZ", "XYZ")
 """Sequences listed unasked; `xyz` is roll, pitch, yaw."""
+
+_PICTURES = (".png", ".svg", ".pdf")
 
 
 def convert(
@@ -57,6 +59,8 @@ def convert(
         "rotation_vector": rotation_vector, "gibbs": gibbs, "pose": pose, "exponential": exponential, "screw": screw,
         "planar": planar,
     }  # fmt: skip
+    if picture is not None and Path(picture).suffix.lower() not in _PICTURES:
+        raise InputError("cli.picture_kind", path=picture, known=", ".join(_PICTURES))
     motion = read(given, position, degrees=degrees, project=project)
     data = representations(motion, all_sequences=all_sequences)
     shown = lines(data, degrees=degrees)

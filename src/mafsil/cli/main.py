@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
-from typing import Any
+import warnings
+from math import isfinite
+from typing import Any, cast
 
 from mafsil import __version__
 from mafsil.cli.answer import Answer
@@ -27,11 +29,16 @@ def main(arguments: list[str] | None = None) -> int:
         The exit code.
     """
     words = sys.argv[1:] if arguments is None else arguments
+    if "--debug" not in words:
+        # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
+        warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
         return _run(words)
     except MafsilError as error:
         if "--debug" in words:
             raise
+        if "--json" in words:
+            _print_error(error)
         _complain(error.message())
         return WRONG_INPUT if isinstance(error, InputError | ModelError | FileError | JobError) else FAILED
     except KeyboardInterrupt:
@@ -87,7 +94,7 @@ def _choose_language(words: list[str]) -> None:
 
 def _print(answer: Answer, *, as_json: bool) -> None:
     if as_json:
-        text = json.dumps(answer.data, ensure_ascii=False, indent=2, default=_plain)
+        text = json.dumps(_plain(answer.data), ensure_ascii=False, indent=2, allow_nan=False)
     else:
         text = "\n".join(visible(line) for line in answer.lines)
     if text:
@@ -96,11 +103,23 @@ def _print(answer: Answer, *, as_json: bool) -> None:
         _complain(answer.refusal)
 
 
+def _print_error(error: MafsilError) -> None:
+    """The error for machines: its code, and its sentence in all languages."""
+    sentences = {code: visible(error.message(code)) for code in LANGUAGES}
+    print(json.dumps({"error": {"code": error.key, "sentence": sentences}}, ensure_ascii=False, indent=2), flush=True)
+
+
 def _plain(value: Any) -> Any:
-    """Arrays and NumPy numbers as lists and numbers."""
+    """Arrays as lists; numbers that are not finite, which JSON does not know, as null."""
     if hasattr(value, "tolist"):
-        return value.tolist()
-    return str(value)
+        return _plain(value.tolist())
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in cast("dict[Any, Any]", value).items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in cast("list[Any]", value)]
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    return value if isinstance(value, bool | int | str) or value is None else str(value)
 
 
 def _complain(sentence: str) -> None:

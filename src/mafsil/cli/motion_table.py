@@ -54,8 +54,8 @@ def _rotation_rows(data: dict[str, Any], unit: str, factor: float) -> list[list[
     gibbs = data["gibbs"]
     rows.append([say("convert.gibbs"), "∞"] if gibbs is None else _row(say("convert.gibbs"), gibbs))
     rows.append(_row(say("convert.modified_rodrigues"), data["modified_rodrigues"]))
-    (a, b), _ = data["su2"]
-    rows.append([say("convert.su2"), *(f"{number(x)}{number(y) if y < 0 else '+' + number(y)}i" for x, y in (a, b))])
+    a, b = data["su2"][0]
+    rows.append(_row(say("convert.su2"), [*a, *b]))
     return rows
 
 
@@ -117,7 +117,15 @@ def _remarks(data: dict[str, Any], factor: float, unit: str) -> list[str]:
 
 
 def _lock_remark(name: str, found: dict[str, Any], factor: float, unit: str) -> str:
-    a, b, c = (number(factor * float(x), 4) for x in found["triples"][0])
-    third = f"{c} + t" if found["family"][2] > 0 else f"{c} - t"
-    fixed = "a - c" if found["family"][2] > 0 else "a + c"
-    return say("convert.lock", sequence=name, family=f"({a} + t, {b}, {third})", fixed=fixed, unit=unit)
+    a, b, c = (factor * float(x) for x in found["triples"][0])
+    agree = found["family"][2] < 0
+    family = f"({_shifted(a, '+')}, {number(b, 4)}, {_shifted(c, '-' if agree else '+')})"
+    sequence = say("convert.rpy_name") if name == "xyz" else name
+    return say("convert.lock", sequence=sequence, family=family, fixed="a + c" if agree else "a - c", unit=unit)
+
+
+def _shifted(value: float, sign: str) -> str:
+    """`value + t` or `value - t`, without a zero in front."""
+    if abs(value) < 1e-12:
+        return "t" if sign == "+" else "-t"
+    return f"{number(value, 4)} {sign} t"

@@ -52,6 +52,6 @@ def _read(name: str, text: str) -> tuple[float, bool]:
     if match is None:
         raise InputError("cli.no_number", name=name, text=visible(text))
     value, times_pi, divisor, unit = match.groups()
-    if unit not in UNITS or (divisor is not None and int(divisor) == 0):
+    if unit not in UNITS or (divisor is not None and float(divisor) == 0.0):
         raise InputError("cli.no_unit", name=name, text=visible(text), known=", ".join(u for u in UNITS if u))
-    return float(value) * (pi if times_pi else 1.0) / int(divisor or 1) * UNITS[unit], bool(unit or times_pi)
+    return float(value) * (pi if times_pi else 1.0) / float(divisor or 1) * UNITS[unit], bool(unit or times_pi)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from mafsil.cli.operation import Operation, Parameter
@@ -40,6 +41,16 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
         self._negative_number_matcher = _NEGATIVE
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse what is not among the choices, and offer what looks like it."""
+        choices = list(map(str, action.choices or ()))
+        close = get_close_matches(str(value)[:80], choices, n=3, cutoff=0.5)
+        if action.choices is not None and value not in choices and close:
+            raise argparse.ArgumentError(
+                action, say("cli.argparse_choice_close", value=str(value), close=", ".join(close))
+            )
+        super()._check_value(action, value)
 
     def error(self, message: str) -> NoReturn:
         """Raise what argparse has to say.

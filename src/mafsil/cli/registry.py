@@ -8,6 +8,11 @@ _ROBOT = Parameter("robot", "text", positional=True, required=True)
 _TIP = Parameter("tip", "text")
 _DEGREES = Parameter("degrees", "flag")
 _RUNS = (Parameter("out", "path"), Parameter("progress", "flag"), Parameter("open", "flag"))
+_MOTIONS = (
+    ("rpy", "A"), ("quaternion", "W"), ("matrix", "M"), ("axis_angle", "X"), ("euler", "SEQUENCE"),
+    ("rotation_vector", "R"), ("gibbs", "G"), ("pose", "T"), ("exponential", "V"), ("screw", "S"), ("planar", "P"),
+)  # fmt: skip
+"""Ways to type a motion in `convert`, and what stands for their numbers in the help."""
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation("run", "mafsil.cli.run:run", (Parameter("job", "path", positional=True, required=True), *_RUNS)),
@@ -19,6 +24,19 @@ OPERATIONS: tuple[Operation, ...] = (
         (
             _ROBOT,
             Parameter("q", "angle", positional=True, many=True, metavar="Q"),
+            Parameter("frame", "text"),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation(
+        "ik",
+        "mafsil.cli.ik:ik",
+        (
+            _ROBOT,
+            Parameter("pose", "angle", many=True, required=True, metavar="P"),
+            Parameter("all", "flag"),
+            Parameter("task", "text", choices=("pose", "position", "axis")),
             Parameter("frame", "text"),
             _TIP,
             _DEGREES,
@@ -46,6 +64,18 @@ OPERATIONS: tuple[Operation, ...] = (
             _TIP,
             Parameter("format", "text", choices=("text", "latex", "html")),
             Parameter("out", "path"),
+        ),
+    ),
+    Operation(
+        "convert",
+        "mafsil.cli.convert:convert",
+        (
+            *(Parameter(name, "angle", many=True, metavar=marks) for name, marks in _MOTIONS),
+            Parameter("position", "number", many=True, metavar="X"),
+            Parameter("all_sequences", "flag"),
+            Parameter("picture", "path"),
+            Parameter("project", "flag"),
+            _DEGREES,
         ),
     ),
     Operation("doctor", "mafsil.cli.doctor:doctor"),

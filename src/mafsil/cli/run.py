@@ -8,6 +8,7 @@ from pathlib import Path
 from mafsil.cli.answer import Answer
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
+from mafsil.errors import FileError
 from mafsil.job import Refusal, Run, solve
 from mafsil.job.judgement import summary
 from mafsil.job.reading import parse, text_of
@@ -29,14 +30,14 @@ def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
     """
     path = Path(job)
-    target = Path(out) if out else Path("mafsil-results") / path.stem
+    target = Path("mafsil-results") / path.stem if out is None else Path(out)
     return _run(text_of(path), path.name, path.parent, target, progress=progress, show=open)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
     """The job that comes with mafsil, on the default robot; arguments as for `run`."""
     text = resources.files("mafsil.cli").joinpath("demo.toml").read_text(encoding="utf-8")
-    target = Path(out) if out else Path("mafsil-results") / "demo"
+    target = Path("mafsil-results") / "demo" if out is None else Path(out)
     return _run(text, "demo.toml", Path(), target, progress=progress, show=open)
 
 
@@ -49,12 +50,19 @@ def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, 
             refusal = {"complete": False, "code": outcome.key, "reason": outcome.explain()}
             return Answer(refusal, refusal=outcome.explain())
         bar.enter("stage_writing")
-        report = write_results(outcome, target)
+        report = _written(outcome, target)
     if show:
         import webbrowser
 
         webbrowser.open(report.as_uri())
     return _answer(outcome, report)
+
+
+def _written(outcome: Run, target: Path) -> Path:
+    try:
+        return write_results(outcome, target)
+    except OSError as error:
+        raise FileError("cli.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
 
 
 def _answer(outcome: Run, report: Path) -> Answer:

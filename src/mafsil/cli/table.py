@@ -46,8 +46,14 @@ def brief(value: float) -> str:
 
 
 def width(text: str) -> int:
-    """Columns that a text takes on a terminal: marks above letters take none, wide letters two."""
-    return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+    """Columns that a text takes on a terminal: marks above letters and of direction take none, wide letters two."""
+    return sum(_columns(character) for character in text)
+
+
+def _columns(character: str) -> int:
+    if unicodedata.combining(character) or unicodedata.category(character) == "Cf":
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
 def _padded(text: str, size: int, *, left: bool) -> str:

@@ -2,4 +2,11 @@
 
 from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames
 from mafsil.figures.dh_frames import save_link_motions as save_link_motions
+from mafsil.figures.frames import save_frame_graph as save_frame_graph
+from mafsil.figures.frames import save_frames as save_frames
+from mafsil.figures.frames import save_rotation as save_rotation
+from mafsil.figures.gimbals import save_gimbals as save_gimbals
 from mafsil.figures.mechanism import save_mechanism as save_mechanism
+from mafsil.figures.motion import save_motion as save_motion
+from mafsil.figures.pole import save_pole as save_pole
+from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion

@@ -58,7 +58,9 @@ class Chain:
             -self.axes[::-1], self.points[::-1], self.slides[::-1], self.joints[::-1], self.home, not self.reversed
         )
 
-    def with_joint(self, axis: Vector3, point: Vector3, *, slides: bool = False, joint: int = -1, at: int = -1) -> Chain:
+    def with_joint(
+        self, axis: Vector3, point: Vector3, *, slides: bool = False, joint: int = -1, at: int = -1
+    ) -> Chain:
         """The chain with an added joint, at the end unless said otherwise."""
         k = len(self) if at < 0 else at
         return Chain(
@@ -112,7 +114,7 @@ def _dusted(x: Floats) -> Floats:
 def meeting_point(w1: Vector3, r1: Vector3, w2: Vector3, r2: Vector3) -> tuple[Vector3, float]:
     """The point nearest to two lines that are not parallel, and their distance [m]."""
     normal = np.cross(w1, w2)
-    t1, t2, gap = np.linalg.solve(np.stack([w1, -w2, normal], axis=1), r2 - r1)
+    t1, _, gap = np.linalg.solve(np.stack([w1, -w2, normal], axis=1), r2 - r1)
     middle = r1 + t1 * w1 + gap / 2 * normal
     return middle, abs(float(gap)) * float(np.linalg.norm(normal))
 

@@ -70,6 +70,11 @@ class ClosedForm:
         """
         return Branches(self._kernel.call(T) if near is None else self._kernel_near.call(T, near))
 
+    @property
+    def kernel(self) -> Kernel:
+        """Of T_sd to the table itself, for those who need every microsecond."""
+        return self._kernel
+
     @lazy
     def _kernel(self) -> Kernel:
         return _compiled(self.pattern, False)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mafsil.arrays import Vector3
+from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point, distance_to_line, meeting_point
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, HeldJoint, PointRoad
 
 EXACT = 1e-9
 """Defects [rad, and m relative to the arm's size] that are rounding: the closed form is the arm's own."""
@@ -44,6 +45,72 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
         if pattern.defect <= NEAR and (best is None or pattern.defect < best.defect):
             best = pattern
     return best
+
+
+def recognise_holding(chain: Chain, n: int, held: tuple[int, ...], *, orientation: bool = True) -> ArmPattern | None:
+    """The closed form of the other joints, whatever values the held ones take; None without.
+
+    Args:
+        chain: of the robot, base first.
+        n: number of its coordinates.
+        held: positions in the chain, increasing.
+        orientation: as for `recognise`.
+    """
+    if not held:
+        return recognise(chain, n, orientation=orientation)
+    generic = 0.4567 * chain.size
+    seen = chain
+    for k in reversed(held):
+        seen = seen.locked(k, generic if chain.slides[k] else 0.4567)
+    candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
+    for pattern in candidates:
+        if pattern.defect <= EXACT and not _split(pattern, chain, held):
+            return _released(pattern, chain, held, generic)
+    return None
+
+
+def _split(pattern: ArmPattern, chain: Chain, held: tuple[int, ...]) -> bool:
+    """Whether a held joint moves parts of the pattern that must not move against each other."""
+    groups: list[tuple[int, ...]] = []
+    if pattern.family is Family.PLANAR:
+        groups.append((0, 1, 2))
+    if pattern.family is Family.SPHERICAL_WRIST:
+        groups.append((3, 4, 5))
+    if pattern.family is Family.THREE_PARALLEL:
+        groups.extend([(1, 2, 3), (4, 5)])
+    else:
+        pair = (0, 1) if (pattern.road is PointRoad.MEET) != pattern.road_reversed else (1, 2)
+        groups.append(pair)
+    added = any(j < 0 for j in pattern.joints) and pattern.family is not Family.POINT
+    places = [[j for i in group if (j := pattern.joints[i]) >= 0] for group in groups]
+    return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in held)
+
+
+def _released(pattern: ArmPattern, chain: Chain, held: tuple[int, ...], generic: float) -> ArmPattern:
+    """The pattern at q = 0 of the held joints, which are then given by their values."""
+    axes, points = pattern.axes.copy(), pattern.points.copy()
+    centre, meeting = pattern.centre, pattern.meeting
+    owners = [j if j >= 0 else len(chain) for j in pattern.joints]
+    tip_last = len(chain) if pattern.family is Family.POINT else owners[2 if pattern.family is Family.PLANAR else 5]
+    for k in held:
+        E = pose.exp(chain.screws[k] * -(generic if chain.slides[k] else 0.4567))
+        for i in (i for i, owner in enumerate(owners) if owner > k):
+            axes[i], points[i] = E[:3, :3] @ axes[i], E[:3, :3] @ points[i] + E[:3, 3]
+        centre = E[:3, :3] @ centre + E[:3, 3] if tip_last > k else centre
+        meeting = E[:3, :3] @ meeting + E[:3, 3] if owners[1] > k else meeting
+    sense = -1.0 if pattern.reversed else 1.0
+    order = held[::-1] if pattern.reversed else held
+    given = tuple(
+        HeldJoint(
+            sum((owner < k) != pattern.reversed for owner in owners),
+            sense * chain.axes[k],
+            chain.points[k],
+            chain.slides[k],
+            chain.joints[k],
+        )
+        for k in order
+    )
+    return replace(pattern, axes=axes, points=points, centre=centre, meeting=meeting, held=given, home=chain.home)
 
 
 def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
@@ -167,7 +234,7 @@ def _padded(chain: Chain) -> Iterator[Chain]:
             place = _tip(chain)
             w = _normal(arm.axes[2] + np.array([0.1, 0.2, 0.3]))
             five = arm.with_joint(w, place).with_joint(_normal(w), place)
-            yield five.with_joint(np.cross(w, _normal(w)), place)
+            yield five.with_joint(_third(w), place)
 
 
 def _sixth(chain: Chain) -> Iterator[Chain]:
@@ -194,7 +261,7 @@ def _three_joints(chain: Chain) -> Iterator[Chain]:
         yield chain.with_joint(np.cross(w, chain.axes[0]) + 0.1 * w, np.zeros(3), slides=True)
     elif chain.slides[0]:
         one = chain.with_joint(_normal(w), np.zeros(3), slides=True)
-        yield one.with_joint(np.cross(w, _normal(w)), np.zeros(3), slides=True)
+        yield one.with_joint(_third(w), np.zeros(3), slides=True)
     else:
         across = _tip(chain) - chain.points[0]
         across = across - (across @ w) * w
@@ -241,8 +308,13 @@ def _sine(a: Vector3, b: Vector3) -> float:
     return float(np.linalg.norm(np.cross(a, b)))
 
 
+def _third(w: Vector3) -> Vector3:
+    """A unit vector normal to w and to its `_normal`."""
+    return np.asarray(np.cross(w, _normal(w)) / np.linalg.norm(w), dtype=np.float64)
+
+
 def _normal(w: Vector3) -> Vector3:
     """A unit vector normal to w."""
     other = np.eye(3)[int(np.abs(w).argmin())]
     normal = np.cross(w, other)
-    return normal / np.linalg.norm(normal)
+    return np.asarray(normal / np.linalg.norm(normal), dtype=np.float64)

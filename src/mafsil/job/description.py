@@ -6,9 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-Positive: TypeAlias = Annotated[float, msgspec.Meta(gt=0)]
+Positive: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-9)]
 NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
-Share: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=1)]
+Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
 Three: TypeAlias = tuple[float, float, float]
 Four: TypeAlias = tuple[float, float, float, float]
 Six: TypeAlias = tuple[float, float, float, float, float, float]
@@ -140,7 +140,7 @@ class Noise(Part, frozen=True, kw_only=True):
 
     position: NotNegative = 0.0
     velocity: NotNegative = 0.0
-    seed: int = 0
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
 class Simulation(Part, frozen=True, kw_only=True):
@@ -155,7 +155,7 @@ class Simulation(Part, frozen=True, kw_only=True):
         noise: of the sensors.
     """
 
-    step: Annotated[float, msgspec.Meta(gt=0, le=0.1)] = 0.001
+    step: Annotated[float, msgspec.Meta(ge=1e-6, le=0.1)] = 0.001
     method: Literal["semi_implicit_euler", "rk4"] = "rk4"
     settle: NotNegative = 0.3
     friction: bool = True

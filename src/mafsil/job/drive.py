@@ -20,6 +20,9 @@ from mafsil.robot import Robot
 from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
 from mafsil.trajectory import Trajectory, sequence
 
+MOST_TICKS = 3_000_000
+"""Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Stretch:
@@ -40,8 +43,9 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         progress: told the share of the time that has been simulated.
 
     Raises:
-        JobError: the controller's gains do not fit the robot.
+        JobError: the controller's gains do not fit the robot, or the motion is too long to be simulated.
     """
+    _require_short(job, plan)
     recordings: list[Recording] = []
     start = 0.0
     for index, stretch in enumerate(_stretches(plan)):
@@ -60,6 +64,14 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         stopped = Remark("failure", "job.stopped", {"time": recording.duration, "reason": recording})
     run = Run(job, text, robot, plan, recording, stopped)
     return replace(run, remarks=judgement.remarks(run, judgement.summary(run)))
+
+
+def _require_short(job: Job, plan: Plan) -> None:
+    rate, step = job.controller.rate, job.simulation.step
+    ticks = plan.duration / (step if rate is None else 1.0 / rate)
+    integration = plan.duration / step
+    if max(ticks, integration) > MOST_TICKS:
+        raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
 
 def _stretches(plan: Plan) -> Iterator[_Stretch]:

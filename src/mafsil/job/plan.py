@@ -189,7 +189,7 @@ class _Planner:
         limits = self.scaled(move)
         if move.via:
             points = [self.q, *(self.coordinates(via, where, "via") for via in move.via), goal]
-            return self.held_to(_through(np.array(points), limits), move, limits, where)
+            return self.held_to(_through(_without_repeats(np.array(points)), limits), move, limits, where)
         if move.profile == "trapezoid":
             outcome = trapezoid(
                 self.q, goal, velocity=limits.velocity, acceleration=limits.acceleration, duration=move.duration
@@ -266,6 +266,13 @@ def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -
     return float(each.max(initial=0.0)) * (1 + 1e-9)
 
 
+def _without_repeats(points: Floats) -> Floats:
+    """Points (k, n) less those that do not differ from the one before; two are always left."""
+    moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-12
+    kept = points[np.concatenate([[True], moved])]
+    return kept if len(kept) > 1 else points[:2]
+
+
 def _through(points: Floats, limits: JointLimits) -> Trajectory:
     """A smooth curve through points, stretched until it keeps the limits."""
     steps = np.diff(points, axis=0)
@@ -275,7 +282,8 @@ def _through(points: Floats, limits: JointLimits) -> Trajectory:
     motion = curve.at(t)
     fast = (np.abs(motion.v) / limits.velocity).max()
     hard = np.sqrt((np.abs(motion.a) / limits.acceleration).max())
-    return curve.stretched(float(max(fast, hard)) * 1.001)
+    stretch = float(max(fast, hard)) * 1.001
+    return curve.stretched(stretch) if stretch > 0.0 else curve
 
 
 def _driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:

@@ -16,8 +16,11 @@ from mafsil.errors import FileError, JobError
 from mafsil.job import lines
 from mafsil.job.description import Job, Move, Part, Pose
 from mafsil.messages.visible import visible
+from mafsil.model.source import regular_bytes
 
 LARGEST_FILE = 1_000_000
+LARGEST_NUMBER = 1e9
+"""Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "pause")
 NOT_YET = {"obstacle": "job.no_obstacles"}
 _MOST_CLOSE = 3
@@ -46,12 +49,13 @@ def text_of(path: Path) -> str:
     try:
         if path.is_dir():
             raise FileError("job.directory", path=shown)
-        data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE else None
+        data = regular_bytes(path, LARGEST_FILE + 1)
     except FileNotFoundError:
         raise FileError("job.no_file", path=shown) from None
-    except OSError as error:
-        raise FileError("job.unreadable", path=shown, reason=error.strerror or str(error)) from None
-    if data is None:
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("job.unreadable", path=shown, reason=reason) from None
+    if len(data) > LARGEST_FILE:
         raise FileError("job.too_large", path=shown, limit=LARGEST_FILE)
     try:
         return data.decode("utf-8-sig")
@@ -145,9 +149,11 @@ class _Reader:
             raise self.error("job.zero_quaternion", (*path, "quaternion"))
 
     def refuse_not_finite(self, value: Any, path: lines.Path) -> None:
-        """TOML knows nan and inf; a job does not."""
+        """TOML knows nan and inf; a job does not, nor numbers of which nothing but overflow can come."""
         if isinstance(value, float) and not math.isfinite(value):
             raise self.error("job.not_finite", path, value=value)
+        if isinstance(value, float | int) and abs(value) > LARGEST_NUMBER and path[-1] != "seed":
+            raise self.error("job.too_large_number", path, value=f"{value:g}", limit=f"{LARGEST_NUMBER:g}")
         items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
         for name, inner in items:
             self.refuse_not_finite(inner, (*path, name))

@@ -60,31 +60,48 @@ def builtin(
         signature: gives the name.
         doc: docstring.
         fallback: called with the same arguments whenever they are not plain contiguous float64 arrays of core shape.
-        owner: object that must outlive the builtin, such as the loaded code.
+        owner: object that must outlive the builtin, such as the kernel; if it has this builtin as `call` and
+            pickles, so does the builtin.
     """
     ctypes.CFUNCTYPE(None, ctypes.c_void_p)(bind)(ctypes.addressof(table()))
     head = f"{signature.name}({', '.join(p.name for p in signature.inputs)}, *, out=None, threads=None)\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
     method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
-    keeper = _Fallback(fallback, (method, texts, owner))
+    keeper = _Fallback(signature.name, fallback, owner, (method, texts))
     make = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.py_object)(
         ("PyCFunction_NewEx", ctypes.pythonapi)
     )
-    return make(ctypes.addressof(method), keeper.call, __name__)
+    return make(ctypes.addressof(method), keeper, __name__)
 
 
 class _Fallback:
-    """Holds what must live as long as the builtin; the builtin's `__self__` is this object's bound method."""
+    """The builtin's `__self__`: the slow road, and what must live as long as the builtin.
 
-    __slots__ = ("_keep", "call_through")
+    A builtin pickles as the attribute of its name of its `__self__`; here that is the owner's `call`.
+    """
 
-    def __init__(self, call_through: Callable[..., Any], keep: object) -> None:
-        self.call_through = call_through
+    __slots__ = ("_call_through", "_keep", "_name", "_owner")
+
+    def __init__(self, name: str, call_through: Callable[..., Any], owner: object, keep: object) -> None:
+        self._name = name
+        self._call_through = call_through
+        self._owner = owner
         self._keep = keep
 
-    def call(self, *args: Any, **keywords: Any) -> Any:
-        """The slow road."""
-        return self.call_through(*args, **keywords)
+    def __call__(self, *args: Any, **keywords: Any) -> Any:
+        return self._call_through(*args, **keywords)
+
+    def __getattr__(self, name: str) -> Any:
+        if name != self._name:
+            raise AttributeError(name)
+        return getattr(self._owner, "call")  # noqa: B009 - the owner is any object with a `call`
+
+    def __reduce__(self) -> tuple[Callable[[Any], object], tuple[object]]:
+        return _fallback_of, (self._owner,)
+
+
+def _fallback_of(owner: Any) -> object:
+    return owner.call.__self__
 
 
 class _MethodDef(ctypes.Structure):

@@ -67,7 +67,7 @@ class Kernel:
         if not runtime.available():
             return slow
         at = self.image.addresses
-        return call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self.image)
+        return call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self)
 
     @lazy
     def evaluate(self) -> batch.Evaluator:

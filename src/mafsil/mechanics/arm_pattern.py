@@ -33,6 +33,29 @@ class PointRoad(Enum):
 
 
 @dataclass(frozen=True, eq=False)
+class HeldJoint:
+    """A joint whose value is given, so that the others are a pattern.
+
+    Attributes:
+        at: number of the pattern's joints before it.
+        axis, point: (3,) of it at q = 0, in the sense of the pattern.
+        slides: whether it slides.
+        joint: coordinate of the robot.
+    """
+
+    at: int
+    axis: Vector3
+    point: Vector3
+    slides: bool
+    joint: int
+
+    @property
+    def key(self) -> str:
+        """Its numbers as words."""
+        return f"{self.at} {self.axis.tobytes().hex()} {self.point.tobytes().hex()} {self.slides} {self.joint}"
+
+
+@dataclass(frozen=True, eq=False)
 class ArmPattern:
     """An arm as its closed form sees it: perhaps reversed, perhaps with joints added that do not exist.
 
@@ -52,6 +75,7 @@ class ArmPattern:
         meeting: (3,) where the first two axes of the road meet [m].
         size: length that tells large from small [m].
         n: number of coordinates of the robot.
+        held: joints whose values are given, in the order of the pattern.
         defect: by how much the arm misses the pattern [rad, and m relative to size]; zero within rounding.
     """
 
@@ -69,6 +93,7 @@ class ArmPattern:
     size: float
     n: int
     defect: float = 0.0
+    held: tuple[HeldJoint, ...] = ()
 
     @property
     def branches(self) -> int:
@@ -80,4 +105,6 @@ class ArmPattern:
         """Words for the compiled closed form: equal words, equal expressions."""
         arrays = (self.axes, self.points, self.home, self.centre, self.meeting)
         numbers = " ".join(array.tobytes().hex() for array in arrays)
-        return f"{self.family} {self.slides} {self.joints} {self.reversed} {self.road} {self.road_reversed} {numbers}"
+        held = " ".join(joint.key for joint in self.held)
+        words = f"{self.family} {self.slides} {self.joints} {self.reversed} {self.road} {self.road_reversed}"
+        return f"{words} {self.size!r} {numbers} held {held}"

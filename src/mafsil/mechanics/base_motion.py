@@ -36,10 +36,10 @@ def base_motion(tree: BodyTree, V: Expression | None = None, dV: Expression | No
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.3; Featherstone, Rigid Body Dynamics Algorithms, sec. 2.10.
     """
-    rest = ca.SX(6, 1)
-    V, dV = rest if V is None else V, rest if dV is None else dV
-    omega, alpha, p, R = V[:3], dV[:3], constant(tree.p_s0), constant(tree.R_s0)
+    twist: Expression = ca.SX(6, 1) if V is None else V
+    rate: Expression = ca.SX(6, 1) if dV is None else dV
+    omega, alpha, p, R = twist[:3], rate[:3], constant(tree.p_s0), constant(tree.R_s0)
     lever = ca.cross(omega, p)
-    v = V[3:] + lever
-    a = dV[3:] + ca.cross(omega, V[3:]) + ca.cross(alpha, p) + ca.cross(omega, lever)
+    v = twist[3:] + lever
+    a = rate[3:] + ca.cross(omega, twist[3:]) + ca.cross(alpha, p) + ca.cross(omega, lever)
     return BaseMotion(R.T @ omega, R.T @ v, R.T @ alpha, R.T @ a)

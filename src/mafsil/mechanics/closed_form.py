@@ -21,7 +21,7 @@ from mafsil.algebra.subproblems import (
     turns_to_height,
     unturned,
 )
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, HeldJoint, PointRoad
 
 Motion: TypeAlias = Turn | ca.SX
 """Of a turning joint its turn, of a sliding one its distance [m]."""
@@ -74,43 +74,81 @@ def closed_form(pattern: ArmPattern, T: ca.SX, near: ca.SX | None) -> ca.SX:
         T: (4, 4) wanted pose of the tip in {s}.
         near: (n,) coordinates that free joints take; zero if None.
     """
-    R, p = _displacement(pattern, T)
-    lines = [_line(pattern, i) for i in range(len(pattern.slides))]
+    arm = _Arm(pattern, *_displacement(pattern, T))
+    arm.patient = near is not None
+    for held in reversed(pattern.held):
+        assert near is not None
+        arm.hold(held, near[held.joint])
     preferred = [_preferred(j, near) for j in pattern.joints]
-    postures, misses = _FAMILIES[pattern.family](pattern, lines, R, p, preferred)
-    return ca.vertcat(*(_row(pattern, a, miss) for a, miss in zip(postures, misses, strict=True)))
+    postures, misses = _FAMILIES[pattern.family](arm, preferred)
+    return ca.vertcat(*(_row(pattern, a, miss, near) for a, miss in zip(postures, misses, strict=True)))
+
+
+class _Arm:
+    """A pattern as expressions: lines and places at q = 0, and the displacement R, p that they shall make.
+
+    `patient` asks for members of families whose preferred member is out of reach, at the price of longer code.
+    """
+
+    def __init__(self, pattern: ArmPattern, R: ca.SX, p: ca.SX) -> None:
+        self.pattern, self.size, self.R, self.p = pattern, pattern.size, R, p
+        self.lines = [_line(pattern, i) for i in range(len(pattern.slides))]
+        self.centre, self.meeting = ca.SX(pattern.centre), ca.SX(pattern.meeting)
+        self.patient = False
+
+    def hold(self, held: HeldJoint, value: ca.SX) -> None:
+        """Carry all that comes after a held joint along with it, and take its motion off the displacement.
+
+        e_1 .. E e_k .. e_m = P  becomes  e_1 .. (E e_k E^-1) .. (E e_m E^-1) = P E^-1
+        """
+        line = Line(held.slides, ca.SX(held.axis), ca.SX(held.point))
+        motion: Motion = value if held.slides else Turn(ca.cos(value), ca.sin(value))
+        for i in range(held.at, len(self.lines)):
+            old = self.lines[i]
+            self.lines[i] = Line(old.slides, line.vector(old.w, motion), line.point(old.r, motion))
+        family = self.pattern.family
+        last = 2 if family is Family.PLANAR else 5
+        if held.at <= last and not (family is Family.POINT and self.pattern.reversed):
+            self.centre = line.point(self.centre, motion)
+        if held.at <= 1:
+            self.meeting = line.point(self.meeting, motion)
+        columns = [line.opposite.vector(ca.SX(column), motion) for column in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+        start = line.opposite.point(ca.SX.zeros(3), motion) if isinstance(motion, Turn) else -motion * line.w
+        self.p = self.R @ start + self.p
+        self.R = self.R @ ca.horzcat(*columns)
 
 
 Solved: TypeAlias = tuple[list[Posture], list[ca.SX]]
 """The branches of a family, and by how much the forward kinematics of each misses."""
 
 
-def _spherical_wrist(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, preferred: list[Turn]) -> Solved:
+def _spherical_wrist(arm: _Arm, preferred: list[Turn]) -> Solved:
     """Three joints place the wrist's centre, the wrist turns the tip."""
-    centre = ca.SX(pattern.centre)
+    pattern, lines, R, p, centre = arm.pattern, arm.lines, arm.R, arm.p, arm.centre
     target = R @ centre + p
     w4, w5, w6 = (line.w for line in lines[3:])
     aside = _aside(w6, w5)
     postures: list[Posture] = []
     misses: list[ca.SX] = []
-    for arm in _arms(pattern, lines[:3], centre, target, preferred[:3]):
-        tip, side = (_back(lines[:3], arm.motions, R @ x) for x in (w6, aside))
+    for placed in _arms(arm, centre, target, preferred[:3]):
+        tip, side = (_back(lines[:3], placed.motions, R @ x) for x in (w6, aside))
         for pair in turns_about_two_axes(w4, w5, w6, tip, (preferred[3], preferred[4])):
             turns = (pair.first.turn, pair.second.turn)
             turned = turns[1].back().about(w5, turns[0].back().about(w4, side))
             last = turn_onto(w6, aside, turned, preferred[5])
             free = (pair.first.free, pair.second.free, last.free)
-            posture = arm.followed_by((*turns, last.turn), free, pair.first.shortfall)
+            posture = placed.followed_by((*turns, last.turn), free, pair.first.shortfall)
             postures.append(posture)
             misses.append(_miss(pattern, lines, posture, (centre, w6, aside), (target, R @ w6, R @ aside), at=3))
     return postures, misses
 
 
-def _three_parallel(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, preferred: list[Turn]) -> Solved:
+def _three_parallel(arm: _Arm, preferred: list[Turn]) -> Solved:
     """The height along the parallel axes gives the first joint, directions the wrist, a triangle the rest."""
+    pattern, lines, R, p, centre = arm.pattern, arm.lines, arm.R, arm.p, arm.centre
     one, two, three, four, five, six = lines
     h, w5, w6 = two.w, five.w, six.w
-    centre, aside = ca.SX(pattern.centre), _aside(w6, w5)
+    aside = _aside(w6, w5)
     target = R @ centre + p
     s3, s4 = (_same_sense(h, line.w) for line in (three, four))
     postures: list[Posture] = []
@@ -119,11 +157,16 @@ def _three_parallel(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, 
         tip, side = (one.opposite.vector(R @ x, motion) for x in (w6, aside))
         for pair in turns_about_two_axes(h, w5, w6, tip, (preferred[1], preferred[4])):
             total, fifth = pair.first.turn, pair.second.turn
+            if arm.patient:
+                hub = one.opposite.point(target, motion)
+                total = _within_reach(arm, total, pair.first.free, hub)
             last = turn_onto(w6, aside, fifth.back().about(w5, total.back().about(h, side)), preferred[5])
             inner = six.opposite.point(five.opposite.point(four.r, fifth), last.turn)
             place = one.opposite.point(R @ inner + p, motion)
             for elbow in _to_radius(three, four.r, two, place, preferred[2], pattern.size):
-                second = turn_onto(h, three.point(four.r, elbow.turn) - two.r, place - two.r, preferred[1], pattern.size)
+                second = turn_onto(
+                    h, three.point(four.r, elbow.turn) - two.r, place - two.r, preferred[1], pattern.size
+                )
                 rest = total.then(second.turn.back()).then(_signed(elbow.turn, -s3))
                 motions = (motion, second.turn, elbow.turn, _signed(rest, s4), fifth, last.turn)
                 freedoms = (free, second.free, elbow.free, ca.SX(0), pair.second.free, pair.first.free)
@@ -135,8 +178,29 @@ def _three_parallel(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, 
     return postures, misses
 
 
-def _planar(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, preferred: list[Turn]) -> Solved:
+def _within_reach(arm: _Arm, total: Turn, free: ca.SX, hub: ca.SX) -> Turn:
+    """Where the sixth axis is parallel to the three and the turn of joint 4's link is free: one that can be reached.
+
+    The link turns about `hub`, the placed meeting point; if joint 4 comes too far from axis 2 or too near, back within.
+    """
+    two, three, four = arm.lines[1:4]
+    h = two.w
+    hinge = hub + total.about(h, _across(h, four.r - arm.centre))
+    distance = _norm(_across(h, hinge - two.r))
+    upper, lower = (_norm(_across(h, x)) for x in (three.r - two.r, four.r - three.r))
+    least, most = ca.fabs(upper - lower), upper + lower
+    # Not to the margin itself, where the elbow is straight and the link's turn no longer a coordinate of the family.
+    inset = 0.1 * (most - least)
+    wanted = ca.fmin(ca.fmax(distance, least + inset), most - inset)
+    root = turns_to_distance(h, hinge - hub, two.r - hub, wanted**2, unturned(), arm.size)[0]
+    moved = ca.logic_and(free, ca.logic_or(distance < least, distance > most))
+    turned = total.then(root.turn)
+    return Turn(ca.if_else(moved, turned.c, total.c), ca.if_else(moved, turned.s, total.s))
+
+
+def _planar(arm: _Arm, preferred: list[Turn]) -> Solved:
     """Joints 1 to 3 turn about parallel axes, the fourth slides along them."""
+    pattern, lines, R, p = arm.pattern, arm.lines, arm.R, arm.p
     one, two, three, slide = lines
     h, point = one.w, three.r
     s2, s3 = (_same_sense(h, line.w) for line in (two, three))
@@ -147,20 +211,23 @@ def _planar(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, preferre
     postures: list[Posture] = []
     misses: list[ca.SX] = []
     for elbow in _to_radius(two, point, one, target, preferred[1], pattern.size):
-        first = turn_onto(h, two.point(point, elbow.turn) - one.r, target - one.r, preferred[0], pattern.size)
+        # With a third joint that does not exist the orientation chooses the first where its place leaves it free.
+        wished = total.turn.then(_signed(elbow.turn, -s2)) if pattern.joints[2] == -1 else preferred[0]
+        first = turn_onto(h, two.point(point, elbow.turn) - one.r, target - one.r, wished, pattern.size)
         rest = _signed(total.turn.then(first.turn.back()).then(_signed(elbow.turn, -s2)), s3)
-        posture = Posture((first.turn, elbow.turn, rest, distance), (first.free, elbow.free, ca.SX(0), ca.SX(0)), elbow.shortfall)
+        posture = Posture(
+            (first.turn, elbow.turn, rest, distance), (first.free, elbow.free, ca.SX(0), ca.SX(0)), elbow.shortfall
+        )
         postures.append(posture)
         misses.append(_miss(pattern, lines, posture, (point, h, along), (target, R @ h, R @ along), at=4))
     return postures, misses
 
 
-def _point(pattern: ArmPattern, lines: list[Line], R: ca.SX, p: ca.SX, preferred: list[Turn]) -> Solved:
+def _point(arm: _Arm, preferred: list[Turn]) -> Solved:
     """Only the place of the tip counts."""
-    centre = ca.SX(pattern.centre)
-    target = R @ centre + p
-    postures = _arms(pattern, lines, centre, target, preferred)
-    return postures, [_distance(_forward(pattern, lines, arm, centre), target) for arm in postures]
+    target = arm.R @ arm.centre + arm.p
+    postures = _arms(arm, arm.centre, target, preferred)
+    return postures, [_distance(_forward(arm.pattern, arm.lines, one, arm.centre), target) for one in postures]
 
 
 _FAMILIES = {
@@ -171,15 +238,15 @@ _FAMILIES = {
 }
 
 
-def _arms(pattern: ArmPattern, lines: list[Line], start: ca.SX, goal: ca.SX, preferred: list[Turn]) -> list[Posture]:
-    """Motions of three joints that carry a point from start to goal."""
-    meeting = ca.SX(pattern.meeting)
+def _arms(arm: _Arm, start: ca.SX, goal: ca.SX, preferred: list[Turn]) -> list[Posture]:
+    """Motions of the first three joints that carry a point from start to goal."""
+    pattern, lines, meeting = arm.pattern, arm.lines[:3], arm.meeting
     road = {PointRoad.PARALLEL: _by_height, PointRoad.MEET: _by_distance, PointRoad.LINEAR: _by_slides}[pattern.road]
     if not pattern.road_reversed:
         return road(lines, start, goal, preferred, meeting, pattern.size)
     backwards = [line.opposite for line in reversed(lines)]
     found = road(backwards, goal, start, preferred[::-1], meeting, pattern.size)
-    return [Posture(arm.motions[::-1], arm.free[::-1], arm.shortfall) for arm in found]
+    return [Posture(one.motions[::-1], one.free[::-1], one.shortfall) for one in found]
 
 
 def _by_height(
@@ -217,8 +284,8 @@ def _by_slides(
 ) -> list[Posture]:
     """Three slides: linear equations."""
     distances = ca.solve(ca.horzcat(*(line.w for line in lines)), goal - start)
-    arm = Posture((distances[0], distances[1], distances[2]), (ca.SX(0),) * 3, ca.SX(0))
-    return [arm] * 4
+    placed = Posture((distances[0], distances[1], distances[2]), (ca.SX(0),) * 3, ca.SX(0))
+    return [placed] * 4
 
 
 Moved: TypeAlias = tuple[Motion, ca.SX, ca.SX]
@@ -280,8 +347,8 @@ def _miss(
     still = any(j == -1 for j in pattern.joints[at:])
     place = _forward(pattern, lines if still else lines[:at], posture, point)
     moved = [_turned(pattern, lines, posture, x) for x in (first, second)]
-    error = _distance(place, goals[0])
-    return ca.fmax(error, ca.fmax(*(_distance(x, goal) for x, goal in zip(moved, goals[1:], strict=True))))
+    squares = [ca.sumsqr(x - goal) for x, goal in zip((place, *moved), goals, strict=True)]
+    return ca.sqrt(ca.fmax(squares[0], ca.fmax(squares[1], squares[2])))
 
 
 def _forward(pattern: ArmPattern, lines: Sequence[Line], posture: Posture, x: ca.SX) -> ca.SX:
@@ -304,8 +371,11 @@ def _back(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
     return x
 
 
-def _row(pattern: ArmPattern, posture: Posture, miss: ca.SX) -> ca.SX:
+def _row(pattern: ArmPattern, posture: Posture, miss: ca.SX, near: ca.SX | None) -> ca.SX:
     values: list[ca.SX] = [ca.SX(0)] * pattern.n
+    for held in pattern.held:
+        assert near is not None
+        values[held.joint] = near[held.joint]
     code = ca.SX(0)
     for motion, free, joint in zip(posture.motions, posture.free, pattern.joints, strict=True):
         if joint >= 0:

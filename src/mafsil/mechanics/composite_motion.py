@@ -152,7 +152,14 @@ def body_motion(
 def composites(
     tree: BodyTree, steps: Sequence[Placement], motion: Motion, F_tip: Expression | None = None
 ) -> list[CompositeMotion]:
-    """The composite body behind every joint, base (its own alone) first."""
+    """The composite body behind every joint, base (its own alone) first.
+
+    Args:
+        tree: the bodies.
+        steps: their placements.
+        motion: of the bodies.
+        F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip}; None for none.
+    """
     own = [_own(body.inertia, motion.omega[i], motion.U[i]) for i, body in enumerate(tree.bodies)]
     if F_tip is not None:
         own[tree.tip.body] = _with_tip_wrench(tree, own[tree.tip.body], F_tip)

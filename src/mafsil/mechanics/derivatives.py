@@ -1,4 +1,4 @@
-"""Derivatives of inverse and forward dynamics in closed form: one sweep out, one in, one wrench passed per pair of joints.
+"""Derivatives of inverse and forward dynamics in closed form: a sweep out, one in, few vectors per pair of joints.
 
 Each body's velocities and accelerations are taken relative to the origin of its own frame. Then the composite body
 behind joint i is described by its mass, first moment h, inertia I, linear momentum p and W, the integral of v r' dm,

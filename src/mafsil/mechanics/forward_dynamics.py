@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import nan
+
 import casadi as ca
 import numpy as np
 
@@ -90,13 +92,14 @@ def solved(M: Expression, b: Expression) -> Expression:
     """X (n, k) with M X = b (n, k) for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
 
     Eliminates from the last row upwards, so that a matrix with the zeros of a tree fills in nowhere.
+    Where a pivot is no more than rounding of its diagonal entry, M is singular and X is NaN, not a huge number.
     """
     n = M.shape[0]
     entry = {(i, j): M[i, j] for i in range(n) for j in range(i + 1) if not M[i, j].is_zero()}
     x = [b[i, :] for i in range(n)]
     for k in reversed(range(n)):
         before = [i for i in range(k) if (k, i) in entry]
-        inverse_pivot = 1 / entry[k, k]
+        inverse_pivot = 1 / ca.if_else(entry[k, k] > SINGULAR * M[k, k], entry[k, k], nan)
         for i in before:
             factor = entry[k, i] * inverse_pivot
             for j in (j for j in before if j <= i):

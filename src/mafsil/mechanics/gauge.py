@@ -99,7 +99,7 @@ def _reframed(tree: BodyTree, turns: list[Floats], slides: list[float]) -> BodyT
 
 def _offset_taken_out(R: Floats, body: Body) -> tuple[Floats, float]:
     """R = Rx(alpha) Rz(offset): a turn about the joint's own axis becomes a joint offset."""
-    if body.kind is not JointKind.REVOLUTE or abs(R[0, 2]) > DUST:
+    if body.kind is not JointKind.REVOLUTE or abs(R[0, 2]) > COUPLED:
         return R, body.offset
     cosine, sine = R[2, 2], -R[1, 2]
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])

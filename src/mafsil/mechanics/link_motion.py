@@ -29,7 +29,7 @@ class BodyMotion:
         return ca.vertcat(R.T @ self.omega[i], R.T @ (self.v[i] + ca.cross(self.omega[i], p)))
 
     def acceleration(self, frame: Attachment) -> Expression:
-        """dV (6,) = (alpha, a - omega x v): the derivative of `twist`, component by component."""
+        """Time derivative (6,) of `twist`, component by component: (alpha, a - omega x v)."""
         R, p, i = constant(frame.R), constant(frame.p), frame.body
         V = self.twist(frame)
         a = R.T @ (self.a[i] + spin_acceleration(self.omega[i], self.alpha[i]) @ p)
@@ -54,9 +54,7 @@ def true_motion(
         U = spin_acceleration(motion.omega[p], motion.alpha[p])
         motion.omega.append(omega)
         motion.v.append(step.to_child(motion.v[p] + ca.cross(motion.omega[p], step.offset)) + s)
-        motion.alpha.append(
-            step.to_child(motion.alpha[p]) + ca.cross(omega, w) + z * (step.omega * accelerations[i])
-        )
+        motion.alpha.append(step.to_child(motion.alpha[p]) + ca.cross(omega, w) + z * (step.omega * accelerations[i]))
         pushed = 2 * ca.cross(omega, s) + z * (step.v * accelerations[i])
         motion.a.append(step.to_child(motion.a[p] + U @ step.offset) + pushed)
     return motion
@@ -76,7 +74,7 @@ def link_twists(tree: BodyTree, q: Expression, qd: Expression, base_twist: Expre
 
 
 def com_twists(tree: BodyTree, q: Expression, qd: Expression, base_twist: Expression | None = None) -> Expression:
-    """(L, 6) twists as `link_twists`, in the frames at the centres of mass."""
+    """(L, 6) twists in the frames at the centres of mass; arguments as in `link_twists`."""
     return _twists(tree, link_com_frames(tree), q, qd, base_twist)
 
 
@@ -110,7 +108,7 @@ def com_accelerations(
     base_twist: Expression | None = None,
     base_acceleration: Expression | None = None,
 ) -> Expression:
-    """(L, 6) as `link_accelerations`, in the frames at the centres of mass."""
+    """(L, 6) derivatives of `com_twists`; arguments as in `link_accelerations`."""
     return _accelerations(tree, link_com_frames(tree), q, qd, qdd, base_twist, base_acceleration)
 
 

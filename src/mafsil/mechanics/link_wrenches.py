@@ -52,7 +52,10 @@ def com_wrenches(
     base_twist: Expression | None = None,
     base_acceleration: Expression | None = None,
 ) -> Expression:
-    """(L, 6) the same as `link_wrenches`, at the centres of mass, in axes parallel to {s} at zero coordinates."""
+    """(L, 6) the same wrenches at the centres of mass, in axes parallel to {s} at zero coordinates.
+
+    Arguments as in `link_wrenches`.
+    """
     transmitted = _transmitted(tree, q, qd, qdd, F_tip, base_twist, base_acceleration)
     return _in_frames(link_com_frames(tree), transmitted)
 

@@ -64,14 +64,12 @@ def newton_euler(
         V.append(X[i] @ (V[p] if p >= 0 else V_base) + A * rates[i])
         dV.append(X[i] @ (dV[p] if p >= 0 else dV_base) + ad(V[i]) @ A * rates[i] + A * accelerations[i])
     F = _wrenches(chain, X, V, dV, F_tip)
-    efforts = [
-        ca.dot(ca.DM(chain.A[i]), F[i]) + chain.armature[i] * accelerations[i] for i in range(chain.count)
-    ]
+    efforts = [ca.dot(ca.DM(chain.A[i]), F[i]) + chain.armature[i] * accelerations[i] for i in range(chain.count)]
     return Recursion(V, dV, F, coupling.T @ ca.vertcat(*efforts))
 
 
 def twist_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
-    """Tau (n,) [N m | N] by twists and wrenches: the second road to `inverse_dynamics`."""
+    """Tau (n,) [N m | N] by twists and wrenches, a second road; arguments as in `inverse_dynamics`."""
     return newton_euler(TwistChain.of(tree), q, qd, qdd).tau
 
 

@@ -34,7 +34,7 @@ INPUT_TEXTS: Mapping[str, str] = MappingProxyType(
         "qdd": "(*batch, n) joint accelerations [rad/s^2 | m/s^2].",
         "tau": "(*batch, n) joint efforts [N m | N].",
         "tip_wrench": "(*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N]; optional.",
-        "base_twist": "(*batch, 6) twist of a carried base: of {s}, which moves with it, in {s} [rad/s, m/s]; optional.",
+        "base_twist": "(*batch, 6) twist of a carried base: of {s}, which moves with it, in {s}; optional.",
         "base_acceleration": "(*batch, 6) time derivative of the base's twist, without gravity; optional.",
         "frame": "name of the link whose frame is meant; the tip frame if None.",
     }
@@ -349,7 +349,7 @@ _ROWS = (
     Quantity(
         "link_wrenches",
         "F_l",
-        "Wrenches that each link gets from the one before (the first from the ground), through moving and fixed joints.",
+        "Wrenches that each link gets from the one before (the first from the ground), through any joint.",
         "link_wrenches:link_wrenches",
         ("q", "qd", "qdd"),
         ("L", 6),

@@ -31,9 +31,7 @@ def regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) ->
     return ca.vertcat(*(block[i, :] for i in range(tree.n) for block in blocks))
 
 
-def frame_regressor(
-    tree: BodyTree, q: Expression, qd: Expression, qdd: Expression, frame: Attachment
-) -> Expression:
+def frame_regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression, frame: Attachment) -> Expression:
     """(n, 10): the efforts that a body fixed to the frame {f} asks for, per parameter of it in {f}.
 
     J_f' (m, f) with the wrench of the body's motion, linear in its parameters:

@@ -76,8 +76,8 @@ def stacked_form(mechanism: Mechanism, q: JointVector, qd: JointVector) -> Stack
     matrices = stacked_expressions(TwistChain.of(lumped(mechanism)), *symbols)
     function = ca.Function("stacked", symbols, [ca.densify(matrices[name]) for name in NAMES], {"cse": True})
     results = [np.array(x.full()) for x in function.call([ca.DM(x) for x in values])]
-    return StackedForm(*(x.ravel() if x.shape[1] == 1 and name in "V dV_base c g".split() else x
-                         for name, x in zip(NAMES, results, strict=True)))
+    vectors = ("V", "dV_base", "c", "g")
+    return StackedForm(*(x.ravel() if name in vectors else x for name, x in zip(NAMES, results, strict=True)))
 
 
 def stacked_expressions(chain: TwistChain, q: Expression, qd: Expression) -> dict[str, Expression]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
+
+from mafsil.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +21,11 @@ class Actuator:
     rotor_inertia: float = 0.0
     gear_ratio: float = 1.0
     armature: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_magnitudes(rotor_inertia=self.rotor_inertia, armature=self.armature)
+        if not isfinite(self.gear_ratio):
+            raise ModelError("model.finite", name="gear_ratio", value=self.gear_ratio)
 
     @property
     def reflected_inertia(self) -> float:
@@ -38,3 +46,13 @@ class Friction:
     viscous: float = 0.0
     coulomb: float = 0.0
     coulomb_negative: float | None = None
+
+    def __post_init__(self) -> None:
+        negative = self.coulomb if self.coulomb_negative is None else self.coulomb_negative
+        _require_magnitudes(viscous=self.viscous, coulomb=self.coulomb, coulomb_negative=negative)
+
+
+def _require_magnitudes(**values: float) -> None:
+    for name, value in values.items():
+        if not (isfinite(value) and value >= 0):
+            raise ModelError("model.magnitude", name=name, value=value)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import FileError
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
@@ -60,9 +60,9 @@ def pieces(mechanism: Mechanism, most_triangles: int = MOST_TRIANGLES) -> tuple[
     own = [files.of_link(link) for link in mechanism.links]
     if not _shown_enough(mechanism, own):
         bare = replace(mechanism, links=tuple(replace(link, visuals=()) for link in mechanism.links))
-        return tuple(_primitives(link.visuals) for link in with_skeleton(bare).links)
+        return tuple(primitives(link.visuals) for link in with_skeleton(bare).links)
     own = list(files.within_budget(own))
-    own[mechanism.link_names.index(mechanism.tip)] += _primitives(tip_tubes(mechanism))
+    own[mechanism.link_names.index(mechanism.tip)] += primitives(tip_tubes(mechanism))
     return tuple(own)
 
 
@@ -74,7 +74,7 @@ def part_of(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(heads)
 
 
-def corners(piece: Piece) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def corners(piece: Piece) -> Floats:
     """(8, 3) corners of a box around a piece, in the frame of its link [m]."""
     match piece.geometry:
         case Box(size=size):
@@ -92,9 +92,7 @@ def corners(piece: Piece) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return _box(-half, half) @ piece.T_lg[:3, :3].T + piece.T_lg[:3, 3]
 
 
-def _box(
-    low: np.ndarray[tuple[int], np.dtype[np.float64]], high: np.ndarray[tuple[int], np.dtype[np.float64]]
-) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _box(low: Floats, high: Floats) -> Floats:
     picks = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     return np.where(picks == 0, low, high)
 
@@ -106,7 +104,8 @@ def _shown_enough(mechanism: Mechanism, own: list[Pieces]) -> bool:
     return bool(moving) and 2 * len(shown) >= len(moving)
 
 
-def _primitives(shapes: tuple[Shape, ...]) -> Pieces:
+def primitives(shapes: tuple[Shape, ...]) -> Pieces:
+    """Those of the shapes that are no files."""
     return tuple(
         Piece(shape.geometry, shape.T_lg, shape.colour or SHELL)
         for shape in shapes

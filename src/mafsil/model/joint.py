@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from math import isfinite
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
+from mafsil.errors import ModelError
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.limits import Limits
+from mafsil.model.link import fixed_array
+from mafsil.model.placement import checked_pose
 
 
 class JointKind(Enum):
@@ -29,6 +33,15 @@ class Mimic:
     multiplier: float = 1.0
     offset: float = 0.0
 
+    def __post_init__(self) -> None:
+        for name, value in (("multiplier", self.multiplier), ("offset", self.offset)):
+            if not isfinite(value):
+                raise ModelError("model.finite", name=name, value=value)
+
+
+UNIT_TOLERANCE = 1e-9
+"""By how much the length of a joint axis may miss one."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Joint:
@@ -46,6 +59,12 @@ class Joint:
         actuated: False for a passive joint of a closed chain.
         mimic: the joint follows another one.
         actuator, friction: what drives and what resists it.
+
+    Arrays are copied.
+
+    Raises:
+        InputError: wrong shapes, NaN or infinities.
+        ModelError: T_pj is no pose, the axis of a moving joint has not length one, the pitch is not finite.
     """
 
     name: str
@@ -61,6 +80,15 @@ class Joint:
     mimic: Mimic | None = None
     actuator: Actuator | None = None
     friction: Friction | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "T_pj", frozen(checked_pose(f"{self.name}: T_pj", self.T_pj)))
+        object.__setattr__(self, "axis", fixed_array(f"{self.name}: axis", self.axis, (3,)))
+        length = float(np.linalg.norm(self.axis))
+        if self.moves and abs(length - 1) > UNIT_TOLERANCE:
+            raise ModelError("model.axis", joint=self.name, axis=self.axis.tolist(), length=length)
+        if not isfinite(self.pitch):
+            raise ModelError("model.finite", name=f"{self.name}: pitch", value=self.pitch)
 
     @property
     def moves(self) -> bool:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, isnan
+
+from mafsil.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +16,9 @@ class Limits:
         lower, upper: position [rad | m].
         velocity, acceleration, jerk: magnitudes [rad/s | m/s] and time derivatives.
         effort: magnitude [N m | N].
+
+    Raises:
+        ModelError: a bound is NaN, a magnitude is negative, or the lower bound lies above the upper one.
     """
 
     lower: float = -inf
@@ -22,3 +27,11 @@ class Limits:
     acceleration: float = inf
     jerk: float = inf
     effort: float = inf
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if isnan(value) or (value < 0 and name not in ("lower", "upper")):
+                raise ModelError("model.limit", name=name, value=value)
+        if self.lower > self.upper:
+            raise ModelError("model.limits_swapped", lower=self.lower, upper=self.upper)

@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, frozen
+from mafsil.arrays import Floats, Vector3, frozen, gate
+from mafsil.errors import InputError, ModelError
 from mafsil.model.shape import Shape
+
+ASYMMETRY = 1e-9
+"""By how much opposite entries of an inertia may differ, against its largest: rounding of turned tensors."""
+
+
+def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """A read-only copy of a user's array of exactly this shape, finite."""
+    array = gate(name, value, shape, finite=True)
+    if array.shape != shape:
+        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
+    return frozen(array)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -19,11 +33,27 @@ class Inertial:
         com: (3,) centre of mass in {l} [m].
         inertia: (3, 3) rotational inertia about the centre of mass, in axes parallel to {l}; products with the
             minus sign inside (tensor convention) [kg m^2].
+
+    Arrays are copied. Whether a body can have such an inertia is for the readers and `lint` to say.
+
+    Raises:
+        InputError: wrong shapes, NaN or infinities.
+        ModelError: a negative mass, an inertia that is not symmetric.
     """
 
     mass: float
     com: Vector3 = field(default_factory=lambda: frozen(np.zeros(3)))
     inertia: Floats = field(default_factory=lambda: frozen(np.zeros((3, 3))))
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.mass) and self.mass >= 0):
+            raise ModelError("model.magnitude", name="mass", value=self.mass)
+        com = fixed_array("com", self.com, (3,))
+        inertia = fixed_array("inertia", self.inertia, (3, 3))
+        if np.abs(inertia - inertia.T).max() > ASYMMETRY * np.abs(inertia).max():
+            raise ModelError("model.asymmetric", inertia=inertia.tolist())
+        object.__setattr__(self, "com", com)
+        object.__setattr__(self, "inertia", inertia)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,7 +11,8 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
 from mafsil.model.joint import Joint
-from mafsil.model.link import Link
+from mafsil.model.link import Link, fixed_array
+from mafsil.model.placement import checked_pose
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -124,9 +125,9 @@ class Mechanism:
             joints=ordered,
             loops=closing,
             tip=chosen,
-            T_lt=frozen(np.eye(4) if T_lt is None else T_lt),
-            T_sb=frozen(np.eye(4) if T_sb is None else T_sb),
-            gravity=frozen(gravity),
+            T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)),
+            T_sb=frozen(np.eye(4) if T_sb is None else checked_pose("T_sb", T_sb)),
+            gravity=fixed_array("gravity", gravity, (3,)),
             provenance=provenance,
         )
 
@@ -134,11 +135,11 @@ class Mechanism:
         """The same mechanism with another tip frame."""
         if tip not in self.link_names:
             raise ModelError("model.unknown_tip", link=tip, known=", ".join(self.link_names))
-        return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else T_lt))
+        return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)))
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""
-        return replace(self, gravity=frozen(gravity))
+        return replace(self, gravity=fixed_array("gravity", gravity, (3,)))
 
     @property
     def n(self) -> int:

@@ -50,12 +50,13 @@ def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]
             break
         seen.add(current.leader)
         after = leader.joint.mimic
-        current = Mimic(after.leader, current.multiplier * after.multiplier,
-                        current.multiplier * after.offset + current.offset)  # fmt: skip
+        multiplier = current.multiplier * after.multiplier
+        offset = current.multiplier * after.offset + current.offset
+        if not (isfinite(multiplier) and isfinite(offset)):
+            reading.report(MIMIC_OVERFLOW, element, "multiplier", joint=joint.name)
+            return replace(joint, mimic=None)
+        current = Mimic(after.leader, multiplier, offset)
         steps += 1
-    if not (isfinite(current.multiplier) and isfinite(current.offset)):
-        reading.report(MIMIC_OVERFLOW, element, "multiplier", joint=joint.name)
-        return replace(joint, mimic=None)
     if steps:
         reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)
     if leader.joint.kind is JointKind.FIXED:

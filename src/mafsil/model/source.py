@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import errno
 import os
 import re
 import stat
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, shown
 from mafsil.model.faults import (
     BYTE_ORDER_MARK,
@@ -94,14 +96,27 @@ def _read(path: Path, limits: ReadLimits) -> bytes:
     """At most one byte more than the limit of a regular file."""
     name = shown(str(path))
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise _refusal(NOT_A_FILE, path=name)
-            return file.read(limits.bytes + 1)
+        return regular_bytes(path, limits.bytes + 1)
     except FileNotFoundError:
         raise _refusal(FILE_MISSING, path=name) from None
     except (OSError, ValueError):
         raise _refusal(NOT_A_FILE, path=name) from None
+
+
+def regular_bytes(path: Path, most: int) -> bytes:
+    """The first bytes of a regular file; pipes and devices, which may never end or never begin, are refused at once.
+
+    Args:
+        path: of the file.
+        most: how many bytes are read.
+
+    Raises:
+        OSError, ValueError: it cannot be opened, or is no regular file.
+    """
+    with open(path, "rb", opener=_without_waiting) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, say("robotfile.not_regular"))
+        return file.read(most)
 
 
 def _without_waiting(path: str, flags: int) -> int:

@@ -1,4 +1,4 @@
-"""The singularity atlas of an arm: every family of singular configurations, with its condition, sampled and verified."""
+"""The singularity atlas of an arm: every family of singular configurations, its condition, sampled and verified."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.performance.determinant import DeterminantFactors, Factor, determinant_factors
+from mafsil.performance.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
 from mafsil.performance.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.performance.singularity import Singularity, is_singular, singularity
 from mafsil.robot import Robot
@@ -162,7 +162,7 @@ def _condition(robot: Robot, factor: Factor) -> str:
         roots = form.roots(np.zeros(robot.n), joint)
         if len(roots):
             return f"q{joint + 1} = " + ", ".join(_number(x) for x in roots)
-    return f"{form.text()} = 0"
+    return f"{form.text(LONGEST)} = 0"
 
 
 def _number(x: float) -> str:

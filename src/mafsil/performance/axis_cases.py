@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector3, Vector6
+from mafsil.arrays import Floats, Vector3
 from mafsil.messages import say
 from mafsil.performance.lost_motions import signed, vector_text, wrench_reading
 
@@ -185,7 +185,7 @@ def _of_turning(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
     return _general(axes, joints, rates)
 
 
-def _with_slides(axes: Axes, turning: tuple[int, ...], slides: tuple[int, ...], rates: Floats) -> Cause:
+def _with_slides(axes: Axes, turning: Sequence[int], slides: Sequence[int], rates: Floats) -> Cause:
     joints = tuple(sorted((*turning, *slides)))
     if not turning:
         case = "parallel_slides" if len(slides) == 2 else "coplanar_slides"
@@ -274,5 +274,3 @@ def _in_plane(axes: Axes, point: Vector3, normal: Vector3) -> tuple[int, ...]:
     return tuple(
         i for i in near if abs(normal @ axes.w(i)) < axes.loose and abs(normal @ (axes.p(i) - point)) < axes.loose
     )
-
-

@@ -49,11 +49,11 @@ def planar_reach(lengths: ArrayLike) -> Ring:
     return Ring(max(0.0, float(2 * L.max() - L.sum())), float(L.sum()))
 
 
-def planar_dexterous(lengths: ArrayLike) -> Ring | None:
-    """Where a planar 3R arm without joint limits has every orientation, or None.
+def planar_dexterous(lengths: ArrayLike) -> tuple[Ring, ...]:
+    """Where a planar 3R arm without joint limits has every orientation: none, one or two rings (or discs).
 
-    The last joint must be able to stand everywhere on the circle of radius L3 about the tip, that is within the ring of
-    the first two links: inner + L3 <= r <= outer - L3, or a disc r <= min(L3 - inner, outer - L3) about the first axis.
+    The second joint's far end must reach the whole circle of radius L3 about the tip, at distances |r - L3| .. r + L3
+    from the first axis, within the ring of the first two links: r + L3 <= outer and |r - L3| >= inner.
 
     Args:
         lengths: (3,) of the links [m].
@@ -62,12 +62,9 @@ def planar_dexterous(lengths: ArrayLike) -> Ring | None:
     if len(L) != 3:
         raise InputError("input.shape", name="lengths", expected="(3,)", got=L.shape, hint="")
     ring, last = planar_reach(L[:2]), float(L[2])
-    if ring.inner + last <= ring.outer - last:
-        if ring.inner == 0.0:
-            return Ring(0.0, ring.outer - last)
-        return Ring(ring.inner + last, ring.outer - last)
-    disc = min(last - ring.inner, ring.outer - last)
-    return Ring(0.0, disc) if disc > 0 else None
+    most = ring.outer - last
+    pieces = [(0.0, most)] if ring.inner == 0.0 else [(0.0, min(last - ring.inner, most)), (last + ring.inner, most)]
+    return tuple(Ring(inner, outer) for inner, outer in pieces if inner <= outer and outer > 0.0)
 
 
 def _lengths(lengths: ArrayLike) -> NDArray[np.float64]:

@@ -24,6 +24,8 @@ from mafsil.robot import Robot
 
 CHECKS = 200
 """Random configurations at which a product is compared with the determinant."""
+LONGEST = 12
+"""Terms of a form that are written in full in explanations."""
 ALWAYS = 1e-9
 """Relations that hold within this at all probing configurations hold always."""
 
@@ -89,6 +91,11 @@ class Factor:
     names: tuple[str, ...]
     form: TrigonometricForm | None = None
 
+    @property
+    def written(self) -> str:
+        """` = ` and the form in the coordinates, or nothing."""
+        return "" if self.form is None else f" = {self.form.text(LONGEST)}"
+
     def sentence(self, language: str | None = None) -> str:
         """What it means geometrically that the factor vanishes."""
         joints = ", ".join(self.names)
@@ -137,7 +144,7 @@ class DeterminantFactors:
             formula=("- " if self.sign < 0 else "") + " * ".join(f"[{f.formula}]" for f in self.factors),
             error=self.error,
         )
-        rows = [f"  [{f.formula}]{'' if f.form is None else ' = ' + f.form.text()}: {f.sentence(language)}" for f in self.factors]
+        rows = [f"  [{f.formula}]{f.written}: {f.sentence(language)}" for f in self.factors]
         return "\n".join([head, *rows])
 
 
@@ -272,7 +279,7 @@ class _Factory:
         return sorted(found, key=len, reverse=True)
 
     def of_velocities(self, joints: tuple[int, ...], point: Point, letter: str) -> list[Factor]:
-        """det of three velocities of a point."""
+        """Det of three velocities of a point."""
         pairs = [(a, b) for a, b in combinations(joints, 2) if not (self.at.slides[a] or self.at.slides[b])]
         for a, b in pairs:
             if _parallel(self.at, a, b):
@@ -358,9 +365,7 @@ class _Factory:
         def value(x: Lines) -> Floats:
             return _triple(x.w[..., a, :], x.w[..., b, :], x.w[..., c, :])
 
-        return Factor(
-            "directions", three, f"(z{a + 1} x z{b + 1}) . z{c + 1}", value, self._names(*three)
-        )
+        return Factor("directions", three, f"(z{a + 1} x z{b + 1}) . z{c + 1}", value, self._names(*three))
 
     def velocities(self, three: tuple[int, ...], point: Point, letter: str) -> Factor:
         """Triple product of the velocities that three joints give to a point."""

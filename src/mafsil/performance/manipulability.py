@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
@@ -43,7 +43,7 @@ class Ellipsoid:
             ratio = self.lengths.max(axis=-1) / self.lengths.min(axis=-1)
         return np.where(np.isnan(ratio), np.inf, ratio)
 
-    def isotropic(self, tolerance: float = 1e-6) -> Floats:
+    def isotropic(self, tolerance: float = 1e-6) -> NDArray[np.bool_]:
         """(*batch) whether all axes are equal within the tolerance."""
         return self.ratio <= 1.0 + tolerance
 
@@ -197,7 +197,8 @@ def manipulability(
 
     Reference: Yoshikawa 1985; Angeles, Fundamentals of Robotic Mechanical Systems, sec. 5.8 (characteristic length).
     """
-    return _measure(measure)(np.linalg.svd(scaled_jacobian(robot, q, task=task, length=length).J, compute_uv=False))
+    s: Any = np.linalg.svd(scaled_jacobian(robot, q, task=task, length=length).J, compute_uv=False)
+    return _measure(measure)(s)
 
 
 def manipulability_gradient(
@@ -241,7 +242,7 @@ def _halves(rate: Floats) -> list[tuple[Floats, slice]]:
 
 
 def _slope(measure: Callable[[Floats], Floats], s: Floats) -> Floats:
-    """(*batch, k) derivative of a measure by the singular values, closed form by a complex-free small quotient."""
+    """(*batch, k) derivative of a measure by the singular values."""
     if measure is _yoshikawa:
         return np.stack([np.prod(np.delete(s, k, axis=-1), axis=-1) for k in range(s.shape[-1])], axis=-1)
     slope = np.zeros_like(s)

@@ -21,8 +21,8 @@ class Strength:
     """The largest multiple of a load that the joint efforts allow.
 
     Attributes:
-        largest: (*batch) multiple [N | kg | as the load]; infinite if no bounded joint feels it, NaN where gravity alone
-            exceeds the limits.
+        largest: (*batch) multiple [N | kg]; infinite if no bounded joint feels it, NaN where gravity alone exceeds the
+            limits.
         joint: (*batch) index of the joint that gives out; -1 if none.
     """
 
@@ -142,7 +142,8 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     J, limits = task_jacobian(robot, configuration, task), _bounded(robot, "effort")
     held = robot.gravity_torque(configuration) if gravity else np.zeros(robot.n)
     if (np.abs(held) >= limits).any():
-        raise InputError("performance.too_weak", robot=robot.name, joint=robot.joint_names[int((np.abs(held) - limits).argmax())])
+        worst = robot.joint_names[int((np.abs(held) - limits).argmax())]
+        raise InputError("performance.too_weak", robot=robot.name, joint=worst)
     A, b = np.concatenate([J.T, -J.T]), np.concatenate([limits - held, limits + held])
     size = np.linalg.norm(A, axis=1)
     if np.linalg.matrix_rank(J, tol=1e-9 * size.max(initial=1e-300)) < len(task_rows(task)):

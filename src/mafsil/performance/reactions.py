@@ -73,9 +73,7 @@ def link_weights(robot: Robot, q: ArrayLike) -> list[Floats]:
     return weights
 
 
-def unbalanced_links(
-    robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrench: ArrayLike | None = None
-) -> Floats:
+def unbalanced_links(robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
     """(*batch, L - 1, 6) net wrench on every moving link: zero everywhere if the reactions hold the arm.
 
     The free-body check of given reactions, one sum for each link, all moments about the origin of {s}.

@@ -180,6 +180,11 @@ def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np
 def require_one(name: str, q: ArrayLike, n: int) -> Floats:
     """The single configuration (n,), finite.
 
+    Args:
+        name: of the argument.
+        q: what was given.
+        n: how many coordinates it must have.
+
     Raises:
         InputError: a batch or a wrong shape.
     """

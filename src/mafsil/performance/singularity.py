@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,7 +42,8 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task = "pose", length: 
     Returns:
         (*batch, min(m, n)).
     """
-    return np.linalg.svd(_scaled(robot, q, task, length).J, compute_uv=False)
+    values: Any = np.linalg.svd(_scaled(robot, q, task, length).J, compute_uv=False)
+    return values
 
 
 def rank(
@@ -167,7 +167,9 @@ def singularity(
     U, s, Vt = np.linalg.svd(scaled.J)
     found, generic = int(rank_of(s, tolerance)), generic_rank(robot, task=task)
     null, left = Vt[found:], U[:, found:]
-    lost = left if generic == len(scaled.rows) else _reachable(robot, configuration, scaled, null, left, generic - found)
+    lost = (
+        left if generic == len(scaled.rows) else _reachable(robot, configuration, scaled, null, left, generic - found)
+    )
     nullity = robot.n - found
     full = len(scaled.rows) == 6 and found < generic
     return Singularity(
@@ -251,9 +253,3 @@ def _tidy(rows: Floats) -> Floats:
         return rows
     largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1)[:, None], axis=1)
     return rows / largest
-
-
-def joints_of(cause: Cause | Sequence[int]) -> tuple[int, ...]:
-    """Numbers of the joints from 1, as people count."""
-    indices = cause.joints if isinstance(cause, Cause) else tuple(cause)
-    return tuple(i + 1 for i in indices)

@@ -37,7 +37,7 @@ STATUSES = tuple(StaticsStatus)
 def joint_torque(
     robot: Robot, q: ArrayLike, F: ArrayLike, *, given_in: Literal["body", "space"] = "body", frame: str | None = None
 ) -> JointVector:
-    """tau = J_b' F_b = J_s' F_s: joint efforts with which the tip exerts a wrench on the world; gravity left aside.
+    """Tau = J_b' F_b = J_s' F_s: joint efforts with which the tip exerts a wrench on the world; gravity left aside.
 
     To withstand an external wrench instead, change its sign.
 
@@ -218,7 +218,9 @@ def _held(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
     return q
 
 
-def total_wrench(forces: ArrayLike, points: ArrayLike, moments: ArrayLike | None = None, about: ArrayLike = 0.0) -> Vector6:
+def total_wrench(
+    forces: ArrayLike, points: ArrayLike, moments: ArrayLike | None = None, about: ArrayLike = (0.0, 0.0, 0.0)
+) -> Vector6:
     """Sum of forces and of their moments about one common point: zero for a body in equilibrium.
 
     Args:
@@ -231,7 +233,7 @@ def total_wrench(forces: ArrayLike, points: ArrayLike, moments: ArrayLike | None
         (6,) wrench (m, f) about that point.
     """
     f = np.atleast_2d(gate("forces", forces, (3,), finite=True))
-    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - about
+    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - gate("about", about, (3,), finite=True)
     total = wrench.from_force(r, f).sum(axis=0)
     if moments is not None:
         total[:3] += np.atleast_2d(gate("moments", moments, (3,), finite=True)).sum(axis=0)
@@ -278,5 +280,3 @@ def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:
     """
     power = (gate("wrenches", wrenches, (6,)) * gate("twists", twists, (6,))).sum(axis=-1)
     return float(np.trapezoid(power, gate("times", times, ())))
-
-

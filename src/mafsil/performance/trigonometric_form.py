@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,13 +45,13 @@ class TrigonometricForm:
 
     def __call__(self, q: Floats) -> Floats:
         """(*batch) the value at q (*batch, n)."""
-        total = np.zeros(q.shape[:-1], dtype=complex)
+        total: Any = np.zeros(q.shape[:-1], dtype=complex)
         for term in self.terms:
             total = total + term.coefficient * self._base(q, term.powers)
         return total.real
 
     def _base(self, q: Floats, powers: Sequence[int], without: int | None = None) -> NDArray[np.complex128]:
-        value = np.ones(q.shape[:-1], dtype=complex)
+        value: Any = np.ones(q.shape[:-1], dtype=complex)
         for joint, slides, k in zip(self.joints, self.sliding, powers, strict=True):
             if k and joint != without:
                 value = value * (q[..., joint] ** k if slides else np.exp(1j * k * q[..., joint]))
@@ -72,7 +73,7 @@ class TrigonometricForm:
             coefficients[term.powers[place] - low] += term.coefficient * self._base(q, term.powers, joint)
         if not np.abs(coefficients).max(initial=0.0) > 0:
             return np.zeros(0)
-        zeros = np.roots(np.trim_zeros(coefficients[::-1], "f"))
+        zeros: Any = np.roots(np.trim_zeros(coefficients[::-1], "f"))
         if slides:
             return np.sort(zeros[np.abs(zeros.imag) < 1e-6 * np.maximum(1.0, np.abs(zeros))].real)
         on_circle = zeros[np.abs(np.abs(zeros) - 1.0) < 1e-5]
@@ -94,10 +95,15 @@ class TrigonometricForm:
             at[:, joint] -= np.clip(move, -1e-3, 1e-3)
         return at[:, joint]
 
-    def text(self) -> str:
-        """The form as a person reads it: `0.4318 cos(q2) + 0.0203 sin(q2 + q3)`."""
+    def text(self, longest: int | None = None) -> str:
+        """The form as a person reads it: `0.4318 cos(q2) + 0.0203 sin(q2 + q3)`.
+
+        Args:
+            longest: how many terms are written; all if None.
+        """
         parts = [part for term in self.terms if _leads(term.powers, self.sliding) for part in self._written(term)]
-        text = " ".join(f"{'-' if x < 0 else '+'} {_product(abs(x), rest)}" for x, rest in parts)
+        more = f" + ... ({len(parts)} terms)" if longest is not None and len(parts) > longest else ""
+        text = " ".join(f"{'-' if x < 0 else '+'} {_product(abs(x), rest)}" for x, rest in parts[:longest]) + more
         return text.removeprefix("+ ") if not text.startswith("- ") else "-" + text[2:]
 
     def _written(self, term: Term) -> list[tuple[float, str]]:

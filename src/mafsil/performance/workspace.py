@@ -25,6 +25,8 @@ CHUNK = 65_536
 BANDS = 8
 """Approach directions are counted in BANDS x BANDS cells of equal area on the sphere (64 bits)."""
 MOST_CELLS = 50_000_000
+PER_CELL = 20
+"""Samples for each cell of the grid, if the size of the cells is left to us."""
 
 View = Literal["xyz", "xy", "xz", "yz", "radial"]
 _AXES: dict[str, tuple[int, ...]] = {"xyz": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -74,7 +76,9 @@ class WorkspaceMap:
 
     @property
     def dexterity(self) -> Floats:
-        """The grid of shares 0 .. 1 of approach directions with which a cell was reached.
+        """The grid of shares 0 .. 1 of approach directions with which a cell was seen: a lower bound.
+
+        It needs several samples for each of the 64 directions; `settled` tells which cells have them.
 
         Raises:
             InputError: directions were not recorded.
@@ -86,6 +90,11 @@ class WorkspaceMap:
     @property
     def _direction_cells(self) -> int:
         return BANDS * BANDS
+
+    @property
+    def settled(self) -> NDArray[np.bool_]:
+        """The grid of cells with at least six samples for each direction: their dexterity hardly grows any more."""
+        return self.counts >= 6 * self._direction_cells
 
     def dexterous(self, share: float = 1.0) -> NDArray[np.bool_]:
         """The grid of cells reached with at least this share of directions."""
@@ -115,7 +124,7 @@ class WorkspaceMap:
             flat = flat * (2 * np.pi * rho)[:, None]
         return flat
 
-    def voids(self, smallest: int = 2) -> tuple[Floats, ...]:
+    def voids(self, smallest: int = 12) -> tuple[Floats, ...]:
         """Holes: connected empty regions that do not touch the outside of the grid, largest first.
 
         Args:
@@ -128,14 +137,16 @@ class WorkspaceMap:
 
         widen = [(0 if self.view == "radial" and axis == 0 else 1, 1) for axis in range(self.counts.ndim)]
         labels: Any
-        labels, count = ndimage.label(~np.pad(self.reached, widen))  # pyright: ignore[reportGeneralTypeIssues]
-        outside = set(np.unique(labels[..., -1]).tolist())
+        labels, _ = ndimage.label(~np.pad(self.reached, widen))  # pyright: ignore[reportGeneralTypeIssues]
+        core = tuple(slice(before, -1) for before, _ in widen)
+        sizes: Any = np.bincount(labels.ravel())
+        outside = labels[(-1,) * labels.ndim]
+        inner = labels[core]
         found: list[Floats] = []
-        shift = np.array([before for before, _ in widen])
-        for label in range(1, int(count) + 1):
-            where = np.argwhere(labels == label) - shift
-            if label in outside or len(where) < smallest:
+        for label in np.flatnonzero(sizes >= smallest):
+            if label in (0, outside):
                 continue
+            where = np.argwhere(inner == label)
             middle = self.origin + self.cell * (where.mean(axis=0) + 0.5)
             found.append(np.array([*middle, float(self._sizes()[tuple(where.T)].sum())]))
         return tuple(sorted(found, key=lambda void: -void[-1]))
@@ -203,7 +214,8 @@ def workspace_map(
         robot: the arm.
         samples: configurations, uniform in the joint ranges.
         view: grid: `xyz`, a projection `xy`, `xz`, `yz`, or `radial`, see `WorkspaceMap`.
-        cell: edge of a cell [m]; 1/60 of the reach of the arm (1/120 for flat views) if None.
+        cell: edge of a cell [m]; if None about 20 samples (240 where directions are recorded) for each
+            cell of the grid, at most 240 cells across.
         at: for flat views: only positions within half a cell of this coordinate of the third axis count: a slice [m].
         limited: whether the joint limits are kept.
         dexterous: whether approach directions (z axis of the tip) are recorded.
@@ -218,7 +230,7 @@ def workspace_map(
         raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
     if samples < 1:
         raise InputError("input.positive", name="samples", value=samples)
-    grid = _grid(robot, view, cell, at, limited, dexterous, frame)
+    grid = _grid(robot, samples, view, cell, at, limited, dexterous, frame)
     counts = np.zeros(int(np.prod(grid.shape)), dtype=np.uint32)
     masks = np.zeros(counts.shape, dtype=np.uint64) if dexterous else None
     inside = 0
@@ -264,15 +276,26 @@ def _chunk(grid: _Grid, size: int, seed: int, index: int) -> Chunk:
         T, p = T[keep], p[keep]
     x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if grid.view == "radial" else p[:, _AXES[grid.view]]
     index_nd = np.clip(np.floor((x - grid.origin) / grid.cell).astype(np.int64), 0, np.array(grid.shape) - 1)
-    flat = np.ravel_multi_index(tuple(index_nd.T), grid.shape)
+    flat: Any = np.ravel_multi_index(tuple(index_nd.T), grid.shape)
     if not grid.dexterous:
         cells, hits = np.unique(flat, return_counts=True)
         return cells, np.zeros(len(cells), np.uint64), hits.astype(np.uint32)
-    order = np.argsort(flat, kind="stable")
-    bits = np.uint64(1) << _direction_cell(T[:, :3, 2])[order].astype(np.uint64)
-    cells, starts, hits = np.unique(flat[order], return_index=True, return_counts=True)
-    seen = np.bitwise_or.reduceat(bits, starts) if len(starts) else np.zeros(0, np.uint64)
+    order: Any = np.argsort(flat, kind="stable")
+    bits = np.uint64(1) << _direction_cell(_approach(T, grid.view))[order].astype(np.uint64)
+    found: Any = np.unique(flat[order], return_index=True, return_counts=True)
+    cells, starts, hits = found
+    seen: Any = np.bitwise_or.reduceat(bits, starts) if len(starts) else np.zeros(0, np.uint64)
     return cells, seen, hits.astype(np.uint32)
+
+
+def _approach(T: Floats, view: str) -> Floats:
+    """(k, 3) approach directions; in the radial view seen from the half plane through the tip."""
+    z = T[:, :3, 2]
+    if view != "radial":
+        return z
+    turn = -np.arctan2(T[:, 1, 3], T[:, 0, 3])
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([c * z[:, 0] - s * z[:, 1], s * z[:, 0] + c * z[:, 1], z[:, 2]], axis=1)
 
 
 def _direction_cell(z: Floats) -> NDArray[np.int64]:
@@ -283,21 +306,33 @@ def _direction_cell(z: Floats) -> NDArray[np.int64]:
 
 
 def _grid(
-    robot: Robot, view: str, cell: float | None, at: float | None, limited: bool, dexterous: bool, frame: str | None
+    robot: Robot,
+    samples: int,
+    view: str,
+    cell: float | None,
+    at: float | None,
+    limited: bool,
+    dexterous: bool,
+    frame: str | None,
 ) -> _Grid:
     lower, upper = ranges(robot, limited=limited)
     low, high = _bounds(robot, view, lower, upper, frame)
     if cell is None:
-        cell = float((high - low).max()) / (120 if view == "xyz" else 240)
-    if not (np.isfinite(cell) and cell > 0):
-        raise InputError("input.positive", name="cell", value=cell)
-    shape = tuple(int(n) for n in np.maximum(np.ceil((high - low) / cell).astype(int), 1))
+        flat = view != "xyz" and at is None
+        share = PER_CELL * (12 if dexterous else 1)
+        across: float = (samples / share) ** (1 / 2 if flat else 1 / 3)
+        width: float = float((high - low).max()) / min(max(across, 12.0), 240.0)
+    else:
+        width = cell
+    if not (np.isfinite(width) and width > 0):
+        raise InputError("input.positive", name="cell", value=width)
+    shape = tuple(int(n) for n in np.maximum(np.ceil((high - low) / width).astype(int), 1))
     if np.prod(shape, dtype=float) > MOST_CELLS:
         raise InputError("performance.too_many_cells", count=float(np.prod(shape, dtype=float)), limit=MOST_CELLS)
     if at is not None and view not in ("xy", "xz", "yz"):
         raise InputError("performance.no_slice", view=view)
-    slab = None if at is None else (at - cell / 2, at + cell / 2)
-    return _Grid(robot, lower, upper, frame, view, slab, low, shape, float(cell), dexterous)
+    slab = None if at is None else (at - width / 2, at + width / 2)
+    return _Grid(robot, lower, upper, frame, view, slab, low, shape, width, dexterous)
 
 
 def _bounds(robot: Robot, view: str, lower: Floats, upper: Floats, frame: str | None) -> tuple[Floats, Floats]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.geometry import rotation
 from mafsil.model import Box, Capsule, Cylinder, Mechanism, Sphere
-from mafsil.model.appearance import Piece, corners, part_of, pieces
+from mafsil.model.appearance import Piece, corners, part_of, pieces, primitives
 from mafsil.model.mesh import Surface
 from mafsil.model.skeleton import reach, stand
 from mafsil.report.content import Body, Colour, Solid
@@ -40,8 +41,8 @@ class Drawing:
         """
         solids = [tuple(solid for piece in of_link for solid in _solids(piece)) for of_link in self.pieces]
         to_base = np.linalg.inv(poses[0])
-        for shape in stand(self.mechanism, self.lowest(poses, base=True), floor):
-            solids[0] += tuple(_solids(Piece(shape.geometry, to_base @ shape.T_lg, shape.colour)))
+        for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
+            solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
         names = self.mechanism.link_names
         return tuple(Body(name, of_link) for name, of_link in zip(names, solids, strict=True))
 

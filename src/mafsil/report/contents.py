@@ -20,6 +20,8 @@ from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
 
 PACKAGES = ("mafsil", "numpy", "scipy", "casadi", "llvmlite", "msgspec")
+MOST_POSES = 60_000
+"""Of all bodies in all frames: a long replay gets fewer frames, so that the page stays below some megabytes."""
 Rows: TypeAlias = NDArray[np.intp]
 
 PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
@@ -75,7 +77,7 @@ def plot_rows(run: Run) -> Rows:
 def scene(run: Run) -> Scene:
     """Frames of the replay, the part that is carried included."""
     t = run.recording.t
-    period = 1.0 / run.job.report.frame_rate
+    period = max(1.0 / run.job.report.frame_rate, t[-1] * (len(run.robot.mechanism.links) + 3) / MOST_POSES)
     moments = np.arange(0.0, t[-1] + period * 0.999, period)
     rows = np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1)
     mechanism = run.robot.mechanism

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import json
 import os
 import shutil
@@ -17,6 +18,7 @@ from mafsil.job.judgement import Summary, summary
 from mafsil.job.run import Run
 from mafsil.messages import LANGUAGES, language
 from mafsil.messages.visible import visible
+from mafsil.model.diagnostics import shown
 from mafsil.report import contents, page
 
 FILES = ("report.html", "recording.npz", "recording.csv", "recording.json", "results.json", "job.toml")
@@ -60,15 +62,26 @@ def require_replaceable(directory: Path) -> None:
     """Refuse to replace anything but an empty directory or an earlier result.
 
     Raises:
-        InputError: it is a file, or holds other things.
+        InputError: it is a file, holds other things, or lies where nothing can be written.
     """
-    if not directory.exists():
+    try:
+        exists = directory.exists()
+        above = next(parent for parent in directory.absolute().parents if parent.exists())
+    except OSError as error:
+        raise InputError("report.unwritable", path=_short(directory), reason=error.strerror or str(error)) from None
+    if not os.access(above, os.W_OK | os.X_OK) or not above.is_dir():
+        raise InputError("report.unwritable", path=_short(directory), reason=os.strerror(errno.EACCES))
+    if not exists:
         return
     if not directory.is_dir() or directory.is_symlink():
         raise InputError("report.no_directory", path=visible(str(directory)))
     strangers = sorted(item.name for item in directory.iterdir() if item.name not in FILES)
     if strangers:
         raise InputError("report.not_ours", path=visible(str(directory)), what=visible(strangers[0]))
+
+
+def _short(path: Path) -> str:
+    return shown(str(path))
 
 
 def _write_all(run: Run, directory: Path) -> None:

@@ -24,6 +24,7 @@ def compiled(
     frame: str | None = None,
     optional: tuple[str, ...] = (),
     fallback: Callable[..., Any] | None = None,
+    recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None,
 ) -> Kernel:
     """The kernel of a quantity; machine code is made or loaded at its first use.
 
@@ -33,6 +34,7 @@ def compiled(
         frame: link name for framed quantities; the tip frame if None.
         optional: which optional inputs are present.
         fallback: see `Kernel`.
+        recipe: how the kernel pickles, if it must come back with its fallback.
     """
     row = quantity(name)
     if not mechanism.n:
@@ -44,5 +46,5 @@ def compiled(
         fingerprints=(source_fingerprint(*SOURCES),),
         doc=row.doc(),
         fallback=fallback,
-        recipe=(compiled, (mechanism, name, frame, optional)),
+        recipe=recipe or (compiled, (mechanism, name, frame, optional)),
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mafsil.errors import FileError
 from mafsil.model import Mechanism
+from mafsil.model.diagnostics import shown
 from mafsil.robot.robot import Robot
 
 
@@ -30,10 +31,13 @@ def load_mechanism(source: str | PathLike[str]) -> Mechanism:
     from mafsil.model import library
 
     path = Path(source)
-    if not path.suffix and not path.exists():
-        if str(source) != "default" and str(source) not in library.names():
-            raise FileError("robot.no_file", source=str(source), known=", ".join(library.names()))
-        return library.load(str(source))
+    if not path.suffix and not _exists(path):
+        name = str(source)
+        if name != "default" and name not in library.names():
+            close = library.close_names(name)
+            key = "robot.no_file_close" if close else "robot.no_file"
+            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
+        return library.load(name)
     match path.suffix.lower():
         case ".urdf":
             from mafsil.model import urdf
@@ -48,4 +52,11 @@ def load_mechanism(source: str | PathLike[str]) -> Mechanism:
 
             return table.read(path)
         case _:
-            raise FileError("robot.kind", source=str(source), suffix=path.suffix)
+            raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False

@@ -13,7 +13,10 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
+from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters, inertial_parameters
 from mafsil.mechanics.quantities import Quantity, quantity
+from mafsil.mechanics.task_space import TaskSpace
 from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
@@ -32,6 +35,7 @@ from mafsil.robot.routine import (
     OfVelocity,
     OfVelocityInFrame,
 )
+from mafsil.robot.task import task_space_of
 
 
 class Robot:
@@ -256,6 +260,65 @@ class Robot:
         side = np.tanh(rates / smoothing)
         return viscous * rates + np.where(rates >= 0, positive, negative) * side
 
+    def friction_regressor(self, qd: ArrayLike, *, smoothing: float = 1e-3) -> Floats:
+        """(*batch, n, 2 n): efforts per viscous coefficient (n) and per Coulomb effort (n, equal both ways).
+
+        Args:
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            smoothing: as in `friction_torque`.
+        """
+        rates = gate("qd", qd, (self.n,))
+        one = np.eye(self.n)
+        return np.concatenate([rates[..., None] * one, np.tanh(rates / smoothing)[..., None] * one], axis=-1)
+
+    @property
+    def inertial_parameters(self) -> Floats:
+        """(L, 10) of all links: tau = sum of regressor times parameters + armatures qdd; see `mechanics`."""
+        return inertial_parameters(self.mechanism)
+
+    def base_parameters(self, samples: int = 200, seed: int = 0) -> BaseParameters:
+        """The fewest inertial parameters that determine the efforts, found at random states.
+
+        Args:
+            samples: number of states.
+            seed: of the states.
+
+        Raises:
+            InputError: no samples.
+        """
+        if samples < 1:
+            raise InputError("dynamics.samples", count=samples)
+        states = np.random.default_rng(seed).uniform(-2.0, 2.0, (3, samples, self.n))
+        return base_parameters(self.mechanism, self.regressor(*states))
+
+    def task_space(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        expressed_in: Literal["body", "space"] = "body",
+        frame: str | None = None,
+        rows: Sequence[int] = range(6),
+    ) -> TaskSpace:
+        """Dynamics in the tip's coordinates, F = Lambda dV + eta; singular states are marked and NaN.
+
+        Args:
+            q, qd: (*batch, n) coordinates [rad | m] and rates.
+            expressed_in: whether twists and wrenches are those of the tip frame or of {s}.
+            frame: link name; the tip frame if None.
+            rows: which components of the twist (omega, v) count, such as (3, 4, 5) for the translation.
+
+        Raises:
+            InputError: wrong shapes, NaN, an unknown frame or rows.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.6; Khatib 1987.
+        """
+        return task_space_of(self, q, qd, expressed_in, frame, rows)
+
+    def degeneracy(self, q: ArrayLike) -> Degeneracy:
+        """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
+        return degeneracy(self.mass_matrix(gate("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
+
     def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Kernel:
         """The compiled kernel of a quantity; made once.
 
@@ -279,7 +342,7 @@ class Robot:
 
     def _routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
-        return compiled(self.mechanism, name, fallback=partial(self._general, quantity(name))).call
+        return _routine_kernel(self, name).call
 
     def _general(
         self,
@@ -293,10 +356,10 @@ class Robot:
     ) -> Floats:
         """Any call: inputs by position or name, optional inputs, frames, batches."""
         inputs = _arranged(row, arrays, named)
-        optional = row.optional[: len(inputs) - len(row.inputs)]
+        optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             evaluate = self.kernel(row.name, frame, optional).evaluate
-        return evaluate(*inputs, out=out, threads=threads)
+        return evaluate(*inputs.values(), out=out, threads=threads)
 
     def _require_frame(self, row: Quantity, frame: str) -> None:
         if not row.framed:
@@ -315,8 +378,14 @@ class Robot:
         return viscous, positive, negative
 
 
-def _arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike]) -> list[ArrayLike]:
-    """Inputs in the order of the catalogue, optional ones at the end only if given."""
+def _routine_kernel(robot: Robot, name: str) -> Kernel:
+    """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
+    fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
+    return compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
+
+
+def _arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """Inputs by name in the order of the catalogue, optional ones at the end only if given."""
     names = (*row.inputs, *row.optional)
     if len(arrays) > len(names):
         raise InputError("robot.too_many", name=row.name, count=len(arrays), inputs=", ".join(names))
@@ -328,4 +397,4 @@ def _arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, Arr
     missing = [name for name in row.inputs if name not in given]
     if missing:
         raise InputError("robot.missing", name=row.name, missing=", ".join(missing), inputs=", ".join(names))
-    return [given[name] for name in names if given.get(name) is not None]
+    return {name: given[name] for name in names if name in row.inputs or given.get(name) is not None}

@@ -17,6 +17,10 @@ from mafsil.simulation.plant import Plant
 from mafsil.solvers import method
 from mafsil.trajectory import Trajectory
 
+MOST_NUMBERS = 400_000_000
+"""Memory of one run, in numbers of eight bytes: what is recorded, and the reference at each tick."""
+NUMBERS_PER_TICK, NUMBERS_PER_COORDINATE = 60, 16
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scenario:
@@ -66,7 +70,17 @@ class Scenario:
         method(self.integrator)
         if abs(self.substeps * self.step - self.control_period) > 1e-9 * self.control_period:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
-        self.start()
+        q, _ = self.start()
+        ticks = self.length / self.control_period
+        if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * q.size) > MOST_NUMBERS:
+            limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * q.size)
+            facts = {"duration": self.length, "ticks": ticks, "limit": limit}
+            raise InputError("simulation.too_long", **facts, period=self.control_period)
+
+    @property
+    def length(self) -> float:
+        """Length of the run [s]."""
+        return self.trajectory.duration if self.duration is None else self.duration
 
     @property
     def true_plant(self) -> Plant:
@@ -85,8 +99,7 @@ class Scenario:
 
     def ticks(self) -> Floats:
         """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""
-        length = self.trajectory.duration if self.duration is None else self.duration
-        return np.arange(ceil(length / self.control_period - 1e-9) + 1.0) * self.control_period
+        return np.arange(ceil(self.length / self.control_period - 1e-9) + 1.0) * self.control_period
 
     def start(self) -> tuple[JointVector, JointVector]:
         """Initial positions and rates, (*batch, n)."""

@@ -35,7 +35,9 @@ def finer(surface, times):
 )
 def test_primitives_are_closed_and_face_outwards(primitive, area, volume):
     found = area_and_volume(triangles(primitive))
-    np.testing.assert_allclose(found, (area, volume), rtol=0.03)
+    # Corners lie on the round surface: the polyhedron is inside it, by no more than the arcs of 15 degrees cut off.
+    assert 0.96 * area <= found[0] <= area * (1 + 1e-9)
+    assert 0.96 * volume <= found[1] <= volume * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("primitive", [Box((0.3, 0.2, 0.5)), Cylinder(0.1, 0.4), Sphere(0.2)])

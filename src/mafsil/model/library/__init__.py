@@ -1,4 +1,5 @@
 """Robots by name: published numbers and textbook arms, each with its provenance."""
 
+from mafsil.model.library.registry import close_names as close_names
 from mafsil.model.library.registry import load as load
 from mafsil.model.library.registry import names as names

@@ -37,6 +37,7 @@ _MAKERS: tuple[Callable[[], Mechanism], ...] = (
 )
 ROBOTS: MappingProxyType[str, Callable[[], Mechanism]] = MappingProxyType({make.__name__: make for make in _MAKERS})
 DEFAULT = "panda"
+_LONGEST = 80
 
 
 def names() -> tuple[str, ...]:
@@ -55,12 +56,13 @@ def load(name: str) -> Mechanism:
     """
     maker = ROBOTS.get(DEFAULT if name == "default" else name)
     if maker is None:
-        raise ModelError("library.unknown", name=name, close=", ".join(_close(name.lower())))
+        raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or names()))
     return maker()
 
 
-def _close(name: str) -> tuple[str, ...]:
-    """Names that contain the given one or look like it; all of them if none does."""
-    containing = [known for known in names() if name and (name in known or known in name)]
-    similar = get_close_matches(name, ROBOTS, n=5, cutoff=0.5)
-    return tuple(dict.fromkeys([*containing, *similar])) or names()
+def close_names(name: str) -> tuple[str, ...]:
+    """Names of the library that contain the given one or look like it."""
+    wanted = name.lower()[:_LONGEST]
+    containing = [known for known in names() if wanted and (wanted in known or known in wanted)]
+    similar = get_close_matches(wanted, ROBOTS, n=5, cutoff=0.5)
+    return tuple(dict.fromkeys([*containing, *similar]))

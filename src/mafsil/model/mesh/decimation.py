@@ -103,4 +103,5 @@ def _meeting_points(surface: Surface, faces: Faces, of_vertex: Faces, vertices: 
 
 def _sums(groups: Faces, values: Floats, count: int) -> Floats:
     """(count, k) sums of the rows of `values` by group."""
-    return np.stack([np.bincount(groups, weights=column, minlength=count) for column in values.T], axis=1)
+    columns = [np.bincount(groups, weights=column, minlength=count) for column in values.T]
+    return np.stack(columns, axis=1).astype(np.float64)

@@ -11,7 +11,7 @@ from mafsil.model.mesh.surface import Surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 
 SIDES = 24
-_ARC = 5
+_ARC = 7
 
 
 def triangles(geometry: Box | Cylinder | Capsule | Sphere) -> Surface:

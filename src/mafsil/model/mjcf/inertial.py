@@ -75,6 +75,11 @@ def _read_inertial(reading: Reading, element: Element, name: str, settings: Sett
         reading.report(MISSING_ATTRIBUTE, element, element="inertial", attribute="diaginertia")
     if mass is None or moments is None:
         return None
+    if mass < 0.0:
+        fault = mass_fault(mass, moments)
+        assert fault is not None
+        reading.report(fault, element, link=name, mass=mass, moments="")
+        return None
     moved = moved_inertial(Inertial(mass, inertia=frozen(moments)), T)
     return Inertial(mass, moved.com, frozen((moved.inertia + moved.inertia.T) / 2))
 

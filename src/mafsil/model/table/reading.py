@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.errors import FileError
 from mafsil.model.mechanism import Mechanism
+from mafsil.model.source import regular_bytes
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.form import KEYS, RobotTable
 from mafsil.model.table.text import line_of, numbers_of
@@ -32,10 +33,10 @@ def read(path: str | Path) -> Mechanism:
     """
     file = Path(path)
     try:
-        with file.open("rb") as stream:
-            data = stream.read(SIZE_LIMIT + 1)
-    except OSError as error:
-        raise FileError("table.open", path=str(file), reason=error.strerror or str(error)) from None
+        data = regular_bytes(file, SIZE_LIMIT + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("table.open", path=str(file), reason=reason) from None
     if len(data) > SIZE_LIMIT:
         raise FileError("table.size", path=str(file), limit=SIZE_LIMIT)
     try:

@@ -1,0 +1,7 @@
+"""`python -m mafsil`."""
+
+import sys
+
+from mafsil.cli.main import main
+
+sys.exit(main())

@@ -1,0 +1,54 @@
+"""The canonical subproblems as tables of angles: a row (angles, shortfall, free) per root."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.algebra.spatial import cross
+from mafsil.algebra.subproblems import (
+    Root,
+    turn_onto,
+    turns_about_two_axes,
+    turns_to_distance,
+    turns_to_height,
+    unturned,
+)
+
+
+def distances(w: ca.SX, r: ca.SX, p: ca.SX, o: ca.SX, distance: ca.SX) -> ca.SX:
+    """(2, 3) turns about the axis w through r that bring p to a distance from o."""
+    height = ca.dot(w, p - o)
+    return _table(turns_to_distance(w, p - r, o - r, distance**2 - height**2, unturned()))
+
+
+def heights(w: ca.SX, h: ca.SX, p: ca.SX, height: ca.SX) -> ca.SX:
+    """(2, 3) turns about w that bring p to a height along h."""
+    return _table(turns_to_height(w, h, p, height, unturned()))
+
+
+def two_axes(w1: ca.SX, w2: ca.SX, p: ca.SX, z: ca.SX) -> ca.SX:
+    """(2, 5) turns about w1 and w2 that bring p to z, and a zero; lengths that differ are a shortfall."""
+    length = ca.fabs(ca.norm_2(p) - ca.norm_2(z))
+    rows: list[ca.SX] = []
+    for pair in turns_about_two_axes(w1, w2, p, z, (unturned(), unturned())):
+        free = ca.fmax(pair.first.free, pair.second.free)
+        short = ca.if_else(length > 1e-9, length, pair.first.shortfall)
+        rows.append(ca.horzcat(pair.first.turn.angle, pair.second.turn.angle, 0, short, free))
+    return ca.vertcat(*rows)
+
+
+def wrist(w4: ca.SX, w5: ca.SX, w6: ca.SX, R: ca.SX) -> ca.SX:
+    """(2, 5) turns about w4, w5, w6 that make the rotation R."""
+    aside = cross(w6, w5)
+    aside = aside / ca.sqrt(ca.dot(aside, aside))
+    rows: list[ca.SX] = []
+    for pair in turns_about_two_axes(w4, w5, w6, R @ w6, (unturned(), unturned())):
+        side = pair.second.turn.back().about(w5, pair.first.turn.back().about(w4, R @ aside))
+        last = turn_onto(w6, aside, side, unturned())
+        angles = (pair.first.turn.angle, pair.second.turn.angle, last.turn.angle)
+        rows.append(ca.horzcat(*angles, pair.first.shortfall, pair.first.free))
+    return ca.vertcat(*rows)
+
+
+def _table(roots: tuple[Root, Root]) -> ca.SX:
+    return ca.vertcat(*(ca.horzcat(root.turn.angle, root.shortfall, root.free) for root in roots))

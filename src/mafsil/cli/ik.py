@@ -1,0 +1,118 @@
+"""`mafsil ik`: joint coordinates for a pose, one or all, with the reason where there are none."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.cli.answer import Answer
+from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.state import shown, unit
+from mafsil.cli.table import number as printed
+from mafsil.cli.table import table
+from mafsil.errors import InputError
+from mafsil.ik import SolutionSet, inverse_kinematics
+from mafsil.messages import say
+from mafsil.robot import Robot, load
+
+PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def ik(
+    robot: str, pose: list[str], all: bool, task: str | None, frame: str | None, tip: str | None, degrees: bool
+) -> Answer:
+    """Joint coordinates that bring the tip to a pose.
+
+    Args:
+        robot: name or file.
+        pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes, as typed.
+        all: print all solutions; else the one nearest to the middle of the limits.
+        task: `pose`, `position` or `axis`; `position` if only three numbers are given.
+        frame: a link; the tip frame if None.
+        tip: another tip link.
+        degrees: whether bare angles are degrees, and angles are printed so.
+
+    Raises:
+        MafsilError: no such robot or frame, not three or six finite numbers.
+    """
+    arm = load(robot, tip=tip)
+    T = _pose(pose, degrees=degrees)
+    asked = task or ("position" if len(pose) == 3 else "pose")
+    answer = inverse_kinematics(arm, T, frame=frame, task=asked)  # pyright: ignore[reportArgumentType]
+    explanation = answer.explain().splitlines()
+    rows = _chosen(answer, all)
+    lines = [say("cli.ik_title", robot=arm.name), *_rows(arm, answer, rows, degrees=degrees), *explanation]
+    data = {
+        "robot": arm.name,
+        "pose": T,
+        "task": asked,
+        "status": answer.status.name.lower(),
+        "explanation": explanation,
+        "complete": answer.complete,
+        "method": answer.method,
+        "solutions": [
+            {
+                "q": answer.q[k],
+                "branch": str(answer.branches[k]),
+                "residual": float(answer.residual[k]),
+                "conditioning": float(answer.conditioning[k]),
+                "within_limits": bool(answer.within[k]),
+            }
+            for k in rows
+        ],
+        "families": [{"solution": f.solution, "joint": f.joint, "moving": f.moving} for f in answer.families],
+        "nearest": None if answer else {"q": answer.q_nearest, "pose": answer.T_nearest},
+    }
+    return Answer(data, tuple(lines), None if answer else explanation[0])
+
+
+def _pose(words: list[str], *, degrees: bool) -> PoseMatrix:
+    """(4, 4) from x y z and perhaps roll pitch yaw."""
+    from mafsil.geometry import rotation
+
+    if len(words) not in (3, 6):
+        raise InputError("cli.ik_pose_count", got=len(words))
+    values = [number(f"pose[{name}]", word) for name, word in zip(PLACES[:3], words[:3], strict=True)]
+    for name, word in zip(PLACES[3:], words[3:], strict=False):
+        value, marked = coordinate(f"pose[{name}]", word)
+        values.append(value * pi / 180 if degrees and not marked else value)
+    for name, value in zip(PLACES, values, strict=False):
+        if not np.isfinite(value):
+            raise InputError("input.finite", name="pose", value=value, index=name)
+    T = np.eye(4)
+    T[:3, 3] = values[:3]
+    if len(values) == 6:
+        T[:3, :3] = rotation.from_rpy(np.array(values[3:]))
+    return T
+
+
+def _chosen(answer: SolutionSet, everything: bool) -> list[int]:
+    """Indices to print: all, or the best one within the limits."""
+    order = sorted(range(len(answer)), key=lambda k: (not answer.within[k], -answer.conditioning[k]))
+    return order if everything else order[:1]
+
+
+def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) -> list[str]:
+    """Lines of a table of solutions."""
+    if not rows:
+        return []
+    joints = arm.mechanism.coordinates
+    head = [say("cli.ik_branch"), *(f"{j.name} [{unit(j.kind, degrees=degrees)}]" for j in joints)]
+    head += [say("cli.ik_residual"), say("cli.ik_conditioning"), say("cli.ik_limits")]
+
+    def cells(q: Floats) -> list[str]:
+        return [printed(shown(float(x), j.kind, degrees=degrees)) for x, j in zip(q, joints, strict=True)]
+
+    body = [
+        [
+            str(answer.branches[k]),
+            *cells(answer.q[k]),
+            f"{answer.residual[k]:.1e}",
+            f"{answer.conditioning[k]:.3f}",
+            say("cli.ik_inside" if answer.within[k] else "cli.ik_outside"),
+        ]
+        for k in rows
+    ]
+    return table(head, body)

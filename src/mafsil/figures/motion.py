@@ -1,0 +1,36 @@
+"""The picture that fits a motion: rotation, rings at a gimbal lock, screw motion, or pole in the plane."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix
+from mafsil.figures.frames import save_rotation
+from mafsil.figures.gimbals import save_gimbals
+from mafsil.figures.pole import save_pole
+from mafsil.figures.screw_motion import save_screw_motion
+from mafsil.geometry import euler
+
+
+def save_motion(T: PoseMatrix, path: Path, kind: str, sequence: str | None = None) -> None:
+    """Draw a motion into a file.
+
+    Args:
+        T: (4, 4) pose.
+        path: .png, .svg or .pdf.
+        kind: `rotation`, `pose` or `planar`.
+        sequence: of the angles in which a rotation was given: at a lock of it the rings are drawn.
+    """
+    R = T[:3, :3]
+    if kind == "planar":
+        flat = np.eye(3)
+        flat[:2, :2], flat[:2, 2] = T[:2, :2], T[:2, 3]
+        save_pole(flat, path)
+    elif kind == "pose":
+        save_screw_motion(T, path)
+    elif sequence is not None and euler.solutions(R, sequence).locked:
+        save_gimbals(euler.to_euler(R, sequence), sequence, path)
+    else:
+        save_rotation(R, path)

@@ -1,0 +1,32 @@
+"""Grasp statics: contacts, force and form closure with certificates, contact forces, quality and synthesis."""
+
+from mafsil.grasp.ball import Ball as Ball
+from mafsil.grasp.closure import Closure as Closure
+from mafsil.grasp.closure import Verdict as Verdict
+from mafsil.grasp.closure import closure as closure
+from mafsil.grasp.contact import Contact as Contact
+from mafsil.grasp.contact import corner_contact as corner_contact
+from mafsil.grasp.contact import force_wrench as force_wrench
+from mafsil.grasp.contact import line_contact as line_contact
+from mafsil.grasp.contact import patch_contact as patch_contact
+from mafsil.grasp.elimination import eliminate as eliminate
+from mafsil.grasp.forces import ContactForces as ContactForces
+from mafsil.grasp.forces import HoldStatus as HoldStatus
+from mafsil.grasp.forces import resist as resist
+from mafsil.grasp.friction import ContactState as ContactState
+from mafsil.grasp.friction import FrictionLaw as FrictionLaw
+from mafsil.grasp.friction import contact_state as contact_state
+from mafsil.grasp.friction import friction_angle as friction_angle
+from mafsil.grasp.grasp import Grasp as Grasp
+from mafsil.grasp.grasp import compare as compare
+from mafsil.grasp.motion import ContactMotion as ContactMotion
+from mafsil.grasp.motion import FreeMotions as FreeMotions
+from mafsil.grasp.motion import Wiggle as Wiggle
+from mafsil.grasp.motion import free_motions as free_motions
+from mafsil.grasp.motion import wiggle as wiggle
+from mafsil.grasp.routes import all_routes as all_routes
+from mafsil.grasp.three_fingers import three_finger_forces as three_finger_forces
+from mafsil.grasp.three_fingers import three_fingers as three_fingers
+from mafsil.grasp.two_fingers import NguyenCase as NguyenCase
+from mafsil.grasp.two_fingers import nguyen as nguyen
+from mafsil.grasp.two_fingers import two_fingers as two_fingers

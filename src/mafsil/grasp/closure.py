@@ -1,0 +1,246 @@
+"""Force closure: can the contacts resist every external wrench? Yes, no or on the boundary, always with the proof."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.grasp.ball import Ball, Support, distance_to_hull, finite_ball, inscribed_ball
+from mafsil.grasp.enclosure import Enclosure, enclose
+from mafsil.messages import say
+from mafsil.solvers.rational import Columns, Judgement, Place, judge
+
+ROUNDING = 1e-12
+"""A margin below this share of the largest wrench is rounding of the input: marginal."""
+RANK = 1e-10
+"""Singular values below this share of the largest count as zero."""
+
+
+class Verdict(Enum):
+    """The three answers."""
+
+    YES = "yes"
+    NO = "no"
+    MARGINAL = "marginal"
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A verdict on force closure with its proof.
+
+    Attributes:
+        verdict: yes, no, or marginal: the origin lies on the boundary, the smallest change decides.
+        reason: key of the sentence that explains it.
+        rank: of the wrenches.
+        rows: m, 3 in the plane and 6 in space.
+        margin: radius of the largest ball about the origin inside the hull of the wrenches of unit push if yes;
+            minus the distance of the hull if no; 0 if marginal. Moments are divided by the length scale.
+        upper: bound of the margin from above; differs from it only for round cones.
+        columns: (m, n) wrenches that the proof uses.
+        combination: (n,) all > 0 with columns x = 0 (and rank m): the proof of a yes; None otherwise.
+        certificate: (m,) y != 0 with y . w >= 0 for every wrench of the contacts: the external wrench y cannot be
+            resisted, and without friction the body is free to move along the twist y. None for a yes.
+        weakest: (m,) direction of the external wrench that is hardest to resist, if yes.
+        exact: where exact arithmetic places the origin, if it was asked.
+    """
+
+    verdict: Verdict
+    reason: str
+    rank: int
+    rows: int
+    margin: float
+    upper: float
+    columns: Floats
+    combination: Floats | None = None
+    certificate: Floats | None = None
+    weakest: Floats | None = None
+    exact: Place | None = None
+
+    @property
+    def force_closure(self) -> bool:
+        """Whether every external wrench is resisted; a marginal grasp does not."""
+        return self.verdict is Verdict.YES
+
+    def __bool__(self) -> bool:
+        return self.force_closure
+
+    def explain(self, language: str | None = None) -> str:
+        """The verdict and its reason in one sentence."""
+        shown = "-" if self.certificate is None else vector(self.certificate)
+        return say(
+            self.reason, language=language, rank=self.rank, rows=self.rows, margin=self.margin,
+            count=self.columns.shape[1], least=self.rows + 1, certificate=shown,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "verdict": self.verdict.value,
+            "force_closure": self.force_closure,
+            "reason": self.reason.partition(".")[2],
+            "rank": self.rank,
+            "margin": self.margin,
+            "margin_upper": self.upper,
+            "combination": self.combination,
+            "certificate": self.certificate,
+            "weakest": self.weakest,
+            "exact": None if self.exact is None else self.exact.value,
+        }
+
+
+def closure(
+    A: ArrayLike,
+    *,
+    exact: Columns | None = None,
+    reach: Support | None = None,
+    transform: Floats | None = None,
+    margins: bool = True,
+) -> Closure:
+    """Do the columns span the whole space with positive weights?
+
+    Args:
+        A: (m, n) wrenches in columns; any order of rows.
+        exact: the same columns, each up to a positive factor, as exact numbers; floats are taken as the decimals they
+            print as. Asked when the origin is too near the boundary. The columns of A if None and `reach` is None.
+        reach: support function of the whole set of wrenches, if the columns are only some of it (round cones).
+        transform: (m, m) better conditioned coordinates in which to compute; rows scaled to equal size if None.
+        margins: compute the margin of a yes too (a convex hull: milliseconds in space).
+
+    Raises:
+        InputError: no matrix of finite numbers.
+    """
+    W = require_finite("A", real_array("A", A))
+    if W.ndim != 2 or not W.size:
+        raise InputError("input.shape", name="A", expected="(m, n)", got=W.shape, hint="")
+    m, n = W.shape
+    M = np.diag(1.0 / _row_sizes(W)) if transform is None else transform
+    scaled = _unit_columns(M @ W) if reach is None else M @ W
+    rank, null = _rank(scaled)
+    if rank < m:
+        y = M.T @ null
+        distance = distance_to_hull(W)[0]
+        reason = "grasp.too_few" if n <= m and reach is None else "grasp.flat"
+        return Closure(Verdict.NO, reason, rank, m, -distance, -distance, W, certificate=_unit(y))
+    if n <= m and reach is None:
+        return _no(W, M, rank, "grasp.too_few")
+    found = enclose(scaled, None if reach is None else _changed(reach, M))
+    if found.decided:
+        return _yes(W, M, found, reach, margins) if found.lower > 0 else _no(W, M, rank, "grasp.open", found)
+    if reach is None:
+        return _judged(W, judge(W.T.tolist() if exact is None else exact), margins)
+    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, 0.0, 0.0, W, certificate=_back(M, found))
+
+
+def _yes(W: Floats, M: Floats, found: Enclosure, reach: Support | None, margins: bool) -> Closure:
+    ball = _ball(W, reach) if margins else Ball(np.nan, np.nan, np.zeros(len(W)), 0)
+    columns = W if reach is None else np.linalg.solve(M, found.columns)
+    sizes = np.linalg.norm(M @ columns, axis=0) if reach is None else np.ones(columns.shape[1])
+    x = found.combination / np.where(sizes > 0, sizes, 1.0)
+    weakest = -ball.weakest if margins else None
+    return Closure(
+        Verdict.YES, "grasp.closed", len(W), len(W), ball.radius, ball.upper, columns, x / x.sum(), weakest=weakest
+    )
+
+
+def _ball(W: Floats, reach: Support | None) -> Ball:
+    if reach is None:
+        return finite_ball(W)
+    return inscribed_ball(W, reach)
+
+
+def _no(W: Floats, M: Floats, rank: int, reason: str, found: Enclosure | None = None) -> Closure:
+    """Strictly outside: the hull's nearest point separates; else (n <= m) a null vector or what the program gave."""
+    distance, nearest = distance_to_hull(W)
+    if found is None:
+        if distance > ROUNDING * float(np.abs(W).max()):
+            y = nearest
+        else:
+            y = np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
+    else:
+        y = _back(M, found)
+    return Closure(Verdict.NO, reason, rank, len(W), -distance, -distance, W, certificate=_unit(y))
+
+
+def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
+    """The verdict of exact arithmetic; a margin that the rounding of the input can undo stays marginal."""
+    m, size = len(W), float(np.linalg.norm(W, axis=0).max())
+    x = None if found.combination is None else np.array([float(v) for v in found.combination])
+    y = None if found.certificate is None else _unit(np.array([float(v) for v in found.certificate]))
+    if found.place is Place.INSIDE:
+        ball = finite_ball(W)
+        if ball.radius > ROUNDING * size:
+            assert x is not None
+            return Closure(
+                Verdict.YES, "grasp.closed", m, m, ball.radius, ball.upper, W, x / x.sum(),
+                weakest=-ball.weakest if margins else None, exact=found.place,
+            )  # fmt: skip
+    if found.place is Place.OUTSIDE:
+        distance = distance_to_hull(W)[0]
+        if distance > ROUNDING * size:
+            return Closure(
+                Verdict.NO, "grasp.open", m, m, -distance, -distance, W, certificate=y, exact=found.place
+            )
+    return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, 0.0, 0.0, W, certificate=y, exact=found.place)
+
+
+def conditioning(points: Sequence[Floats]) -> Floats:
+    """(m, m) wrenches about the origin to wrenches about the middle of the contacts, moments divided by their spread.
+
+    Args:
+        points: (d,) contact points.
+    """
+    where = np.array(points)
+    middle = where.mean(axis=0)
+    spread = float(np.linalg.norm(where - middle, axis=1).max()) or 1.0
+    if where.shape[1] == 2:
+        shift = np.array([[middle[1], -middle[0]]])
+    else:
+        x, y, z = middle
+        shift = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    k, d = shift.shape
+    return np.block([[np.eye(k) / spread, shift / spread], [np.zeros((d, k)), np.eye(d)]])
+
+
+def vector(values: Floats) -> str:
+    """Numbers in round brackets, dust as zero."""
+    size = float(np.abs(values).max()) or 1.0
+    return "(" + ", ".join(f"{0.0 if abs(v) < 1e-12 * size else v:.4g}" for v in values) + ")"
+
+
+def _changed(reach: Support, M: Floats) -> Support:
+    def changed(z: Floats) -> tuple[float, Floats]:
+        value, points = reach(M.T @ z)
+        return value, M @ points
+
+    return changed
+
+
+def _back(M: Floats, found: Enclosure) -> Floats:
+    return _unit(M.T @ found.certificate)
+
+
+def _rank(W: Floats) -> tuple[int, Floats]:
+    U, s, _ = np.linalg.svd(W, full_matrices=True)
+    rank = int((s > RANK * s[0]).sum()) if s[0] > 0 else 0
+    return rank, U[:, -1]
+
+
+def _unit(y: Floats) -> Floats:
+    return y / np.linalg.norm(y)
+
+
+def _row_sizes(W: Floats) -> Floats:
+    sizes = np.abs(W).max(axis=1)
+    return np.where(sizes > 0, sizes, 1.0)
+
+
+def _unit_columns(W: Floats) -> Floats:
+    sizes = np.linalg.norm(W, axis=0)
+    return W / np.where(sizes > 0, sizes, 1.0)

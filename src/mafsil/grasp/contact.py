@@ -1,0 +1,261 @@
+"""Contacts of fingers and fixtures with a rigid body: where, which normal, and what forces they can give.
+
+The normal points INTO the body: the direction in which the finger pushes. Wrenches are (m, f): in the plane
+(m, f_x, f_y), m counter-clockwise; in space (m_x, m_y, m_z, f_x, f_y, f_z), moments about the origin of the frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import atan, cos, pi
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, frozen, gate
+from mafsil.errors import InputError
+
+Model: TypeAlias = Literal["frictionless", "hard", "soft"]
+MODELS: tuple[Model, ...] = ("frictionless", "hard", "soft")
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """One point contact.
+
+    Attributes:
+        point: (d,) position in the frame of the body [m]; d = 2 or 3.
+        direction: (d,) normal as given, of any length.
+        mu: friction coefficient; 0 is frictionless.
+        gamma: torsional coefficient of a soft finger [m], in space only.
+        curvature: of the body's boundary at the contact [1/m], positive where it bulges (plane only, second order).
+        finger_curvature: of the finger [1/m]; infinite for a pointed one.
+        name: for reports.
+    """
+
+    point: Floats
+    direction: Floats
+    mu: float = 0.0
+    gamma: float = 0.0
+    curvature: float = 0.0
+    finger_curvature: float = float("inf")
+    name: str = field(default="")
+
+    def __init__(
+        self,
+        point: ArrayLike,
+        normal: ArrayLike,
+        mu: float = 0.0,
+        gamma: float = 0.0,
+        *,
+        curvature: float = 0.0,
+        finger_curvature: float = float("inf"),
+        name: str = "",
+    ) -> None:
+        size = np.size(point)
+        if size not in (2, 3):
+            raise InputError("grasp.dimension", name=name or "point", got=size)
+        r, n = (gate(what, value, (size,), finite=True) for what, value in (("point", point), ("normal", normal)))
+        if not np.linalg.norm(n) > 0.0:
+            raise InputError("grasp.zero_normal", name=name or "contact", point=_shown(r))
+        for what, value in (("mu", mu), ("gamma", gamma)):
+            if not (np.isfinite(value) and value >= 0):
+                raise InputError("grasp.negative_coefficient", name=what, value=value)
+        if gamma > 0 and size == 2:
+            raise InputError("grasp.soft_in_plane", name=name or "contact")
+        values = {
+            "point": frozen(r), "direction": frozen(n), "mu": float(mu), "gamma": float(gamma),
+            "curvature": float(curvature), "finger_curvature": float(finger_curvature), "name": name,
+        }  # fmt: skip
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        friction = f", mu={self.mu:g}" if self.mu else ""
+        soft = f", gamma={self.gamma:g}" if self.gamma else ""
+        return f"Contact({_shown(self.point)}, {_shown(self.normal)}{friction}{soft})"
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return len(self.point)
+
+    @property
+    def model(self) -> Model:
+        """`frictionless`, `hard` (with friction) or `soft` (with friction and torsion)."""
+        return "soft" if self.gamma > 0 else "hard" if self.mu > 0 else "frictionless"
+
+    @cached_property
+    def normal(self) -> Floats:
+        """(d,) unit normal into the body."""
+        longest = np.abs(self.direction).max()
+        n = self.direction / longest
+        return frozen(n / np.linalg.norm(n))
+
+    @property
+    def alpha(self) -> float:
+        """Friction angle [rad]."""
+        return atan(self.mu)
+
+    @cached_property
+    def tangents(self) -> Floats:
+        """(d - 1, d) unit vectors: the normal turned by +90 degrees, or two that complete a right-handed frame."""
+        n = self.normal
+        if self.dimension == 2:
+            return frozen([[-n[1], n[0]]])
+        helper = np.eye(3)[np.argmin(np.abs(n))]
+        a = np.cross(helper, n)
+        a /= np.linalg.norm(a)
+        return frozen([a, np.cross(n, a)])
+
+    @cached_property
+    def frame(self) -> PoseMatrix:
+        """(4, 4) pose of the contact frame in the body frame (space): z along the inward normal, x and y tangents."""
+        if self.dimension != 3:
+            raise InputError("grasp.needs_space", what="frame")
+        T = np.eye(4)
+        T[:3, :3] = np.column_stack([*self.tangents, self.normal])
+        T[:3, 3] = self.point
+        return frozen(T)
+
+    @cached_property
+    def basis(self) -> Floats:
+        """(m, k) wrench of a unit of each component: push, one or two tangential forces, torsion about the normal."""
+        forces = [self.normal] if self.model == "frictionless" else [self.normal, *self.tangents]
+        columns = [force_wrench(self.point, f) for f in forces]
+        if self.model == "soft":
+            columns.append(np.concatenate([self.normal, np.zeros(3)]))
+        return frozen(np.column_stack(columns))
+
+    def edges(self, facets: int = 16, *, outer: bool = False, unit: bool = False) -> Floats:
+        """Edges of the cone in components of `basis`: every force of the (polyhedral) cone is their sum, none negative.
+
+        e_k = n + mu (cos(2 pi k/K) a + sin(2 pi k/K) b); outer: mu/cos(pi/K)
+
+        Args:
+            facets: K in space; the plane's cone has exactly two edges.
+            outer: circumscribe the circular cone instead of inscribing.
+            unit: edges of length 1 instead of a push of 1.
+
+        Returns:
+            (edges, components of basis).
+        """
+        if self.model == "frictionless":
+            return np.ones((1, 1))
+        if self.dimension == 2:
+            rays = np.array([[1.0, -self.mu], [1.0, self.mu]])
+        else:
+            rays = self._facet_rays(facets, outer)
+        if unit:
+            rays = rays / np.hypot(1.0, self.mu / (cos(pi / facets) if outer and self.dimension == 3 else 1.0))
+        if self.model != "soft":
+            return rays
+        twist = self.gamma * rays[:, :1]
+        return np.vstack([np.hstack([rays, twist]), np.hstack([rays, -twist])])
+
+    def _facet_rays(self, facets: int, outer: bool) -> Floats:
+        if facets < 3:
+            raise InputError("grasp.few_facets", got=facets)
+        if self.mu == 0:
+            return np.array([[1.0, 0.0, 0.0]])
+        angles = 2 * pi * np.arange(facets) / facets
+        mu = self.mu / cos(pi / facets) if outer else self.mu
+        return np.column_stack([np.ones(facets), mu * np.cos(angles), mu * np.sin(angles)])
+
+    def wrenches(self, facets: int = 16, *, outer: bool = False, unit: bool = False) -> Floats:
+        """(m, edges) the columns of the grasp matrix that belong to this contact; arguments as `edges`."""
+        return self.basis @ self.edges(facets, outer=outer, unit=unit).T
+
+    def margin(self, components: Floats) -> float:
+        """How far contact forces in components of `basis` are inside the true cone [N]; negative outside."""
+        push = float(components[0])
+        if self.model == "frictionless":
+            return push
+        sideways = self.mu * push - float(np.linalg.norm(components[1 : self.dimension]))
+        return sideways if self.model != "soft" else min(sideways, self.gamma * push - abs(float(components[3])))
+
+    def moved(self, T: ArrayLike) -> Contact:
+        """The same contact in another frame.
+
+        Args:
+            T: (d + 1, d + 1) pose of the old frame in the new one.
+        """
+        pose, d = np.asarray(T, float), self.dimension
+        return Contact(
+            pose[:d, :d] @ self.point + pose[:d, d],
+            pose[:d, :d] @ self.direction,
+            self.mu,
+            self.gamma,
+            curvature=self.curvature,
+            finger_curvature=self.finger_curvature,
+            name=self.name,
+        )
+
+
+def force_wrench(point: ArrayLike, force: ArrayLike) -> Floats:
+    """Wrench (m, f) of a force at a point about the origin; (3,) in the plane, (6,) in space.
+
+    Args:
+        point: (d,) point of attack [m].
+        force: (d,) force [N].
+    """
+    r, f = np.asarray(point, float), np.asarray(force, float)
+    if len(r) == 2:
+        return np.array([r[0] * f[1] - r[1] * f[0], *f])
+    return np.concatenate([np.cross(r, f), f])
+
+
+def line_contact(start: ArrayLike, end: ArrayLike, normal: ArrayLike, mu: float = 0.0, name: str = "") -> list[Contact]:
+    """A straight line contact as its two end points: the same wrenches, because pressure along it is a mean of them.
+
+    Args:
+        start, end: (d,) ends [m].
+        normal: (d,) into the body.
+        mu: friction coefficient.
+        name: for reports.
+    """
+    return patch_contact([start, end], normal, mu, name)
+
+
+def patch_contact(corners: Sequence[ArrayLike], normal: ArrayLike, mu: float = 0.0, name: str = "") -> list[Contact]:
+    """A flat patch as the corners of its outline.
+
+    Args:
+        corners: at least one point (d,) [m], all in one plane normal to `normal`.
+        normal: (d,) into the body.
+        mu: friction coefficient.
+        name: for reports.
+
+    Raises:
+        InputError: no corner, or corners that do not lie in one plane normal to `normal`.
+    """
+    if not corners:
+        raise InputError("grasp.no_contacts")
+    contacts = [Contact(p, normal, mu, name=f"{name or 'patch'}.{k}") for k, p in enumerate(corners)]
+    points = np.array([c.point for c in contacts])
+    heights = (points - points[0]) @ contacts[0].normal
+    size = float(np.abs(points - points[0]).max())
+    if np.abs(heights).max() > 1e-9 * max(size, 1e-300):
+        raise InputError("grasp.patch_not_flat", index=int(np.argmax(np.abs(heights))), off=float(np.abs(heights).max()))
+    return contacts
+
+
+def corner_contact(
+    point: ArrayLike, normals: Sequence[ArrayLike], mu: float = 0.0, name: str = ""
+) -> list[Contact]:
+    """A finger in a concave corner: one contact for each face that meets there.
+
+    Args:
+        point: (d,) the corner [m].
+        normals: of the faces, into the body.
+        mu: friction coefficient.
+        name: for reports.
+    """
+    return [Contact(point, n, mu, name=f"{name or 'corner'}.{k}") for k, n in enumerate(normals)]
+
+
+def _shown(vector: Floats) -> str:
+    return "(" + ", ".join(f"{x:.6g}" for x in vector) + ")"

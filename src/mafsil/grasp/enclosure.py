@@ -1,0 +1,96 @@
+"""Is the origin strictly inside a convex set of wrenches? One linear program; for round cones a few.
+
+From a point c inside the hull of the columns, how far beyond the origin does the hull reach?
+
+  max lambda  with  W x = -lambda c,  sum x = 1,  x >= 0
+
+lambda > 0 proves closure by finitely many wrenches. The multipliers z (c . z = -1) bound lambda from above by the
+support function h(z) of the whole set: h(z) < 0 proves that there is none, and y = -z is the certificate. Where the
+bounds disagree, the support points along z are the next columns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import MafsilError
+from mafsil.grasp.ball import Support
+from mafsil.solvers.linear_program import minimise
+
+UNSURE = 1e-7
+"""|lambda| below it is not decided here: HiGHS's own tolerance."""
+ROUNDS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """What the programs proved.
+
+    Attributes:
+        lower, upper: bounds of lambda.
+        columns: (m, n) wrenches used.
+        combination: (n,) x > 0 with columns x = 0, if lower > 0; else the last x >= 0.
+        certificate: (m,) y with y . w >= -upper for every wrench w of unit push.
+        rounds: linear programs solved.
+    """
+
+    lower: float
+    upper: float
+    columns: Floats
+    combination: Floats
+    certificate: Floats
+    rounds: int
+
+    @property
+    def decided(self) -> bool:
+        """Whether the sign of lambda is certain."""
+        return self.lower > UNSURE or self.upper < -UNSURE
+
+
+def enclose(W: Floats, reach: Support | None = None) -> Enclosure:
+    """Bounds of lambda that decide its sign, or place it within UNSURE of zero.
+
+    Args:
+        W: (m, n) columns of rank m, of comparable size.
+        reach: support function of the whole set; the columns are the whole set if None.
+
+    Raises:
+        MafsilError: the bounds did not meet.
+    """
+    weights = np.random.default_rng(1986).uniform(0.5, 1.5, W.shape[1])
+    weights /= weights.sum()
+    c = W @ weights
+    grown = W
+    for rounds in range(1, ROUNDS + 1):
+        x, lower, z = _shoot(grown, c)
+        if reach is None:
+            upper, fresh = lower, grown[:, :0]
+        else:
+            upper, fresh = reach(z)
+        found = Enclosure(lower, upper, grown, x, -z, rounds)
+        if found.decided or upper - lower <= UNSURE:
+            return _strict(found, weights)
+        grown = np.hstack([grown, fresh])
+    raise MafsilError("solvers.budget_spent", iterations=ROUNDS, residual=upper - lower)
+
+
+def _shoot(W: Floats, c: Floats) -> tuple[Floats, float, Floats]:
+    """x, lambda and the multipliers z of one program."""
+    m, n = W.shape
+    A = np.vstack([np.column_stack([W, c]), np.append(np.ones(n), 0.0)])
+    b = np.append(np.zeros(m), 1.0)
+    best = minimise(np.append(np.zeros(n), -1.0), A, b, free=1)
+    assert best is not None, "x = the weights of c and lambda = -1 is a solution"
+    return best.x[:n], float(best.x[n]), best.equality[:m]
+
+
+def _strict(found: Enclosure, weights: Floats) -> Enclosure:
+    """W x = -lambda W w, so x + lambda w is positive and combines to zero."""
+    x = found.combination.copy()
+    if found.lower > 0:
+        x[: len(weights)] += found.lower * weights
+        x[len(weights) :] = np.maximum(x[len(weights) :], 0.0)
+    return Enclosure(found.lower, found.upper, found.columns, x / x.sum(), found.certificate, found.rounds)

@@ -1,0 +1,241 @@
+"""Contact forces against one load: the smallest squeeze, within the pushes and joint torques that a hand can give.
+
+  min sum of pushes  with  G f = -wrench,  f in the true cones,  f_n <= push,  |J' f| <= torque
+
+Round cones are second-order constraints. They are met by columns that grow: the multipliers of one linear program
+price all forces of a cone in closed form, the best ones are the next columns, and the prices bound the optimum from
+below, so that every answer knows its own gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+from mafsil.grasp.cone import furthest
+from mafsil.grasp.contact import Contact
+from mafsil.messages import say
+from mafsil.solvers.linear_program import minimise
+
+GAP = 1e-9
+ROUNDS = 60
+
+
+class HoldStatus(Enum):
+    """Whether the load is held; the values are keys of sentences."""
+
+    HOLDS = "grasp.holds"
+    DROPS = "grasp.drops"
+
+    def sentence(self, language: str | None = None, **facts: object) -> str:
+        """The status in words."""
+        return say(self.value, language=language, **facts)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactForces:
+    """Forces that hold a load, or the proof that none do.
+
+    Attributes:
+        status: holds or drops.
+        components: for each contact the components of its basis: push, tangential forces, torsion.
+        forces: (contacts, d) forces on the body [N]; zero if it drops.
+        total_push: sum of the normal forces [N].
+        lower: no forces with a smaller sum exist.
+        margins: (contacts,) distance of each force from the edge of its cone [N].
+        torques: (joints,) of the hand that give the forces [N m], or None.
+        residual: |G f + wrench| recomputed.
+        certificate: (m,) y with y . w >= 0 for every wrench that the contacts can give and y . (-wrench) < 0, or None
+            where limits of the hand (not the cones) are what fails.
+        shortfall: least part of the wrench that is left over if it drops.
+    """
+
+    status: HoldStatus
+    components: tuple[Floats, ...]
+    forces: Floats
+    total_push: float
+    lower: float
+    margins: Floats
+    torques: Floats | None
+    residual: float
+    certificate: Floats | None
+    shortfall: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the load is held."""
+        return self.status is HoldStatus.HOLDS
+
+    def explain(self, language: str | None = None) -> str:
+        """The answer in one sentence."""
+        return self.status.sentence(language, push=self.total_push, shortfall=self.shortfall)
+
+
+def resist(
+    contacts: Sequence[Contact],
+    wrench: ArrayLike,
+    *,
+    push: float | ArrayLike | None = None,
+    jacobian: ArrayLike | None = None,
+    torque: ArrayLike | None = None,
+) -> ContactForces:
+    """Smallest contact forces that balance an external wrench.
+
+    Args:
+        contacts: of the grasp.
+        wrench: (m,) external (m, f) on the body [N m, N].
+        push: greatest normal force of each contact [N], one number or (contacts,); unlimited if None.
+        jacobian: (joints, contacts d) map from contact forces on the body (in its frame) to the joint torques that
+            give them: the transposed Jacobian of the hand. None for no hand.
+        torque: (joints,) greatest absolute torques [N m], with `jacobian`.
+
+    Raises:
+        InputError: shapes do not fit, or a jacobian without torques.
+    """
+    program = _Program(contacts, wrench, push, jacobian, torque)
+    nearest = program.solve(elastic=True)
+    if nearest.value > 1e-8 * max(float(np.abs(program.b).max()), 1e-300):
+        return program.refusal(nearest)
+    return program.answer(program.solve(elastic=False, start=nearest.columns))
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    value: float
+    lower: float
+    x: Floats
+    columns: list[tuple[int, Floats]]
+    prices: Floats
+    limit_prices: Floats
+
+
+class _Program:
+    """Columns (contact, force of unit push), grown until no force of any cone improves the optimum."""
+
+    def __init__(self, contacts: Sequence[Contact], wrench: ArrayLike, push: Any, jacobian: Any, torque: Any) -> None:
+        self.contacts = contacts
+        self.m = len(contacts[0].basis)
+        self.b = -gate("wrench", wrench, (self.m,), finite=True)
+        d = contacts[0].dimension
+        self.to_force = [_force_map(c) for c in contacts]
+        bounds: list[float] = []
+        if push is not None:
+            each = np.broadcast_to(gate("push", push, (), finite=True), (len(contacts),))
+            bounds.extend(float(v) for v in each)
+        self.pushes = len(bounds)
+        self.J: Floats | None = None
+        if jacobian is not None or torque is not None:
+            if jacobian is None or torque is None:
+                raise InputError("grasp.hand_incomplete")
+            most = np.atleast_1d(gate("torque", torque, (), finite=True))
+            self.J = gate("jacobian", jacobian, (len(most), len(contacts) * d), finite=True)
+            bounds.extend([*most, *most])
+        self.h = np.array(bounds)
+        self.maps = [self._limit_map(i, d) for i in range(len(contacts))]
+
+    def _limit_map(self, i: int, d: int) -> Floats:
+        """(limits, k) components of contact i to what the limits bound."""
+        k = self.contacts[i].basis.shape[1]
+        rows = np.zeros((self.pushes, k))
+        if self.pushes:
+            rows[i, 0] = 1.0
+        if self.J is None:
+            return rows
+        effort = self.J[:, i * d : (i + 1) * d] @ self.to_force[i]
+        return np.vstack([rows, effort, -effort])
+
+    def solve(self, *, elastic: bool, start: list[tuple[int, Floats]] | None = None) -> _Solved:
+        """The least total push, or (elastic) the least sum of what is left of the wrench."""
+        columns = start or [(i, e) for i, c in enumerate(self.contacts) for e in c.edges(8)]
+        best_lower = -np.inf
+        for _ in range(ROUNDS):
+            found = self._program(columns, elastic)
+            fresh, worst = self._price(found, elastic)
+            bound = found.value if not fresh else self._lower(found, elastic, worst)
+            best_lower = max(best_lower, bound)
+            solved = _Solved(found.value, best_lower, found.x, columns, found.prices, found.limit_prices)
+            if not fresh or found.value - best_lower <= GAP * max(1e-12, abs(found.value)):
+                return solved
+            columns = columns + fresh
+        return solved
+
+    def _program(self, columns: list[tuple[int, Floats]], elastic: bool) -> _Solved:
+        W = np.column_stack([self.contacts[i].basis @ e for i, e in columns])
+        G = np.column_stack([self.maps[i] @ e for i, e in columns]) if len(self.h) else None
+        costs = np.zeros(len(columns)) if elastic else np.ones(len(columns))
+        if elastic:
+            W = np.hstack([W, np.eye(self.m), -np.eye(self.m)])
+            costs = np.append(costs, np.ones(2 * self.m))
+            G = None if G is None else np.hstack([G, np.zeros((len(self.h), 2 * self.m))])
+        best = minimise(costs, W, self.b, G, self.h if G is not None else None)
+        assert best is not None, "the first program has slack, the second starts from its columns"
+        limits = best.inequality if len(self.h) else np.zeros(0)
+        return _Solved(best.value, -np.inf, best.x[: len(columns)], columns, best.equality, limits)
+
+    def _price(self, found: _Solved, elastic: bool) -> tuple[list[tuple[int, Floats]], float]:
+        """Forces whose reduced cost is negative, and the greatest price of any."""
+        cost = 0.0 if elastic else 1.0
+        fresh: list[tuple[int, Floats]] = []
+        worst = cost
+        for i, contact in enumerate(self.contacts):
+            g = contact.basis.T @ found.prices + self.maps[i].T @ found.limit_prices
+            e = furthest(contact, g)
+            price = float(g @ e)
+            worst = max(worst, price)
+            if price > cost + 1e-10:
+                fresh.append((i, e))
+        return fresh, worst
+
+    def _lower(self, found: _Solved, elastic: bool, worst: float) -> float:
+        """Prices scaled down until no force is too cheap are feasible for the dual: a lower bound."""
+        if elastic or worst <= 0:
+            return -np.inf
+        return float(found.prices @ self.b + (found.limit_prices @ self.h if len(self.h) else 0.0)) / worst
+
+    def answer(self, solved: _Solved) -> ContactForces:
+        components = [np.zeros(c.basis.shape[1]) for c in self.contacts]
+        for x, (i, e) in zip(solved.x, solved.columns, strict=True):
+            components[i] = components[i] + x * e
+        forces = np.array([T @ f for T, f in zip(self.to_force, components, strict=True)])
+        reached = np.sum([c.basis @ f for c, f in zip(self.contacts, components, strict=True)], axis=0)
+        return ContactForces(
+            HoldStatus.HOLDS,
+            tuple(components),
+            forces,
+            float(sum(f[0] for f in components)),
+            solved.lower,
+            np.array([c.margin(f) for c, f in zip(self.contacts, components, strict=True)]),
+            None if self.J is None else self.J @ forces.ravel(),
+            float(np.linalg.norm(reached - self.b)),
+            None,
+            0.0,
+        )
+
+    def refusal(self, nearest: _Solved) -> ContactForces:
+        d = self.contacts[0].dimension
+        by_limits = bool(len(self.h)) and bool(np.abs(nearest.limit_prices).max() > 1e-10)
+        return ContactForces(
+            HoldStatus.DROPS,
+            tuple(np.zeros(c.basis.shape[1]) for c in self.contacts),
+            np.zeros((len(self.contacts), d)),
+            np.inf,
+            np.inf,
+            np.zeros(len(self.contacts)),
+            None,
+            float(np.linalg.norm(self.b)),
+            None if by_limits else -nearest.prices,
+            nearest.value,
+        )
+
+
+def _force_map(contact: Contact) -> Floats:
+    """(d, k) components of a contact's basis to its force."""
+    d = contact.dimension
+    return contact.basis[-d:]

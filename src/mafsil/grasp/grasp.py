@@ -1,0 +1,304 @@
+"""A grasp: a body's frame and the contacts on it, with every question one can ask of its statics."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError
+from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
+from mafsil.grasp.closure import Closure, closure, conditioning, vector
+from mafsil.grasp.cone import has_round_cones, support
+from mafsil.grasp.contact import Contact
+from mafsil.grasp.forces import ContactForces, resist
+from mafsil.grasp.motion import ContactMotion, FreeMotions, Wiggle, contact_motion, free_motions, wiggle
+from mafsil.messages import say
+from mafsil.solvers.rational import exact
+
+START = 6
+"""Edges of a round cone with which the search for a proof begins."""
+
+
+class Grasp:
+    """Contacts on one rigid body.
+
+    Everything rests on rigid bodies: contacts do not give way. Wrenches are (m, f) about the origin of the frame in
+    which the points are written; where a number depends on the origin or on the unit of length, both can be chosen.
+
+    Attributes:
+        contacts: in order.
+        name: for reports.
+    """
+
+    def __init__(self, contacts: Sequence[Contact | Sequence[Contact]], name: str = "") -> None:
+        """Gather contacts; a list inside the list (line, patch, corner) counts as its members.
+
+        Args:
+            contacts: all in the plane or all in space.
+            name: for reports.
+
+        Raises:
+            InputError: none, or of mixed dimension.
+        """
+        flat: list[Contact] = []
+        for item in contacts:
+            flat.extend([item] if isinstance(item, Contact) else item)
+        if not flat:
+            raise InputError("grasp.no_contacts")
+        for index, contact in enumerate(flat):
+            if contact.dimension != flat[0].dimension:
+                raise InputError(
+                    "grasp.mixed_dimensions", index=index, got=contact.dimension, expected=flat[0].dimension
+                )
+        self.contacts = tuple(flat)
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"Grasp({self.name + ': ' if self.name else ''}{', '.join(map(repr, self.contacts))})"
+
+    def __len__(self) -> int:
+        return len(self.contacts)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.contacts[0].dimension
+
+    @property
+    def rows(self) -> int:
+        """m: 3 in the plane, 6 in space."""
+        return 3 * (self.dimension - 1)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether no contact has friction."""
+        return all(contact.model == "frictionless" for contact in self.contacts)
+
+    def matrix(self, facets: int = 16, *, outer: bool = False, unit: bool = False, order: str = "mf") -> Floats:
+        """The grasp matrix A: one column for each cone edge, A x = -(m_ext, f_ext), x >= 0.
+
+        Args:
+            facets: edges of a cone in space; a plane cone has two.
+            outer: circumscribe round cones instead of inscribing.
+            unit: edges of length 1 instead of unit push.
+            order: rows `mf`, or `fm` as many texts on grasping write them.
+
+        Returns:
+            (m, n).
+        """
+        A = np.hstack([c.wrenches(facets, outer=outer, unit=unit) for c in self.contacts])
+        return A if order == "mf" else np.vstack([A[self.rows - self.dimension :], A[: self.rows - self.dimension]])
+
+    @cached_property
+    def normals_matrix(self) -> Floats:
+        """(m, contacts) wrenches of unit pushes without friction: the matrix of form closure."""
+        return np.column_stack([c.basis[:, 0] for c in self.contacts])
+
+    @cached_property
+    def map(self) -> Floats:
+        """(m, sum k_i) contact force components (`Contact.basis`) to wrench."""
+        return np.hstack([c.basis for c in self.contacts])
+
+    def resultant(self, forces: ArrayLike) -> Floats:
+        """Wrench (m, f) of forces at the contacts.
+
+        Args:
+            forces: (contacts, d) in the frame of the body [N].
+        """
+        from mafsil.grasp.contact import force_wrench
+
+        given = gate("forces", forces, (len(self), self.dimension), finite=True)
+        return np.sum([force_wrench(c.point, f) for c, f in zip(self.contacts, given, strict=True)], axis=0)
+
+    def moved(self, T: ArrayLike) -> Grasp:
+        """The same grasp in another frame.
+
+        Args:
+            T: (d + 1, d + 1) pose of the old frame in the new one.
+        """
+        return Grasp([contact.moved(T) for contact in self.contacts], self.name)
+
+    def with_friction(self, mu: float) -> Grasp:
+        """The same contacts with another friction coefficient.
+
+        Args:
+            mu: for all.
+        """
+        return Grasp([Contact(c.point, c.direction, mu, c.gamma, name=c.name) for c in self.contacts], self.name)
+
+    def closure(self, facets: int | None = None, *, outer: bool = False, margins: bool = True) -> Closure:
+        """Force closure with its proof; round cones as they are, unless polyhedral ones are asked for.
+
+        Args:
+            facets: edges of polyhedral cones; None for the true cones.
+            outer: circumscribed polyhedral cones.
+            margins: compute the margin of a yes too.
+        """
+        M = conditioning([c.point for c in self.contacts])
+        if facets is None and has_round_cones(self.contacts):
+            reach = support(self.contacts, np.eye(self.rows))
+            return closure(self.matrix(START), reach=reach, transform=M, margins=margins)
+        A = self.matrix(facets or 16, outer=outer)
+        return closure(A, exact=self._exact_columns(), transform=M, margins=margins)
+
+    def bracket(self, facets: int = 16) -> tuple[Closure, Closure]:
+        """Verdicts with inscribed and circumscribed cones: a yes of the first and a no of the second are certain.
+
+        Args:
+            facets: edges of each cone.
+        """
+        return self.closure(facets), self.closure(facets, outer=True)
+
+    def form_closure(self) -> Closure:
+        """Are all motions impossible whatever the forces (first order, friction ignored)?"""
+        return self.with_friction(0.0).frictionless_part().closure()
+
+    def frictionless_part(self) -> Grasp:
+        """Normals alone."""
+        return Grasp([Contact(c.point, c.direction, name=c.name) for c in self.contacts], self.name)
+
+    def free_motions(self) -> FreeMotions:
+        """Twists that the normals allow."""
+        return free_motions(self.normals_matrix)
+
+    def contact_motions(self, twist: ArrayLike) -> tuple[ContactMotion, ...]:
+        """What a twist (omega, v) of the body does at each contact.
+
+        Args:
+            twist: (m,).
+        """
+        y = gate("twist", twist, (self.rows,), finite=True)
+        return tuple(contact_motion(y, c.point, c.normal) for c in self.contacts)
+
+    def wiggle(self, clearance: float) -> Wiggle:
+        """How far the body moves if every finger stands off a little.
+
+        Args:
+            clearance: [m].
+        """
+        return wiggle(self.normals_matrix, clearance)
+
+    def resist(self, wrench: ArrayLike, **limits: Any) -> ContactForces:
+        """Smallest contact forces that hold the body under one external wrench; limits as in `forces.resist`.
+
+        Args:
+            wrench: (m,) external (m, f) on the body [N m, N].
+            limits: `push`, `jacobian`, `torque`.
+        """
+        return resist(self.contacts, wrench, **limits)
+
+    def quality(self, length: float = 1.0, *, about: ArrayLike | None = None, together: bool = False) -> Ball:
+        """Radius of the largest ball of external wrenches that unit pushes resist (Ferrari and Canny).
+
+        Args:
+            length: moments are divided by it [m]; the radius depends on it.
+            about: (d,) point about which moments are taken [m]; the origin if None. The radius depends on it.
+            together: every contact pushes up to 1 (L-infinity) instead of 1 in total (L1).
+        """
+        M = self._measure(length, about)
+        if not self.closure(margins=False):
+            return Ball(0.0, 0.0, np.zeros(self.rows), 0)
+        W = M @ self.matrix(START)
+        if together or has_round_cones(self.contacts):
+            return inscribed_ball(W, support(self.contacts, M, together=together))
+        return finite_ball(W)
+
+    def volume(self, length: float = 1.0, facets: int = 16) -> float:
+        """Volume of the hull of the wrenches of unit push; independent of the origin.
+
+        Args:
+            length: moments are divided by it [m].
+            facets: edges of each cone.
+        """
+        return hull_volume(self._measure(length, None) @ self.matrix(facets))
+
+    def _measure(self, length: float, about: ArrayLike | None) -> Floats:
+        if not (np.isfinite(length) and length > 0):
+            raise InputError("grasp.length", value=length)
+        origin = np.zeros(self.dimension) if about is None else gate("about", about, (self.dimension,), finite=True)
+        M = conditioning([origin])
+        k = self.rows - self.dimension
+        M[:k] /= length
+        return M
+
+    def _exact_columns(self) -> list[list[Any]] | None:
+        """Columns up to positive factors, exactly as the contacts were typed; None where cones have irrational edges."""
+        if self.dimension == 3:
+            if not self.frictionless:
+                return None
+            triples = [([exact(v) for v in c.point.tolist()], [exact(v) for v in c.direction.tolist()]) for c in self.contacts]
+            return [
+                [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx, fx, fy, fz] for (x, y, z), (fx, fy, fz) in triples
+            ]
+        columns: list[list[Any]] = []
+        for c in self.contacts:
+            x, y = (exact(v) for v in c.point.tolist())
+            nx, ny = (exact(v) for v in c.direction.tolist())
+            mu = exact(c.mu)
+            for sign in (-1, 1) if c.mu else (0,):
+                fx, fy = nx - sign * mu * ny, ny + sign * mu * nx
+                columns.append([x * fy - y * fx, fx, fy])
+        return columns
+
+    def explain(self, language: str | None = None) -> list[str]:
+        """The verdicts, sentence by sentence."""
+        force, form = self.closure(), self.form_closure()
+        lines = [force.explain(language)]
+        lines.append(say("grasp.form_yes" if form else "grasp.form_no", language=language))
+        free = self.free_motions()
+        lines += [say("grasp.free_both_ways", language=language, twist=vector(y)) for y in free.reversible]
+        lines += [say("grasp.free_one_way", language=language, twist=vector(y)) for y in free.rays]
+        lines.append(say("grasp.rigid", language=language))
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as `from_dict` reads it."""
+        return {"name": self.name, "contact": [contact_data(c) for c in self.contacts]}
+
+    def to_json(self) -> str:
+        """The grasp as JSON text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, indent=1)
+
+    @staticmethod
+    def from_dict(data: dict[str, Any]) -> Grasp:
+        """A grasp from plain data.
+
+        Args:
+            data: as `to_dict` gives, or as in a sketch file.
+        """
+        from mafsil.grasp.sketch import parse
+
+        return parse(data, source="data").grasp
+
+
+def contact_data(contact: Contact) -> dict[str, Any]:
+    """One contact as plain data.
+
+    Args:
+        contact: what to write.
+    """
+    data: dict[str, Any] = {"point": contact.point.tolist(), "normal": contact.direction.tolist()}
+    for key in ("mu", "gamma", "curvature"):
+        if getattr(contact, key):
+            data[key] = getattr(contact, key)
+    if np.isfinite(contact.finger_curvature):
+        data["finger_curvature"] = contact.finger_curvature
+    return data | ({"name": contact.name} if contact.name else {})
+
+
+def compare(grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | None = None) -> list[tuple[Grasp, Ball]]:
+    """Grasps of one body, the most robust first, each with its ball and weakest wrench.
+
+    Args:
+        grasps: written in one frame.
+        length: moments are divided by it [m].
+        about: (d,) point of the moments; the origin if None.
+    """
+    rated = [(grasp, grasp.quality(length, about=about)) for grasp in grasps]
+    return sorted(rated, key=lambda pair: -pair[1].radius)

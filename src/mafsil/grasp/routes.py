@@ -1,0 +1,140 @@
+"""The four classic tests of force closure, each on its own, so that they can be held against each other.
+
+All ask the same: is the origin strictly inside the convex hull of the columns of A (m, n)?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.grasp.ball import finite_ball
+from mafsil.grasp.elimination import Reduction, eliminate
+from mafsil.solvers.linear_program import minimise
+
+SMALL = 1e-9
+"""Optima below it count as zero, after the rows and columns were scaled."""
+
+
+@dataclass(frozen=True, eq=False)
+class RouteAnswer:
+    """What one test says.
+
+    Attributes:
+        closed: its verdict.
+        value: the number whose sign decides: t*, radius, mu*, or the largest sum of A' y.
+        evidence: x, y or omega that goes with it, or None.
+        reduction: the elimination, if the test makes one.
+    """
+
+    closed: bool
+    value: float
+    evidence: Floats | None = field(default=None)
+    reduction: Reduction | None = field(default=None)
+
+
+def positive_span(A: Floats) -> RouteAnswer:
+    """Largest t with A x = 0, sum x = 1, x >= t: closed iff t > 0 and rank A = m.
+
+    Args:
+        A: (m, n).
+    """
+    m, n = A.shape
+    scaled = _scaled(A)
+    equal = np.vstack([np.column_stack([scaled, scaled.sum(axis=1)]), np.append(np.ones(n), n)])
+    best = minimise(np.append(np.zeros(n), -1.0), equal, np.append(np.zeros(m), 1.0), free=1)
+    if best is None:
+        return RouteAnswer(False, -np.inf)
+    t = float(best.x[n])
+    return RouteAnswer(t > SMALL and np.linalg.matrix_rank(scaled) == m, t, best.x[:n] + t)
+
+
+def hull_and_ball(A: Floats) -> RouteAnswer:
+    """Radius of the largest origin-centred ball in the hull of the columns: closed iff positive.
+
+    Args:
+        A: (m, n).
+    """
+    if np.linalg.matrix_rank(_scaled(A)) < len(A):
+        return RouteAnswer(False, 0.0)
+    ball = finite_ball(A)
+    return RouteAnswer(ball.radius > SMALL * float(np.abs(A).max()), ball.radius, ball.weakest)
+
+
+def reduction_and_program(A: Floats, *, box: bool = False) -> RouteAnswer:
+    """Gauss-Jordan to [I S]; then min mu with S omega <= mu 1, omega >= 0: closed iff mu* < 0.
+
+    Without a bound on omega the program is unbounded exactly when the answer is yes, so sum omega = 1, or (box)
+    0 <= omega <= 1. With n = m + 1 it says: every entry of the one column S is negative.
+
+    Args:
+        A: (m, n).
+        box: the other normalisation.
+    """
+    m, n = A.shape
+    reduced = eliminate(A)
+    if reduced.rank < m or n == m:
+        return RouteAnswer(False, np.inf, None, reduced)
+    S = reduced.S
+    k = n - m
+    cost = np.append(np.zeros(k), 1.0)
+    if box:
+        G = np.vstack([np.column_stack([S, -np.ones(m)]), np.eye(k, k + 1)])
+        best = minimise(cost, None, None, G, np.append(np.zeros(m), np.ones(k)), free=1)
+    else:
+        G = np.column_stack([S, -np.ones(m)])
+        best = minimise(cost, np.append(np.ones(k), 0.0)[None], np.ones(1), G, np.zeros(m), free=1)
+    assert best is not None, "any omega has its mu"
+    return RouteAnswer(best.value < -SMALL * max(1.0, float(np.abs(S).max())), best.value, best.x[:k], reduced)
+
+
+def dual(A: Floats) -> RouteAnswer:
+    """Largest sum of A' y with A' y >= 0, |y| <= 1: closed iff 0 and rank A = m; else y is the certificate.
+
+    Args:
+        A: (m, n).
+    """
+    m, n = A.shape
+    scaled = _scaled(A)
+    rows = np.hstack([-scaled.T, scaled.T])
+    limits = np.eye(2 * m)
+    best = minimise(
+        -np.concatenate([scaled.sum(axis=1), -scaled.sum(axis=1)]),
+        None, None, np.vstack([rows, limits]), np.append(np.zeros(n), np.ones(2 * m)),
+    )  # fmt: skip
+    assert best is not None, "y = 0 is a solution"
+    y = best.x[:m] - best.x[m:]
+    if np.linalg.matrix_rank(scaled) < m:
+        return RouteAnswer(False, 0.0, np.linalg.svd(scaled)[0][:, -1] / _row_sizes(A))
+    return RouteAnswer(-best.value <= SMALL, -best.value, y / _row_sizes(A))
+
+
+ROUTES: Mapping[str, Callable[[Floats], RouteAnswer]] = {
+    "positive_span": positive_span,
+    "hull_and_ball": hull_and_ball,
+    "reduction": reduction_and_program,
+    "dual": dual,
+}
+
+
+def all_routes(A: Floats) -> dict[str, RouteAnswer]:
+    """Every test on the same columns.
+
+    Args:
+        A: (m, n).
+    """
+    return {name: route(A) for name, route in ROUTES.items()}
+
+
+def _row_sizes(A: Floats) -> Floats:
+    sizes = np.abs(A).max(axis=1, keepdims=False)
+    return np.where(sizes > 0, sizes, 1.0)
+
+
+def _scaled(A: Floats) -> Floats:
+    rows = A / _row_sizes(A)[:, None]
+    sizes = np.linalg.norm(rows, axis=0)
+    return rows / np.where(sizes > 0, sizes, 1.0)

@@ -1,0 +1,138 @@
+"""Grasps in files: TOML or JSON, contacts one by one, with the outline of a plane body and a load if wanted.
+
+[[contact]]  point = [-1, 0]  normal = [1, 0]  mu = 0.5
+[load]       moment = 0.0     force = [0, -9.81]
+[body]       outline = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats, gate
+from mafsil.errors import FileError, InputError
+from mafsil.grasp.contact import Contact
+from mafsil.grasp.grasp import Grasp
+
+LARGEST_FILE = 1_000_000
+ON_SURFACE = 1e-6
+"""Contacts further than this share of the body's size from its outline are off it."""
+_KEYS = {"name", "contact", "load", "body"}
+_CONTACT_KEYS = {"point", "normal", "mu", "gamma", "curvature", "finger_curvature", "name"}
+
+
+@dataclass(frozen=True, eq=False)
+class Sketch:
+    """What a file says.
+
+    Attributes:
+        grasp: the contacts.
+        load: (m,) external wrench (m, f) on the body, or None.
+        outline: (k, 2) corners of a plane body [m], or None.
+    """
+
+    grasp: Grasp
+    load: Floats | None
+    outline: Floats | None
+
+
+def read(path: Path) -> Sketch:
+    """The sketch in a file.
+
+    Args:
+        path: .toml or .json.
+
+    Raises:
+        FileError: missing, unreadable, malformed, unknown or missing keys.
+        InputError: contacts that make no grasp, or lie off the outline.
+    """
+    try:
+        if path.is_file() and path.stat().st_size > LARGEST_FILE:
+            raise FileError("grasp.file_too_large", path=path, limit=LARGEST_FILE)
+        text = path.read_text("utf-8")
+        data = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("grasp.file_unreadable", path=path, reason=reason) from None
+    except (ValueError, RecursionError) as error:
+        raise FileError("grasp.file_malformed", path=path, reason=str(error)) from None
+    return parse(data, source=path.name)
+
+
+def parse(data: Any, source: str) -> Sketch:
+    """The sketch in plain data.
+
+    Args:
+        data: as read from TOML or JSON.
+        source: name for errors.
+    """
+    if not isinstance(data, dict) or not isinstance(data.get("contact"), list) or not data["contact"]:
+        raise FileError("grasp.file_no_contacts", path=source)
+    _known(data, _KEYS, source)
+    contacts = [_contact(entry, k, source) for k, entry in enumerate(data["contact"])]
+    grasp = Grasp(contacts, str(data.get("name", "")))
+    body = data.get("body", {})
+    _known(body, {"outline"}, source)
+    outline = gate("outline", body["outline"], (2,), finite=True) if "outline" in body else None
+    if outline is not None:
+        _require_on(grasp, outline)
+    return Sketch(grasp, _load(data, grasp, source), outline)
+
+
+def _contact(entry: Any, index: int, source: str) -> Contact:
+    if not isinstance(entry, dict) or not {"point", "normal"} <= entry.keys():
+        raise FileError("grasp.file_contact", path=source, index=index)
+    _known(entry, _CONTACT_KEYS, source)
+    numbers = {key: value for key, value in entry.items() if key not in ("point", "normal", "name")}
+    for key, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError("input.numbers", name=f"contact {index}: {key}", got=type(value).__name__)
+    return Contact(entry["point"], entry["normal"], name=str(entry.get("name", f"contact {index}")), **numbers)
+
+
+def _known(table: Any, keys: set[str], source: str) -> None:
+    if not isinstance(table, dict):
+        raise FileError("grasp.file_table", path=source, known=", ".join(sorted(keys)))
+    for key in table:
+        if key not in keys:
+            raise FileError("grasp.file_key", path=source, key=key, known=", ".join(sorted(keys)))
+
+
+def _load(data: dict[str, Any], grasp: Grasp, source: str) -> Floats | None:
+    if "load" not in data:
+        return None
+    _known(data["load"], {"moment", "force"}, source)
+    d, k = grasp.dimension, grasp.rows - grasp.dimension
+    moment = gate("load.moment", np.atleast_1d(data["load"].get("moment", np.zeros(k))), (k,), finite=True)
+    force = gate("load.force", data["load"].get("force", np.zeros(d)), (d,), finite=True)
+    return np.concatenate([moment, force])
+
+
+def _require_on(grasp: Grasp, outline: Floats) -> None:
+    if grasp.dimension != 2:
+        raise InputError("grasp.needs_plane", what="outline")
+    if len(outline) < 3:
+        raise InputError("grasp.few_corners", got=len(outline))
+    size = float(np.ptp(outline, axis=0).max())
+    for index, contact in enumerate(grasp.contacts):
+        off = distance_to_outline(contact.point, outline)
+        if off > ON_SURFACE * size:
+            raise InputError("grasp.off_surface", index=index, distance=off)
+
+
+def distance_to_outline(point: Floats, outline: Floats) -> float:
+    """Distance of a point from a closed polygon [m].
+
+    Args:
+        point: (2,) [m].
+        outline: (k, 2) corners in order.
+    """
+    start, edge = outline, np.roll(outline, -1, axis=0) - outline
+    along = np.clip(np.sum((point - start) * edge, axis=1) / np.maximum(np.sum(edge**2, axis=1), 1e-300), 0.0, 1.0)
+    return float(np.linalg.norm(start + along[:, None] * edge - point, axis=1).min())

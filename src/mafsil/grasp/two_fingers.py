@@ -1,0 +1,149 @@
+"""Nguyen's theorem: two plane contacts with friction close iff the line between them lies in both cones, facing.
+
+In the frame with the contacts at (0, -1) and (0, 1) the four cone edges make angles theta with the line:
+
+  e1 = (-s1, c1), e2 = (s2, c2) at the lower, e3 = (-s3, -c3), e4 = (s4, -c4) at the upper contact
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from math import atan2
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, frozen, gate
+from mafsil.errors import InputError
+from mafsil.grasp.contact import Contact
+from mafsil.messages import say
+
+EDGE = 1e-12
+"""Sines below it count as zero: the line lies on a cone's edge."""
+
+
+class NguyenCase(Enum):
+    """How line and cones lie; the values are keys of sentences."""
+
+    FACING = "grasp.nguyen_facing"
+    OUTWARD = "grasp.nguyen_outward"
+    SAME_WAY = "grasp.nguyen_same_way"
+    ONE_CONE = "grasp.nguyen_one_cone"
+    OPPOSITE_SIDES = "grasp.nguyen_opposite_sides"
+    SAME_SIDE = "grasp.nguyen_same_side"
+    EDGE = "grasp.nguyen_edge"
+
+    @property
+    def force_closure(self) -> bool:
+        """Whether the grasp is force closure."""
+        return self in (NguyenCase.FACING, NguyenCase.OUTWARD)
+
+    def sentence(self, language: str | None = None) -> str:
+        """The case in words."""
+        return say(self.value, language=language)
+
+
+@dataclass(frozen=True, eq=False)
+class TwoFingers:
+    """Verdict of the theorem.
+
+    Attributes:
+        case: line in both cones, in one, or in none (on opposite sides, or on the same side).
+        theta: (4,) angles of the edges from the line [rad].
+        matrix: (3, 4) wrenches (f_x, f_y, m) of the edges in the frame of the theorem.
+        combination: (4,) sum 1, all > 0, matrix @ combination = 0, if closed; else None.
+        certificate: (3,) y != 0 with y . column >= 0 for all four, in the frame of the theorem, if not closed.
+    """
+
+    case: NguyenCase
+    theta: Floats
+    matrix: Floats
+    combination: Floats | None
+    certificate: Floats | None
+
+    @property
+    def force_closure(self) -> bool:
+        """Whether the grasp is force closure."""
+        return self.case.force_closure
+
+
+def two_fingers(first: Contact, second: Contact) -> TwoFingers:
+    """Nguyen's test of two contacts in the plane.
+
+    Args:
+        first: the lower contact of the theorem's frame.
+        second: the upper one.
+
+    Raises:
+        InputError: not in the plane, or at one point.
+    """
+    if first.dimension != 2 or second.dimension != 2:
+        raise InputError("grasp.needs_plane", what="two_fingers")
+    d = second.point - first.point
+    if not np.linalg.norm(d) > 0:
+        raise InputError("grasp.same_point", indices="0, 1")
+    psi = _angle(d, first.normal)
+    phi = _angle(-d, second.normal)
+    theta = [first.alpha + psi, first.alpha - psi, second.alpha - phi, second.alpha + phi]
+    return nguyen(theta)
+
+
+def nguyen(theta: ArrayLike) -> TwoFingers:
+    """Nguyen's test in its own frame.
+
+    x = (s2 sin(th3+th4), s1 sin(th3+th4), s4 sin(th1+th2), s3 sin(th1+th2)) spans the null space of the matrix.
+
+    Args:
+        theta: (4,) angles of the edges from the line [rad]: 1 and 2 left and right at the lower contact, 3 and 4 left
+            and right at the upper one; th1 + th2 and th3 + th4 are the openings of the cones.
+
+    Reference:
+        V.-D. Nguyen, Constructing force-closure grasps, IEEE ICRA 1986.
+    """
+    th = gate("theta", theta, (4,), finite=True)
+    s, c = np.sin(th), np.cos(th)
+    A = np.array([[-s[0], s[1], -s[2], s[3]], [c[0], c[1], -c[2], -c[3]], [-s[0], s[1], s[2], -s[3]]])
+    x = np.array([s[1], s[0], s[3], s[2]]) * np.repeat([np.sin(th[2] + th[3]), np.sin(th[0] + th[1])], 2)
+    case = _case(th, s)
+    if case.force_closure:
+        return TwoFingers(case, frozen(th), frozen(A), frozen(x / x.sum()), None)
+    return TwoFingers(case, frozen(th), frozen(A), None, frozen(_certificate(A, case, s, c)))
+
+
+def _case(th: Floats, s: Floats) -> NguyenCase:
+    """Both sines of a pair positive: the line runs inside forwards; both negative (opening < pi): backwards."""
+    lower, upper = _inside(th[0], th[1], s[0], s[1]), _inside(th[2], th[3], s[2], s[3])
+    if lower == upper and lower != 0:
+        return NguyenCase.FACING if lower > 0 else NguyenCase.OUTWARD
+    if np.any((np.abs(s) <= EDGE)):
+        return NguyenCase.EDGE
+    if lower and upper:
+        return NguyenCase.SAME_WAY
+    if lower or upper:
+        return NguyenCase.ONE_CONE
+    return NguyenCase.SAME_SIDE if (s[1] > 0) == (s[3] > 0) else NguyenCase.OPPOSITE_SIDES
+
+
+def _inside(left: float, right: float, s_left: float, s_right: float) -> int:
+    """1 if the line lies inside the cone forwards, -1 if backwards, 0 if not inside."""
+    if np.sin(left + right) <= EDGE:
+        return 0
+    return 1 if s_left > EDGE and s_right > EDGE else -1 if s_left < -EDGE and s_right < -EDGE else 0
+
+
+def _certificate(A: Floats, case: NguyenCase, s: Floats, c: Floats) -> Floats:
+    """One of the textbook directions where it applies, else the exact judge's."""
+    if case in (NguyenCase.SAME_SIDE, NguyenCase.OPPOSITE_SIDES):
+        y = np.array([1.0, 0, 0]) if case is NguyenCase.SAME_SIDE else np.array([0, 0, 1.0])
+        return y if (y @ A).min() >= 0 else -y
+    from mafsil.solvers.rational import judge
+
+    dusted = np.where(np.abs(A) <= EDGE, 0.0, A)
+    found = judge(dusted.T.tolist()).certificate
+    return np.array([float(v) for v in found or (0, 0, 0)])
+
+
+def _angle(line: Floats, n: Floats) -> float:
+    """Counter-clockwise angle from the line to the normal."""
+    return atan2(line[0] * n[1] - line[1] * n[0], float(line @ n))

@@ -1,0 +1,108 @@
+"""Newton's method for one pose as texts have it: body and space form, every iterate kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, gate
+from mafsil.errors import InputError
+from mafsil.geometry import pose
+from mafsil.robot import Robot
+
+NewtonForm = Literal["body", "space"]
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonRecord:
+    """How Newton's method went.
+
+    Attributes:
+        q: (n,) the last iterate.
+        converged: whether both tolerances are met there.
+        iterates: (k + 1, n) start and every step.
+        twists: (k + 1, 6) twist that leads from each iterate to the wanted pose in unit time, body or space.
+        differences: (k + 1) Frobenius norm of T(q) - T_sd.
+        ranks: (k) rank of the Jacobian of each step; below min(6, n) the step passed a singular posture.
+    """
+
+    q: JointVector
+    converged: bool
+    iterates: Floats
+    twists: Floats
+    differences: Floats
+    ranks: tuple[int, ...]
+
+    @property
+    def iterations(self) -> int:
+        """Number of steps."""
+        return len(self.iterates) - 1
+
+
+def newton_ik(
+    robot: Robot,
+    T_sd: ArrayLike,
+    start: ArrayLike,
+    *,
+    form: NewtonForm = "body",
+    rotation_tolerance: float = 1e-10,
+    position_tolerance: float = 1e-10,
+    max_steps: int = 50,
+    damping: float = 0.0,
+) -> NewtonRecord:
+    """Newton-Raphson iteration to one pose.
+
+    body:   J_b(q) dq = log(T(q)^-1 T_sd);    space:   J_s(q) dq = log(T_sd T(q)^-1)
+
+    For six and more joints of full rank both make the same steps.
+
+    Args:
+        robot: any arm; least-norm steps where it has more joints than six, least-squares steps where fewer.
+        T_sd: (4, 4) wanted pose in {s}.
+        start: (n,) first iterate [rad | m].
+        form: in which frame the twist and the Jacobian are expressed.
+        rotation_tolerance: [rad].
+        position_tolerance: [m].
+        max_steps: most steps.
+        damping: lambda of dq = J' (J J' + lambda^2 I)^-1 V; zero is Newton's own step.
+
+    Returns:
+        The record; not converged is an answer, not an error.
+
+    Raises:
+        InputError: wrong shapes, numbers that are not finite, an unknown form.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 6.2.2.
+    """
+    if form not in ("body", "space"):
+        raise InputError("input.choice", name="form", value=form, known="body, space")
+    T_goal = gate("T_sd", T_sd, (4, 4), finite=True)
+    q = gate("start", start, (robot.n,), finite=True).copy()
+    error, jacobian = (pose.error, robot.jacobian_body) if form == "body" else (pose.space_error, robot.jacobian_space)
+    iterates, twists, differences, ranks = [], [], [], []
+    converged = False
+    while True:
+        T = robot.forward_kinematics(q)
+        V = error(T, T_goal)
+        iterates.append(q)
+        twists.append(V)
+        differences.append(float(np.linalg.norm(T - T_goal)))
+        # The distance of the origins, which the linear part of a space twist is not.
+        converged = bool(
+            np.linalg.norm(V[:3]) <= rotation_tolerance and np.linalg.norm((T - T_goal)[:3, 3]) <= position_tolerance
+        )
+        if converged or len(ranks) == max_steps or not np.isfinite(q).all():
+            break
+        J = jacobian(q)
+        ranks.append(int(np.linalg.matrix_rank(J)))
+        q = q + _step(J, V, damping)
+    return NewtonRecord(q, converged, np.array(iterates), np.array(twists), np.array(differences), tuple(ranks))
+
+
+def _step(J: Floats, V: Floats, damping: float) -> JointVector:
+    if damping == 0.0:
+        return np.linalg.pinv(J) @ V
+    return J.T @ np.linalg.solve(J @ J.T + damping**2 * np.eye(6), V)

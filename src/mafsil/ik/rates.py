@@ -1,0 +1,188 @@
+"""Joint rates of a wanted twist: weighted least norm, null-space goals, priorities, integration along a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector, gate
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+
+TwistForm = Literal["body", "space", "tip"]
+RANK = 1e-9
+"""Singular values, relative to the largest, that count as zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Joint rates for a twist.
+
+    Attributes:
+        qd: (*batch, n) rates [rad/s | m/s].
+        miss: (*batch,) norm of what J qd lacks of the wanted twist; zero within rounding unless singular.
+        rank: (*batch,) rank of the task's Jacobian; lower than its rows at a singular posture.
+        null_space: (*batch, n, n) projector on the rates that do not move the task: rates of self-motion.
+    """
+
+    qd: JointVector
+    miss: Floats
+    rank: NDArray[np.int64]
+    null_space: Floats
+
+    @property
+    def redundancy(self) -> NDArray[np.int64]:
+        """(*batch,) dimension n - rank of the self-motion."""
+        return self.qd.shape[-1] - self.rank
+
+
+def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None) -> Floats:
+    """(*batch, m, n) Jacobian of a task.
+
+    Args:
+        robot: any arm.
+        q: (*batch, n) coordinates.
+        form: `body` and `space` twists, or `tip`: angular velocity and velocity of the tip's origin along the axes
+            of {s}.
+        rows: components (0 to 2 angular, 3 to 5 linear) that count; all if None.
+
+    Raises:
+        InputError: an unknown form, wrong shapes.
+    """
+    match form:
+        case "body":
+            J = robot.jacobian_body(q)
+        case "space":
+            J = robot.jacobian_space(q)
+        case "tip":
+            R = robot.forward_kinematics(q)[..., :3, :3]
+            J = robot.jacobian_body(q)
+            J = np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)
+        case _:
+            raise InputError("input.choice", name="form", value=form, known="body, space, tip")
+    return J if rows is None else J[..., list(rows), :]
+
+
+def joint_rates(
+    robot: Robot,
+    q: ArrayLike,
+    V: ArrayLike,
+    *,
+    form: TwistForm = "body",
+    rows: Sequence[int] | None = None,
+    cost: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
+) -> Rates:
+    """Rates that make a twist at least cost, and pursue a goal with what is left.
+
+    min qd' Q qd  subject to  J qd = V:    qd = J# V + (I - J# J) z,  J# = Q^-1 J' (J Q^-1 J')^-1
+
+    Args:
+        robot: any arm.
+        q: (*batch, n) coordinates.
+        V: (*batch, m) wanted twist (omega, v), or its components `rows` [rad/s, m/s].
+        form: frame of the twist, see `task_jacobian`.
+        rows: components that count; all six if None.
+        cost: (n,) diagonal or (n, n) symmetric positive definite Q; a joint of larger cost moves less. Weights that
+            grow with a motor's capability are its reciprocals. Ones if None.
+        goal: (*batch, n) rates z wished for; only their self-motion is done.
+
+    Raises:
+        InputError: wrong shapes, a cost that is not positive definite.
+
+    Reference: Whitney, Resolved motion rate control, 1969; Lynch & Park, Modern Robotics, sec. 6.3.
+    """
+    J = task_jacobian(robot, q, form, rows)
+    twist = gate("V", V, (J.shape[-2],), finite=True)
+    root = _cost_root(cost, robot.n)
+    # With y = L' qd, Q = L L', the least cost is the least norm of y.
+    scaled = J @ np.linalg.inv(root).T
+    inverse = np.linalg.pinv(scaled, rcond=RANK)
+    sharp = np.linalg.inv(root).T @ inverse
+    null_space = np.eye(robot.n) - sharp @ J
+    qd = (sharp @ twist[..., None])[..., 0]
+    if goal is not None:
+        qd = qd + (null_space @ gate("goal", goal, (robot.n,), finite=True)[..., None])[..., 0]
+    miss = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
+    values = np.linalg.svd(scaled, compute_uv=False)
+    rank = (values > RANK * values[..., :1]).sum(axis=-1)
+    return Rates(qd, miss, rank, null_space)
+
+
+def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLike, ArrayLike]]) -> JointVector:
+    """(n,) rates that fulfil tasks in strict order: each is pursued only in the self-motion left by those before.
+
+    Args:
+        robot: any arm.
+        q: (n,) coordinates; only for their shape.
+        tasks: pairs of a Jacobian (m, n) and a wanted velocity (m,), most important first.
+
+    Raises:
+        InputError: wrong shapes.
+
+    Reference: Siciliano and Slotine, A general framework for managing multiple tasks, 1991.
+    """
+    gate("q", q, (robot.n,), finite=True)
+    qd, N = np.zeros(robot.n), np.eye(robot.n)
+    for jacobian, velocity in tasks:
+        J = gate("tasks", jacobian, (robot.n,), finite=True)
+        wanted = gate("tasks", velocity, (len(J),), finite=True)
+        inverse = np.linalg.pinv(J @ N, rcond=RANK)
+        qd = qd + inverse @ (wanted - J @ qd)
+        N = N - inverse @ (J @ N)
+    return qd
+
+
+def integrate_rates(
+    robot: Robot,
+    start: ArrayLike,
+    twist: Callable[[float, JointVector], ArrayLike],
+    duration: float,
+    step: float,
+    *,
+    form: TwistForm = "body",
+    rows: Sequence[int] | None = None,
+    cost: ArrayLike | None = None,
+) -> JointVector:
+    """(k + 1, n) coordinates along a motion of given twist, by explicit Euler steps of least cost.
+
+    q(t + dt) = q(t) + dt J#(q) V(t).  The drift is of first order; `track` corrects it.
+
+    Args:
+        robot: any arm.
+        start: (n,) coordinates at t = 0.
+        twist: V of time [s] and coordinates, (m,).
+        duration: of the motion [s].
+        step: dt [s].
+        form: frame of the twist, see `task_jacobian`.
+        rows: components that count.
+        cost: as for `joint_rates`.
+
+    Raises:
+        InputError: wrong shapes, a duration or step that is not positive.
+    """
+    for name, value in (("duration", duration), ("step", step)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise InputError("input.positive", name=name, value=value)
+    q = gate("start", start, (robot.n,), finite=True)
+    path = [q]
+    for k in range(round(duration / step)):
+        q = q + step * joint_rates(robot, q, twist(k * step, q), form=form, rows=rows, cost=cost).qd
+        path.append(q)
+    return np.array(path)
+
+
+def _cost_root(cost: ArrayLike | None, n: int) -> Floats:
+    """(n, n) lower triangular L with Q = L L'."""
+    if cost is None:
+        return np.eye(n)
+    array = np.asarray(cost, dtype=np.float64)
+    Q = np.diag(gate("cost", array, (n,), finite=True)) if array.ndim == 1 else gate("cost", array, (n, n), finite=True)
+    try:
+        return np.asarray(np.linalg.cholesky(Q), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise InputError("ik.cost", name="cost", value=float(np.linalg.eigvalsh(Q).min())) from None

@@ -1,0 +1,99 @@
+"""Newton's method on solutions that are nearly right, and their verification by forward kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.geometry import pose
+from mafsil.robot import Robot
+
+SINGULAR = 1e-7
+"""Singular values of the Jacobian, relative to the largest, below which a direction is left alone."""
+
+
+def misses(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
+    """(k, 6) twists from the reached to the wanted pose, in the reached frame; components not asked for are zero."""
+    T = robot.forward_kinematics(q, frame=frame) if len(q) else np.zeros((0, 4, 4))
+    return task_error(T, np.broadcast_to(T_sd, T.shape), mask)
+
+
+def task_error(T: PoseMatrix, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floats:
+    """(k, 6) the part of the error that a task asks for, rotation vector and displacement in the reached frame."""
+    error = np.zeros((len(T), 6))
+    error[:, 3:] = ((T_sd - T)[:, :3, 3][:, None, :] @ T[:, :3, :3])[:, 0]
+    if mask[:3].all():
+        error[:, :3] = pose.error(T, T_sd)[:, :3]
+    elif mask[:3].any():
+        # Only the direction of the tip's z axis counts: the shortest turn that brings it there.
+        z = (T_sd[:, None, :3, 2] @ T[:, :3, :3])[:, 0]
+        axis = np.stack([-z[:, 1], z[:, 0], np.zeros(len(z))], axis=1)
+        sine = np.linalg.norm(axis, axis=1)
+        angle = np.arctan2(sine, z[:, 2])
+        error[:, :3] = axis * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
+        error[:, 0] += np.where((sine <= 1e-12) & (z[:, 2] < 0), np.pi, 0.0)
+    error[:, 3:] *= mask[3:]
+    return error
+
+
+def residuals(error: Floats) -> Floats:
+    """(k,) the larger of angle [rad] and distance [m]."""
+    return np.maximum(np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1))
+
+
+def refined(
+    robot: Robot,
+    q: JointVector,
+    T_sd: PoseMatrix,
+    mask: NDArray[np.bool_],
+    frame: str | None,
+    *,
+    steps: int = 8,
+    held: tuple[int, ...] = (),
+) -> tuple[JointVector, Floats]:
+    """Newton steps of least norm that never make the error larger.
+
+    Args:
+        robot: whose joints are sought.
+        q: (k, n) starts.
+        T_sd: (4, 4) wanted pose.
+        mask: (6) components of the error that count.
+        frame: name of the link, or None for the tip.
+        steps: most steps.
+        held: coordinates that stay.
+
+    Returns:
+        (k, n) and (k,) residuals.
+    """
+    free = np.array([i not in held for i in range(robot.n)])
+    error = misses(robot, q, T_sd, mask, frame)
+    size = residuals(error)
+    for _ in range(steps):
+        rows = np.flatnonzero(size > 1e-14)
+        if not len(rows):
+            break
+        J = robot.jacobian_body(q[rows], frame=frame) * mask[:, None] * free
+        step = (np.linalg.pinv(J, rcond=SINGULAR) @ error[rows, :, None])[:, :, 0]
+        length = np.abs(step).max(axis=1, keepdims=True)
+        trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        trial_error = misses(robot, trial, T_sd, mask, frame)
+        trial_size = residuals(trial_error)
+        better = trial_size < size[rows]
+        if not better.any():
+            break
+        q = q.copy()
+        q[rows[better]], error[rows[better]] = trial[better], trial_error[better]
+        size[rows[better]] = trial_size[better]
+    return q, size
+
+
+def distinct(q: JointVector, turning: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
+    """Indices of the first of each group of rows that are equal up to whole turns."""
+    kept: list[int] = []
+    for i in range(len(q)):
+        d = q[kept] - q[i]
+        d = np.where(turning, (d + np.pi) % (2 * np.pi) - np.pi, d)
+        if not len(kept) or np.abs(d).max(axis=1).min() > tolerance:
+            kept.append(i)
+    return kept

@@ -1,0 +1,94 @@
+"""The canonical subproblems as array functions: all turns about known axes that bring points where they should be.
+
+Every function returns the nearest miss where there is no solution, with the shortfall, and says where every angle
+solves.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, gate
+from mafsil.geometry.declared import Declared
+
+_distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
+_two_axes = Declared("subproblem_angles.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")
+_heights = Declared("subproblem_angles.heights", "w:3 h:3 p:3 height", "table:2,3")
+_wrist = Declared("subproblem_angles.wrist", "w4:3 w5:3 w6:3 R:3,3", "table:2,5")
+
+
+class Angles(NamedTuple):
+    """Both roots of a subproblem.
+
+    Attributes:
+        angles: (*batch, 2) or (*batch, 2, k) angles [rad].
+        shortfall: (*batch, 2) by how much each misses: zero where it is a solution.
+        free: (*batch, 2) whether every angle solves.
+    """
+
+    angles: Floats
+    shortfall: Floats
+    free: NDArray[np.bool_]
+
+    def solutions(self, tolerance: float = 1e-12) -> Floats:
+        """The distinct solutions of one problem, (m,) or (m, k); one representative where every angle solves."""
+        rows = [row for row, short in zip(self.angles, self.shortfall, strict=True) if short <= tolerance]
+        kept: list[Floats] = []
+        for row in rows:
+            if not any(np.abs(np.remainder(row - other + np.pi, 2 * np.pi) - np.pi).max() < 1e-7 for other in kept):
+                kept.append(row)
+        return np.reshape(kept, (len(kept), *self.angles.shape[1:]))
+
+
+def distances(w: ArrayLike, r: ArrayLike, p: ArrayLike, distance: ArrayLike, o: ArrayLike = (0.0, 0.0, 0.0)) -> Angles:
+    """All q with |exp([S] q) p - o| = distance, S the axis along w through r (subproblem 3).
+
+    Args:
+        w: (*batch, 3) unit axis.
+        r: (*batch, 3) a point of it [m].
+        p, o: (*batch, 3) the point that is turned, and that from which is measured [m].
+        distance: (*batch,) [m].
+    """
+    table = _distances(
+        *(gate(n, x, (3,)) for n, x in zip("wrpo", (w, r, p, o), strict=True)), gate("distance", distance, ())
+    )
+    return Angles(table[..., 0], table[..., 1], table[..., 2] > 0)
+
+
+def heights(w: ArrayLike, h: ArrayLike, p: ArrayLike, height: ArrayLike) -> Angles:
+    """All q with h . Rot(w, q) p = height (subproblem 4).
+
+    Args:
+        w, h: (*batch, 3) unit axis through the origin, and unit direction of heights.
+        p: (*batch, 3) [m].
+        height: (*batch,) [m].
+    """
+    table = _heights(*(gate(n, x, (3,)) for n, x in zip("whp", (w, h, p), strict=True)), gate("height", height, ()))
+    return Angles(table[..., 0], table[..., 1], table[..., 2] > 0)
+
+
+def two_axes(w1: ArrayLike, w2: ArrayLike, p: ArrayLike, z: ArrayLike) -> Angles:
+    """All (q1, q2) with Rot(w1, q1) Rot(w2, q2) p = z for axes through the origin, |p| = |z| (subproblem 2).
+
+    Args:
+        w1, w2: (*batch, 3) unit axes, not parallel.
+        p, z: (*batch, 3) start and goal [m].
+    """
+    names = ("w1", "w2", "p", "z")
+    table = _two_axes(*(gate(n, x, (3,)) for n, x in zip(names, (w1, w2, p, z), strict=True)))
+    return Angles(table[..., :2], table[..., 3], table[..., 4] > 0)
+
+
+def wrist_angles(w4: ArrayLike, w5: ArrayLike, w6: ArrayLike, R: ArrayLike) -> Angles:
+    """All (q4, q5, q6) with Rot(w4, q4) Rot(w5, q5) Rot(w6, q6) = R, neighbouring axes not parallel.
+
+    Args:
+        w4, w5, w6: (*batch, 3) unit axes; orthogonal neighbours reach every rotation.
+        R: (*batch, 3, 3).
+    """
+    names = ("w4", "w5", "w6")
+    table = _wrist(*(gate(n, x, (3,)) for n, x in zip(names, (w4, w5, w6), strict=True)), gate("R", R, (3, 3)))
+    return Angles(table[..., :3], table[..., 3], table[..., 4] > 0)

@@ -1,0 +1,93 @@
+"""Inertial parameters as vectors: ten numbers a link, in which joint efforts are linear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, frozen, gate
+from mafsil.model import Inertial, Mechanism
+
+LABELS = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+"""Mass, first moment, inertia about the origin of the frame; products with the minus sign inside."""
+
+DEPENDENT = 1e-8
+"""Share of a column's length below which what is left of it after projection is rounding."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BaseParameters:
+    """The fewest numbers that determine all joint efforts.
+
+    Attributes:
+        labels: the k independent parameters, such as "link3.Ixx"; each stands for itself plus what it absorbs.
+        columns: (k,) their places among the 10 L.
+        combination: (k, 10 L): base values = combination @ all parameters.
+        silent: parameters that no motion of this robot can tell.
+    """
+
+    labels: tuple[str, ...]
+    columns: tuple[int, ...]
+    combination: Floats
+    silent: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.labels)
+
+
+def parameters_of(inertial: Inertial | None) -> Floats:
+    """(10,) of a body in its frame; zeros for None."""
+    if inertial is None:
+        return np.zeros(10)
+    m, c = inertial.mass, inertial.com
+    I = inertial.inertia + m * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array([m, *(m * c), I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
+
+
+def inertial_of(parameters: ArrayLike) -> Inertial:
+    """The body with these (10,) parameters; a mass of zero puts the centre of mass at the origin."""
+    m, hx, hy, hz, xx, yy, zz, xy, xz, yz = gate("parameters", parameters, (10,), finite=True)
+    c = np.array([hx, hy, hz]) / m if m else np.zeros(3)
+    about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return Inertial(float(m), frozen(c), frozen(about_origin - m * (c @ c * np.eye(3) - np.outer(c, c))))
+
+
+def inertial_parameters(mechanism: Mechanism) -> Floats:
+    """(L, 10) parameters of all links, each in its own frame, in the order of `mechanism.links`."""
+    return np.array([parameters_of(link.inertial) for link in mechanism.links])
+
+
+def base_parameters(mechanism: Mechanism, regressors: Floats) -> BaseParameters:
+    """Base parameters from the regressor at many states.
+
+    Columns are taken from the base outward and kept where they are not combinations of those before: the numerical
+    counterpart of moving inertia towards the base.
+
+    Args:
+        mechanism: names of the links.
+        regressors: (N, n, L, 10) at N states rich enough, such as random ones.
+
+    Reference: Gautier, Numerical calculation of the base inertial parameters of robots, J. Robotic Systems 8, 1991.
+    """
+    W = regressors.reshape(-1, 10 * len(mechanism.links))
+    size = np.linalg.norm(W, axis=0)
+    threshold = DEPENDENT * float(size.max(initial=0.0))
+    basis, kept = np.zeros((len(W), 0)), list[int]()
+    for k in np.flatnonzero(size > threshold):
+        rest = W[:, k] / size[k]
+        for _ in range(2):
+            rest = rest - basis @ (basis.T @ rest)
+        length = float(np.linalg.norm(rest))
+        if length > DEPENDENT:
+            basis = np.column_stack([basis, rest / length])
+            kept.append(int(k))
+    combination, *_ = np.linalg.lstsq(W[:, kept] / size[kept], W, rcond=None)
+    combination = combination / size[kept, None]
+    combination[np.abs(combination) < DEPENDENT] = 0.0
+    labels = tuple(f"{link.name}.{label}" for link in mechanism.links for label in LABELS)
+    silent = tuple(label for label, column in zip(labels, combination.T, strict=True) if not column.any())
+    return BaseParameters(tuple(labels[k] for k in kept), tuple(kept), frozen(combination), silent)

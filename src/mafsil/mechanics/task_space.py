@@ -1,0 +1,100 @@
+"""Dynamics in the coordinates of the tip: F = Lambda dV + eta, and back.
+
+Reference: Lynch & Park, Modern Robotics, sec. 8.6; Khatib, A unified approach for motion and force control of robot
+manipulators, IEEE J. Robotics and Automation 3, 1987 (redundant arms).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector, gate
+
+SINGULAR = 1e-12
+"""Smallest eigenvalue of J M^-1 J', scaled to a unit diagonal, below which the arm is taken as singular."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TaskSpace:
+    """Task-space dynamics at a batch of states; k rows of the twist. NaN where the arm is singular.
+
+    Attributes:
+        J: (*batch, k, n) Jacobian.
+        inverse: (*batch, k, k) Lambda^-1 = J M^-1 J', finite everywhere: what a wrench at rest accelerates.
+        Lambda: (*batch, k, k) task-space inertia.
+        J_bar: (*batch, n, k) = M^-1 J' Lambda, the dynamically consistent inverse of J; J^-1 for six joints.
+        mu: (*batch, k) velocity part of eta.
+        p: (*batch, k) gravity part of eta.
+        margin: (*batch,) smallest eigenvalue of Lambda^-1 scaled to a unit diagonal.
+        singular: (*batch,) J has lost rank, so that no force produces some accelerations.
+    """
+
+    J: Floats
+    inverse: Floats
+    Lambda: Floats
+    J_bar: Floats
+    mu: Floats
+    p: Floats
+    margin: Floats
+    singular: NDArray[np.bool_]
+
+    @property
+    def eta(self) -> Floats:
+        """(*batch, k) = mu + p."""
+        return self.mu + self.p
+
+    def force(self, dV: ArrayLike) -> Floats:
+        """F (*batch, k) = Lambda dV + eta: what produces the acceleration dV (*batch, k)."""
+        return _times(self.Lambda, gate("dV", dV, (self.J.shape[-2],))) + self.eta
+
+    def acceleration(self, F: ArrayLike) -> Floats:
+        """DV (*batch, k) = Lambda^-1 (F - eta) that the joint efforts J' F produce."""
+        return _times(self.inverse, gate("F", F, (self.J.shape[-2],)) - self.eta)
+
+    def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
+        """Tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
+
+        Args:
+            F: (*batch, k) task force.
+            internal: tau_0 (*batch, n) any efforts; None for none.
+        """
+        task = _times(_transposed(self.J), gate("F", F, (self.J.shape[-2],)))
+        if internal is None:
+            return task
+        tau_0 = gate("internal", internal, (self.J.shape[-1],))
+        return task + tau_0 - _times(_transposed(self.J), _times(_transposed(self.J_bar), tau_0))
+
+
+def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats, qd: JointVector) -> TaskSpace:
+    """Lambda = (J M^-1 J')^-1, mu = J_bar' c - Lambda dJ qd, p = J_bar' g; J^-T M J^-1 and so on for a square J.
+
+    Args:
+        M: (*batch, n, n) mass matrix.
+        c, g: (*batch, n) velocity and gravity efforts.
+        J, dJ: (*batch, k, n) Jacobian and its time derivative, in the same frame.
+        qd: (*batch, n) rates.
+    """
+    Minv_Jt: Floats = np.linalg.solve(M, _transposed(J)).astype(np.float64, copy=False)
+    inverse = J @ Minv_Jt
+    inverse = (inverse + _transposed(inverse)) / 2
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), 1e-300))
+    scaled = inverse / (size[..., :, None] * size[..., None, :])
+    margin: Floats = np.linalg.eigvalsh(scaled)[..., 0].astype(np.float64, copy=False)
+    singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR))
+    guarded = np.where(singular[..., None, None], np.eye(J.shape[-2]), inverse)
+    Lambda: Floats = np.where(singular[..., None, None], np.nan, np.linalg.inv(guarded)).astype(np.float64, copy=False)
+    J_bar = Minv_Jt @ Lambda
+    back = _transposed(J_bar)
+    mu = _times(back, c) - _times(Lambda, _times(dJ, qd))
+    return TaskSpace(J, inverse, Lambda, J_bar, mu, _times(back, g), margin, singular)
+
+
+def _times(A: Floats, x: Floats) -> Floats:
+    return np.einsum("...ij,...j->...i", A, x)
+
+
+def _transposed(A: Floats) -> Floats:
+    return np.swapaxes(A, -1, -2)

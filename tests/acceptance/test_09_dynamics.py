@@ -1,0 +1,317 @@
+"""Worked examples of dynamics: particle, planar 2R, published spatial 3R, RRPRRR, rigid bodies, motions over time."""
+
+import json
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mafsil.errors import ModelError
+from mafsil.geometry import twist, wrench
+from mafsil.mechanics.lagrange import christoffel_of, euler_lagrange, mass_matrix_of
+from mafsil.mechanics.newton_euler import newton_euler
+from mafsil.mechanics.rigid_body import RigidBody
+from mafsil.mechanics.twist_chain import TwistChain, spatial_matrix
+from mafsil.model import Friction, Inertial
+from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.robot import Robot
+
+CASES = {case["id"].split()[0]: case for case in json.loads((Path(__file__).parent / "09-dynamics.json").read_text())}
+
+
+def close(value, expected, rtol=1e-6, atol=1e-9):
+    np.testing.assert_allclose(value, expected, rtol=rtol, atol=atol)
+
+
+def state(case):
+    return [np.array(case["input"][name], float) for name in ("theta", "dtheta", "ddtheta")]
+
+
+@pytest.fixture(scope="module")
+def planar():
+    numbers = CASES["9-02"]["input"]
+    mechanism = planar2r_point_masses(numbers["L"], numbers["m"])
+    return Robot(mechanism.with_gravity(np.array(numbers["g_vec"], float)))
+
+
+@pytest.mark.capability("09-11", "09-12", "09-13", "09-14")
+def test_particle():
+    numbers, (x, xd, xdd) = CASES["9-01"]["input"], (ca.SX.sym(name) for name in ("x", "xd", "xdd"))
+    m, g = numbers["m"], numbers["g"]
+    f = euler_lagrange(m * xd**2 / 2 - m * g * x, x, xd, xdd)
+    force = ca.Function("f", [x, xd, xdd], [f])(0.7, -0.3, numbers["xdd"])
+    close(float(force), CASES["9-01"]["expect"]["f"])
+    assert float(ca.Function("rest", [x, xd, xdd], [f])(0.7, -0.3, -g)) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.capability("09-9", "09-15", "09-16", "09-19", "09-20", "09-21", "09-59")
+def test_planar_2r(planar):
+    case, (q, qd, qdd) = CASES["9-02"], state(CASES["9-02"])
+    expect = case["expect"]
+    for road in (planar.inverse_dynamics, planar.lagrange_torque):
+        close(road(q, qd, qdd), expect["tau"])
+        assert np.abs(road(q, qd, qdd) - expect["printed_book_tau_is_wrong"]).max() > 0.1
+    M = planar.mass_matrix(q)
+    close(M, expect["M"])
+    close(np.linalg.det(M), expect["detM"])
+    close(planar.velocity_torque(q, qd), expect["c"])
+    close(planar.gravity_torque(q), expect["grav"])
+    Gamma = np.zeros((2, 2, 2))
+    for index, value in expect["Gamma"].items():
+        if index != "others":
+            Gamma[tuple(int(digit) - 1 for digit in index)] = value
+    close(planar.christoffel_symbols(q), Gamma)
+
+
+@pytest.mark.capability("09-12", "09-13", "09-15", "09-20")
+def test_planar_2r_from_positions():
+    """Nothing of ours but the differentiation: energies of two points written down by hand."""
+    case = CASES["9-02"]
+    (m1, m2), (L1, L2) = case["input"]["m"], case["input"]["L"]
+    q, qd, qdd = (ca.SX.sym(name, 2) for name in ("q", "qd", "qdd"))
+    one = L1 * ca.vertcat(ca.cos(q[0]), ca.sin(q[0]))
+    two = one + L2 * ca.vertcat(ca.cos(q[0] + q[1]), ca.sin(q[0] + q[1]))
+    v1, v2 = ca.jtimes(one, q, qd), ca.jtimes(two, q, qd)
+    K = m1 * ca.dot(v1, v1) / 2 + m2 * ca.dot(v2, v2) / 2
+    P = 9.81 * (m1 * one[1] + m2 * two[1])
+    M = mass_matrix_of(K, qd)
+    f = ca.Function("f", [q, qd, qdd], [euler_lagrange(K - P, q, qd, qdd), M, *christoffel_of(M, q)])
+    tau, mass, *Gamma = (x.full() for x in f(*state(case)))
+    close(tau.ravel(), case["expect"]["tau"])
+    close(mass, case["expect"]["M"])
+    close(Gamma[0][0, 1], case["expect"]["Gamma"]["112"])
+    close(Gamma[1][0, 0], case["expect"]["Gamma"]["211"])
+
+
+@pytest.mark.capability("09-15", "09-45")
+def test_planar_2r_stretched(planar):
+    close(planar.inverse_dynamics(*state(CASES["9-03"])), CASES["9-03"]["expect"]["tau"])
+
+
+@pytest.mark.capability("09-30", "09-32", "09-33", "09-37")
+def test_rigid_body_wrench():
+    """The case's inertia stands elsewhere; momentum and moment give five of its six numbers, the rest is to check."""
+    numbers, expect = CASES["9-06"]["input"], CASES["9-06"]["expect"]
+    V, dV, m = np.array(numbers["V"]), np.array(numbers["Vdot"]), numbers["m"]
+    entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+    bodies = []
+    for i, j in entries:
+        unit = np.zeros((3, 3))
+        unit[i, j] = unit[j, i] = 1.0
+        bodies.append(RigidBody(Inertial(m, np.zeros(3), unit)))
+    columns = [np.concatenate([body.momentum(V)[:3], body.moment(V, dV)]) for body in bodies]
+    values, *_ = np.linalg.lstsq(np.array(columns).T, np.concatenate([expect["P"][:3], expect["F"][:3]]))
+    body = RigidBody(Inertial(m, np.zeros(3), sum(x * b.inertial.inertia for x, b in zip(values, bodies, strict=True))))
+    close(body.wrench(V, dV), expect["F"])
+    close(body.momentum(V), expect["P"])
+    close(body.kinetic_energy(V), expect["K"])
+    close(body.force(V, dV), expect["F"][3:])
+
+
+@pytest.mark.capability("09-35", "09-36")
+def test_lie_bracket_and_dual():
+    numbers, expect = CASES["9-07"]["input"], CASES["9-07"]["expect"]
+    close(twist.bracket(numbers["V1"], numbers["V2"]), expect["bracket"])
+    close(wrench.dual_bracket(numbers["V1"], numbers["F"]), expect["adV1T_F"])
+    close(twist.bracket(numbers["V1"], numbers["V1"]), np.zeros(6))
+    close(twist.bracket(numbers["V2"], numbers["V1"]), -np.array(expect["bracket"]))
+
+
+def spatial_3r():
+    """The published chain: screws as given, the first not of unit length."""
+    numbers = CASES["9-08"]["input"]
+    relative, S = np.array(numbers["M_rel"]), np.array(numbers["S"])
+    home = [np.eye(4)]
+    for T in relative:
+        home.append(home[-1] @ T)
+    G = np.array([np.diag(row) for row in numbers["G_diag"]])
+    A = [twist.transform(np.linalg.inv(home[i + 1]), S[i]) for i in range(3)]
+    gravity = np.array(numbers["g_vec"])
+    return (
+        S,
+        home,
+        G,
+        TwistChain((-1, 0, 1), np.array(A), relative[:3], G, np.zeros(3), np.eye(3), 2, relative[3], gravity),
+    )
+
+
+@pytest.mark.capability("09-39", "09-41", "09-47", "09-48", "09-55", "09-63", "09-64")
+def test_published_spatial_3r_in_twists():
+    expect, chain = CASES["9-08"]["expect"], spatial_3r()[-1]
+    symbols = [ca.SX.sym(name, size) for name, size in (("q", 3), ("qd", 3), ("qdd", 3), ("F", 6))]
+    tau = ca.Function("tau", symbols, [newton_euler(chain, *symbols).tau])
+    q, qd, qdd = state(CASES["9-08"])
+    F, zero = np.array(CASES["9-08"]["input"]["Ftip"]), np.zeros(3)
+
+    def efforts(*values):
+        return tau(*values).full().ravel()
+
+    g = efforts(q, zero, zero, np.zeros(6))
+    close(efforts(q, qd, qdd, F), expect["tau_id"])
+    close(g, expect["grav"])
+    close(efforts(q, qd, zero, np.zeros(6)) - g, expect["c"])
+    close(efforts(q, zero, zero, F) - g, expect["tip_torque"])
+    M = np.stack([efforts(q, zero, e, np.zeros(6)) - g for e in np.eye(3)], axis=1)
+    close(M, expect["M"])
+    load = np.array(CASES["9-08"]["input"]["tau_fd"]) - efforts(q, qd, zero, F)
+    close(np.linalg.solve(M, load), expect["ddtheta_fd"])
+
+
+@pytest.mark.capability("09-2", "09-4", "09-48", "09-63")
+def test_published_spatial_3r_as_a_robot():
+    """Screws scaled to unit length: the first coordinate counts sqrt 2 times as much, its effort as much less."""
+    S, home, G, _ = spatial_3r()
+    case, expect = CASES["9-08"], CASES["9-08"]["expect"]
+    robot = Robot.from_screws(
+        S,
+        home[-1],
+        normalise=True,
+        inertials=[Inertial(g[3, 3], np.zeros(3), g[:3, :3]) for g in G],
+        inertial_frames=home[1:4],
+        gravity=case["input"]["g_vec"],
+    )
+    scale = np.linalg.norm(S[:, :3], axis=1)
+    q, qd, qdd = (scale * x for x in state(case))
+    F = case["input"]["Ftip"]
+    close(scale * robot.inverse_dynamics(q, qd, qdd, F), expect["tau_id"])
+    close(scale[:, None] * robot.mass_matrix(q) * scale, expect["M"])
+    close(robot.forward_dynamics(q, qd, case["input"]["tau_fd"] / scale, F) / scale, expect["ddtheta_fd"])
+
+
+@pytest.mark.capability("09-17", "09-38", "09-48", "09-55", "09-62")
+def test_rrprrr():
+    case = CASES["9-11"]
+    numbers, expect = case["input"]["robot"], case["expect"]
+    frames = [np.eye(4) for _ in range(6)]
+    for frame, place in zip(frames, numbers["com_positions"], strict=True):
+        frame[:3, 3] = place
+    home = np.eye(4)
+    home[:3, 3] = numbers["M_tip_position"]
+    robot = Robot.from_screws(
+        numbers["S"],
+        home,
+        inertials=[
+            Inertial(m, np.zeros(3), np.diag(I)) for m, I in zip(numbers["masses"], numbers["I_diag"], strict=True)
+        ],
+        inertial_frames=frames,
+        gravity=case["input"]["g_vec"],
+    )
+    q, qd, qdd = state(case)
+    close(robot.inverse_dynamics(q, qd, qdd, case["input"]["Ftip"]), expect["tau"])
+    close(robot.mass_matrix(q), expect["M"])
+    close(robot.velocity_torque(q, qd), expect["c"])
+    close(robot.gravity_torque(q), expect["grav"])
+    close(robot.forward_dynamics(q, qd, np.zeros(6), case["input"]["Ftip"]), expect["ddtheta_fd_tau_zero"])
+    close(robot.lagrange_torque(q, qd, qdd), robot.inverse_dynamics(q, qd, qdd), atol=1e-12)
+
+
+@pytest.mark.capability("09-3", "09-60", "09-61", "09-65")
+def test_one_joint_with_friction_by_explicit_euler():
+    numbers, expect = CASES["9-14"]["input"], CASES["9-14"]["expect"]
+    M, m, r, g = (numbers[name] for name in ("M", "m", "r", "g"))
+    robot = Robot.from_screws(
+        [[0, 0, 1, 0, 0, 0]],
+        np.eye(4),
+        inertials=[Inertial(m, np.array([r, 0, 0]), np.diag([0, 0, M - m * r * r]))],
+        frictions=[Friction(viscous=numbers["b"])],
+        gravity=[0, -g, 0],
+    )
+
+    def slope(q, qd):
+        return robot.forward_dynamics(q, qd, numbers["tau"] - robot.friction_torque(qd))
+
+    q, qd, h = np.array([numbers["theta0"]], float), np.array([numbers["dtheta0"]], float), numbers["h"]
+    for _ in range(numbers["N"]):
+        q, qd = q + h * qd, qd + h * slope(q, qd)
+    close(q[0], expect["theta_end"])
+    close(qd[0], expect["dtheta_end"])
+    fine = solve_ivp(lambda _, x: [x[1], slope(x[:1], x[1:])[0]], (0, 1), [0, 0], rtol=1e-11, atol=1e-12)
+    close(fine.y[:, -1], [expect["reference_theta"], expect["reference_dtheta"]])
+
+
+@pytest.mark.capability("09-7", "09-65", "09-66")
+def test_planar_2r_in_free_fall(planar):
+    numbers, expect = CASES["9-15"]["input"], CASES["9-15"]["expect"]
+    start, end, zero = np.array(numbers["theta0"]), numbers["t_end"], np.zeros(2)
+
+    def euler(h):
+        q, qd = start, zero
+        for _ in range(round(end / h)):
+            q, qd = q + h * qd, qd + h * planar.forward_dynamics(q, qd, zero)
+        return np.concatenate([q, qd])
+
+    def energy(x):
+        return float(planar.kinetic_energy(x[:2], x[2:]) + planar.potential_energy(x[:2]))
+
+    coarse, fine = euler(0.01), euler(0.005)
+    close(coarse, expect["euler_h_0_01"])
+    close(fine, expect["euler_h_0_005"])
+    close(energy(np.concatenate([start, zero])), expect["energy0"])
+    close(energy(coarse), expect["energy_euler_h_0_01"])
+    exact = solve_ivp(
+        lambda _, x: np.concatenate([x[2:], planar.forward_dynamics(x[:2], x[2:], zero)]),
+        (0, end),
+        np.concatenate([start, zero]),
+        rtol=1e-11,
+        atol=1e-12,
+    ).y[:, -1]
+    close(exact, expect["reference_state"])
+    errors = [np.linalg.norm(x - exact) for x in (coarse, fine, euler(0.00125), euler(0.000625))]
+    assert abs(errors[0] / errors[1] - expect["error_ratio_about"]) < 0.25
+    assert abs(errors[2] / errors[3] - 2.0) < 0.05, "first order"
+
+
+@pytest.mark.capability("09-30", "09-31")
+def test_free_body_about_its_intermediate_axis():
+    numbers, expect = CASES["9-16"]["input"], CASES["9-16"]["expect"]
+    body = RigidBody(Inertial(1.0, np.zeros(3), np.diag(numbers["I_diag"]).astype(float)))
+
+    def slope(_, w):
+        return body.acceleration(np.concatenate([w, np.zeros(3)]), np.zeros(6))[:3]
+
+    w = solve_ivp(slope, (0, numbers["t_end"]), numbers["omega0"], rtol=1e-11, atol=1e-12).y[:, -1]
+    V = np.concatenate([w, np.zeros(3)])
+    close(w, expect["omega_end"], rtol=1e-6)
+    close(body.kinetic_energy(V), expect["K"])
+    close(np.linalg.norm(body.momentum(V)), expect["h_norm"])
+
+
+@pytest.mark.capability("09-5")
+def test_degenerate_mass_matrix():
+    case = CASES["9-19"]
+    robot = Robot(planar2r_point_masses(case["input"]["L"], case["input"]["m"]))
+    q = case["input"]["theta"]
+    M = robot.mass_matrix(q)
+    close(M, case["expect"]["M"])
+    close(np.linalg.det(M), case["expect"]["detM"])
+    assert np.isnan(robot.forward_dynamics(q, [0, 0], [1, 0])).all(), "no accelerations"
+    report = robot.degeneracy(q)
+    assert report.singular
+    assert report.joints == robot.joint_names
+    assert np.abs(M @ report.motion).max() < 1e-12
+    with pytest.raises(ModelError, match="moves no inertia") as caught:
+        report.require_regular()
+    assert all(name in str(caught.value) for name in robot.joint_names)
+    assert not robot.degeneracy([0.4, 0.3]).singular
+
+
+@pytest.mark.capability("09-47", "09-64")
+def test_sign_of_an_external_wrench(planar):
+    case = CASES["9-20"]
+    robot = Robot(planar.mechanism.with_gravity(np.zeros(3)))
+    q, zero = np.array([0, np.pi / 2]), np.zeros(2)
+    R = robot.forward_kinematics(q)[:3, :3]
+    force_on_tip = R.T @ case["input"]["force_ON_tip_in_space_axes"]
+    exerted = -np.concatenate([np.zeros(3), force_on_tip])
+    qdd = robot.forward_dynamics(q, zero, zero, exerted)
+    close(qdd, case["expect"]["ddtheta"])
+    close(R @ (robot.jacobian_body(q) @ qdd)[3:], case["expect"]["tip_acceleration_space"])
+
+
+def test_spatial_matrix_is_that_of_a_rigid_body():
+    body = Inertial(2.0, np.array([0.1, -0.2, 0.3]), np.diag([0.1, 0.2, 0.25]))
+    c = body.com
+    about_origin = body.inertia + body.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    close(spatial_matrix(body.mass, body.mass * c, about_origin), RigidBody(body).spatial_inertia)

@@ -1,0 +1,123 @@
+"""Newton's method, joint rates and paths: laws that hold for every arm."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.errors import InputError
+from mafsil.geometry import pose
+from mafsil.ik import integrate_rates, joint_rates, newton_ik, prioritised_rates, task_jacobian, track
+
+
+@pytest.fixture(scope="module")
+def iiwa():
+    return mf.load("iiwa7")
+
+
+Q = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.4])
+
+
+@pytest.mark.capability("07-48", "07-45")
+def test_weighted_rates_are_the_cheapest(iiwa):
+    rng = np.random.default_rng(1)
+    cost = np.array([7.0, 6, 5, 4, 3, 2, 1])
+    V = rng.normal(size=6)
+    rates = joint_rates(iiwa, Q, V, cost=cost)
+    J = iiwa.jacobian_body(Q)
+    np.testing.assert_allclose(J @ rates.qd, V, atol=1e-12)
+    # Optimal exactly if Q qd has no part along the self-motion (KKT).
+    assert np.abs(rates.null_space.T @ (cost * rates.qd)).max() < 1e-12
+    assert rates.redundancy == 1
+    for _ in range(5):
+        other = rates.qd + rates.null_space @ rng.normal(size=7)
+        np.testing.assert_allclose(J @ other, V, atol=1e-12)
+        assert other @ (cost * other) >= rates.qd @ (cost * rates.qd) - 1e-12
+
+
+def test_goals_move_only_the_self_motion(iiwa):
+    V = np.array([0.0, 0.1, 0.0, 0.05, 0.0, 0.02])
+    rates = joint_rates(iiwa, np.stack([Q, -Q]), V, goal=np.ones(7))
+    assert rates.qd.shape == (2, 7)
+    assert rates.miss.max() < 1e-12
+    assert np.abs(rates.qd - joint_rates(iiwa, np.stack([Q, -Q]), V).qd).max() > 1e-3
+
+
+@pytest.mark.capability("07-49")
+def test_singular_postures_are_reported():
+    robot = mf.load("elbow6r")
+    rates = joint_rates(robot, np.zeros(6), [0, 0, 0, 1.0, 0, 0])
+    assert rates.rank < 6
+    assert rates.miss + np.abs(rates.qd).max() > 0.1
+
+
+@pytest.mark.capability("07-46", "07-51")
+def test_forms_of_the_twist_agree(iiwa):
+    T = iiwa.forward_kinematics(Q)
+    V_b = np.array([0.1, -0.2, 0.05, 0.03, 0.04, -0.02])
+    body = joint_rates(iiwa, Q, V_b).qd
+    R = T[:3, :3]
+    tip = np.concatenate([R @ V_b[:3], R @ V_b[3:]])
+    np.testing.assert_allclose(joint_rates(iiwa, Q, tip, form="tip").qd, body, atol=1e-12)
+    np.testing.assert_allclose(joint_rates(iiwa, Q, pose.adjoint(T) @ V_b, form="space").qd, body, atol=1e-12)
+    with pytest.raises(InputError):
+        task_jacobian(iiwa, Q, "world")
+
+
+def test_priorities_are_strict(iiwa):
+    J = iiwa.jacobian_body(Q)
+    first, second = np.array([0.1, 0.0, 0.2]), np.array([1.0, -2.0, 0.5, 0.3, 0.2, 0.1, 0.4])
+    qd = prioritised_rates(iiwa, Q, [(J[3:], first), (np.eye(7), second)])
+    np.testing.assert_allclose(J[3:] @ qd, first, atol=1e-12)
+    assert np.linalg.norm(qd - second) < np.linalg.norm(np.linalg.pinv(J[3:]) @ first - second)
+
+
+def test_costs_must_be_positive(iiwa):
+    with pytest.raises(InputError, match="positive definite"):
+        joint_rates(iiwa, Q, np.zeros(6), cost=[1, 1, 1, 1, 1, 1, -1])
+    with pytest.raises(InputError, match="positive"):
+        integrate_rates(iiwa, Q, lambda _t, _q: np.zeros(6), 1.0, -0.1)
+
+
+@pytest.mark.capability("07-39", "07-40", "07-41", "07-38")
+def test_newton_converges_quadratically_and_damped():
+    robot = mf.load("ur5e")
+    q = np.array([0.3, -1.1, 1.4, -0.7, 0.9, 0.2])
+    T = robot.forward_kinematics(q)
+    record = newton_ik(robot, T, q + 0.1)
+    assert record.converged
+    np.testing.assert_allclose(record.q, q, atol=1e-9)
+    late = record.differences[record.differences > 1e-7]
+    assert late[-1] < 20 * late[-2] ** 2
+    assert newton_ik(robot, T, q + 0.1, damping=1e-3, form="space").converged
+    assert not newton_ik(robot, T, q + 0.1, max_steps=1).converged
+    with pytest.raises(InputError):
+        newton_ik(robot, T, q, form="world")
+
+
+@pytest.mark.capability("07-50", "07-51")
+def test_paths_keep_their_branch(iiwa):
+    T = np.repeat(iiwa.forward_kinematics(Q)[None], 40, axis=0)
+    T[:, 1, 3] += np.linspace(0, 0.1, 40)
+    done = track(iiwa, T, Q)
+    assert done.continuous
+    assert done.residual.max() < 1e-9
+    assert np.abs(np.diff(done.q, axis=0)).max() < 0.1
+
+
+def test_switches_and_ends_are_named():
+    robot = mf.load("planar2r")
+    start = np.array([0.3, 0.6])
+    goal = np.array([0.3, -0.6])
+    jump = np.stack([robot.forward_kinematics(start), robot.forward_kinematics(goal)])
+    done = track(robot, jump, start)
+    assert done.reached == 2
+    (switch,) = done.switches
+    assert switch.index == 1
+    for language in ("en", "ar"):
+        assert str(switch.index) in switch.explain(language)
+    out = jump.copy()
+    out[1, 0, 3] += 50.0
+    assert track(robot, out, start).reached == 1
+    assert not track(robot, out, start).continuous
