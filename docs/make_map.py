@@ -15,7 +15,7 @@ from mafsil.mechanics.quantities import CATALOGUE
 DOCS = Path(__file__).parent
 SOURCE = DOCS.parent / "src" / "mafsil"
 LAYERS = (
-    "messages", "algebra", "kernels", "solvers", "geometry", "model", "mechanics", "robot", "ik", "trajectory",
+    "messages", "algebra", "kernels", "solvers", "geometry", "model", "mechanics", "robot", "ik", "grasp", "trajectory",
     "derivation", "control", "simulation", "figures", "report", "cli",
 )  # fmt: skip
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from mafsil.geometry import Twist as Twist
     from mafsil.geometry import Wrench as Wrench
     from mafsil.geometry.frames import FrameGraph as FrameGraph
+    from mafsil.grasp import Contact as Contact
+    from mafsil.grasp import Grasp as Grasp
     from mafsil.ik import inverse_kinematics as inverse_kinematics
     from mafsil.ik import solve_ik as solve_ik
     from mafsil.messages import language as language
@@ -61,6 +63,8 @@ _HOME_OF = {
     "inverse_kinematics": "mafsil.ik:inverse_kinematics",
     "language": "mafsil.messages:language",
     "Actuator": "mafsil.model:Actuator",
+    "Contact": "mafsil.grasp:Contact",
+    "Grasp": "mafsil.grasp:Grasp",
     "DHRow": "mafsil.model.denavit_hartenberg:DHRow",
     "FrameGraph": "mafsil.geometry.frames:FrameGraph",
     "Friction": "mafsil.model:Friction",

@@ -199,7 +199,13 @@ def test_nguyen_cases():
     agree(case, found["i"].combination, want["case_i_null_vector_sum1"])
     for name, y in want["certificates"].items():
         agree(case, found[name].certificate, y)
-    expected = [NguyenCase.FACING, NguyenCase.ONE_CONE, NguyenCase.OPPOSITE_SIDES, NguyenCase.SAME_SIDE, NguyenCase.EDGE]
+    expected = [
+        NguyenCase.FACING,
+        NguyenCase.ONE_CONE,
+        NguyenCase.OPPOSITE_SIDES,
+        NguyenCase.SAME_SIDE,
+        NguyenCase.EDGE,
+    ]
     assert [found[name].case for name in ("i", "ii", "iii", "iv", "boundary")] == expected
     assert (found["both_outward"].case, found["one_outward"].case) == (NguyenCase.OUTWARD, NguyenCase.SAME_WAY)
     for answer in found.values():

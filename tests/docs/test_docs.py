@@ -30,3 +30,8 @@ def test_links_lead_somewhere() -> None:
 def test_map_is_current() -> None:
     done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_map.py"), "--check"], check=False)
     assert done.returncode == 0, "run python docs/make_map.py"
+
+
+def test_reliability_page_is_current() -> None:
+    done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_reliability.py"), "--check"], check=False)
+    assert done.returncode == 0, "run python docs/make_reliability.py"

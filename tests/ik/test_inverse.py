@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.ik import Verdict, closed_form, inverse_kinematics
-from mafsil.ik.inverse import analysis
+from mafsil.ik.analysis import analysis
 from mafsil.model.exponentials import screws
 
 ARMS = [
@@ -65,8 +65,10 @@ def test_planted_configurations_are_found_and_nothing_is_wrong(name):
     T = robot.forward_kinematics(q)
     answer = form.solve(T)
     found = answer.found()
-    planted = found & (apart(robot, answer.q, q[:, None]) < 1e-6)
-    assert planted.any(axis=1).all()
+    missed = np.where(found, apart(robot, answer.q, q[:, None]), np.inf).min(axis=1)
+    values = np.linalg.svd(robot.jacobian_body(q), compute_uv=False)
+    # Rounding of the pose moves a posture by about 1e-15 over the conditioning, twice where a root was taken before.
+    assert (missed < np.maximum(1e-6, 1e-11 * values[:, 0] / values[:, min(6, robot.n) - 1])).all()
     reached = robot.forward_kinematics(answer.q[found])
     wanted = np.broadcast_to(T[:, None], (*found.shape, 4, 4))[found]
     assert np.abs(reached - wanted).max() < 1e-9

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -29,6 +30,11 @@ def main(arguments: list[str] | None = None) -> int:
         The exit code.
     """
     words = sys.argv[1:] if arguments is None else arguments
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A terminal that knows only ASCII gets codes instead of letters, not a failure.
+            stream.reconfigure(errors="backslashreplace")
+    warnings.showwarning = _warn
     if "--debug" not in words:
         # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
@@ -125,10 +131,12 @@ def _plain(value: Any) -> Any:
 def _complain(sentence: str) -> None:
     """One line on stderr."""
     line = visible(" ".join(sentence.split()))
-    try:
-        print(f"mafsil: {line}", file=sys.stderr, flush=True)
-    except UnicodeEncodeError:
-        print(f"mafsil: {line.encode('ascii', 'backslashreplace').decode()}", file=sys.stderr, flush=True)
+    print(f"mafsil: {line}", file=sys.stderr, flush=True)
+
+
+def _warn(message: Warning | str, *where: object, **more: object) -> None:
+    """A warning is a sentence; the line of our source that gave it helps nobody."""
+    _complain(str(message))
 
 
 if __name__ == "__main__":

@@ -78,6 +78,16 @@ OPERATIONS: tuple[Operation, ...] = (
             _DEGREES,
         ),
     ),
+    Operation(
+        "grasp",
+        "mafsil.cli.grasp:grasp",
+        (
+            Parameter("file", "path", positional=True, required=True),
+            Parameter("facets", "count"),
+            Parameter("steps", "flag"),
+            Parameter("picture", "path"),
+        ),
+    ),
     Operation("doctor", "mafsil.cli.doctor:doctor"),
 )
 

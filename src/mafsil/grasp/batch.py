@@ -95,7 +95,7 @@ def _chunk(W: Floats) -> tuple[NDArray[np.bool_], Floats, Floats, NDArray[np.boo
 
 
 def _phase_one(A: Floats, b: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-    """min sum of artificials, A z + s = b >= 0, for all grasps in step.
+    """Min sum of artificials, A z + s = b >= 0, for all grasps in step.
 
     Returns:
         z (g, n), prices (g, m), optimum (g,), whether all artificials left the basis, whether the steps ran out.

@@ -184,9 +184,7 @@ def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
     if found.place is Place.OUTSIDE:
         distance = distance_to_hull(W)[0]
         if distance > ROUNDING * size:
-            return Closure(
-                Verdict.NO, "grasp.open", m, m, -distance, -distance, W, certificate=y, exact=found.place
-            )
+            return Closure(Verdict.NO, "grasp.open", m, m, -distance, -distance, W, certificate=y, exact=found.place)
     return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, 0.0, 0.0, W, certificate=y, exact=found.place)
 
 

@@ -44,9 +44,7 @@ def support(contacts: Sequence[Contact], transform: Floats, *, together: bool = 
     bases = [transform @ contact.basis for contact in contacts]
 
     def reach(u: Floats) -> tuple[float, Floats]:
-        points = np.column_stack(
-            [B @ furthest(contact, B.T @ u) for contact, B in zip(contacts, bases, strict=True)]
-        )
+        points = np.column_stack([B @ furthest(contact, B.T @ u) for contact, B in zip(contacts, bases, strict=True)])
         heights = u @ points
         if not together:
             return float(heights.max()), points

@@ -239,13 +239,13 @@ def patch_contact(corners: Sequence[ArrayLike], normal: ArrayLike, mu: float = 0
     heights = (points - points[0]) @ contacts[0].normal
     size = float(np.abs(points - points[0]).max())
     if np.abs(heights).max() > 1e-9 * max(size, 1e-300):
-        raise InputError("grasp.patch_not_flat", index=int(np.argmax(np.abs(heights))), off=float(np.abs(heights).max()))
+        raise InputError(
+            "grasp.patch_not_flat", index=int(np.argmax(np.abs(heights))), off=float(np.abs(heights).max())
+        )
     return contacts
 
 
-def corner_contact(
-    point: ArrayLike, normals: Sequence[ArrayLike], mu: float = 0.0, name: str = ""
-) -> list[Contact]:
+def corner_contact(point: ArrayLike, normals: Sequence[ArrayLike], mu: float = 0.0, name: str = "") -> list[Contact]:
     """A finger in a concave corner: one contact for each face that meets there.
 
     Args:

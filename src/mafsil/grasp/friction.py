@@ -49,7 +49,7 @@ def friction_angle(mu: ArrayLike) -> Any:
 
 
 def coefficient(alpha: float) -> float:
-    """mu = tan(alpha).
+    """Mu = tan(alpha).
 
     Args:
         alpha: friction angle [rad], from 0 to below pi/2.
@@ -232,5 +232,3 @@ def _coefficient(name: str, value: ArrayLike) -> Any:
         worst = float(numbers[~(numbers >= 0)].ravel()[0]) if (~(numbers >= 0)).any() else float(numbers.max())
         raise InputError("grasp.negative_coefficient", name=name, value=worst)
     return numbers if numbers.ndim else float(numbers)
-
-

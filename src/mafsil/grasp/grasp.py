@@ -232,7 +232,9 @@ class Grasp:
         if self.dimension == 3:
             if not self.frictionless:
                 return None
-            triples = [([exact(v) for v in c.point.tolist()], [exact(v) for v in c.direction.tolist()]) for c in self.contacts]
+            triples = [
+                ([exact(v) for v in c.point.tolist()], [exact(v) for v in c.direction.tolist()]) for c in self.contacts
+            ]
             return [
                 [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx, fx, fy, fz] for (x, y, z), (fx, fy, fz) in triples
             ]

@@ -71,7 +71,7 @@ class Wiggle:
 
 
 def point_velocity(twist: ArrayLike, point: ArrayLike) -> Floats:
-    """v + omega x r of a point of the body.
+    """V + omega x r of a point of the body.
 
     Args:
         twist: (3,) (omega, v_x, v_y) or (6,) (omega, v) [rad/s, m/s].
@@ -193,7 +193,7 @@ def wiggle(A: Floats, clearance: float) -> Wiggle:
 
 
 def _extent(A: Floats, clearance: float, k: int) -> float:
-    """max |y_k| with A' y >= -clearance; infinite where the program has no bound."""
+    """Max |y_k| with A' y >= -clearance; infinite where the program has no bound."""
     from mafsil.errors import MafsilError
 
     m, n = A.shape

@@ -116,7 +116,7 @@ def _case(th: Floats, s: Floats) -> NguyenCase:
     lower, upper = _inside(th[0], th[1], s[0], s[1]), _inside(th[2], th[3], s[2], s[3])
     if lower == upper and lower != 0:
         return NguyenCase.FACING if lower > 0 else NguyenCase.OUTWARD
-    if np.any((np.abs(s) <= EDGE)):
+    if np.any(np.abs(s) <= EDGE):
         return NguyenCase.EDGE
     if lower and upper:
         return NguyenCase.SAME_WAY

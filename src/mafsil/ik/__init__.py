@@ -1,8 +1,8 @@
 """Inverse kinematics: joint vectors that bring a frame to a wanted pose, with honest verdicts."""
 
+from mafsil.ik.analysis import closed_form as closed_form
 from mafsil.ik.closed_form import Branches as Branches
 from mafsil.ik.closed_form import ClosedForm as ClosedForm
-from mafsil.ik.inverse import closed_form as closed_form
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
 from mafsil.ik.newton import NewtonRecord as NewtonRecord
 from mafsil.ik.newton import newton_ik as newton_ik

@@ -112,7 +112,12 @@ def _dusted(x: Floats) -> Floats:
 
 
 def meeting_point(w1: Vector3, r1: Vector3, w2: Vector3, r2: Vector3) -> tuple[Vector3, float]:
-    """The point nearest to two lines that are not parallel, and their distance [m]."""
+    """The point nearest to two lines that are not parallel, and their distance [m].
+
+    Args:
+        w1, r1: (3,) unit direction and a point [m] of the first line.
+        w2, r2: of the second.
+    """
     normal = np.cross(w1, w2)
     t1, _, gap = np.linalg.solve(np.stack([w1, -w2, normal], axis=1), r2 - r1)
     middle = r1 + t1 * w1 + gap / 2 * normal
@@ -120,7 +125,12 @@ def meeting_point(w1: Vector3, r1: Vector3, w2: Vector3, r2: Vector3) -> tuple[V
 
 
 def common_point(axes: Floats, points: Floats) -> tuple[Vector3, float]:
-    """The point nearest to several lines (k, 3), and its largest distance from them [m]; NaN if all are parallel."""
+    """The point nearest to several lines, and its largest distance from them [m]; NaN if all are parallel.
+
+    Args:
+        axes: (k, 3) unit directions.
+        points: (k, 3) a point of each [m].
+    """
     P = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     total = P.sum(axis=0)
     if np.linalg.cond(total) > 1e8:
@@ -130,5 +140,10 @@ def common_point(axes: Floats, points: Floats) -> tuple[Vector3, float]:
 
 
 def distance_to_line(w: Vector3, r: Vector3, x: Vector3) -> float:
-    """Distance of a point from a line [m]."""
+    """Distance of a point from a line [m].
+
+    Args:
+        w, r: (3,) unit direction and a point [m] of the line.
+        x: (3,) the point [m].
+    """
     return float(np.linalg.norm(np.cross(w, x - r)))

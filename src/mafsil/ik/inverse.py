@@ -5,26 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from itertools import combinations
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
-from mafsil.ik.chain import Chain, chain_of
+from mafsil.ik.analysis import Analysis, Task, analysis, branch_of
 from mafsil.ik.closed_form import Branches, ClosedForm
-from mafsil.ik.general_six import GeneralSix
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, reach_bound
-from mafsil.ik.recognise import EXACT, recognise, recognise_holding
 from mafsil.ik.refine import distinct, misses, refined
-from mafsil.ik.solution_set import Branch, SolutionFamily, SolutionSet, Verdict, wound_near
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.ik.solution_set import SolutionFamily, SolutionSet, Verdict, wound_near
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
-Task = Literal["pose", "position", "axis"]
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
 
@@ -36,65 +30,6 @@ SELF_MOTION = 1e-6
 
 SCAN = 24
 """Values of a free or held joint that are tried where the preferred one leads nowhere."""
-
-
-@dataclass(frozen=True, eq=False)
-class Analysis:
-    """What an arm was recognised as, for a task.
-
-    Attributes:
-        chain: of the arm; None if it is none of turning and sliding joints.
-        form: its closed form, if it has one.
-        general: elimination for the general six-joint arm, where there is no closed form.
-        held: coordinates whose values are chosen, because the arm has more joints than the task needs.
-    """
-
-    chain: Chain | None
-    form: ClosedForm | None
-    general: GeneralSix | None
-    held: tuple[int, ...]
-
-    @property
-    def exact(self) -> bool:
-        """Whether the closed form is the arm's own."""
-        return self.form is not None and self.form.pattern.defect <= EXACT
-
-
-@lru_cache(maxsize=256)
-def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
-    """How the tip of a mechanism can be solved; found once.
-
-    Args:
-        mechanism: with its tip.
-        task: `pose`, `position`, or `axis` (position and direction of the tip's z axis).
-    """
-    chain = chain_of(mechanism)
-    if chain is None or not len(chain):
-        return Analysis(None, None, None, ())
-    n, orientation, seen = mechanism.n, task != "position", chain
-    if task == "axis":
-        seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
-    excess = max(0, len(seen) - (6 if orientation else 3))
-    for held in _held_sets(seen, excess):
-        pattern = (
-            recognise_holding(seen, n, held, orientation=orientation)
-            if held
-            else recognise(seen, n, orientation=orientation)
-        )
-        if pattern is not None:
-            return Analysis(chain, ClosedForm(pattern), None, tuple(seen.joints[k] for k in held))
-    general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
-    return Analysis(chain, None, general, ())
-
-
-def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:
-    """The closed form of a robot's tip, for whole batches of poses; None if the arm has none.
-
-    Args:
-        robot: any arm.
-        task: as for `inverse_kinematics`.
-    """
-    return analysis(robot.mechanism, task).form
 
 
 def inverse_kinematics(
@@ -264,7 +199,7 @@ class _Question:
         status, facts, nearest = self._verdict(arm, q, within, families, table, proven)
         return SolutionSet(
             q=q,
-            branches=tuple(_branch(arm, int(row)) for row in rows),
+            branches=tuple(branch_of(arm, int(row)) for row in rows),
             status=status,
             families=families,
             residual=residual,
@@ -416,16 +351,6 @@ class _Question:
         return q[int(size.argmin())]
 
 
-def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
-    """Which joints to hold, by position: the last ones first for wrists, else any."""
-    if excess > 3:
-        yield tuple(range(len(chain) - excess, len(chain)))
-        return
-    real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
-    for held in combinations(reversed(real), excess):
-        yield tuple(sorted(held))
-
-
 def _middle(robot: Robot) -> JointVector:
     """(n,) the middle of the limits, zero where one is missing."""
     low, high = robot.limits.lower, robot.limits.upper
@@ -435,26 +360,3 @@ def _middle(robot: Robot) -> JointVector:
 
 def _bits(code: int, n: int) -> tuple[int, ...]:
     return tuple(i for i in range(n) if code >> i & 1)
-
-
-def _branch(arm: Analysis, row: int) -> Branch:
-    """Roots of the closed form's steps that a row of its table is."""
-    if arm.form is None or row < 0:
-        return Branch()
-    pattern = arm.form.pattern
-    sign = "+-"
-    match pattern.family:
-        case Family.PLANAR:
-            return Branch(elbow=sign[row])
-        case Family.THREE_PARALLEL:
-            return Branch(sign[row >> 2], sign[row & 1], sign[row >> 1 & 1])
-        case Family.POINT:
-            return _arm_branch(pattern, row, "")
-        case Family.SPHERICAL_WRIST:
-            return _arm_branch(pattern, row >> 1, sign[row & 1])
-
-
-def _arm_branch(pattern: ArmPattern, row: int, wrist: str) -> Branch:
-    sign = "+-"
-    outer, inner = sign[row >> 1], sign[row & 1]
-    return Branch(inner, outer, wrist) if pattern.road is PointRoad.MEET else Branch(outer, inner, wrist)

@@ -14,13 +14,27 @@ SINGULAR = 1e-7
 
 
 def misses(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
-    """(k, 6) twists from the reached to the wanted pose, in the reached frame; components not asked for are zero."""
+    """(k, 6) twists from the reached to the wanted pose, in the reached frame; components not asked for are zero.
+
+    Args:
+        robot: any arm.
+        q: (k, n) coordinates.
+        T_sd: (4, 4) wanted pose.
+        mask: (6) components that count.
+        frame: name of the link, or None for the tip.
+    """
     T = robot.forward_kinematics(q, frame=frame) if len(q) else np.zeros((0, 4, 4))
     return task_error(T, np.broadcast_to(T_sd, T.shape), mask)
 
 
 def task_error(T: PoseMatrix, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floats:
-    """(k, 6) the part of the error that a task asks for, rotation vector and displacement in the reached frame."""
+    """(k, 6) the part of the error that a task asks for, rotation vector and displacement in the reached frame.
+
+    Args:
+        T: (k, 4, 4) reached poses.
+        T_sd: (k, 4, 4) wanted poses.
+        mask: (6) components that count.
+    """
     error = np.zeros((len(T), 6))
     error[:, 3:] = ((T_sd - T)[:, :3, 3][:, None, :] @ T[:, :3, :3])[:, 0]
     if mask[:3].all():
@@ -89,7 +103,13 @@ def refined(
 
 
 def distinct(q: JointVector, turning: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
-    """Indices of the first of each group of rows that are equal up to whole turns."""
+    """Indices of the first of each group of rows that are equal up to whole turns.
+
+    Args:
+        q: (k, n) coordinates.
+        turning: (n) which of them are angles.
+        tolerance: difference that still counts as equal [rad | m].
+    """
     kept: list[int] = []
     for i in range(len(q)):
         d = q[kept] - q[i]

@@ -10,13 +10,6 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.problem import PoseProblem
 from mafsil.ik.seeds import SeedPool
-from mafsil.solvers import damped_step
-
-RELATIVE_DAMPING = 0.02
-"""Damping relative to the squared error norm. Small enough for long steps, which also leave poor valleys."""
-
-SMALLEST_DAMPING = 1e-14
-"""Keeps the factorisation regular at singular poses without slowing the last steps elsewhere."""
 
 QUICK_WAVES = 4
 """Waves whose attempts are given up early; later ones are for the hard poses, which need patience."""
@@ -93,7 +86,7 @@ class Search:
         quick = wave < QUICK_WAVES
         bars = QUICK_BARS if quick else PATIENT_BARS
         for step in range((QUICK_STEPS if quick else PATIENT_STEPS) + 1):
-            twist = self.problem.errors(q, target)
+            ahead, twist = self.problem.stepped(q, target)
             e = twist * self._scale
             size = np.sqrt((e * e).sum(axis=1))
             done = np.abs(twist).max(axis=1) <= self.tolerance / 2
@@ -104,22 +97,11 @@ class Search:
             steps[lanes] = step
             keep = ~done & (size <= bars.get(step, np.finfo(np.float64).max))
             if not keep.all():
-                lanes, q, target, e, size = lanes[keep], q[keep], target[keep], e[keep], size[keep]
+                lanes, ahead, target = lanes[keep], ahead[keep], target[keep]
             if not len(lanes):
                 break
-            q = self._stepped(q, e, size)
+            q = ahead
         return best, error, steps
-
-    def _stepped(self, q: JointVector, e: Floats, size: Floats) -> JointVector:
-        """One damped step within the bounds."""
-        problem = self.problem
-        J = problem.jacobians(q)
-        J *= self._scale[:, None]
-        if problem.bounded:
-            descent = (J * e[:, :, None]).sum(axis=1)
-            held = ((q <= problem.lower) & (descent < 0.0)) | ((q >= problem.upper) & (descent > 0.0))
-            J *= ~held[:, None, :]
-        return problem.clipped(q + damped_step(J, e, RELATIVE_DAMPING * size**2 + SMALLEST_DAMPING))
 
     def _start(self, rows: Rows, wave: int, attempt: int) -> JointVector:
         """(k, n) where attempt number `attempt` begins."""

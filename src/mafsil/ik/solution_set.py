@@ -165,7 +165,13 @@ class SolutionSet:
 def wound_near(
     q: JointVector, near: JointVector, lower: Floats, upper: Floats, turning: NDArray[np.bool_]
 ) -> JointVector:
-    """Turning joints moved by whole turns as near to `near` as possible, into the limits where that can be done."""
+    """Turning joints moved by whole turns as near to `near` as possible, into the limits where that can be done.
+
+    Args:
+        q, near: (*batch, n) coordinates.
+        lower, upper: (n,) limits.
+        turning: (n) which coordinates are angles.
+    """
     moved = q - np.where(turning, TURN * np.round((q - near) / TURN), 0.0)
     up = np.where(turning & (moved < lower), np.ceil((lower - moved) / TURN - 1e-12), 0.0)
     down = np.where(turning & (moved > upper), np.ceil((moved - upper) / TURN - 1e-12), 0.0)

@@ -46,9 +46,9 @@ def text_of(path: Path) -> str:
         FileError: missing, unreadable, too large, not UTF-8.
     """
     shown = visible(str(path))
+    if path.is_dir():
+        raise FileError("job.directory", path=shown)
     try:
-        if path.is_dir():
-            raise FileError("job.directory", path=shown)
         data = regular_bytes(path, LARGEST_FILE + 1)
     except FileNotFoundError:
         raise FileError("job.no_file", path=shown) from None

@@ -54,7 +54,7 @@ def minimise(
     h: Floats | None = None,
     free: int = 0,
 ) -> LinearAnswer | None:
-    """min c . x with A x = b, G x <= h, x >= 0 except for the last `free` unknowns.
+    """Min c . x with A x = b, G x <= h, x >= 0 except for the last `free` unknowns.
 
     Args:
         c: (n,) costs.
@@ -82,7 +82,7 @@ def minimise(
 
 
 def nonnegative_solution(A: Floats, b: Floats, c: Floats | None = None, tolerance: float = 1e-9) -> NonnegativeAnswer:
-    """x >= 0 with A x = b, the cheapest for the costs c, or Farkas' certificate against it.
+    """Find x >= 0 with A x = b, the cheapest for the costs c, or Farkas' certificate against it.
 
     Args:
         A: (m, n).

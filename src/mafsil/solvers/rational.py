@@ -73,7 +73,7 @@ def judge(columns: Columns) -> Judgement:
 def nonnegative_solution(
     columns: Sequence[Sequence[int]], b: Sequence[int]
 ) -> tuple[tuple[Fraction, ...] | None, tuple[Fraction, ...] | None]:
-    """x >= 0 with sum x_j a_j = b, or y with y . a_j >= 0 for all j and y . b < 0. One of the two is None.
+    """Find x >= 0 with sum x_j a_j = b, or y with y . a_j >= 0 for all j and y . b < 0. One of the two is None.
 
     Args:
         columns: n columns of m integers.
@@ -154,9 +154,9 @@ def _rank_and_normal(columns: list[list[int]]) -> tuple[int, list[int]]:
         place = next((i for i, value in enumerate(rest) if value), None)
         if place is not None:
             row = [value / rest[place] for value in rest]
-            echelon = [
-                (p, [a - other[place] * b for a, b in zip(other, row, strict=True)]) for p, other in echelon
-            ] + [(place, row)]
+            echelon = [(p, [a - other[place] * b for a, b in zip(other, row, strict=True)]) for p, other in echelon] + [
+                (place, row)
+            ]
         if len(echelon) == m:
             return m, []
     pivots = {place for place, _ in echelon}

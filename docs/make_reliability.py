@@ -1,0 +1,163 @@
+"""Writes docs/reliability.md from the figures that the harness left in docs/figures, so that no figure is typed by hand.
+
+python docs/make_reliability.py                     writes the page
+python docs/make_reliability.py --check             fails if the page is not what would be written
+python docs/make_reliability.py --take FOLDER ...   first copies the sums of finished rows (K1.json, ...) from FOLDER
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+FIGURES = DOCS / "figures"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One promise: what it is, the figure that counts its cases, the goal, the command, what is not covered."""
+
+    id: str
+    promise: str
+    unit: str
+    goal: int
+    command: str
+    not_covered: str = ""
+
+
+ROWS = (
+    Row(
+        "R1",
+        "Random trees of 1 to 40 joints of all kinds: kinematics and dynamics equal Pinocchio's and MuJoCo's to 1e-12 in "
+        "natural scale (weight times reach); four states each.",
+        "robots",
+        1_000_000,
+        "random_trees --robots 1000000 --shard 1/2 --resume",
+        "MuJoCo has no helical joints and no chained couplings: those robots have one oracle.",
+    ),
+    Row(
+        "R4",
+        "Real robot files load, or are refused with a code, a line and a column.",
+        "files",
+        134,
+        "hostile_tables",
+        "The other 65 files of the goal are xacro and SDF, which are not read yet.",
+    ),
+    Row("F1", "Damaged robot files: no crash, no foreign exception, no hang over 2 s, memory below 256 MB, accepted models "
+        "keep the invariants.", "files", 50_000_000, "fuzz_reader --files 50000000",
+        "SRDF, SDF and xacro have no reader yet."),
+    Row("F2", "Hostile files: each gets its expected code, line and repair, in both languages.", "files", 300,
+        "hostile_tables"),
+    Row("F3", "Calls with hostile arrays: the right answer bit by bit, or our own error; never a crash.", "calls",
+        10_000_000, "api_fuzz --calls 10000000"),
+    Row("K1", "The kernel cache under kill -9: no torn entry, no wrong load, the next start works.", "kills", 100_000,
+        "kill_cache --kills 100000", "Power loss: the order of fsync and rename is reviewed, not proven."),
+    Row("K2", "Damaged cache entries are found out before they are used, and compiled again.", "cases", 10_000,
+        "corrupt_cache --cases 10000"),
+    Row("K3", "Many processes and threads start at once on an empty cache: one entry, equal bits, no deadlock.", "rounds",
+        1_000, "stampede --rounds 1000"),
+    Row("C1", "64 threads share kernels: every answer has the bits of the serial one.", "calls", 640_000,
+        "concurrency --calls 640000", "Servers, dask and free-threaded builds."),
+    Row("D1", "One hash per scenario over threads, batch sizes, order of runs and warm or cold cache.", "scenarios", 1_000,
+        "determinism --scenarios 1000", "One Python version and one processor."),
+    Row("R8", "Exponentials and logarithms of rotations and motions: round trip to 8 eps away from pi, to 1e-8 at pi, "
+        "never NaN.", "cases", 1_000_000_000, "lie_groups --cases 1000000000"),
+)  # fmt: skip
+ELSEWHERE = (
+    ("R2", "Compiled kernels equal the reference path", "`tests/reliability/test_random_trees.py`, `tests/kernels`"),
+    ("C2", "Robots and kernels travel by pickle and copy", "`tests/reliability/test_robot_rows.py`"),
+    ("N2", "Reports and commands work without a network", "`tests/report`, `tests/cli`"),
+)
+
+
+def main() -> int:
+    """Write or check the page."""
+    if "--take" in sys.argv:
+        for folder in sys.argv[sys.argv.index("--take") + 1 :]:
+            _take(Path(folder))
+    page = "\n".join(_lines()) + "\n"
+    path = DOCS / "reliability.md"
+    if "--check" in sys.argv:
+        return int(not path.exists() or path.read_text("utf-8") != page)
+    path.write_text(page, "utf-8")
+    return 0
+
+
+def _take(folder: Path) -> None:
+    for row in ROWS:
+        if (folder / f"{row.id}.json").exists():
+            shutil.copy(folder / f"{row.id}.json", FIGURES)
+
+
+def _lines() -> list[str]:
+    found = {row.id: _figures(row.id) for row in ROWS}
+    lines = [
+        "# Reliability: what is promised, and what has been shown",
+        "",
+        "Made by `docs/make_reliability.py` from `docs/figures`, which the harness in `tests/reliability` writes. Zero",
+        "failures are tolerated in every row. `python -m tests.reliability.<command> --resume FOLDER` goes on where a run",
+        "stopped; a smaller size of each row runs with the tests.",
+        "",
+        "| row | promise | shown | failures | goal | time |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [_table_row(row, found[row.id]) for row in ROWS]
+    lines += ["", "## Commands", ""]
+    lines += [f"- {row.id}: `python -m tests.reliability.{row.command}`" for row in ROWS]
+    lines += ["", "## Shown by tests alone", ""]
+    lines += [f"- {name}: {promise}: {place}" for name, promise, place in ELSEWHERE]
+    lines += ["", "## Not reached", ""]
+    lines += [f"- {text}" for row in ROWS for text in _gaps(row, found[row.id])]
+    return lines
+
+
+def _figures(name: str) -> dict[str, Any] | None:
+    path = FIGURES / f"{name}.json"
+    return json.loads(path.read_text("utf-8")) if path.exists() else None
+
+
+def _table_row(row: Row, found: dict[str, Any] | None) -> str:
+    if found is None:
+        return f"| {row.id} | {row.promise} | not run | | {row.goal:,} {row.unit} | |"
+    shown = f"{found[row.unit]:,} {row.unit}"
+    return (
+        f"| {row.id} | {row.promise} | {shown}{_details(found)} | {_failures(found)} | {row.goal:,} | "
+        f"{found['seconds']:.0f} s |"
+    )
+
+
+def _details(found: dict[str, Any]) -> str:
+    """What else was counted: refusals, recompilations, oracles."""
+    if "checks" in found:
+        worst = max(error for error, _ in found["worst"].values())
+        counts = ", ".join(f"{count:,} by {oracle}" for oracle, count in sorted(found["checks"].items()))
+        return f" ({counts}; worst {worst:.1e})"
+    plain = {"row", "shards", "machine", "python", "passed", "seconds", "files", "calls", "kills", "cases", "rounds"}
+    others = {
+        name: value
+        for name, value in found.items()
+        if name not in plain | {"scenarios"} and not name.startswith("bad_") and value
+    }
+    text = ", ".join(f"{value:,} {name.replace('_', ' ')}" for name, value in others.items())
+    return f" ({text})" if text else ""
+
+
+def _failures(found: dict[str, Any]) -> int:
+    if "beyond" in found:
+        return len(found["beyond"])
+    return sum(value for name, value in found.items() if name.startswith("bad_"))
+
+
+def _gaps(row: Row, found: dict[str, Any] | None) -> list[str]:
+    count = 0 if found is None else found[row.unit]
+    gaps = [f"{row.id}: {count:,} of {row.goal:,} {row.unit}."] if count < row.goal else []
+    return gaps + ([f"{row.id}: {row.not_covered}"] if row.not_covered else [])
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

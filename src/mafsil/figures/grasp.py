@@ -1,0 +1,172 @@
+"""Pictures of a grasp: contacts and cones on the body, what is not resisted or still free, and the hull of wrenches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.grasp import Closure, Contact, Grasp, Verdict
+from mafsil.grasp.ball import hull_facets
+from mafsil.messages.visible import visible
+
+_INK, _BODY, _CONE, _NORMAL = "#39424a", "#e8ecef", "#2f6fd0", "#1d4488"
+_YES, _NO, _MARGINAL = "#2e8b57", "#d33f3a", "#d9902a"
+_COLOURS = {Verdict.YES: _YES, Verdict.NO: _NO, Verdict.MARGINAL: _MARGINAL}
+
+
+def save_grasp(grasp: Grasp, path: Path, *, closure: Closure | None = None, outline: Floats | None = None) -> None:
+    """Draw a grasp into a file.
+
+    Args:
+        grasp: in the plane or in space.
+        path: .png, .svg or .pdf.
+        closure: verdict to show; asked for if None.
+        outline: (k, 2) corners of a plane body.
+    """
+    import matplotlib
+
+    found = grasp.closure() if closure is None else closure
+    with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 9, "text.color": _INK}):
+        figure = draw_grasp(grasp, found, outline)
+        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
+        figure.savefig(path, dpi=150, bbox_inches="tight", pad_inches=0.08, metadata=undated)
+
+
+def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None) -> Any:
+    """A matplotlib figure: the contacts with their cones; in the plane also the hull of the wrenches.
+
+    Args:
+        grasp: in the plane or in space.
+        closure: its verdict.
+        outline: (k, 2) corners of a plane body.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.5, 4.8) if grasp.dimension == 2 else (6.5, 6.0))
+    FigureCanvasAgg(figure)
+    if grasp.dimension == 2:
+        left: Any = figure.add_axes((0.0, 0.05, 0.52, 0.85))
+        _plane(left, grasp, closure, outline)
+        right: Any = figure.add_axes((0.55, 0.02, 0.45, 0.9), projection="3d")
+        _hull(right, grasp.matrix(), closure)
+    else:
+        axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
+        _space(axes, grasp)
+    sentence = f"{grasp.name}: {closure.verdict.value}" if grasp.name else closure.verdict.value
+    figure.suptitle(visible(sentence), color=_COLOURS[closure.verdict], fontsize=11)
+    return figure
+
+
+def _size(grasp: Grasp, outline: Floats | None = None) -> float:
+    points = np.array([c.point for c in grasp.contacts])
+    if outline is not None:
+        points = np.vstack([points, outline])
+    return float(np.ptp(points, axis=0).max()) or 1.0
+
+
+def _plane(axes: Any, grasp: Grasp, closure: Closure, outline: Floats | None) -> None:
+    size = _size(grasp, outline)
+    if outline is not None:
+        axes.fill(*outline.T, facecolor=_BODY, edgecolor=_INK, linewidth=1.2)
+    for k, contact in enumerate(grasp.contacts):
+        reach = 0.28 * size
+        if contact.mu:
+            edges = np.array([contact.normal + s * contact.mu * contact.tangents[0] for s in (-1, 1)])
+            edges = edges / np.linalg.norm(edges, axis=1, keepdims=True) * reach
+            axes.fill(*np.array([contact.point, *(contact.point + edges)]).T, color=_CONE, alpha=0.25, linewidth=0)
+            for edge in edges:
+                axes.plot(*np.array([contact.point, contact.point + edge]).T, color=_CONE, linewidth=0.9)
+        tail = contact.point - 0.16 * size * contact.normal
+        axes.annotate("", contact.point, tail, arrowprops={"arrowstyle": "-|>", "color": _NORMAL, "lw": 1.6})
+        axes.plot(*contact.point, "o", color=_NORMAL, markersize=4)
+        axes.text(*(tail - 0.05 * size * contact.normal), str(k), ha="center", va="center")
+    for twist in [*grasp.free_motions().reversible, *grasp.free_motions().rays][:3]:
+        _free_motion(axes, grasp, twist, size, outline)
+    if closure.certificate is not None:
+        _unresisted(axes, closure.certificate, size)
+    axes.plot(0, 0, "+", color=_INK)
+    axes.set_aspect("equal")
+    axes.margins(0.12)
+    axes.axis("off")
+
+
+def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: Floats | None) -> None:
+    """The body (or its contact points) a little later along a motion that the normals allow."""
+    step = 0.12 * size / max(float(np.abs(twist[1:]).max()), abs(float(twist[0])) * 0.5 * size, 1e-12)
+    corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
+    for s in (step, 0.5 * step):
+        angle = s * twist[0]
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        moved = corners @ turn.T + s * twist[1:]
+        axes.fill(*moved.T, facecolor="none", edgecolor=_YES, linewidth=0.9, linestyle="--")
+
+
+def _unresisted(axes: Any, wrench: Floats, size: float) -> None:
+    """The external wrench that nothing resists: an arrow for the force, a turning arrow for the moment."""
+    moment, force = float(wrench[0]), wrench[1:]
+    if np.linalg.norm(force) > 1e-9:
+        tip = 0.45 * size * force / np.linalg.norm(force)
+        axes.annotate("", tip, (0, 0), arrowprops={"arrowstyle": "-|>", "color": _NO, "lw": 2.2})
+    if abs(moment) > 1e-9:
+        angles = np.linspace(0.2, 5.0, 40)[:: 1 if moment > 0 else -1]
+        circle = 0.16 * size * np.column_stack([np.cos(angles), np.sin(angles)])
+        axes.plot(*circle[:-2].T, color=_NO, linewidth=2.0)
+        axes.annotate("", circle[-1], circle[-3], arrowprops={"arrowstyle": "-|>", "color": _NO, "lw": 2.0})
+
+
+def _hull(axes: Any, A: Floats, closure: Closure) -> None:
+    """Wrenches (f_x, f_y, m) of unit push, their hull, and the origin with its ball."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    points = A[[1, 2, 0]].T
+    axes.scatter(*points.T, color=_CONE, s=18)
+    if hull_facets(A) is not None:
+        from scipy.spatial import ConvexHull
+
+        faces = [points[simplex] for simplex in ConvexHull(points).simplices]
+        axes.add_collection3d(Poly3DCollection(faces, facecolor=_CONE, edgecolor=_NORMAL, alpha=0.12, linewidth=0.6))
+    else:
+        axes.plot(*np.vstack([points, points[:1]]).T, color=_NORMAL, linewidth=0.8)
+    axes.scatter(0, 0, 0, color=_COLOURS[closure.verdict], s=40)
+    if closure.margin > 0:
+        u, v = np.mgrid[0 : 2 * np.pi : 24j, 0 : np.pi : 12j]
+        ball = closure.margin * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+        axes.plot_wireframe(*ball, color=_YES, linewidth=0.4)
+    axes.set_xlabel("f_x")
+    axes.set_ylabel("f_y")
+    axes.set_zlabel("m")
+
+
+def _space(axes: Any, grasp: Grasp) -> None:
+    size = _size(grasp)
+    for k, contact in enumerate(grasp.contacts):
+        _cone(axes, contact, 0.25 * size)
+        tail = contact.point - 0.2 * size * contact.normal
+        axes.plot(*np.array([tail, contact.point]).T, color=_NORMAL, linewidth=1.8)
+        axes.scatter(*contact.point, color=_NORMAL, s=16)
+        axes.text(*tail, str(k))
+    points = np.array([c.point for c in grasp.contacts])
+    middle, half = points.mean(axis=0), 0.75 * size
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.set_zlim(middle[2] - half, middle[2] + half)
+    axes.set_box_aspect((1, 1, 1))
+    axes.set_xlabel("x")
+    axes.set_ylabel("y")
+    axes.set_zlabel("z")
+
+
+def _cone(axes: Any, contact: Contact, height: float) -> None:
+    if not contact.mu:
+        return
+    angle, along = np.meshgrid(np.linspace(0, 2 * np.pi, 33), [0.0, height])
+    a, b = contact.tangents
+    surface = [
+        contact.point[i] + along * (contact.normal[i] + contact.mu * (np.cos(angle) * a[i] + np.sin(angle) * b[i]))
+        for i in range(3)
+    ]
+    axes.plot_surface(*surface, color=_CONE, alpha=0.3, linewidth=0)

@@ -1,0 +1,112 @@
+"""What an arm was recognised as for a task, found once, and the names of its branches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+from typing import Literal
+
+from mafsil.ik.chain import Chain, chain_of
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.general_six import GeneralSix
+from mafsil.ik.recognise import EXACT, recognise, recognise_holding
+from mafsil.ik.solution_set import Branch
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.model import Mechanism
+from mafsil.robot import Robot
+
+Task = Literal["pose", "position", "axis"]
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """What an arm was recognised as, for a task.
+
+    Attributes:
+        chain: of the arm; None if it is none of turning and sliding joints.
+        form: its closed form, if it has one.
+        general: elimination for the general six-joint arm, where there is no closed form.
+        held: coordinates whose values are chosen, because the arm has more joints than the task needs.
+    """
+
+    chain: Chain | None
+    form: ClosedForm | None
+    general: GeneralSix | None
+    held: tuple[int, ...]
+
+    @property
+    def exact(self) -> bool:
+        """Whether the closed form is the arm's own."""
+        return self.form is not None and self.form.pattern.defect <= EXACT
+
+
+@lru_cache(maxsize=256)
+def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
+    """How the tip of a mechanism can be solved; found once.
+
+    Args:
+        mechanism: with its tip.
+        task: `pose`, `position`, or `axis` (position and direction of the tip's z axis).
+    """
+    chain = chain_of(mechanism)
+    if chain is None or not len(chain):
+        return Analysis(None, None, None, ())
+    n, orientation, seen = mechanism.n, task != "position", chain
+    if task == "axis":
+        seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
+    excess = max(0, len(seen) - (6 if orientation else 3))
+    for held in _held_sets(seen, excess):
+        pattern = (
+            recognise_holding(seen, n, held, orientation=orientation)
+            if held
+            else recognise(seen, n, orientation=orientation)
+        )
+        if pattern is not None:
+            return Analysis(chain, ClosedForm(pattern), None, tuple(seen.joints[k] for k in held))
+    general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
+    return Analysis(chain, None, general, ())
+
+
+def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:
+    """The closed form of a robot's tip, for whole batches of poses; None if the arm has none.
+
+    Args:
+        robot: any arm.
+        task: as for `inverse_kinematics`.
+    """
+    return analysis(robot.mechanism, task).form
+
+
+def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
+    """Which joints to hold, by position: the last ones first for wrists, else any."""
+    if excess > 3:
+        yield tuple(range(len(chain) - excess, len(chain)))
+        return
+    real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
+    for held in combinations(reversed(real), excess):
+        yield tuple(sorted(held))
+
+
+def branch_of(arm: Analysis, row: int) -> Branch:
+    """Roots of the closed form's steps that a row of its table is."""
+    if arm.form is None or row < 0:
+        return Branch()
+    pattern = arm.form.pattern
+    sign = "+-"
+    match pattern.family:
+        case Family.PLANAR:
+            return Branch(elbow=sign[row])
+        case Family.THREE_PARALLEL:
+            return Branch(sign[row >> 2], sign[row & 1], sign[row >> 1 & 1])
+        case Family.POINT:
+            return _arm_branch(pattern, row, "")
+        case Family.SPHERICAL_WRIST:
+            return _arm_branch(pattern, row >> 1, sign[row & 1])
+
+
+def _arm_branch(pattern: ArmPattern, row: int, wrist: str) -> Branch:
+    sign = "+-"
+    outer, inner = sign[row >> 1], sign[row & 1]
+    return Branch(inner, outer, wrist) if pattern.road is PointRoad.MEET else Branch(outer, inner, wrist)
