@@ -71,13 +71,21 @@ def bring_pip() -> None:
 def pip_from_index() -> None:
     """Install pip by running its own wheel, fetched from the package index."""
     import json
+    import urllib.parse
     import urllib.request
 
-    with urllib.request.urlopen("https://pypi.org/pypi/pip/json", timeout=60) as answer:
-        files = json.load(answer)["urls"]
-    wheel = next(file for file in files if file["packagetype"] == "bdist_wheel")
-    with urllib.request.urlopen(wheel["url"], timeout=60) as answer:
-        content = answer.read()
+    index = "https://pypi.org/pypi/pip/json"
+    try:
+        with urllib.request.urlopen(index, timeout=60) as answer:
+            files = json.load(answer)["urls"]
+        wheel = next(file for file in files if file["packagetype"] == "bdist_wheel")
+        with urllib.request.urlopen(urllib.parse.urljoin(index, wheel["url"]), timeout=60) as answer:
+            content = answer.read()
+    except (OSError, ValueError, LookupError, StopIteration) as error:
+        raise SystemExit(
+            f"{sys.executable} has no pip, and it could not be fetched from {index} ({error}); "
+            "install pip (on Debian: apt install python3-venv) or connect to the network, then try again"
+        ) from None
     if hashlib.sha256(content).hexdigest() != wheel["digests"]["sha256"]:
         raise SystemExit("the pip wheel from the package index does not match its checksum; try again")
     with tempfile.TemporaryDirectory() as folder:

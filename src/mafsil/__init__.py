@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mafsil import control as control
+    from mafsil import derivation as derivation
     from mafsil import geometry as geometry
+    from mafsil import performance as performance
     from mafsil import trajectory as trajectory
     from mafsil.errors import FileError as FileError
     from mafsil.errors import InputError as InputError
@@ -50,8 +52,10 @@ __version__ = "0.1.0"
 
 _HOME_OF = {
     "control": "mafsil.control",
+    "derivation": "mafsil.derivation",
     "geometry": "mafsil.geometry",
     "library": "mafsil.model.library",
+    "performance": "mafsil.performance",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",
     "FileError": "mafsil.errors:FileError",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,6 +73,34 @@ def require_finite(name: str, array: Floats) -> Floats:
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError("input.finite", name=name, value=array[index], index=index)
     return array
+
+
+def require_kind(name: str, value: object, expected: str, *members: str) -> None:
+    """Refuse an object that is something else than expected.
+
+    Args:
+        name: the argument's name, for the error.
+        value: what the user gave.
+        expected: what it should be, in the words of the documentation.
+        members: names of what such a thing has.
+
+    Raises:
+        InputError: it lacks one of the members.
+    """
+    if isinstance(value, type) or not all(hasattr(value, member) for member in members):
+        raise InputError("input.kind", name=name, expected=expected, got=type(value).__name__)
+
+
+def positive(name: str, value: object) -> float:
+    """The value itself, if it is a finite positive number.
+
+    Raises:
+        InputError: it is not.
+    """
+    number = real_array(name, cast("ArrayLike", value))
+    if number.ndim or not np.isfinite(number) or number <= 0.0:
+        raise InputError("input.positive", name=name, value=value)
+    return float(number)
 
 
 def frozen(array: ArrayLike) -> Floats:

@@ -29,6 +29,7 @@ def work(seed: int, cases: int) -> dict[str, int]:
     warnings.simplefilter("ignore", cache.CacheWarning)
     with tempfile.TemporaryDirectory(prefix="mafsil-K2-") as folder:
         os.environ[cache.CACHE_VARIABLE] = folder
+        compiler._images.clear()  # what an earlier shard loaded would not be written to this folder
         keys = [specimens.kernel(*which).image.provenance.key for which in SPECIMENS]
         paths = [Path(folder) / f"{key}.kernel" for key in keys]
         whole = [path.read_bytes() for path in paths]

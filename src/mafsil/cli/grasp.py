@@ -34,7 +34,7 @@ def grasp(file: str, facets: str | int | None, steps: bool, picture: str | None)
     if picture is not None and Path(picture).suffix.lower() not in _PICTURES:
         raise InputError("cli.picture_kind", path=picture, known=", ".join(_PICTURES))
     sketch = read(Path(file))
-    held, edges = sketch.grasp, None if facets is None else int(facets)
+    held, edges = sketch.grasp, None if facets is None else _count(facets)
     found, form, free = held.closure(edges), held.form_closure(), held.free_motions()
     forces = None if sketch.load is None else held.resist(sketch.load)
     data: dict[str, Any] = {
@@ -57,6 +57,13 @@ def grasp(file: str, facets: str | int | None, steps: bool, picture: str | None)
     if refusal is None and not found.force_closure:
         refusal = found.explain()
     return Answer(data, tuple(lines), refusal)
+
+
+def _count(facets: str | int) -> int:
+    try:
+        return int(facets)
+    except ValueError:
+        raise InputError("input.numbers", name="--facets", got=repr(facets)) from None
 
 
 def _head(held: Grasp) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import JointVector, require_kind
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
@@ -66,4 +66,5 @@ def computed_torque(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.2.
     """
+    require_kind("robot", robot, "Robot", "inverse_dynamics")
     return ComputedTorque(robot, Gains.from_natural_frequency(robot.n, natural_frequency, damping_ratio, integral))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import JointVector, require_kind
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
@@ -86,6 +86,7 @@ def gravity_compensation(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLi
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.2.
     """
+    require_kind("robot", robot, "Robot", "gravity_torque")
     return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot)
 
 

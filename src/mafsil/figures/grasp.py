@@ -84,7 +84,7 @@ def _plane(axes: Any, grasp: Grasp, closure: Closure, outline: Floats | None) ->
         axes.annotate("", contact.point, tail, arrowprops={"arrowstyle": "-|>", "color": _NORMAL, "lw": 1.6})
         axes.plot(*contact.point, "o", color=_NORMAL, markersize=4)
         axes.text(*(tail - 0.05 * size * contact.normal), str(k), ha="center", va="center")
-    for twist in [*grasp.free_motions().reversible, *grasp.free_motions().rays][:3]:
+    for twist in _shown_motions(grasp, closure):
         _free_motion(axes, grasp, twist, size, outline)
     if closure.certificate is not None:
         _unresisted(axes, closure.certificate, size)
@@ -92,6 +92,14 @@ def _plane(axes: Any, grasp: Grasp, closure: Closure, outline: Floats | None) ->
     axes.set_aspect("equal")
     axes.margins(0.12)
     axes.axis("off")
+
+
+def _shown_motions(grasp: Grasp, closure: Closure) -> list[Floats]:
+    """Friction may stop what the normals let pass: motions are shown only where forces do not close."""
+    if closure.force_closure:
+        return []
+    free = grasp.free_motions()
+    return [*free.reversible, *free.rays][:3]
 
 
 def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: Floats | None) -> None:
@@ -136,6 +144,7 @@ def _hull(axes: Any, A: Floats, closure: Closure) -> None:
         u, v = np.mgrid[0 : 2 * np.pi : 24j, 0 : np.pi : 12j]
         ball = closure.margin * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
         axes.plot_wireframe(*ball, color=_YES, linewidth=0.4)
+    axes.set_aspect("equal")
     axes.set_xlabel("f_x")
     axes.set_ylabel("f_y")
     axes.set_zlabel("m")

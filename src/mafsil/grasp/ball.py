@@ -29,7 +29,7 @@ class Ball:
     Attributes:
         radius: largest that is proven to fit; 0 if the origin is not strictly inside.
         upper: radius that is proven not to be exceeded; equal to `radius` for finitely many wrenches.
-        weakest: (m,) unit direction in which the set reaches least far; the external wrench against it is the hardest one.
+        weakest: (m,) unit direction in which the set reaches least far; the wrench against it is the hardest.
         corners: how many wrenches the polytope had.
     """
 

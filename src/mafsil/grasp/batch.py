@@ -70,7 +70,7 @@ def closures(A: ArrayLike) -> BatchClosure:
 
 
 def _chunk(W: Floats) -> tuple[NDArray[np.bool_], Floats, Floats, NDArray[np.bool_]]:
-    b, m, n = W.shape
+    n = W.shape[2]
     rows = np.abs(W).max(axis=2, keepdims=True)
     rows[rows == 0] = 1.0
     A = W / rows

@@ -140,7 +140,7 @@ def closure(
 
 def _yes(W: Floats, M: Floats, found: Enclosure, reach: Support | None, margins: bool) -> Closure:
     ball = _ball(W, reach) if margins else Ball(np.nan, np.nan, np.zeros(len(W)), 0)
-    columns = W if reach is None else np.linalg.solve(M, found.columns)
+    columns: Floats = W if reach is None else np.asarray(np.linalg.solve(M, found.columns), float)
     sizes = np.linalg.norm(M @ columns, axis=0) if reach is None else np.ones(columns.shape[1])
     x = found.combination / np.where(sizes > 0, sizes, 1.0)
     weakest = -ball.weakest if margins else None

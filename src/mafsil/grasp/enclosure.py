@@ -64,6 +64,7 @@ def enclose(W: Floats, reach: Support | None = None) -> Enclosure:
     weights /= weights.sum()
     c = W @ weights
     grown = W
+    upper, lower = np.inf, -np.inf
     for rounds in range(1, ROUNDS + 1):
         x, lower, z = _shoot(grown, c)
         if reach is None:
@@ -88,9 +89,11 @@ def _shoot(W: Floats, c: Floats) -> tuple[Floats, float, Floats]:
 
 
 def _strict(found: Enclosure, weights: Floats) -> Enclosure:
-    """W x = -lambda W w, so x + lambda w is positive and combines to zero."""
+    """W x = -lambda W w, so x + lambda w is positive and combines to zero; unused later columns go."""
+    if found.lower <= 0:
+        return found
     x = found.combination.copy()
-    if found.lower > 0:
-        x[: len(weights)] += found.lower * weights
-        x[len(weights) :] = np.maximum(x[len(weights) :], 0.0)
-    return Enclosure(found.lower, found.upper, found.columns, x / x.sum(), found.certificate, found.rounds)
+    x[: len(weights)] += found.lower * weights
+    used = (x > 0) | (np.arange(len(x)) < len(weights))
+    x = x[used] / x[used].sum()
+    return Enclosure(found.lower, found.upper, found.columns[:, used], x, found.certificate, found.rounds)

@@ -155,16 +155,17 @@ class _Program:
         """The least total push, or (elastic) the least sum of what is left of the wrench."""
         columns = start or [(i, e) for i, c in enumerate(self.contacts) for e in c.edges(8)]
         best_lower = -np.inf
-        for _ in range(ROUNDS):
+        rounds = 0
+        while True:
             found = self._program(columns, elastic)
             fresh, worst = self._price(found, elastic)
             bound = found.value if not fresh else self._lower(found, elastic, worst)
             best_lower = max(best_lower, bound)
             solved = _Solved(found.value, best_lower, found.x, columns, found.prices, found.limit_prices)
-            if not fresh or found.value - best_lower <= GAP * max(1e-12, abs(found.value)):
+            rounds += 1
+            if not fresh or rounds == ROUNDS or found.value - best_lower <= GAP * max(1e-12, abs(found.value)):
                 return solved
             columns = columns + fresh
-        return solved
 
     def _program(self, columns: list[tuple[int, Floats]], elastic: bool) -> _Solved:
         W = np.column_stack([self.contacts[i].basis @ e for i, e in columns])

@@ -228,7 +228,7 @@ class Grasp:
         return M
 
     def _exact_columns(self) -> list[list[Any]] | None:
-        """Columns up to positive factors, exactly as the contacts were typed; None where cones have irrational edges."""
+        """Columns up to positive factors, exactly as typed; None where cones have irrational edges."""
         if self.dimension == 3:
             if not self.frictionless:
                 return None

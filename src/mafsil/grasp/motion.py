@@ -126,7 +126,7 @@ def _pointed_cone(rows: Floats) -> Floats:
     if r == 0:
         return np.zeros((0, 0))
     first = _independent_rows(rows)
-    rays = np.linalg.inv(rows[first]).T
+    rays: Floats = np.asarray(np.linalg.inv(rows[first]).T, float)
     used = list(first)
     for i in range(len(rows)):
         if i in first:

@@ -84,8 +84,10 @@ def second_order(grasp: Grasp) -> SecondOrder:
     x = _equilibrium(A)
     U, s, _ = np.linalg.svd(A)
     motions = U[:, int((s > 1e-10 * s[0]).sum()) :].T
-    form = np.sum([push * _opening(contact, motions) for push, contact in zip(x, grasp.contacts, strict=True)], axis=0)
-    held = bool(np.linalg.eigvalsh(form).max() < -NEGATIVE * float(np.abs(form).max(initial=1e-300)))
+    parts = [_opening(contact, motions) for contact in grasp.contacts]
+    form = np.einsum("i,ijk->jk", x, np.array([part for part, _ in parts]))
+    size = float(x @ np.array([size for _, size in parts]))
+    held = bool(np.linalg.eigvalsh(form).max() < -NEGATIVE * size)
     return SecondOrder(Immobility.SECOND_ORDER if held else Immobility.NOT_SHOWN, x, motions, form)
 
 
@@ -100,8 +102,8 @@ def _equilibrium(A: Floats) -> Floats:
     return best.x[:n] + best.x[n]
 
 
-def _opening(contact: Contact, motions: Floats) -> Floats:
-    """(k, k) symmetric form of d'' on the basis."""
+def _opening(contact: Contact, motions: Floats) -> tuple[Floats, float]:
+    """(k, k) symmetric form of d'' on the basis, and the size of the terms that may cancel in it."""
     omega = motions[:, 0]
     velocity = motions[:, 1:] + omega[:, None] * np.array([-contact.point[1], contact.point[0]])
     sideways = velocity @ contact.tangents[0]
@@ -112,4 +114,5 @@ def _opening(contact: Contact, motions: Floats) -> Floats:
         if k + kappa <= 0:
             raise InputError("grasp.curvatures", body=kappa, finger=k)
         a, b = (k * sideways - omega) / (k + kappa), omega + kappa * sideways
-    return 0.5 * (np.outer(a, b) + np.outer(b, a))
+    size = float(np.linalg.norm(a) * (np.linalg.norm(omega) + np.linalg.norm(kappa * sideways)))
+    return 0.5 * (np.outer(a, b) + np.outer(b, a)), size

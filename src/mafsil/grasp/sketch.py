@@ -101,7 +101,7 @@ def _known(table: Any, keys: set[str], source: str) -> None:
         raise FileError("grasp.file_table", path=source, known=", ".join(sorted(keys)))
     for key in table:
         if key not in keys:
-            raise FileError("grasp.file_key", path=source, key=key, known=", ".join(sorted(keys)))
+            raise FileError("grasp.file_key", path=source, name=key, known=", ".join(sorted(keys)))
 
 
 def _load(data: dict[str, Any], grasp: Grasp, source: str) -> Floats | None:

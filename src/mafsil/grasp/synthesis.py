@@ -162,7 +162,7 @@ def fixture(locators: Sequence[Contact], clamp: Contact) -> Fixture:
     push = Grasp([clamp]).normals_matrix[:, 0]
     if np.linalg.matrix_rank(A / np.linalg.norm(A, axis=0)) < m:
         return Fixture(False, np.full(m, np.nan), False, tuple(range(m)))
-    reactions = np.linalg.solve(A, -push)
+    reactions: Floats = np.asarray(np.linalg.solve(A, -push), float)
     unloaded = tuple(int(i) for i in np.flatnonzero(reactions <= 1e-12 * np.abs(reactions).max()))
     return Fixture(True, reactions, not unloaded, unloaded)
 

@@ -49,7 +49,7 @@ def ellipsoid_scale(grasp: Grasp, axes: ArrayLike, facets: int = 16) -> float:
         facets: edges of round cones.
     """
     E = gate("axes", axes, (grasp.rows, grasp.rows), finite=True)
-    return finite_ball(np.linalg.solve(E, grasp.matrix(facets))).radius
+    return finite_ball(np.asarray(np.linalg.solve(E, grasp.matrix(facets)), float)).radius
 
 
 def smallest_singular_value(grasp: Grasp, length: float = 1.0) -> float:

@@ -175,7 +175,8 @@ def three_finger_forces(
     m, f = _in_frame(gate("wrench", wrench, (6,), finite=True), pose)
     points = _flat_points(contacts, pose)
     x, y = points.T
-    normal_part = np.linalg.solve(np.array([np.ones(3), y, -x]), -np.array([f[2], m[0], m[1]]))
+    balance = np.array([np.ones(3), y, -x])
+    normal_part: Floats = np.asarray(np.linalg.solve(balance, -np.array([f[2], m[0], m[1]])), float)
     planar = np.array([[1.0, 0, 1, 0, 1, 0], [0, 1, 0, 1, 0, 1], np.column_stack([-y, x]).ravel()])
     in_plane = (np.linalg.pinv(planar) @ -np.array([f[0], f[1], m[2]])).reshape(3, 2)
     eta = _deepest_internal(points, found.sections) if internal is None else _given_internal(internal, pose, planar)

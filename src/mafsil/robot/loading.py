@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
+from typing import cast
 
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.model import Mechanism
 from mafsil.model.diagnostics import shown
 from mafsil.robot.robot import Robot
@@ -30,6 +31,8 @@ def load_mechanism(source: str | PathLike[str]) -> Mechanism:
     """The description of a robot from the library or a file; arguments and errors as for `load`."""
     from mafsil.model import library
 
+    if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
+        raise InputError("robot.source", got=type(source).__name__)
     path = Path(source)
     if not path.suffix and not _exists(path):
         name = str(source)

@@ -49,6 +49,8 @@ class Robot:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        if not isinstance(cast(object, mechanism), Mechanism):
+            raise InputError("robot.mechanism", got=type(mechanism).__name__)
         self.mechanism = mechanism
         self._kernels: dict[tuple[str, str | None, tuple[str, ...]], Kernel] = {}
 

@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.arrays import Floats, JointVector, Vector6, require_kind
 from mafsil.control import saturated
 from mafsil.errors import InputError
 from mafsil.geometry import pose
@@ -41,6 +41,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Recording:
     Raises:
         InputError: the law returns efforts of a wrong shape.
     """
+    require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
     began = perf_counter()
     run = _Run(scenario)
     status = run.to_the_end(progress)

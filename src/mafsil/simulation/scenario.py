@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate, require_finite
+from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind
 from mafsil.control import Law
 from mafsil.errors import InputError
 from mafsil.robot import Robot
@@ -60,22 +60,32 @@ class Scenario:
     saturate: bool = True
 
     def __post_init__(self) -> None:
+        require_kind("robot", self.robot, "Robot", "mechanism", "forward_dynamics")
+        require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
+        require_kind("law", self.law, "Law", "session")
+        require_kind("plant", self.true_plant, "Plant", "acceleration")
+        if self.noise is not None:
+            require_kind("noise", self.noise, "SensorNoise", "drawn")
+        require_kind("disturbances", self.disturbances, "tuple", "__len__", "__iter__")
+        for push in self.disturbances:
+            require_kind("disturbances", push, "WrenchPulse", "push", "duration")
         if self.trajectory.n != self.robot.n:
             facts = {"expected": f"n = {self.robot.n}", "got": f"n = {self.trajectory.n}", "hint": ""}
             raise InputError("input.shape", name="trajectory", **facts)
         for name in ("step", "period", "duration"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise InputError("input.positive", name=name, value=value)
+            if value is not None or name == "step":
+                positive(name, value)
         method(self.integrator)
         if abs(self.substeps * self.step - self.control_period) > 1e-9 * self.control_period:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
-        q, _ = self.start()
-        ticks = self.length / self.control_period
-        if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * q.size) > MOST_NUMBERS:
-            limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * q.size)
+        size = max(np.size(x) for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
+        ticks = max(self.length / self.control_period, 1.0)
+        if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size) > MOST_NUMBERS:
+            limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size)
             facts = {"duration": self.length, "ticks": ticks, "limit": limit}
             raise InputError("simulation.too_long", **facts, period=self.control_period)
+        self.start()
 
     @property
     def length(self) -> float:

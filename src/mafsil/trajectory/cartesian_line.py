@@ -6,7 +6,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, require_finite
+from mafsil.arrays import PoseMatrix, gate, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.solvers import Outcome
@@ -15,7 +15,7 @@ from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import positive, quintic
+from mafsil.trajectory.polynomial import quintic
 from mafsil.trajectory.status import PlanStatus
 from mafsil.trajectory.trapezoid import trapezoid
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen
+from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, moving_at, times
 
 
@@ -30,8 +31,14 @@ class PiecewisePolynomial:
         Args:
             durations: (pieces,) length of each [s].
             coefficients: (pieces, degree + 1, *batch, n).
+
+        Raises:
+            InputError: a number that is not finite: times too short, or distances too large, for floating point.
         """
-        return cls(frozen(np.concatenate([[0.0], np.cumsum(durations)])), frozen(coefficients))
+        knots, numbers = np.concatenate([[0.0], np.cumsum(durations)]), frozen(coefficients)
+        if not (np.isfinite(knots).all() and np.isfinite(numbers).all()):
+            raise InputError("trajectory.overflow", duration=float(knots[-1]))
+        return cls(frozen(knots), numbers)
 
     @property
     def duration(self) -> float:

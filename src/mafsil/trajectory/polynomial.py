@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
@@ -154,18 +154,6 @@ def quintic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, a0: Flo
             (12 * D - 6 * (vf + v0) * T - (a0 - af) * T**2) / (2 * T**5),
         ]
     )
-
-
-def positive(name: str, value: float) -> float:
-    """The value itself, if it is a finite positive number.
-
-    Raises:
-        InputError: it is not.
-    """
-    number = real_array(name, value)
-    if number.ndim or not np.isfinite(number) or number <= 0.0:
-        raise InputError("input.positive", name=name, value=value)
-    return float(number)
 
 
 def _conditions(**values: ArrayLike) -> list[Floats]:

@@ -8,11 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import positive
 from mafsil.trajectory.status import PlanStatus
 
 Synchronisation = Literal["time", "phase"]
@@ -110,7 +109,7 @@ def _shared_law(distance: Floats, velocity: Floats, acceleration: Floats) -> tup
 def _blended(u0: Floats, uf: Floats, acceleration: Floats, T: float) -> PiecewisePolynomial:
     """All joints on the knots of all blends."""
     signed = np.copysign(acceleration, uf - u0)
-    blend = T / 2 - np.sqrt(np.maximum(T**2 / 4 - np.abs(uf - u0) / acceleration, 0.0))
+    blend = T / 2 - np.sqrt(np.maximum(T / 2 * (T / 2) - np.abs(uf - u0) / acceleration, 0.0))
     knots = np.unique(np.concatenate([[0.0, T], blend, T - blend]))
     if len(knots) == 1:
         return PiecewisePolynomial.from_pieces([0.0], u0[None, None])
