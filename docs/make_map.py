@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import ast
 import sys
+import tomllib
 from pathlib import Path
 
 from mafsil.mechanics.quantities import CATALOGUE
 
 DOCS = Path(__file__).parent
 SOURCE = DOCS.parent / "src" / "mafsil"
-LAYERS = (
-    "messages", "algebra", "kernels", "solvers", "geometry", "model", "mechanics", "robot", "ik", "grasp", "trajectory",
-    "derivation", "control", "simulation", "figures", "report", "cli",
-)  # fmt: skip
+
+
+def layers() -> list[str]:
+    """Packages, lowest layer first, as pyproject.toml orders them; single modules of the house are not listed."""
+    contracts = tomllib.loads((DOCS.parent / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    order = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    names = [name.strip().removeprefix("mafsil.") for layer in reversed(order) for name in layer.split("|")]
+    return [name for name in names if (SOURCE / name).is_dir()]
 
 
 def main() -> int:
@@ -37,7 +42,7 @@ def _lines() -> list[str]:
         module = row.builder.partition(":")[0]
         lines.append(f"| `robot.{row.name}` | {row.title.replace('|', '&#124;')} | `mechanics/{module}.py` |")
     lines += ["", "## Modules, lowest layer first", ""]
-    for package in LAYERS:
+    for package in layers():
         lines += [f"### {package}", "", *_modules(SOURCE / package), ""]
     return lines[:-1]
 

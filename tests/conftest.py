@@ -5,7 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -14,3 +18,13 @@ if str(ROOT) not in sys.path:
 
 # Shared by the workers of one run and by later runs: a cold cache is what its own tests make for themselves.
 os.environ.setdefault("MAFSIL_CACHE", str(Path(tempfile.gettempdir()) / f"mafsil-tests-{os.getuid()}"))
+
+
+@pytest.fixture(autouse=True)
+def _language_and_warnings_are_left_as_found(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Commands choose the language of the process and print warnings their own way: the next test shall not notice."""
+    from mafsil.messages import catalogue
+
+    monkeypatch.setattr(catalogue, "_chosen", catalogue._chosen)
+    with warnings.catch_warnings():
+        yield

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from mafsil import messages
 from mafsil.cli.main import FAILED, WRONG_INPUT, main
 
 JOB = 'robot = "planar2r"\n[[move]]\njoints = [0.1, 0.2]\n'
@@ -25,11 +24,6 @@ def refused(capsys, *words: str) -> str:
     assert err.count("\n") == 1
     assert "internal" not in err
     return err
-
-
-@pytest.fixture(autouse=True)
-def _language(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(messages.catalogue, "_chosen", None)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")

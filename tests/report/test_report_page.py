@@ -14,7 +14,7 @@ from mafsil.job import Run
 from mafsil.job.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
-from mafsil.report import contents
+from mafsil.report import contents, fragments
 from mafsil.report.bodies import Drawing, compact
 from mafsil.report.page import render
 
@@ -146,3 +146,9 @@ def test_every_robot_of_the_library_has_a_body(name: str) -> None:
         assert all(np.isfinite(solid.size))
         assert min(solid.size) >= 0
         assert np.isclose(np.linalg.norm(solid.pose[3:]), 1.0)
+
+
+def test_a_bracket_that_the_arabic_opened_is_closed_by_it() -> None:
+    html = fragments.text("افتُرض 4 rad/s² (أو m/s²)")
+    assert '<bdi dir="ltr">m/s²</bdi>)' in html
+    assert '<bdi dir="ltr">sin(q)</bdi>' in fragments.text("الدالة sin(q)")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import platform
+import shutil
 import sys
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
 from mafsil.cli.table import table
-from mafsil.messages import say
+from mafsil.messages import language, say
 
 NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec")
 OPTIONAL = ("numba", "matplotlib")
@@ -28,17 +30,20 @@ def doctor() -> Answer:
     packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL, *ORACLES)}
     machine = _machine()
     cache = _cache()
+    settings = _settings()
     checks = _checks()
     missing = [name for name in NEEDED if packages[name] is None]
     failed = [check["name"] for check in checks if not check["ok"]]
-    data = {"packages": packages, "machine": machine, "cache": cache, "checks": checks}
+    data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}
     data |= {"missing": missing, "ok": not missing and not failed}
     lines = [
         say("cli.doctor_packages"),
         *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
     ]
     lines += ["", say("cli.doctor_machine"), *(f"  {key}: {value}" for key, value in machine.items())]
-    lines += ["", say("cli.doctor_cache"), *(f"  {key}: {value}" for key, value in cache.items())]
+    lines += ["", say("cli.doctor_settings"), *(f"  {key}: {value}" for key, value in settings.items())]
+    lines += ["", say("cli.doctor_cache")]
+    lines += [f"  {say(f'cli.cache_{key}')}: {value or say('cli.cache_memory')}" for key, value in cache.items()]
     lines += [
         "",
         say("cli.doctor_checks"),
@@ -77,13 +82,32 @@ def _cache() -> dict[str, Any]:
 
     directory = cache.default().directory
     if directory is None:
-        return {say("cli.cache_place"): say("cli.cache_memory")}
+        return {"place": None}
     sizes = [item.stat().st_size for item in directory.rglob("*") if item.is_file()] if directory.is_dir() else []
     return {
-        say("cli.cache_place"): str(directory),
-        say("cli.cache_entries"): len(sizes),
-        say("cli.cache_size"): f"{sum(sizes) / 1e6:.1f} MB",
+        "place": str(directory),
+        "entries": len(sizes),
+        "size": f"{sum(sizes) / 1e6:.1f} MB",
+        "free": f"{_free(directory) / 1e9:.1f} GB",
     }
+
+
+def _free(directory: Path) -> int:
+    """Bytes free on the disk of a directory that may not exist yet."""
+    place = next(parent for parent in (directory, *directory.parents) if parent.exists())
+    return shutil.disk_usage(place).free
+
+
+def _settings() -> dict[str, Any]:
+    """Where this mafsil comes from, and what surrounds it: what a support person asks first."""
+    variables = {name: value for name, value in sorted(os.environ.items()) if name.startswith("MAFSIL_")}
+    return {
+        "mafsil": str(Path(__file__).parents[1]),
+        "interpreter": sys.executable,
+        "language": language(),
+        "encoding": sys.stdout.encoding,
+        "directory": os.getcwd(),
+    } | variables
 
 
 def _checks() -> list[dict[str, Any]]:

@@ -128,11 +128,20 @@ def _say(parent: Element, value: str) -> None:
         else:
             last.tail = between
         last = SubElement(sentence, "bdi", {"dir": "ltr"})
-        last.text, end = match.group(), match.end()
+        last.text = _balanced(match.group())
+        end = match.start() + len(last.text)
     if last is None:
         sentence.text = shown
     else:
         last.tail = shown[end:]
+
+
+def _balanced(run: str) -> str:
+    """The run without a closing bracket at its end whose opening one stands in the Arabic before it."""
+    for opening, closing in ("()", "[]"):
+        if run.endswith(closing) and run.count(closing) > run.count(opening):
+            return run[:-1]
+    return run
 
 
 def _html(*elements: Element) -> str:
