@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Analysis, Task, analysis, branch_of
 from mafsil.ik.closed_form import Branches, ClosedForm
@@ -59,6 +59,7 @@ def inverse_kinematics(
     Raises:
         InputError: a wrong shape, no pose, an unknown frame or task.
     """
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
     if task not in MASKS:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     wanted = gate("T_sd", T_sd, (4, 4))

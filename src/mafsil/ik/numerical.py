@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_finite
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_finite, require_kind
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.problem import ORTHOGONALITY, PoseProblem, clean_poses, reach_bound
@@ -55,6 +55,7 @@ def solve_ik(
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
     wanted = gate("T_sd", T_sd, (4, 4))
     batch = wanted.shape[:-2]
     target, valid = clean_poses(wanted.reshape(-1, 4, 4))
