@@ -1,15 +1,17 @@
-"""How many closure verdicts per second, beside scipy's linprog one grasp at a time, in the same run?
+"""How many closure verdicts per second, beside scipy's linprog and Klampt one grasp at a time, in the same run?
 
-python benchmarks/grasp_closure.py [--grasps 10000] [--rival 200] [--json FILE]
+python benchmarks/grasp_closure.py [--grasps 10000] [--rival 200] [--klampt PYTHON] [--json FILE]
 
 Random grasps of an ellipsoid, k contacts with inscribed friction cones of c edges; the rival solves the linear program
 of positive spanning (HiGHS) for a part of them. Verdicts are compared; the peak of memory beyond input is measured.
+Klampt needs an old numpy: name an interpreter that has it; its cones are its own, coarser ones.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import subprocess
 import sys
 import tracemalloc
 from pathlib import Path
@@ -23,19 +25,73 @@ from scipy.optimize import linprog  # noqa: E402
 
 from benchmarks.stopwatch import machine  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
+from mafsil.grasp import Contact, Grasp, closure  # noqa: E402
+from mafsil.grasp.ball import finite_ball, hull_ball, inscribed_ball  # noqa: E402
 from mafsil.grasp.batch import closures  # noqa: E402
+from mafsil.grasp.cone import RoundSet  # noqa: E402
 
 SIZES = ((3, 8), (4, 8), (5, 8), (5, 16), (8, 8))
 TARGET = 100.0
 
 
-def grasps(count: int, contacts: int, edges: int, mu: float, rng: np.random.Generator) -> Floats:
-    """(count, 6, contacts edges) wrench sets of random contacts on an ellipsoid with axes 1, 0.7, 0.5."""
+def contacts_on_ellipsoid(count: int, contacts: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Points and inward normals (count, contacts, 3) on an ellipsoid with axes 1, 0.7, 0.5."""
     axes = np.array([1.0, 0.7, 0.5])
     u = rng.normal(size=(count, contacts, 3))
     u /= np.linalg.norm(u, axis=-1, keepdims=True)
-    points, n = u * axes, -u / axes
-    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    n = -u / axes
+    return u * axes, n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+def klampt_seconds(python: str, contacts: int, count: int) -> float:
+    """Seconds for one `force_closure` of Klampt, in its own interpreter."""
+    points, normals = contacts_on_ellipsoid(count, contacts, np.random.default_rng(0))
+    script = (
+        "import json, sys, time\n"
+        "from klampt.model.contact import ContactPoint, force_closure\n"
+        "grasps = [[ContactPoint(x, n, 0.5) for x, n in zip(*g)] for g in zip(*json.load(sys.stdin))]\n"
+        "best = 1e9\n"
+        "for _ in range(3):\n"
+        "    start = time.perf_counter()\n"
+        "    for g in grasps: force_closure(g)\n"
+        "    best = min(best, time.perf_counter() - start)\n"
+        "print('seconds', best / len(grasps))\n"
+    )
+    given = json.dumps([points.tolist(), normals.tolist()])
+    done = subprocess.run([python, "-c", script], input=given, capture_output=True, text=True, check=True)
+    return float(done.stdout.split("seconds")[-1])
+
+
+def balls(rng: np.random.Generator) -> list[dict[str, float]]:
+    """Quality Q1: our growth beside all facets of Qhull on the same columns, and with the cones as they are."""
+    rows = []
+    print(f"{'contacts x edges':>16}  {'Q1 [us]':>9}  {'qhull [us]':>10}  {'ratio':>7}  {'round cones [us]':>16}  gap")
+    for contacts, edges in SIZES:
+        W = [A for A in grasps(60, contacts, edges, 0.5, rng) if closure(A, margins=False)][:12]
+        points, normals = contacts_on_ellipsoid(60, contacts, rng)
+        holds = [
+            Grasp([Contact(p, n, 0.5) for p, n in zip(*g, strict=True)]) for g in zip(points, normals, strict=True)
+        ]
+        sets = [RoundSet.of(g.contacts, np.eye(6)).discs for g in holds if g.closure(margins=False)][:12]
+        mine = _median(finite_ball, W)
+        theirs = _median(hull_ball, W, 1)
+        exact = _median(inscribed_ball, sets)
+        gap = max(abs(finite_ball(A).radius / hull_ball(A).radius - 1) for A in W)
+        rows.append({"contacts": contacts, "edges": edges, "q1_us": mine, "qhull_us": theirs, "round_us": exact})
+        print(
+            f"{contacts:>12} x{edges:>2}  {mine:9.0f}  {theirs:10.0f}  {theirs / mine:7.0f}  {exact:16.0f}  {gap:.1e}"
+        )
+    return rows
+
+
+def _median(task, given, repeats: int = 3) -> float:
+    """Median over inputs of the best time [us]."""
+    return 1e6 * float(np.median([min(_seconds(task, one) for _ in range(repeats)) for one in given]))
+
+
+def grasps(count: int, contacts: int, edges: int, mu: float, rng: np.random.Generator) -> Floats:
+    """(count, 6, contacts edges) wrench sets of random contacts on an ellipsoid with axes 1, 0.7, 0.5."""
+    points, n = contacts_on_ellipsoid(count, contacts, rng)
     a = np.cross(n, rng.normal(size=n.shape))
     a /= np.linalg.norm(a, axis=-1, keepdims=True)
     t = 2 * np.pi * np.arange(edges) / edges
@@ -57,14 +113,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--grasps", type=int, default=10_000)
     parser.add_argument("--rival", type=int, default=200)
+    parser.add_argument("--klampt", help="interpreter with Klampt")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     rng = np.random.default_rng(0)
     rows = []
-    print(f"{'contacts x edges':>16}  {'batch [us]':>10}  {'linprog [us]':>12}  {'ratio':>7}  {'MiB':>8}  yes  differ")
+    print(
+        f"{'contacts x edges':>16}  {'batch [us]':>10}  {'linprog [us]':>12}  {'ratio':>7}  {'MiB':>8}  yes  differ"
+        "  single [us]  Klampt [us]"
+    )
     for contacts, edges in SIZES:
         W = grasps(given.grasps, contacts, edges, 0.5, rng)
-        mine = min(_seconds(closures, W) for _ in range(2)) / len(W)
+        closures(W[:10])
+        mine = min(_seconds(closures, W) for _ in range(3)) / len(W)
+        single = _median(lambda A: closure(A, margins=False), W[:100])
+        klampt = 1e6 * klampt_seconds(given.klampt, contacts, 100) if given.klampt else float("nan")
         tracemalloc.start()
         found = closures(W)
         peak = tracemalloc.get_traced_memory()[1] / 2**20
@@ -77,15 +140,20 @@ def main() -> None:
         row = {
             "contacts": contacts, "edges": edges, "batch_us": mine * 1e6, "linprog_us": theirs * 1e6,
             "ratio": theirs / mine, "peak_mib": peak, "closed": float(found.force_closure.mean()), "differ": differ,
+            "single_us": single, "klampt_us": klampt,
         }  # fmt: skip
         rows.append(row)
         print(
             f"{contacts:>12} x{edges:>2}  {mine * 1e6:10.2f}  {theirs * 1e6:12.0f}  {theirs / mine:7.0f}  {peak:8.1f}"
-            f"  {row['closed']:6.2f}  {differ}"
+            f"  {row['closed']:6.2f}  {differ:>6}"
+            f"  {single:>11.0f}  {klampt:>11.0f}"
         )
+    rated = balls(rng)
     print(f"target ratio {TARGET:g}; machine {machine('numpy', 'scipy')}")
     if given.json:
-        given.json.write_text(json.dumps({"rows": rows, "machine": machine("numpy", "scipy")}, indent=1))
+        given.json.write_text(
+            json.dumps({"rows": rows, "balls": rated, "machine": machine("numpy", "scipy")}, indent=1)
+        )
 
 
 def _seconds(task, given) -> float:

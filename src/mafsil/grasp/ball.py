@@ -1,25 +1,27 @@
 """The largest ball about the origin inside a set of wrenches: its radius is the classic quality of a grasp.
 
-The set is known by its support function h(u) = max over its wrenches of u . w, so a true friction cone costs no more
-than a polyhedral one. A polytope grows inside: its facet nearest to the origin bounds the radius from below, the
-support function in that facet's direction from above, and the support point is the next corner.
+The set is the hull of points or of discs (round cones), so a true friction cone costs no more than a polyhedral one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from itertools import product
+from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
 
-Support: TypeAlias = Callable[[Floats], tuple[float, Floats]]
-"""Direction (m,) to h(u) and the wrenches (m, k) that may reach it, the best one among them."""
-CANDIDATES = 12
-"""Facets, nearest first, that are pushed outwards in one round."""
-DUST = 1e-12
+MOST_ROWS = 6
+"""Of wrenches for which the compiled growth has room; larger sets go to Qhull."""
+CORNERS, FACETS = 1000, (3_000, 60_000)
+"""Room for the growth: most searches end with few facets, and room costs time."""
+TRIES = 3
+GAP = 1e-6
+"""Wanted gap between the bounds of a round set's radius, relative."""
+NEAR = 1e-7
+"""Points within it of the nearest facet, relative to the largest, may lie on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +42,71 @@ class Ball:
 
 
 def finite_ball(W: Floats) -> Ball:
-    """The ball inside the convex hull of finitely many columns.
+    """The ball inside the convex hull of finitely many columns, to rounding.
 
     Args:
         W: (m, n) wrenches, m >= 2.
+    """
+    if len(W) > MOST_ROWS:
+        return hull_ball(W)
+    found = inscribed_ball(point_discs(W), tolerance=0.0)
+    if found is not None and found.upper == 0.0:
+        return found
+    facet = None if found is None else _facet(W, found.weakest)
+    if found is None or facet is None:
+        return hull_ball(W)
+    radius = 1.0 / float(np.linalg.norm(facet))
+    if found.radius <= 0.0 or radius > found.upper * (1 + NEAR):
+        return hull_ball(W)
+    return Ball(radius, radius, facet * radius, W.shape[1])
+
+
+def inscribed_ball(discs: Floats, *, together: bool = False, tolerance: float = GAP) -> Ball | None:
+    """The ball inside the hull (or the sum) of discs, between two bounds; radius 0 if the origin is not inside.
+
+    Args:
+        discs: (k, parts, m) as in `solvers.hull_growth_loops`.
+        together: sum of the sets instead of the hull of their union.
+        tolerance: wanted gap of the bounds, relative.
+
+    Returns:
+        The ball, or None if rounding spoilt the search.
+
+    Reference:
+        Y. Zheng, An efficient algorithm for a grasp quality measure, IEEE Trans. Robotics 29(2), 2013.
+    """
+    from mafsil.solvers import hull_growth_loops as growth
+
+    weakest, D = np.zeros(discs.shape[2]), np.ascontiguousarray(discs)
+    for seed, room in product(range(1, TRIES + 1), FACETS):
+        state, lower, upper, corners = growth.inscribed(D, together, tolerance, CORNERS, room, seed, weakest)
+        if state == growth.FLAT or (state == growth.MET and lower <= 0.0):
+            return Ball(0.0, max(0.0, upper), weakest, corners)
+        if state == growth.MET or (state == growth.FULL and room == FACETS[-1]):
+            return Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
+    return None
+
+
+def point_discs(W: Floats) -> Floats:
+    """Columns (m, n) as discs without extent."""
+    return np.ascontiguousarray(W.T[:, None, :])
+
+
+def _facet(W: Floats, u: Floats) -> Floats | None:
+    """The facet that points nearly along u, as v with v . w = 1 on it; None if the points nearby do not make one."""
+    heights = u @ W
+    near = heights >= heights.max() - NEAR * np.linalg.norm(W, axis=0).max()
+    v, _, rank, _ = np.linalg.lstsq(W[:, near].T, np.ones(int(near.sum())), rcond=NEAR)
+    if rank < len(W) or (v @ W).max() > 1 + NEAR or np.abs(v @ W[:, near] - 1).max() > NEAR:
+        return None
+    return np.asarray(v, float)
+
+
+def hull_ball(W: Floats) -> Ball:
+    """The same ball from all facets of the hull: the slow, independent way.
+
+    Args:
+        W: (m, n).
     """
     facets = hull_facets(W)
     if facets is None:
@@ -51,47 +114,6 @@ def finite_ball(W: Floats) -> Ball:
     nearest = int(np.argmin(-facets[:, -1]))
     radius = max(0.0, float(-facets[nearest, -1]))
     return Ball(radius, radius, facets[nearest, :-1], W.shape[1])
-
-
-def inscribed_ball(W: Floats, support: Support, tolerance: float = 1e-3, most: int = 60) -> Ball:
-    """The ball inside a convex set known by its support function.
-
-    Args:
-        W: (m, n) wrenches of the set whose hull has the origin inside, or nearly.
-        support: of the set.
-        tolerance: wanted gap between the two bounds, relative to the radius.
-        most: corners added at most; the bounds may then stand further apart, and both are told.
-
-    Reference:
-        Y. Zheng, An efficient algorithm for a grasp quality measure, IEEE Trans. Robotics 29(2), 2013.
-    """
-    points = W
-    upper, weakest = np.inf, np.zeros(len(W))
-    while True:
-        facets = hull_facets(points)
-        if facets is None:
-            return Ball(0.0, 0.0, np.zeros(len(W)), W.shape[1])
-        near = np.argsort(-facets[:, -1])[:CANDIDATES]
-        radius = float(-facets[near[0], -1])
-        fresh: list[Floats] = []
-        for k in near:
-            u = facets[k, :-1]
-            reach, corner = support(u)
-            if reach < upper:
-                upper, weakest = reach, u
-            if reach > -facets[k, -1] * (1 + 0.25 * tolerance) + DUST:
-                fresh.append(corner[:, int(np.argmax(u @ corner))])
-        if upper <= max(radius, 0.0) * (1 + tolerance) + DUST or not fresh or points.shape[1] >= W.shape[1] + most:
-            return Ball(max(0.0, radius), max(0.0, upper, radius), weakest, points.shape[1])
-        points = np.column_stack([points, *_distinct(fresh)])
-
-
-def _distinct(points: list[Floats]) -> list[Floats]:
-    kept: list[Floats] = []
-    for point in points:
-        if all(np.abs(point - other).max() > DUST for other in kept):
-            kept.append(point)
-    return kept
 
 
 def hull_facets(W: Floats) -> Floats | None:

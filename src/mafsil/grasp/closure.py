@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.grasp.ball import Ball, Support, distance_to_hull, finite_ball, inscribed_ball
-from mafsil.grasp.enclosure import Enclosure, enclose
+from mafsil.grasp.ball import Ball, distance_to_hull, finite_ball, inscribed_ball
+from mafsil.grasp.cone import RoundSet
+from mafsil.grasp.enclosure import Enclosure, enclose, positive_combination
 from mafsil.messages import say
 from mafsil.solvers.rational import Columns, Judgement, Place, judge
 
@@ -99,7 +100,7 @@ def closure(
     A: ArrayLike,
     *,
     exact: Columns | None = None,
-    reach: Support | None = None,
+    whole: RoundSet | None = None,
     transform: Floats | None = None,
     margins: bool = True,
 ) -> Closure:
@@ -108,8 +109,8 @@ def closure(
     Args:
         A: (m, n) wrenches in columns; any order of rows.
         exact: the same columns, each up to a positive factor, as exact numbers; floats are taken as the decimals they
-            print as. Asked when the origin is too near the boundary. The columns of A if None and `reach` is None.
-        reach: support function of the whole set of wrenches, if the columns are only some of it (round cones).
+            print as. Asked when the origin is too near the boundary. The columns of A if None and `whole` is None.
+        whole: all wrenches, if the columns are only some of them (round cones).
         transform: (m, m) better conditioned coordinates in which to compute; rows scaled to equal size if None.
         margins: compute the margin of a yes too (a convex hull: milliseconds in space).
 
@@ -120,28 +121,30 @@ def closure(
     if W.ndim != 2 or not W.size:
         raise InputError("input.shape", name="A", expected="(m, n)", got=W.shape, hint="")
     m, n = W.shape
+    if not margins and whole is None and n > m and (x := positive_combination(W)) is not None:
+        return Closure(Verdict.YES, "grasp.closed", m, m, np.nan, np.nan, W, x)
     M = np.diag(1.0 / _row_sizes(W)) if transform is None else transform
-    scaled = _unit_columns(M @ W) if reach is None else M @ W
+    scaled = _unit_columns(M @ W) if whole is None else M @ W
     rank, null = _rank(scaled)
     if rank < m:
         y = M.T @ null
-        distance = distance_to_hull(W)[0]
-        reason = "grasp.too_few" if n <= m and reach is None else "grasp.flat"
+        distance = distance_to_hull(W)[0] if margins else np.nan
+        reason = "grasp.too_few" if n <= m and whole is None else "grasp.flat"
         return Closure(Verdict.NO, reason, rank, m, -distance, -distance, W, certificate=_unit(y))
-    if n <= m and reach is None:
-        return _no(W, M, rank, "grasp.too_few")
-    found = enclose(scaled, None if reach is None else _changed(reach, M))
+    if n <= m and whole is None:
+        return _no(W, M, "grasp.too_few")
+    found = enclose(scaled, None if whole is None else whole.changed(M))
     if found.decided:
-        return _yes(W, M, found, reach, margins) if found.lower > 0 else _no(W, M, rank, "grasp.open", found)
-    if reach is None:
+        return _yes(W, M, found, whole, margins) if found.lower > 0 else _no(W, M, "grasp.open", found, margins)
+    if whole is None:
         return _judged(W, judge(W.T.tolist() if exact is None else exact), margins)
     return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, 0.0, 0.0, W, certificate=_back(M, found))
 
 
-def _yes(W: Floats, M: Floats, found: Enclosure, reach: Support | None, margins: bool) -> Closure:
-    ball = _ball(W, reach) if margins else Ball(np.nan, np.nan, np.zeros(len(W)), 0)
-    columns: Floats = W if reach is None else np.asarray(np.linalg.solve(M, found.columns), float)
-    sizes = np.linalg.norm(M @ columns, axis=0) if reach is None else np.ones(columns.shape[1])
+def _yes(W: Floats, M: Floats, found: Enclosure, whole: RoundSet | None, margins: bool) -> Closure:
+    ball = _ball(W, whole) if margins else Ball(np.nan, np.nan, np.zeros(len(W)), 0)
+    columns: Floats = W if whole is None else np.asarray(np.linalg.solve(M, found.columns), float)
+    sizes = np.linalg.norm(M @ columns, axis=0) if whole is None else np.ones(columns.shape[1])
     x = found.combination / np.where(sizes > 0, sizes, 1.0)
     weakest = -ball.weakest if margins else None
     return Closure(
@@ -149,23 +152,22 @@ def _yes(W: Floats, M: Floats, found: Enclosure, reach: Support | None, margins:
     )
 
 
-def _ball(W: Floats, reach: Support | None) -> Ball:
-    if reach is None:
-        return finite_ball(W)
-    return inscribed_ball(W, reach)
+def _ball(W: Floats, whole: RoundSet | None) -> Ball:
+    found = None if whole is None else inscribed_ball(whole.discs)
+    return finite_ball(W) if found is None else found
 
 
-def _no(W: Floats, M: Floats, rank: int, reason: str, found: Enclosure | None = None) -> Closure:
+def _no(W: Floats, M: Floats, reason: str, found: Enclosure | None = None, margins: bool = True) -> Closure:
     """Strictly outside: the hull's nearest point separates; else (n <= m) a null vector or what the program gave."""
-    distance, nearest = distance_to_hull(W)
-    if found is None:
-        if distance > ROUNDING * float(np.abs(W).max()):
-            y = nearest
-        else:
-            y = np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
-    else:
+    m, distance = len(W), np.nan
+    if found is not None:
         y = _back(M, found)
-    return Closure(Verdict.NO, reason, rank, len(W), -distance, -distance, W, certificate=_unit(y))
+        distance = distance_to_hull(W)[0] if margins else np.nan
+    else:
+        distance, y = distance_to_hull(W)
+        if distance <= ROUNDING * float(np.abs(W).max()):
+            y = np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
+    return Closure(Verdict.NO, reason, m, m, -distance, -distance, W, certificate=_unit(y))
 
 
 def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
@@ -210,14 +212,6 @@ def vector(values: Floats) -> str:
     """Numbers in round brackets, dust as zero."""
     size = float(np.abs(values).max()) or 1.0
     return "(" + ", ".join(f"{0.0 if abs(v) < 1e-12 * size else v:.4g}" for v in values) + ")"
-
-
-def _changed(reach: Support, M: Floats) -> Support:
-    def changed(z: Floats) -> tuple[float, Floats]:
-        value, points = reach(M.T @ z)
-        return value, M @ points
-
-    return changed
 
 
 def _back(M: Floats, found: Enclosure) -> Floats:

@@ -8,11 +8,11 @@ A contact with unit push gives the wrenches B (1, mu d, tau), |d| <= 1, |tau| <=
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp.ball import Support
 from mafsil.grasp.contact import Contact
 
 
@@ -33,25 +33,61 @@ def furthest(contact: Contact, g: Floats) -> Floats:
     return best
 
 
-def support(contacts: Sequence[Contact], transform: Floats, *, together: bool = False) -> Support:
-    """Support function of all wrenches with total push 1, or with push up to 1 at each contact.
+@dataclass(frozen=True, eq=False)
+class RoundSet:
+    """Wrenches of unit push at each contact, a disc (in the plane a segment) for each.
 
-    Args:
-        contacts: of the grasp.
-        transform: (m, m) applied to the wrenches: change of frame and units.
-        together: each contact pushes up to 1 on its own (sum of the sets) instead of 1 in total (hull of their union).
+    Their hull is what total push 1 can give.
+
+    Attributes:
+        discs: (contacts, 4, m) centre, two friction directions, torsion; as in `solvers.hull_growth_loops`.
     """
-    bases = [transform @ contact.basis for contact in contacts]
 
-    def reach(u: Floats) -> tuple[float, Floats]:
-        points = np.column_stack([B @ furthest(contact, B.T @ u) for contact, B in zip(contacts, bases, strict=True)])
-        heights = u @ points
-        if not together:
-            return float(heights.max()), points
-        total = points @ (heights > 0)
-        return float(u @ total), total[:, None]
+    discs: Floats
 
-    return reach
+    @staticmethod
+    def of(contacts: Sequence[Contact], transform: Floats) -> RoundSet:
+        """The set of some contacts.
+
+        Args:
+            contacts: of the grasp.
+            transform: (m, m) applied to the wrenches: change of frame and units.
+        """
+        found = np.zeros((len(contacts), 4, len(transform)))
+        for disc, contact in zip(found, contacts, strict=True):
+            columns = (transform @ contact.basis).T
+            disc[0] = columns[0]
+            if contact.mu > 0:
+                d = contact.dimension
+                disc[1:d] = contact.mu * columns[1:d]
+            if contact.model == "soft":
+                disc[3] = contact.gamma * columns[3]
+        return RoundSet(found)
+
+    def changed(self, M: Floats) -> RoundSet:
+        """The set in other coordinates.
+
+        Args:
+            M: (m, m) applied to the wrenches.
+        """
+        return RoundSet(self.discs @ M.T)
+
+    def furthest(self, u: Floats) -> tuple[float, Floats]:
+        """h(u) = max u . w over the set, and the wrench of each contact that goes furthest.
+
+        Args:
+            u: (m,) direction.
+
+        Returns:
+            h(u), wrenches (m, contacts).
+        """
+        along = self.discs @ u
+        size = np.hypot(along[:, 1], along[:, 2])
+        weight = np.ones_like(along)
+        weight[:, 1:3] = along[:, 1:3] / np.where(size > 0, size, 1.0)[:, None]
+        weight[:, 3] = np.where(along[:, 3] >= 0, 1.0, -1.0)
+        points = np.einsum("kp,kpm->mk", weight, self.discs)
+        return float((u @ points).max()), points
 
 
 def has_round_cones(contacts: Sequence[Contact]) -> bool:

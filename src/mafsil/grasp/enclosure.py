@@ -12,17 +12,29 @@ bounds disagree, the support points along z are the next columns.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, frozen
 from mafsil.errors import MafsilError
-from mafsil.grasp.ball import Support
+from mafsil.grasp.ball import distance_to_hull
+from mafsil.grasp.cone import RoundSet
 from mafsil.solvers.linear_program import minimise
 
 UNSURE = 1e-7
 """|lambda| below it is not decided here: HiGHS's own tolerance."""
 ROUNDS = 100
+QUICK = 12
+"""Rounds of the quick way; what is still open then lies near the boundary."""
+NEAR = 1e-5
+"""Distances below it, relative to the wrenches, are left to the programs."""
+
+
+@cache
+def positive_weights(n: int) -> Floats:
+    """(n,) reproducible weights in general position, about 1 each; read-only."""
+    return frozen(np.random.default_rng(1986).uniform(0.5, 1.5, n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,32 +62,69 @@ class Enclosure:
         return self.lower > UNSURE or self.upper < -UNSURE
 
 
-def enclose(W: Floats, reach: Support | None = None) -> Enclosure:
+def enclose(W: Floats, whole: RoundSet | None = None) -> Enclosure:
     """Bounds of lambda that decide its sign, or place it within UNSURE of zero.
 
     Args:
         W: (m, n) columns of rank m, of comparable size.
-        reach: support function of the whole set; the columns are the whole set if None.
+        whole: the set of which the columns are some; the columns are all if None.
 
     Raises:
         MafsilError: the bounds did not meet.
     """
-    weights = np.random.default_rng(1986).uniform(0.5, 1.5, W.shape[1])
-    weights /= weights.sum()
+    weights = positive_weights(W.shape[1])
+    weights = weights / weights.sum()
     c = W @ weights
+    found = _quick(W, c, weights, whole)
+    if found is not None and found.decided:
+        return found
     grown = W
     upper, lower = np.inf, -np.inf
     for rounds in range(1, ROUNDS + 1):
         x, lower, z = _shoot(grown, c)
-        if reach is None:
+        if whole is None:
             upper, fresh = lower, grown[:, :0]
         else:
-            upper, fresh = reach(z)
+            upper, fresh = whole.furthest(z)
         found = Enclosure(lower, upper, grown, x, -z, rounds)
         if found.decided or upper - lower <= UNSURE:
             return _strict(found, weights)
         grown = np.hstack([grown, fresh])
     raise MafsilError("solvers.budget_spent", iterations=ROUNDS, residual=upper - lower)
+
+
+def positive_combination(W: Floats) -> Floats | None:
+    """Weights x > 0 with W x = 0 and sum 1, by the compiled program alone; None if there is none, or if it is not sure.
+
+    Args:
+        W: (m, n) columns of any size.
+    """
+    from mafsil.solvers import positive_span_loops as program
+
+    x, y = np.empty(W.shape[1]), np.empty(len(W))
+    verdict = program.positive_span(np.ascontiguousarray(W), positive_weights(len(x)), UNSURE, x, y)
+    return x if verdict == program.SPANS else None
+
+
+def _quick(W: Floats, c: Floats, weights: Floats, whole: RoundSet | None) -> Enclosure | None:
+    """Compiled phase one for a yes, the nearest point of the hull for a no; None near the boundary."""
+    from mafsil.solvers import positive_span_loops as program
+
+    grown = np.ascontiguousarray(W)
+    for rounds in range(1, QUICK + 1):
+        x, y = np.empty(grown.shape[1]), np.empty(len(W))
+        if program.positive_span(grown, positive_weights(len(x)), UNSURE, x, y) == program.SPANS:
+            share = float((x[: len(weights)] / weights).min())
+            return Enclosure(share / (1.0 - share), np.inf, grown, x, y, rounds)
+        distance, nearest = distance_to_hull(grown)
+        if distance <= NEAR * float(np.abs(grown).max()):
+            return None
+        z = -nearest / (c @ nearest)
+        upper, fresh = (float((z @ grown).max()), grown[:, :0]) if whole is None else whole.furthest(z)
+        if upper < -UNSURE:
+            return Enclosure(-np.inf, upper, grown, x, -z, rounds)
+        grown = np.hstack([grown, fresh])
+    return None
 
 
 def _shoot(W: Floats, c: Floats) -> tuple[Floats, float, Floats]:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
-from mafsil.errors import InputError
+from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
 from mafsil.grasp.closure import Closure, closure, conditioning, vector
-from mafsil.grasp.cone import has_round_cones, support
+from mafsil.grasp.cone import RoundSet, has_round_cones
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.motion import ContactMotion, FreeMotions, Wiggle, contact_motion, free_motions, wiggle
@@ -142,8 +142,8 @@ class Grasp:
         """
         M = conditioning([c.point for c in self.contacts])
         if facets is None and has_round_cones(self.contacts):
-            reach = support(self.contacts, np.eye(self.rows))
-            return closure(self.matrix(START), reach=reach, transform=M, margins=margins)
+            whole = RoundSet.of(self.contacts, np.eye(self.rows))
+            return closure(self.matrix(START), whole=whole, transform=M, margins=margins)
         A = self.matrix(facets or 16, outer=outer)
         return closure(A, exact=self._exact_columns(), transform=M, margins=margins)
 
@@ -204,10 +204,12 @@ class Grasp:
         M = self._measure(length, about)
         if not self.closure(margins=False):
             return Ball(0.0, 0.0, np.zeros(self.rows), 0)
-        W = M @ self.matrix(START)
-        if together or has_round_cones(self.contacts):
-            return inscribed_ball(W, support(self.contacts, M, together=together))
-        return finite_ball(W)
+        if not together and not has_round_cones(self.contacts):
+            return finite_ball(M @ self.matrix())
+        found = inscribed_ball(RoundSet.of(self.contacts, M).discs, together=together)
+        if found is None:
+            raise MafsilError("grasp.no_ball")
+        return found
 
     def volume(self, length: float = 1.0, facets: int = 16) -> float:
         """Volume of the hull of the wrenches of unit push; independent of the origin.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp.ball import finite_ball
+from mafsil.grasp.ball import hull_ball
 from mafsil.grasp.elimination import Reduction, eliminate
 from mafsil.solvers.linear_program import minimise
 
@@ -60,7 +60,7 @@ def hull_and_ball(A: Floats) -> RouteAnswer:
     """
     if np.linalg.matrix_rank(_scaled(A)) < len(A):
         return RouteAnswer(False, 0.0)
-    ball = finite_ball(A)
+    ball = hull_ball(A)
     return RouteAnswer(ball.radius > SMALL * float(np.abs(A).max()), ball.radius, ball.weakest)
 
 

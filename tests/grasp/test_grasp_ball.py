@@ -1,0 +1,96 @@
+"""The ball of a grasp: growth against all facets of Qhull, round cones between polyhedra, scales and broken sets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mafsil.grasp import Contact, Grasp
+from mafsil.grasp.ball import finite_ball, hull_ball, inscribed_ball, point_discs
+from mafsil.grasp.cone import RoundSet
+
+SEEDS = range(12)
+
+
+def grasp(seed: int, contacts: int = 5, gamma: float = 0.0) -> Grasp:
+    rng = np.random.default_rng(seed)
+    u = rng.normal(size=(contacts, 3))
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    axes = np.array([1.0, 0.7, 0.5])
+    return Grasp([Contact(p, n, 0.5, gamma) for p, n in zip(u * axes, -u / axes, strict=True)])
+
+
+@pytest.mark.capability("03-42")
+@pytest.mark.parametrize("m", [2, 3, 6])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_growth_equals_the_nearest_of_all_facets(m: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    W = rng.normal(size=(m, 5 * m)) - 0.2
+    assert finite_ball(W).radius == pytest.approx(hull_ball(W).radius, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.capability("03-41", "03-42")
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from([3, 6]).flatmap(lambda m: arrays(np.float64, (m, 3 * m), elements=st.integers(-2, 2))))
+def test_growth_equals_qhull_where_many_wrenches_share_a_facet(W: np.ndarray) -> None:
+    assert finite_ball(W).radius == pytest.approx(hull_ball(W).radius, rel=1e-9, abs=1e-7)
+
+
+@pytest.mark.capability("03-26", "03-29", "03-42")
+@pytest.mark.parametrize("gamma", [0.0, 0.2])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_round_cones_lie_between_polyhedral_ones(seed: int, gamma: float) -> None:
+    held = grasp(seed, gamma=gamma)
+    ball = held.quality()
+    inner, outer = (finite_ball(held.matrix(24, outer=side)).radius for side in (False, True))
+    assert inner - 1e-8 <= ball.upper
+    assert ball.radius <= outer + 1e-8
+    assert ball.upper - ball.radius <= 1.1e-6 * ball.upper + 1e-7
+    if ball.radius > 0:
+        reach, _ = RoundSet.of(held.contacts, np.eye(6)).furthest(ball.weakest)
+        assert reach == pytest.approx(ball.upper, abs=1e-9)
+
+
+@pytest.mark.capability("03-2")
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_direction_reaches_less_far_than_the_ball(seed: int) -> None:
+    held = grasp(seed, contacts=6)
+    whole, ball = RoundSet.of(held.contacts, np.eye(6)), held.quality()
+    for u in np.random.default_rng(seed).normal(size=(500, 6)):
+        assert whole.furthest(u / np.linalg.norm(u))[0] >= ball.radius - 1e-8
+
+
+@pytest.mark.capability("03-42")
+def test_pushes_together_reach_at_least_as_far_as_pushes_in_turn() -> None:
+    for seed in SEEDS:
+        held = grasp(seed)
+        assert held.quality(together=True).upper >= held.quality().radius - 1e-8
+
+
+@pytest.mark.capability("03-42")
+def test_together_is_the_ball_of_all_sums() -> None:
+    held = Grasp([Contact(p, n, 0.4) for p, n in (((1, 0), (-1, 0)), ((-1, 0.2), (1, 0)), ((0, -1), (0, 1)))])
+    edges = [c.wrenches() for c in held.contacts]
+    sums = [np.zeros(3)]
+    for E in edges:
+        sums = [s + e for s in sums for e in (np.zeros(3), *E.T)]
+    assert held.quality(together=True).radius == pytest.approx(hull_ball(np.array(sums).T).radius, abs=1e-7)
+
+
+@pytest.mark.capability("03-35", "03-41")
+def test_flat_sets_have_no_ball() -> None:
+    flat = np.vstack([np.random.default_rng(0).normal(size=(5, 20)), np.zeros((1, 20))])
+    assert finite_ball(flat).radius == 0.0
+    ball = inscribed_ball(point_discs(flat))
+    assert ball is not None
+    assert ball.radius == 0.0
+
+
+@pytest.mark.capability("03-42")
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_the_radius_scales_with_the_wrenches(scale: float) -> None:
+    W = np.random.default_rng(3).normal(size=(6, 40))
+    assert finite_ball(scale * W).radius == pytest.approx(scale * finite_ball(W).radius, rel=1e-9)
