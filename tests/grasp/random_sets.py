@@ -9,6 +9,7 @@ import argparse
 
 import numpy as np
 
+from mafsil.grasp import Contact, Grasp, three_fingers
 from mafsil.grasp.batch import closures
 from mafsil.grasp.closure import closure
 from mafsil.grasp.routes import all_routes
@@ -54,6 +55,19 @@ def check_nguyen(theta: np.ndarray) -> bool:
     return found.force_closure
 
 
+def check_three(rng: np.random.Generator) -> bool:
+    """The three-finger theorem against round cones, the linear program inside and outside of them as judges."""
+    points = rng.normal(size=(3, 3))
+    inward = points.mean(axis=0) - points
+    normals = inward / np.linalg.norm(inward, axis=1)[:, None] + 0.3 * rng.normal(size=(3, 3))
+    grasp = Grasp([Contact(p, n, rng.uniform(0.3, 1.0)) for p, n in zip(points, normals, strict=True)])
+    closed = three_fingers(grasp.contacts).force_closure
+    assert closed == grasp.closure(margins=False).force_closure, grasp
+    inner, outer = (bool(closures(grasp.matrix(12, outer=side)[None]).force_closure[0]) for side in (False, True))
+    assert inner <= closed <= outer, grasp
+    return closed
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=2000)
@@ -64,7 +78,11 @@ def main() -> None:
     middle, half = rng.uniform(-np.pi, np.pi, (given.count, 2)), rng.uniform(0.02, 1.2, (given.count, 2))
     pairs = np.stack([half + middle, half - middle], axis=2)
     facing = sum(check_nguyen(theta) for theta in pairs.reshape(given.count, 4))
-    print(f"{given.count} wrench sets, {closed} closed, all routes agree; {given.count} pairs, {facing} closed")
+    held = sum(check_three(rng) for _ in range(given.count))
+    print(
+        f"{given.count} wrench sets, {closed} closed, all routes agree; {given.count} pairs, {facing} closed; "
+        f"{given.count} triples, {held} closed"
+    )
 
 
 if __name__ == "__main__":

@@ -56,26 +56,21 @@ def test_two_fingers_of_contacts_agree_with_closure():
 @pytest.mark.capability("03-68", "03-29", "03-58")
 def test_three_finger_theorem_agrees_with_round_cones():
     rng = np.random.default_rng(8)
-    closed = 0
+    assert 30 < sum(random_sets.check_three(rng) for _ in range(200)) < 170
+
+
+@pytest.mark.capability("03-29", "03-60")
+def test_round_cones_carry_their_proofs():
+    rng = np.random.default_rng(8)
     for _ in range(60):
-        points = rng.normal(size=(3, 3))
-        inward = points.mean(axis=0) - points
-        normals = inward / np.linalg.norm(inward, axis=1)[:, None] + 0.3 * rng.normal(size=(3, 3))
-        contacts = [Contact(p, n, rng.uniform(0.3, 1.0)) for p, n in zip(points, normals, strict=True)]
-        theorem, cones = three_fingers(contacts).force_closure, Grasp(contacts).closure(margins=False)
-        assert theorem == cones.force_closure
-        closed += theorem
-        inner, outer = (
-            Grasp(contacts).closure(12, margins=False),
-            Grasp(contacts).closure(12, outer=True, margins=False),
-        )
-        assert inner.force_closure <= cones.force_closure <= outer.force_closure
+        points, normals = rng.normal(size=(2, 3, 3))
+        contacts = [Contact(p, n, rng.uniform(0.3, 1.0)) for p, n in zip(points, normals - points, strict=True)]
+        cones = Grasp(contacts).closure(margins=False)
         if cones.certificate is not None:
             assert (Grasp(contacts).matrix(64).T @ cones.certificate).min() >= -1e-6
         else:
             assert np.abs(cones.columns @ cones.combination).max() < 1e-7
             assert cones.combination.min() > 0
-    assert 10 < closed < 55
 
 
 @pytest.mark.row("R12")

@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.grasp import Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
+from mafsil.grasp import Body, Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
 from mafsil.grasp.regions import frictionless_regions, two_finger_regions
 from mafsil.grasp.second_order import Immobility, second_order
@@ -19,7 +19,6 @@ from mafsil.grasp.synthesis import (
     box_fixture,
     fixture,
     least_friction,
-    mesh_contacts,
     polygon_contacts,
 )
 from mafsil.grasp.task import ellipsoid_scale, smallest_singular_value, task_scale
@@ -153,7 +152,7 @@ def test_synthesis():
         [1, 5, 7],
         [1, 7, 3],
     ]
-    for contact in mesh_contacts(cube, faces, 20, 0.5):
+    for contact in Body.from_triangles(cube, faces).contacts(20, 0.5):
         assert (contact.point + 0.1 * contact.normal - 0.5) @ contact.normal < 0.0
 
 

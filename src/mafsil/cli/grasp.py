@@ -1,14 +1,17 @@
-"""`mafsil grasp`: verdicts on a grasp sketch, with their proofs, and the forces against its load."""
+"""`mafsil grasp`: verdicts on a grasp sketch, with their proofs and the forces against its load; grasps of a mesh."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.progress import Progress
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
-from mafsil.grasp import Grasp
+from mafsil.grasp import Grasp, GraspPlan, plan_grasps
 from mafsil.grasp.closure import Closure, vector
 from mafsil.grasp.elimination import eliminate
 from mafsil.grasp.forces import ContactForces
@@ -17,24 +20,90 @@ from mafsil.grasp.two_fingers import two_fingers
 from mafsil.messages import say
 
 _PICTURES = (".png", ".svg", ".pdf")
+_MOVING = ".gif"
+_MESHES = (".stl", ".stlb", ".obj", ".dae")
 
 
-def grasp(file: str, facets: str | int | None, steps: bool, picture: str | None) -> Answer:
-    """Force closure, form closure, free motions, quality, and contact forces if the file has a load.
+def grasp(
+    file: str,
+    facets: str | int | None,
+    steps: bool,
+    picture: str | None,
+    fingers: str | int | None = None,
+    mu: float | None = None,
+    gamma: float | None = None,
+    opening: float | None = None,
+) -> Answer:
+    """Verdicts on a sketch, or the best grasps of a mesh.
 
     Args:
-        file: .toml or .json.
+        file: .toml or .json; or .stl, .obj, .dae.
         facets: edges of polyhedral cones; the true round ones if None.
         steps: show the elimination row by row.
         picture: file to draw into.
+        fingers, mu, gamma, opening: of the grasps of a mesh.
 
     Raises:
-        MafsilError: no such file, no grasp, an unknown kind of picture.
+        MafsilError: no such file, no grasp, an unknown kind of picture, an option for the other kind of file.
     """
-    if picture is not None and Path(picture).suffix.lower() not in _PICTURES:
-        raise InputError("cli.picture_kind", path=picture, known=", ".join(_PICTURES))
+    mesh = Path(file).suffix.lower() in _MESHES
+    kinds = _PICTURES if mesh else (*_PICTURES, _MOVING)
+    if picture is not None and Path(picture).suffix.lower() not in kinds:
+        raise InputError("cli.picture_kind", path=picture, known=", ".join(kinds))
+    plan = {
+        "fingers": None if fingers is None else _count(fingers, "fingers"),
+        "mu": mu,
+        "gamma": gamma,
+        "opening": opening,
+    }
+    if mesh:
+        _refuse({"facets": facets, "steps": steps or None}, "grasp.not_for_mesh", file)
+        return _plan(file, {name: value for name, value in plan.items() if value is not None}, picture)
+    _refuse(plan, "grasp.not_for_sketch", file)
+    return _judge(file, facets, steps, picture)
+
+
+def _refuse(options: dict[str, Any], key: str, file: str) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(key, name=name, path=file)
+
+
+def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
+    """The best grasps of a mesh."""
+    with Progress() as progress:
+        progress.enter("plan_grasps")
+        found = plan_grasps(file, progress=lambda done, all_: progress.update(done / all_), **options)
+    rows = [
+        (number(p.radius, 5), "-" if p.opening is None else number(p.opening, 4),
+         " ".join(vector(c.point) for c in p.grasp.contacts))
+        for p in found.grasps
+    ]  # fmt: skip
+    head = (say("grasp.radius_head"), say("grasp.finger_head"), say("grasp.contacts_head"))
+    lines = [found.explain()]
+    if rows:
+        lines += [say("grasp.plan_head", name=Path(file).name), *table(head, rows)]
+    if picture is not None and found.grasps:
+        _draw(partial(_plan_picture, found), Path(picture))
+        lines.append(say("cli.picture_written", path=picture))
+    data = {
+        "tried": found.tried, "closing": found.closing, "length": found.body.size, "centre": found.body.centre,
+        "open_edges": found.body.open_edges,
+        "grasps": [{"radius": p.radius, "opening": p.opening, **p.grasp.to_dict()} for p in found.grasps],
+    }  # fmt: skip
+    return Answer(data, tuple(lines), None if found.grasps else found.explain())
+
+
+def _plan_picture(plan: GraspPlan, path: Path) -> None:
+    from mafsil.figures.grasp_plan import save_plan
+
+    save_plan(plan, path)
+
+
+def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None) -> Answer:
+    """Force closure, form closure, free motions, quality, and contact forces if the file has a load."""
     sketch = read(Path(file))
-    held, edges = sketch.grasp, None if facets is None else _count(facets)
+    held, edges = sketch.grasp, None if facets is None else _count(facets, "facets")
     found, form, free = held.closure(edges), held.form_closure(), held.free_motions()
     forces = None if sketch.load is None else held.resist(sketch.load)
     data: dict[str, Any] = {
@@ -50,7 +119,7 @@ def grasp(file: str, facets: str | int | None, steps: bool, picture: str | None)
     if steps:
         lines += [say("grasp.steps"), *("  " + line for line in eliminate(held.matrix(edges or 16)).lines())]
     if picture is not None:
-        _draw(sketch, found, Path(picture))
+        _draw(partial(_picture, sketch, found), Path(picture))
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     refusal = forces.explain() if forces is not None and not forces.holds else None
@@ -59,11 +128,11 @@ def grasp(file: str, facets: str | int | None, steps: bool, picture: str | None)
     return Answer(data, tuple(lines), refusal)
 
 
-def _count(facets: str | int) -> int:
+def _count(value: str | int, name: str) -> int:
     try:
-        return int(facets)
+        return int(value)
     except ValueError:
-        raise InputError("input.numbers", name="--facets", got=repr(facets)) from None
+        raise InputError("input.numbers", name=f"--{name}", got=repr(value)) from None
 
 
 def _head(held: Grasp) -> list[str]:
@@ -106,10 +175,18 @@ def _load_lines(forces: ContactForces) -> list[str]:
     return lines
 
 
-def _draw(sketch: Sketch, found: Closure, path: Path) -> None:
+def _picture(sketch: Sketch, found: Closure, path: Path) -> None:
     from mafsil.figures.grasp import save_grasp
+    from mafsil.figures.grasp_motion import save_free_motions
 
+    if path.suffix.lower() == _MOVING:
+        save_free_motions(sketch.grasp, path, outline=sketch.outline)
+    else:
+        save_grasp(sketch.grasp, path, closure=found, outline=sketch.outline, body=sketch.body)
+
+
+def _draw(task: Callable[[Path], None], path: Path) -> None:
     try:
-        save_grasp(sketch.grasp, path, closure=found, outline=sketch.outline)
+        task(path)
     except OSError as error:
         raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

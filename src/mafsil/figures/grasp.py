@@ -8,16 +8,21 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp import Closure, Contact, Grasp, Verdict
+from mafsil.grasp import Body, Closure, Contact, Grasp, Verdict
 from mafsil.grasp.ball import hull_facets
+from mafsil.messages import say
 from mafsil.messages.visible import visible
 
 _INK, _BODY, _CONE, _NORMAL = "#39424a", "#e8ecef", "#2f6fd0", "#1d4488"
 _YES, _NO, _MARGINAL = "#2e8b57", "#d33f3a", "#d9902a"
+MOST_TRIANGLES = 6000
+_LIGHT = np.array([0.4, -0.5, 0.77])
 _COLOURS = {Verdict.YES: _YES, Verdict.NO: _NO, Verdict.MARGINAL: _MARGINAL}
 
 
-def save_grasp(grasp: Grasp, path: Path, *, closure: Closure | None = None, outline: Floats | None = None) -> None:
+def save_grasp(
+    grasp: Grasp, path: Path, *, closure: Closure | None = None, outline: Floats | None = None, body: Body | None = None
+) -> None:
     """Draw a grasp into a file.
 
     Args:
@@ -25,23 +30,25 @@ def save_grasp(grasp: Grasp, path: Path, *, closure: Closure | None = None, outl
         path: .png, .svg or .pdf.
         closure: verdict to show; asked for if None.
         outline: (k, 2) corners of a plane body.
+        body: of triangles, in space.
     """
     import matplotlib
 
     found = grasp.closure() if closure is None else closure
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 9, "text.color": _INK}):
-        figure = draw_grasp(grasp, found, outline)
+        figure = draw_grasp(grasp, found, outline, body)
         undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
         figure.savefig(path, dpi=150, bbox_inches="tight", pad_inches=0.08, metadata=undated)
 
 
-def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None) -> Any:
+def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, body: Body | None = None) -> Any:
     """A matplotlib figure: the contacts with their cones; in the plane also the hull of the wrenches.
 
     Args:
         grasp: in the plane or in space.
         closure: its verdict.
         outline: (k, 2) corners of a plane body.
+        body: of triangles, in space.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -55,8 +62,12 @@ def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None) ->
         _hull(right, grasp.matrix(), closure)
     else:
         axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
-        _space(axes, grasp)
-    sentence = f"{grasp.name}: {closure.verdict.value}" if grasp.name else closure.verdict.value
+        if body is not None:
+            draw_body(axes, body)
+        draw_contacts(axes, grasp)
+        frame_space(axes, np.array([c.point for c in grasp.contacts]) if body is None else body.corners.reshape(-1, 3))
+    verdict = say(f"grasp.verdict_{closure.verdict.value}")
+    sentence = f"{grasp.name}: {verdict}" if grasp.name else verdict
     figure.suptitle(visible(sentence), color=_COLOURS[closure.verdict], fontsize=11)
     return figure
 
@@ -150,20 +161,53 @@ def _hull(axes: Any, A: Floats, closure: Closure) -> None:
     axes.set_zlabel("m")
 
 
-def _space(axes: Any, grasp: Grasp) -> None:
-    size = _size(grasp)
+def draw_body(axes: Any, body: Body) -> None:
+    """Triangles, translucent and shaded; the largest of them if there are many thousands.
+
+    Args:
+        axes: three-dimensional.
+        body: to draw.
+    """
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    largest = np.argsort(-body.areas)[:MOST_TRIANGLES]
+    bright = 0.62 + 0.33 * np.clip(body.normals[largest] @ -_LIGHT, -1, 1)
+    colours = np.column_stack([0.92 * bright, 0.96 * bright, bright, np.full(len(bright), 0.45)])
+    axes.add_collection3d(Poly3DCollection(list(body.corners[largest]), facecolors=colours, linewidth=0))
+
+
+def draw_contacts(axes: Any, grasp: Grasp, labels: bool = True, scale: float | None = None) -> None:
+    """Contacts in space with their cones.
+
+    Args:
+        axes: three-dimensional.
+        grasp: in space.
+        labels: write the numbers of the contacts.
+        scale: length of the cones and normals [m]; a share of the grasp's size if None.
+    """
+    size = _size(grasp) if scale is None else 4 * scale
     for k, contact in enumerate(grasp.contacts):
         _cone(axes, contact, 0.25 * size)
         tail = contact.point - 0.2 * size * contact.normal
         axes.plot(*np.array([tail, contact.point]).T, color=_NORMAL, linewidth=1.8)
         axes.scatter(*contact.point, color=_NORMAL, s=16)
-        axes.text(*tail, str(k))
-    points = np.array([c.point for c in grasp.contacts])
-    middle, half = points.mean(axis=0), 0.75 * size
+        if labels:
+            axes.text(*tail, str(k))
+
+
+def frame_space(axes: Any, points: Floats) -> None:
+    """Equal axes around points.
+
+    Args:
+        axes: three-dimensional.
+        points: (k, 3).
+    """
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    half = 0.55 * (float(np.ptp(points, axis=0).max()) or 1.0)
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
     axes.set_zlim(middle[2] - half, middle[2] + half)
-    axes.set_box_aspect((1, 1, 1))
+    axes.set_box_aspect((1, 1, 1), zoom=1.15)
     axes.set_xlabel("x")
     axes.set_ylabel("y")
     axes.set_zlabel("z")

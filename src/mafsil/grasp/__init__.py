@@ -1,6 +1,7 @@
 """Grasp statics: contacts, force and form closure with certificates, contact forces, quality and synthesis."""
 
 from mafsil.grasp.ball import Ball as Ball
+from mafsil.grasp.body import Body as Body
 from mafsil.grasp.closure import Closure as Closure
 from mafsil.grasp.closure import Verdict as Verdict
 from mafsil.grasp.closure import closure as closure
@@ -24,9 +25,14 @@ from mafsil.grasp.motion import FreeMotions as FreeMotions
 from mafsil.grasp.motion import Wiggle as Wiggle
 from mafsil.grasp.motion import free_motions as free_motions
 from mafsil.grasp.motion import wiggle as wiggle
+from mafsil.grasp.planner import GraspPlan as GraspPlan
+from mafsil.grasp.planner import PlannedGrasp as PlannedGrasp
+from mafsil.grasp.planner import plan_grasps as plan_grasps
 from mafsil.grasp.routes import all_routes as all_routes
 from mafsil.grasp.three_fingers import three_finger_forces as three_finger_forces
 from mafsil.grasp.three_fingers import three_fingers as three_fingers
 from mafsil.grasp.two_fingers import NguyenCase as NguyenCase
 from mafsil.grasp.two_fingers import nguyen as nguyen
 from mafsil.grasp.two_fingers import two_fingers as two_fingers
+from mafsil.grasp.uncertainty import Robustness as Robustness
+from mafsil.grasp.uncertainty import robustness as robustness

@@ -201,7 +201,7 @@ class Grasp:
             about: (d,) point about which moments are taken [m]; the origin if None. The radius depends on it.
             together: every contact pushes up to 1 (L-infinity) instead of 1 in total (L1).
         """
-        M = self._measure(length, about)
+        M = self.measure(length, about)
         if not self.closure(margins=False):
             return Ball(0.0, 0.0, np.zeros(self.rows), 0)
         if not together and not has_round_cones(self.contacts):
@@ -218,9 +218,15 @@ class Grasp:
             length: moments are divided by it [m].
             facets: edges of each cone.
         """
-        return hull_volume(self._measure(length, None) @ self.matrix(facets))
+        return hull_volume(self.measure(length, None) @ self.matrix(facets))
 
-    def _measure(self, length: float, about: ArrayLike | None) -> Floats:
+    def measure(self, length: float, about: ArrayLike | None = None) -> Floats:
+        """(m, m) what wrenches are multiplied by before they are compared: moments about a point, divided by a length.
+
+        Args:
+            length: [m].
+            about: (d,) point [m]; the origin if None.
+        """
         if not (np.isfinite(length) and length > 0):
             raise InputError("grasp.length", value=length)
         origin = np.zeros(self.dimension) if about is None else gate("about", about, (self.dimension,), finite=True)

@@ -2,7 +2,7 @@
 
 [[contact]]  point = [-1, 0]  normal = [1, 0]  mu = 0.5
 [load]       moment = 0.0     force = [0, -9.81]
-[body]       outline = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+[body]       outline = [[-1, -1], [1, -1], [1, 1], [-1, 1]]     or, in space, mesh = "part.stl"
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import FileError, InputError
+from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
 
@@ -35,11 +36,13 @@ class Sketch:
         grasp: the contacts.
         load: (m,) external wrench (m, f) on the body, or None.
         outline: (k, 2) corners of a plane body [m], or None.
+        body: of triangles, in space, or None.
     """
 
     grasp: Grasp
     load: Floats | None
     outline: Floats | None
+    body: Body | None = None
 
 
 def read(path: Path) -> Sketch:
@@ -62,15 +65,16 @@ def read(path: Path) -> Sketch:
         raise FileError("grasp.file_unreadable", path=path, reason=reason) from None
     except (ValueError, RecursionError) as error:
         raise FileError("grasp.file_malformed", path=path, reason=str(error)) from None
-    return parse(data, source=path.name)
+    return parse(data, source=path.name, folder=path.parent)
 
 
-def parse(data: Any, source: str) -> Sketch:
+def parse(data: Any, source: str, folder: Path | None = None) -> Sketch:
     """The sketch in plain data.
 
     Args:
         data: as read from TOML or JSON.
         source: name for errors.
+        folder: where mesh files are looked for; the working directory if None.
     """
     if not isinstance(data, dict) or not isinstance(data.get("contact"), list) or not data["contact"]:
         raise FileError("grasp.file_no_contacts", path=source)
@@ -78,11 +82,22 @@ def parse(data: Any, source: str) -> Sketch:
     contacts = [_contact(entry, k, source) for k, entry in enumerate(data["contact"])]
     grasp = Grasp(contacts, str(data.get("name", "")))
     body = data.get("body", {})
-    _known(body, {"outline"}, source)
+    _known(body, {"outline", "mesh"}, source)
+    if {"outline", "mesh"} <= body.keys():
+        raise InputError("grasp.mesh_and_outline")
     outline = gate("outline", body["outline"], (2,), finite=True) if "outline" in body else None
     if outline is not None:
         _require_on(grasp, outline)
-    return Sketch(grasp, _load(data, grasp, source), outline)
+    solid = _solid(grasp, (folder or Path()) / str(body["mesh"])) if "mesh" in body else None
+    return Sketch(grasp, _load(data, grasp, source), outline, solid)
+
+
+def _solid(grasp: Grasp, path: Path) -> Body:
+    if grasp.dimension != 3:
+        raise InputError("grasp.needs_space", what="mesh")
+    body = Body.of(path)
+    body.require_on(list(grasp.contacts))
+    return body
 
 
 def _contact(entry: Any, index: int, source: str) -> Contact:

@@ -79,30 +79,6 @@ def polygon_contacts(outline: ArrayLike, per_edge: int = 9, mu: float = 0.0) -> 
     return found
 
 
-def mesh_contacts(vertices: ArrayLike, faces: ArrayLike, count: int, mu: float = 0.0, seed: int = 0) -> list[Contact]:
-    """Candidate contacts spread evenly over a triangle mesh, normals inwards.
-
-    Args:
-        vertices: (v, 3) [m].
-        faces: (f, 3) indices, counter-clockwise from outside.
-        count: how many.
-        mu: friction coefficient.
-        seed: of the random places.
-    """
-    corner = gate("vertices", vertices, (3,), finite=True)[np.asarray(faces, int)]
-    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    area = np.linalg.norm(cross, axis=1)
-    if not area.sum() > 0:
-        raise InputError("grasp.no_area")
-    rng = np.random.default_rng(seed)
-    chosen = rng.choice(len(area), size=count, p=area / area.sum())
-    u, v = rng.uniform(size=(2, count))
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    a, b, c = np.swapaxes(corner[chosen], 0, 1)
-    points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
-    return [Contact(p, -cross[k], mu, name=f"face {k}") for p, k in zip(points, chosen.tolist(), strict=True)]
-
-
 def best_next_finger(
     grasp: Grasp, candidates: Sequence[Contact], length: float = 1.0, facets: int = 8, rate: int = 24
 ) -> Placed:

@@ -1,0 +1,168 @@
+"""Grasps of a given body: fingertips are tried all over its surface, what closes is rated, the best are returned.
+
+Two soft fingers are sought along lines through the body (they close iff the line lies inside both cones); three and
+more by random sets, closed or not in one batch, and rated by the ball of wrenches about the centre of mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.errors import InputError
+from mafsil.grasp.ball import finite_ball
+from mafsil.grasp.batch import closures
+from mafsil.grasp.body import Body
+from mafsil.grasp.contact import Contact
+from mafsil.grasp.grasp import Grasp
+from mafsil.messages import say
+
+Progress = Callable[[int, int], None]
+"""Called with the number of grasps rated and the number to rate."""
+EDGES = 6
+"""Of the cones while sets are sorted out; the best are rated with round cones."""
+INSIDE = 0.98
+"""Lines are tilted up to this share of the friction angle."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedGrasp:
+    """One proposal.
+
+    Attributes:
+        grasp: the contacts.
+        radius: of the ball of wrenches about the body's centre, moments divided by its size; proven to fit.
+        opening: distance of the two fingers [m]; None for more.
+    """
+
+    grasp: Grasp
+    radius: float
+    opening: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class GraspPlan:
+    """What was found.
+
+    Attributes:
+        grasps: the best, best first; empty if none closes.
+        tried: sets of contacts that were looked at.
+        closing: how many of them close.
+        body: that was held.
+        reason: key of the sentence that says what was found, or why nothing.
+    """
+
+    grasps: tuple[PlannedGrasp, ...]
+    tried: int
+    closing: int
+    body: Body
+    reason: str
+
+    def explain(self, language: str | None = None) -> str:
+        """The finding in words."""
+        best = self.grasps[0].radius if self.grasps else 0.0
+        return say(
+            self.reason, language=language, tried=self.tried, closing=self.closing, radius=best,
+            length=self.body.size, edges=self.body.open_edges,
+        )  # fmt: skip
+
+
+def plan_grasps(
+    body: Any, *, fingers: int = 2, mu: float = 0.5, gamma: float | None = None, opening: float = np.inf,
+    tries: int = 2000, best: int = 10, seed: int = 0, progress: Progress | None = None,
+) -> GraspPlan:  # fmt: skip
+    """The most robust grasps of a body that a random search finds.
+
+    Args:
+        body: mesh file, or anything with `vertices` and `faces` [m].
+        fingers: 2 or more.
+        mu: friction coefficient.
+        gamma: torsional coefficient [m]; if None a hundredth of the body's size for two fingers and 0 for more.
+        opening: two fingers: greatest distance between them [m].
+        tries: sets of contacts looked at.
+        best: how many are returned.
+        seed: of the search; the same seed gives the same grasps.
+        progress: told how many of the closing sets are rated.
+
+    Raises:
+        FileError: the mesh cannot be read.
+        InputError: fewer than 2 fingers, numbers out of range, two fingers without torsional friction.
+    """
+    held = Body.of(body)
+    soft = (0.01 * held.size if fingers == 2 else 0.0) if gamma is None else gamma
+    _require(fingers, mu, soft, opening, tries, best)
+    rng = np.random.default_rng(seed)
+    sets = _pairs(held, mu, soft, opening, tries, rng) if fingers == 2 else _sets(held, fingers, mu, soft, tries, rng)
+    if not sets:
+        return GraspPlan((), tries, 0, held, "grasp.plan_none")
+    rated: list[tuple[float, int]] = []
+    for k, contacts in enumerate(sets):
+        rated.append((_rough_radius(contacts, held), k))
+        if progress is not None:
+            progress(k + 1, len(sets))
+    rated.sort(reverse=True)
+    top = [_planned(sets[k], held) for _, k in rated[:best]]
+    reason = "grasp.plan_open_mesh" if held.open_edges else "grasp.plan_found"
+    return GraspPlan(tuple(sorted(top, key=lambda p: -p.radius)), tries, len(sets), held, reason)
+
+
+def _require(fingers: int, mu: float, gamma: float, opening: float, tries: int, best: int) -> None:
+    for name, value in (("tries", tries), ("best", best), ("opening", opening)):
+        if not value > 0:
+            raise InputError("input.positive", name=name, value=value)
+    if fingers < 2:
+        raise InputError("grasp.few_fingers", got=fingers)
+    if fingers == 2 and not (gamma > 0 and mu > 0):
+        raise InputError("grasp.two_hard_fingers")
+    if not (np.isfinite(mu) and mu >= 0):
+        raise InputError("grasp.negative_coefficient", name="mu", value=mu)
+
+
+def _pairs(
+    body: Body, mu: float, gamma: float, opening: float, tries: int, rng: np.random.Generator
+) -> list[list[Contact]]:
+    """Ends of lines through the body that lie inside both friction cones."""
+    points, face = body.sample(tries, rng)
+    tangents = rng.normal(size=(tries, 3))
+    normals = body.normals[face]
+    tangents -= np.einsum("ri,ri->r", tangents, normals)[:, None] * normals
+    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+    tilt = np.arctan(mu) * INSIDE * np.sqrt(rng.uniform(size=tries))[:, None]
+    lines = np.cos(tilt) * normals + np.sin(tilt) * tangents
+    distance, exit_face = body.opposite(points, lines)
+    facing = -np.einsum("ri,ri->r", lines, body.normals[exit_face])
+    good = (exit_face >= 0) & (distance <= opening) & (facing > np.cos(INSIDE * np.arctan(mu)))
+    return [
+        [
+            body.contact(points[k], int(face[k]), mu, gamma),
+            body.contact(points[k] + distance[k] * lines[k], int(exit_face[k]), mu, gamma),
+        ]
+        for k in np.flatnonzero(good)
+    ]
+
+
+def _sets(
+    body: Body, fingers: int, mu: float, gamma: float, tries: int, rng: np.random.Generator
+) -> list[list[Contact]]:
+    """Random sets of contacts that close."""
+    candidates = max(4 * fingers, int(np.sqrt(tries) * fingers))
+    points, face = body.sample(candidates, rng)
+    contacts = [body.contact(p, int(k), mu, gamma) for p, k in zip(points, face, strict=True)]
+    wrenches = np.array([c.wrenches(EDGES) for c in contacts])
+    chosen = rng.permuted(np.broadcast_to(np.arange(candidates), (tries, candidates)), axis=1)[:, :fingers]
+    W = wrenches[chosen].swapaxes(1, 2).reshape(tries, wrenches.shape[1], -1)
+    return [[contacts[i] for i in chosen[k]] for k in np.flatnonzero(closures(W).force_closure)]
+
+
+def _rough_radius(contacts: list[Contact], body: Body) -> float:
+    grasp = Grasp(contacts)
+    return finite_ball(grasp.measure(body.size, body.centre) @ grasp.matrix(EDGES)).radius
+
+
+def _planned(contacts: list[Contact], body: Body) -> PlannedGrasp:
+    grasp = Grasp(contacts)
+    opening = float(np.linalg.norm(contacts[0].point - contacts[1].point)) if len(contacts) == 2 else None
+    return PlannedGrasp(grasp, grasp.quality(body.size, about=body.centre).radius, opening)
