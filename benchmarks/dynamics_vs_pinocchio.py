@@ -95,39 +95,36 @@ def measured(name: str, repeats: int) -> Iterator[dict[str, Any]]:
             "pinocchio_parallel_ns": _scaled(batch["pinocchio"], 1e9 / ROWS) if "pinocchio" in batch else None,
             "single_ns": _scaled(single["mafsil"], 1e9),
             "pinocchio_single_ns": _scaled(single["pinocchio"], 1e9),
-            "compile_s": sum(first["cold"][routine] for routine in routines),
-            "load_ms": 1e3 * sum(first["warm"][routine] for routine in routines),
+            "compile_s": first["cold"][title],
+            "load_ms": 1e3 * first["warm"][title],
         }
+
+
+def routine(robot: Robot, names: tuple[str, ...]) -> Callable[..., Any]:
+    """The routine of one quantity, or of several at once."""
+    return getattr(robot, names[0]) if len(names) == 1 else robot.together(*names)
 
 
 def _batch_tasks(
     robot: Robot, states: States, routines: tuple[str, ...], inputs: tuple[str, ...]
 ) -> dict[str, Callable[[], object]]:
-    kernels = [robot.kernel(routine) for routine in routines]
-    arguments = states.arguments(inputs)
-    results = [kernel(*arguments) for kernel in kernels]
-
-    def evaluate() -> None:
-        for kernel, result in zip(kernels, results, strict=True):
-            kernel(*arguments, out=result, threads=1)
-
-    return {"mafsil": evaluate}
+    evaluate, arguments = routine(robot, routines), states.arguments(inputs)
+    result = evaluate(*arguments)
+    return {"mafsil": lambda: evaluate(*arguments, out=result, threads=1)}
 
 
 def _single_tasks(
     robot: Robot, states: States, routines: tuple[str, ...], inputs: tuple[str, ...]
 ) -> dict[str, Callable[[], object]]:
     a, *rest = (np.ascontiguousarray(x[0]) for x in states.arguments(inputs))
-    calls = [getattr(robot, routine) for routine in routines]
-    match calls, rest:
-        case [f], []:
+    f = routine(robot, routines)
+    match rest:
+        case []:
             task = lambda: f(a)  # noqa: E731
-        case [f], [b]:
+        case [b]:
             task = lambda: f(a, b)  # noqa: E731
-        case [f], [b, c]:
+        case [b, c]:
             task = lambda: f(a, b, c)  # noqa: E731
-        case [f, g], _:
-            task = lambda: (f(a), g(a))  # noqa: E731
         case _:
             raise AssertionError(routines)
     return {"mafsil": task}
@@ -207,13 +204,11 @@ def first_calls(name: str) -> dict[str, float]:
     robot = Robot(mechanism)
     robot.potential_energy(state.q[0])
     seconds: dict[str, float] = {}
-    for routines, inputs in QUANTITIES.values():
-        for routine in routines:
-            if routine not in seconds:
-                arguments = [x[0] for x in state.arguments(inputs)]
-                start = perf_counter()
-                getattr(robot, routine)(*arguments)
-                seconds[routine] = perf_counter() - start
+    for title, (routines, inputs) in QUANTITIES.items():
+        arguments = [x[0] for x in state.arguments(inputs)]
+        start = perf_counter()
+        routine(robot, routines)(*arguments)
+        seconds[title] = perf_counter() - start
     return seconds
 
 

@@ -1,6 +1,6 @@
 """What does a step of a closed loop cost beside MuJoCo with computed torque in NumPy, in the same run?
 
-python benchmarks/simulation_step.py [--robot panda] [--steps 200] [--batch 500] [--json FILE]
+python benchmarks/simulation_step.py [--robot panda] [--steps 1000] [--batch 500] [--json FILE]
 
 Seven joints, 1 ms steps, a quintic reference, semi-implicit Euler, efforts clipped. The rival: MuJoCo's mj_step1 and
 mj_step2 with its own mass matrix (mj_mulM) and bias in the law, no contacts, the reference evaluated beforehand. Ours
@@ -71,13 +71,14 @@ def main() -> None:
     rival = Rival(robot)
     reference = trajectory.at(STEP * np.arange(count))
     there, rate = rival.run(middle + 0.02, reference)
-    ours = simulate(scenario)
+    ours = simulate(scenario, fused=True)
     gap = max(np.abs(there - ours.q[-1]).max(), np.abs(rate - ours.qd[-1]).max())
     times = race(
         {
-            "mafsil": lambda: simulate(scenario),
+            "mafsil": lambda: simulate(scenario, fused=True),
+            "mafsil step by step": lambda: simulate(scenario, fused=False),
             "mujoco": lambda: rival.run(middle + 0.02, reference),
-            "mafsil batch": lambda: simulate(crowd),
+            "mafsil batch": lambda: simulate(crowd, fused=True),
         },
         repeats=60,
         seconds=0.002,
@@ -103,7 +104,7 @@ def _scenario(robot: Robot, trajectory: PiecewisePolynomial, start: Floats) -> S
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robot", default="panda")
-    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--steps", type=int, default=1000)
     parser.add_argument("--batch", type=int, default=500)
     parser.add_argument("--json")
     return parser.parse_args()

@@ -28,8 +28,16 @@ if TYPE_CHECKING:
     from mafsil.geometry.frames import FrameGraph as FrameGraph
     from mafsil.grasp import Contact as Contact
     from mafsil.grasp import Grasp as Grasp
+    from mafsil.grasp import plan_grasps as plan_grasps
+    from mafsil.identification import MotionLog as MotionLog
+    from mafsil.identification import estimate_payload as estimate_payload
+    from mafsil.identification import exciting_motion as exciting_motion
+    from mafsil.identification import identify as identify
     from mafsil.ik import inverse_kinematics as inverse_kinematics
     from mafsil.ik import solve_ik as solve_ik
+    from mafsil.kernels.device import DeviceArray as DeviceArray
+    from mafsil.kernels.device import device_array as device_array
+    from mafsil.mechanics.rigid_body import RigidBody as RigidBody
     from mafsil.messages import language as language
     from mafsil.model import Actuator as Actuator
     from mafsil.model import Friction as Friction
@@ -44,9 +52,18 @@ if TYPE_CHECKING:
     from mafsil.model.denavit_hartenberg import DHRow as DHRow
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
+    from mafsil.robot.exporting import export as export
+    from mafsil.simulation import Plant as Plant
     from mafsil.simulation import Recording as Recording
+    from mafsil.simulation import Sampled as Sampled
     from mafsil.simulation import Scenario as Scenario
+    from mafsil.simulation import forward_dynamics_trajectory as forward_dynamics_trajectory
+    from mafsil.simulation import free_body_motion as free_body_motion
+    from mafsil.simulation import inverse_dynamics_trajectory as inverse_dynamics_trajectory
     from mafsil.simulation import simulate as simulate
+    from mafsil.solvers import Event as Event
+    from mafsil.verification import Verification as Verification
+    from mafsil.verification import verify as verify
 
 __version__ = "0.1.0"
 
@@ -64,11 +81,17 @@ _HOME_OF = {
     "KernelError": "mafsil.errors:KernelError",
     "MafsilError": "mafsil.errors:MafsilError",
     "ModelError": "mafsil.errors:ModelError",
+    "MotionLog": "mafsil.identification:MotionLog",
+    "estimate_payload": "mafsil.identification:estimate_payload",
+    "exciting_motion": "mafsil.identification:exciting_motion",
+    "identify": "mafsil.identification:identify",
     "inverse_kinematics": "mafsil.ik:inverse_kinematics",
     "language": "mafsil.messages:language",
     "Actuator": "mafsil.model:Actuator",
     "Contact": "mafsil.grasp:Contact",
     "Grasp": "mafsil.grasp:Grasp",
+    "plan_grasps": "mafsil.grasp:plan_grasps",
+    "DeviceArray": "mafsil.kernels.device:DeviceArray",
     "DHRow": "mafsil.model.denavit_hartenberg:DHRow",
     "FrameGraph": "mafsil.geometry.frames:FrameGraph",
     "Friction": "mafsil.model:Friction",
@@ -79,16 +102,27 @@ _HOME_OF = {
     "Link": "mafsil.model:Link",
     "Mechanism": "mafsil.model:Mechanism",
     "Pose": "mafsil.geometry:Pose",
+    "Event": "mafsil.solvers:Event",
+    "Plant": "mafsil.simulation:Plant",
     "Recording": "mafsil.simulation:Recording",
+    "Sampled": "mafsil.simulation:Sampled",
+    "forward_dynamics_trajectory": "mafsil.simulation:forward_dynamics_trajectory",
+    "free_body_motion": "mafsil.simulation:free_body_motion",
+    "inverse_dynamics_trajectory": "mafsil.simulation:inverse_dynamics_trajectory",
+    "RigidBody": "mafsil.mechanics.rigid_body:RigidBody",
     "Robot": "mafsil.robot:Robot",
     "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
     "ScrewAxis": "mafsil.geometry:ScrewAxis",
     "Twist": "mafsil.geometry:Twist",
     "Wrench": "mafsil.geometry:Wrench",
+    "device_array": "mafsil.kernels.device:device_array",
+    "export": "mafsil.robot.exporting:export",
     "load": "mafsil.robot:load",
     "simulate": "mafsil.simulation:simulate",
     "solve_ik": "mafsil.ik:solve_ik",
+    "Verification": "mafsil.verification:Verification",
+    "verify": "mafsil.verification:verify",
 }
 
 __all__ = tuple(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll]

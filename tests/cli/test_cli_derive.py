@@ -54,7 +54,7 @@ def test_json_holds_every_step(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_errors_are_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path) -> None:
     assert run(capsys, "derive", "fk", "no_such_robot")[0] == 2
-    assert run(capsys, "derive", "dynamics", "rrrp")[0] == 2
+    assert run(capsys, "derive", "statics", "rrrp")[0] == 2
     code, _, err = run(capsys, "derive", "fk", "rrrp", "--out", str(tmp_path / "none" / "d.txt"))
     assert code == 2
     assert len(err.strip().splitlines()) == 1

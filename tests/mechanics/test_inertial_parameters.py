@@ -116,13 +116,13 @@ def test_base_parameters_need_states():
 @pytest.mark.capability("09-3")
 def test_friction_columns():
     mechanism = library.load("planar2r")
-    frictions = (Friction(viscous=0.3, coulomb=0.5), Friction(viscous=0.1, coulomb=0.7))
+    frictions = (Friction(viscous=0.3, coulomb=0.5, offset=0.2), Friction(viscous=0.1, coulomb=0.7, offset=-0.1))
     joints, left = [], list(frictions)
     for joint in mechanism.joints:
         joints.append(replace(joint, friction=left.pop(0)) if joint.moves and left else joint)
     robot = Robot(replace(mechanism, joints=tuple(joints)))
     qd = np.random.default_rng(0).uniform(-1, 1, (5, 2))
-    parameters = np.array([0.3, 0.1, 0.5, 0.7])
+    parameters = np.array([0.3, 0.1, 0.5, 0.7, 0.2, -0.1])
     close(robot.friction_regressor(qd) @ parameters, robot.friction_torque(qd))
 
 

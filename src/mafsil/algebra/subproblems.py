@@ -51,11 +51,13 @@ class Root(NamedTuple):
         turn: the angle.
         free: one where every angle solves.
         shortfall: how far the nearest miss misses, zero where the subproblem is solved.
+        inside: one where the nearest miss is too near, not too far.
     """
 
     turn: Turn
     free: ca.SX
     shortfall: ca.SX
+    inside: ca.SX | float = 0.0
 
 
 def unturned() -> Turn:
@@ -101,7 +103,7 @@ def turns_to_distance(
     middle = _direction(
         ca.if_else(off_axis, ca.dot(p, o), 0), ca.if_else(off_axis, ca.dot(w, cross(p, o)), 0), preferred, 0.0
     )
-    return _both(middle, near, far, shortfall)
+    return _both(middle, near, far, shortfall, near < 0)
 
 
 def turns_to_height(
@@ -169,7 +171,7 @@ def _pair(
     return Pair(first._replace(shortfall=shortfall), second)
 
 
-def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX) -> tuple[Root, Root]:
+def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX, inside: ca.SX | float = 0.0) -> tuple[Root, Root]:
     """The turns middle +- phi with tan^2(phi / 2) = sine / cosine, clamped to where there is one."""
     x, y = ca.fmax(sine, 0), ca.fmax(cosine, 0)
     total = x + y
@@ -178,8 +180,8 @@ def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX) -> tuple[R
     used = ca.logic_and(known, ca.logic_not(middle.free))
     phi = Turn(ca.if_else(used, (y - x) * factor, 1.0), ca.if_else(used, 2 * ca.sqrt(x * y) * factor, 0.0))
     return (
-        Root(middle.turn.then(phi), middle.free, shortfall),
-        Root(middle.turn.then(phi.back()), middle.free, shortfall),
+        Root(middle.turn.then(phi), middle.free, shortfall, inside),
+        Root(middle.turn.then(phi.back()), middle.free, shortfall, inside),
     )
 
 

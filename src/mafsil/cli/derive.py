@@ -1,4 +1,4 @@
-"""`mafsil derive`: forward kinematics and Jacobians as formulas, in numbered steps."""
+"""`mafsil derive`: forward kinematics, Jacobians and equations of motion as formulas, in numbered steps."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.cli.answer import Answer
-from mafsil.derivation import Derivation, derive_fk, derive_jacobian, to_html, to_latex, to_text
+from mafsil.derivation import Derivation, derive_dynamics, derive_fk, derive_jacobian, to_html, to_latex, to_text
 from mafsil.derivation.document import Side, is_matrix
 from mafsil.derivation.text import formula, side_text, step_sentence
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.robot import load_mechanism
 
-_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian}
+_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian, "dynamics": derive_dynamics}
 _WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
 _ENDINGS = {".tex": "latex", ".html": "html", ".htm": "html"}
 
@@ -22,7 +22,7 @@ def derive(what: str, robot: str, tip: str | None, format: str | None, out: str 
     """A derivation on the screen or in a file.
 
     Args:
-        what: `fk` or `jacobian`.
+        what: `fk`, `jacobian` or `dynamics`.
         robot: name or file.
         tip: another tip link.
         format: `text`, `latex` or `html`; by the ending of `out` if None.

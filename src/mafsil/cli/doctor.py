@@ -15,23 +15,28 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
+from mafsil.cli.export import checks as export_checks
 from mafsil.cli.table import table
 from mafsil.messages import language, say
 
-NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec")
-OPTIONAL = ("numba", "matplotlib")
+NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec", "numba")
+OPTIONAL = ("matplotlib", "trimesh")
 ORACLES = ("pin", "mujoco-core", "example-robot-data")
 _TOLERANCE = 1e-11
 _WORST_ULP = 64.0
 
 
-def doctor() -> Answer:
-    """Look at everything mafsil stands on, and compile and check a small robot."""
+def doctor(export_check: bool = False) -> Answer:
+    """Look at everything mafsil stands on, and compile and check a small robot.
+
+    Args:
+        export_check: compile exported C too, with the C compiler of this computer, and run its test vectors.
+    """
     packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL, *ORACLES)}
     machine = _machine()
     cache = _cache()
     settings = _settings()
-    checks = _checks()
+    checks = _checks() + (export_checks() if export_check else [])
     missing = [name for name in NEEDED if packages[name] is None]
     failed = [check["name"] for check in checks if not check["ok"]]
     data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}

@@ -36,7 +36,8 @@ def dynamics(
         degrees: whether bare angles are degrees.
 
     Raises:
-        MafsilError: no such robot, not one number per joint, or both `qdd` and `tau`.
+        MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, a state so large that numbers
+            overflow, or efforts that determine no accelerations.
     """
     if qdd is not None and tau is not None:
         raise InputError("cli.dynamics_both")
@@ -50,6 +51,7 @@ def dynamics(
         values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
     else:
         values["tau"] = efforts("tau", tau, arm.mechanism)
+        arm.degeneracy(values["q"]).require_regular()
         values["qdd"] = np.asarray(arm.forward_dynamics(values["q"], values["qd"], values["tau"]))
     return _answer(arm, values, forward=tau is not None)
 
@@ -59,6 +61,8 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     M = np.asarray(arm.mass_matrix(q))
     c, g = np.asarray(arm.velocity_torque(q, qd)), np.asarray(arm.gravity_torque(q))
     energy = {"kinetic": float(arm.kinetic_energy(q, qd)), "potential": float(arm.potential_energy(q))}
+    shown = {"qdd": values["qdd"], "tau": values["tau"], "c(q,qd)": c, "g(q)": g}
+    _require_finite(arm, {**shown, "energy": np.array(list(energy.values())), "M(q)": M})
     excess = [
         n for n, t, limit in zip(arm.joint_names, values["tau"], arm.limits.effort, strict=True) if abs(t) > limit
     ]
@@ -81,3 +85,17 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
     lines += [say("cli.beyond_effort", joint=name) for name in excess]
     return Answer(data, tuple(lines))
+
+
+def _require_finite(arm: Robot, results: dict[str, Floats]) -> None:
+    """Refuses a state whose results overflow, naming the first of them.
+
+    Raises:
+        InputError: infinite or no number at all.
+    """
+    for quantity, result in results.items():
+        for index in np.argwhere(~np.isfinite(result)):
+            joint = arm.joint_names[int(index[0])] if result.shape[:1] == (arm.n,) else quantity
+            raise InputError(
+                "cli.dynamics_overflow", quantity=quantity, joint=joint, value=float(result[tuple(index)])
+            )

@@ -4,6 +4,7 @@ from mafsil.derivation.check_dh import check_dh as check_dh
 from mafsil.derivation.check_jacobian import check_jacobian as check_jacobian
 from mafsil.derivation.check_screws import check_screws as check_screws
 from mafsil.derivation.document import Derivation as Derivation
+from mafsil.derivation.dynamics import derive_dynamics as derive_dynamics
 from mafsil.derivation.fk import derive_fk as derive_fk
 from mafsil.derivation.html import to_html as to_html
 from mafsil.derivation.jacobian import derive_jacobian as derive_jacobian

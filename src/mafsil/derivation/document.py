@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias, TypeGuard
 
+from mafsil.derivation.expression import Expression
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
 
@@ -29,8 +30,8 @@ class Factors:
     formulas: tuple[Polynomial, ...]
 
 
-Side: TypeAlias = Product | Entries | Polynomial | Factors | str
-"""One side of an equation: names side by side, a matrix, a formula, a product of formulas, or text such as numbers."""
+Side: TypeAlias = Product | Entries | Polynomial | Factors | Expression | str
+"""One side of an equation: names, a matrix, a formula, a product of formulas, a tree, or text such as numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

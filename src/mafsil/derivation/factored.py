@@ -3,35 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from typing import Any
 
-from mafsil.derivation.polynomial import Factor, Monomial, Polynomial, Symbol, Values, collected, factor_value, rank
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """One summand: number, factors, and a bracket or nothing behind them."""
-
-    number: float
-    factors: tuple[Factor, ...]
-    bracket: tuple[Part, ...] = ()
-
-    def evaluate(self, values: Values) -> Any:
-        """The number, or array of numbers."""
-        total: Any = self.number
-        for factor in self.factors:
-            total = total * factor_value(factor, values)
-        return total * evaluate(self.bracket, values) if self.bracket else total
-
-
-def evaluate(parts: tuple[Part, ...], values: Values) -> Any:
-    """The sum of the summands."""
-    return sum((part.evaluate(values) for part in parts), start=0.0)
+from mafsil.derivation.grouping import grouped, has_inertia
+from mafsil.derivation.part import Part as Part
+from mafsil.derivation.part import evaluate as evaluate
+from mafsil.derivation.polynomial import Factor, Monomial, Polynomial, Symbol, collected, rank
 
 
 def factored(polynomial: Polynomial) -> tuple[Part, ...]:
-    """Summands with the most frequent common factors taken out, first those of most terms."""
+    """Summands with the most frequent common factors taken out, first those of most terms; masses in front of all."""
+    if has_inertia(polynomial):
+        return grouped(polynomial)
     common = _most_frequent(polynomial)
     if common is None:
         return tuple(Part(number, monomial) for monomial, number in polynomial.terms.items())

@@ -6,12 +6,14 @@ import re
 from html import escape
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
+from mafsil.derivation.expression import Expression
 from mafsil.derivation.factored import Part, factored
 from mafsil.derivation.inline import with_letters
 from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles
 from mafsil.derivation.matrices import Entries
+from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.derivation.text import split_angle, step_sentence
+from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
 from mafsil.messages import direction, say
 from mafsil.messages import language as current_language
 
@@ -39,8 +41,7 @@ def to_html(derivation: Derivation, language: str | None = None) -> str:
     code = language or current_language()
     title = say(derivation.key, language=code, robot=derivation.robot)
     steps = "\n".join(_step(step, code) for step in derivation.steps)
-    error = f"{derivation.worst_error:.1e}"
-    checked = say("derivation.checked", language=code, states=derivation.states, error=error)
+    checked = checked_sentence(derivation, code) if derivation.states else ""
     return (
         f'<!doctype html>\n<html lang="{code}" dir="{direction(code)}">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
@@ -105,6 +106,8 @@ def _line(line: Line) -> str:
 def _side(side: Side) -> str:
     if isinstance(side, str):
         return f"<mtext>{escape(side)}</mtext>"
+    if isinstance(side, Expression):
+        return side.mathml()
     if isinstance(side, Polynomial):
         return formula(side)
     if isinstance(side, Factors):
@@ -150,12 +153,20 @@ def _sum(parts: tuple[Part, ...]) -> str:
 
 
 def _part(part: Part) -> str:
-    pieces = [_factor(f) for f in part.factors]
+    pieces = [_power(f, power) for f, power in powers(part.factors)]
     if part.bracket:
         pieces.append(_bracket(_sum(part.bracket)))
+    pieces += [_power(f, power) for f, power in powers(part.behind)]
     if abs(part.number) != 1.0 or not pieces:
         pieces.insert(0, f"<mn>{number_text(part.number)}</mn>")
     return '<mspace width="0.2em"></mspace>'.join(pieces)
+
+
+def _power(factor: Factor, power: int) -> str:
+    if power == 1:
+        return _factor(factor)
+    whole = _factor(factor) if factor_glyph(factor) is not None else _bracket(_factor(factor))
+    return f"<msup><mrow>{whole}</mrow><mn>{power}</mn></msup>"
 
 
 def _factor(factor: Factor) -> str:

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
+from mafsil.derivation.expression import Expression
 from mafsil.derivation.factored import Part, factored
 from mafsil.derivation.inline import with_letters
 from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles
 from mafsil.derivation.matrices import Entries
+from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.derivation.text import formula as plain_formula
-from mafsil.derivation.text import split_angle, step_sentence
+from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
 from mafsil.messages import language as current_language
 from mafsil.messages import say
 
-_GREEK = {"θ": r"\theta", "α": r"\alpha", "δ": r"\delta", "ω": r"\omega", "ṗ": r"\dot p"}
+_GREEK = {
+    "θ̇": r"\dot{\theta}", "θ̈": r"\ddot{\theta}", "q̇": r"\dot{q}", "q̈": r"\ddot{q}", "V̇": r"\dot{V}",
+    "ẋ": r"\dot{x}", "ẏ": r"\dot{y}", "ż": r"\dot{z}", "Γ": r"\Gamma", "τ": r"\tau",
+    "θ": r"\theta", "α": r"\alpha", "δ": r"\delta", "ω": r"\omega", "ṗ": r"\dot p",
+}  # fmt: skip
 _SPECIAL = {
     **{letter: f"${command}$" for letter, command in _GREEK.items()},
     "−": "$-$",
@@ -44,11 +50,9 @@ def to_latex(derivation: Derivation, language: str | None = None) -> str:
     ]
     for step in derivation.steps:
         body += _step(step, code)
-    error = f"{derivation.worst_error:.1e}"
-    body += [
-        r"\end{enumerate}",
-        sentence(say("derivation.checked", language=code, states=derivation.states, error=error)),
-    ]
+    body.append(r"\end{enumerate}")
+    if derivation.states:
+        body.append(sentence(checked_sentence(derivation, code)))
     return "\n".join([*_head(code), *body, r"\end{document}", ""])
 
 
@@ -135,7 +139,11 @@ def _width(entries: Entries) -> int:
 
 def _side(side: Side) -> str:
     if isinstance(side, str):
-        return side.replace("−", "-").replace("°", r"^\circ").replace(" m", r"\ \mathrm{m}")
+        text = side.replace("−", "-").replace("°", r"^\circ")
+        number, _, unit = text.partition(" ")
+        return rf"{number}\ \mathrm{{{unit.replace('²', '^2')}}}" if unit else number
+    if isinstance(side, Expression):
+        return side.latex()
     if isinstance(side, Polynomial):
         return formula(side)
     if isinstance(side, Factors):
@@ -156,7 +164,7 @@ def _name(name: Name) -> str:
 
 
 def _words(text: str) -> str:
-    return text.replace("det J", r"\det J").replace("×", r"\times").replace("−", "-")
+    return text.replace("det J", r"\det J").replace("×", r"\times").replace("·", r"\cdot ").replace("−", "-")
 
 
 def _glyph(letter: Glyph) -> str:
@@ -174,12 +182,21 @@ def _sum(parts: tuple[Part, ...]) -> str:
 
 
 def _part(part: Part) -> str:
-    pieces = [_factor(f) for f in part.factors]
+    pieces = [_power(f, power) for f, power in powers(part.factors)]
     if part.bracket:
         pieces.append(f"({_sum(part.bracket)})")
+    pieces += [_power(f, power) for f, power in powers(part.behind)]
     if abs(part.number) != 1.0 or not pieces:
-        pieces.insert(0, number_text(part.number))
+        pieces.insert(0, number_text(part.number).replace("½", r"\tfrac{1}{2}"))
     return r"\,".join(pieces)
+
+
+def _power(factor: Factor, power: int) -> str:
+    """A factor with its power; sines and cosines written in full get brackets around them."""
+    text = _factor(factor)
+    if power == 1:
+        return text
+    return f"{text}^{{{power}}}" if factor_glyph(factor) is not None else f"({text})^{{{power}}}"
 
 
 def _factor(factor: Factor) -> str:

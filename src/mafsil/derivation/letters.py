@@ -6,7 +6,10 @@ from typing import NamedTuple
 
 from mafsil.derivation.polynomial import Angle, Factor, Symbol
 
-GREEK = {"theta": "θ", "alpha": "α", "delta": "δ", "det": "det"}
+GREEK = {
+    "theta": "θ", "alpha": "α", "delta": "δ", "det": "det", "Gamma": "Γ", "tau": "τ",
+    "phi": "φ", "dtheta": "θ̇", "ddtheta": "θ̈", "dq": "q̇", "ddq": "q̈",
+}  # fmt: skip
 
 
 class Glyph(NamedTuple):
@@ -48,5 +51,13 @@ def signed_angles(angle: Angle) -> list[tuple[str, int, Glyph]]:
 
 
 def number_text(value: float) -> str:
-    """A coefficient: whole numbers and halves exactly, others with ten digits; without sign."""
-    return f"{abs(value):.10g}"
+    """A coefficient: whole numbers and one half exactly, others with ten digits; without sign."""
+    return "½" if abs(value) == 0.5 else f"{abs(value):.10g}"
+
+
+def superscript(power: int) -> str:
+    """A power in small raised digits; nothing for the first."""
+    return "" if power == 1 else str(power).translate(_RAISED)
+
+
+_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -18,6 +18,9 @@ Angle: TypeAlias = tuple[tuple[str, int], ...]
 Values: TypeAlias = Mapping[str, Any]
 """Numbers, or arrays of any one shape, for the names of angles [rad] and symbols [m]."""
 
+RATES = ("dtheta", "dq", "ddtheta", "ddq")
+"""Letters of rates and accelerations."""
+_FIRST = {"m": 0, "I": 0, "g": 1}
 DUST = 1e-13
 """Coefficients smaller than this are rounding."""
 
@@ -83,6 +86,21 @@ class Polynomial:
             total = total + product
         return total
 
+    def multiplied_out(self) -> Polynomial:
+        """Every product of sines and cosines as a sum of single ones: equal formulas become the same terms."""
+        waiting, done = list(self.terms.items()), list[tuple[Monomial, float]]()
+        while waiting:
+            monomial, number = waiting.pop()
+            trigs = [factor for factor in monomial if isinstance(factor, Trig)]
+            if len(trigs) < 2:
+                done.append((monomial, number))
+                continue
+            rest = list(monomial)
+            rest.remove(trigs[0])
+            rest.remove(trigs[1])
+            waiting += (Polynomial({tuple(rest): number}) * _trigs_multiplied(trigs[0], trigs[1])).terms.items()
+        return collected(done)
+
     def derivative(self, name: str) -> Polynomial:
         """With respect to the angle or symbol of that name."""
         return collected(
@@ -145,10 +163,13 @@ def factor_value(factor: Factor, values: Values) -> Any:
 
 
 def rank(factor: Factor) -> tuple[object, ...]:
-    """Order of factors on paper: lengths, then trigs by joint; trigs of shorter sums first."""
+    """Order of factors on paper: masses, g, lengths, then trigs by joint (of shorter sums first), then rates."""
     if isinstance(factor, Symbol):
-        return (0, _natural(factor.name))
-    return (1, tuple(_natural(name) for name, _ in factor.angle), tuple(k for _, k in factor.angle), factor.sine)
+        letter = factor.name.rstrip("0123456789").partition("_")[0]
+        if letter in RATES:
+            return (4, int(factor.name[len(letter) :]), letter)
+        return (_FIRST.get(letter, 2), _natural(factor.name))
+    return (3, tuple(_natural(name) for name, _ in factor.angle), tuple(k for _, k in factor.angle), factor.sine)
 
 
 def simplified(polynomial: Polynomial) -> Polynomial:

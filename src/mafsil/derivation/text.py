@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
+from mafsil.derivation.expression import Expression
 from mafsil.derivation.factored import Part, factored
-from mafsil.derivation.letters import factor_glyph, glyph, number_text, signed_angles
+from mafsil.derivation.letters import factor_glyph, glyph, number_text, signed_angles, superscript
 from mafsil.derivation.matrices import Entries
+from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.messages import say
 
@@ -23,9 +25,15 @@ def to_text(derivation: Derivation, language: str | None = None) -> str:
     lines = [say(derivation.key, language=language, robot=derivation.robot)]
     for k, step in enumerate(derivation.steps, start=1):
         lines += ["", f"{k}. {step_sentence(step, language)}", *_body(step)]
-    error = f"{derivation.worst_error:.1e}"
-    lines += ["", say("derivation.checked", language=language, states=derivation.states, error=error)]
+    if derivation.states:
+        lines += ["", checked_sentence(derivation, language)]
     return "\n".join(lines) + "\n"
+
+
+def checked_sentence(derivation: Derivation, language: str | None = None) -> str:
+    """How the lines were checked, and how well they passed."""
+    error = f"{derivation.worst_error:.1e}"
+    return say("derivation.checked", language=language, states=derivation.states, error=error)
 
 
 def step_sentence(step: Step, language: str | None = None) -> str:
@@ -49,12 +57,18 @@ def sum_text(parts: tuple[Part, ...]) -> str:
 
 
 def _part(part: Part) -> str:
-    pieces = [factor_text(f) for f in part.factors]
+    pieces = [_power(f, power) for f, power in powers(part.factors)]
     if part.bracket:
         pieces.append(f"({sum_text(part.bracket)})")
+    pieces += [_power(f, power) for f, power in powers(part.behind)]
     if abs(part.number) != 1.0 or not pieces:
         pieces.insert(0, number_text(part.number))
     return " ".join(pieces)
+
+
+def _power(factor: Factor, power: int) -> str:
+    """L1², s2², θ̇1²."""
+    return factor_text(factor) + superscript(power)
 
 
 def factor_text(factor: Factor) -> str:
@@ -126,6 +140,8 @@ def side_text(side: Side) -> str:
     """A side that is no matrix."""
     if isinstance(side, str):
         return side
+    if isinstance(side, Expression):
+        return side.text()
     if isinstance(side, Polynomial):
         return formula(side)
     if isinstance(side, Factors):

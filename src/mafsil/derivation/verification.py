@@ -30,6 +30,7 @@ class Judge:
 
     Attributes:
         arm: the arm in letters.
+        robot, q: the compiled robot and its states (states, n).
         values: numbers of its letters at the states.
         frames: (n + 1, states, 4, 4) poses in {s} of the table's frames {0} .. {n}.
         tip: (states, 4, 4) pose of the tip.
@@ -38,8 +39,8 @@ class Judge:
 
     def __init__(self, arm: SymbolicArm, seed: int = 5) -> None:
         self.arm = arm
-        robot = Robot(arm.mechanism)
-        q = _states(arm, np.random.default_rng(seed))
+        robot = self.robot = Robot(arm.mechanism)
+        q = self.q = _states(arm, np.random.default_rng(seed))
         self.values = arm.values(q)
         self.tip = np.asarray(robot.forward_kinematics(q))
         self.J_s = np.asarray(robot.jacobian_space(q))[:, :, list(arm.coordinates)]

@@ -1,6 +1,12 @@
 """Inverse kinematics: joint vectors that bring a frame to a wanted pose, with honest verdicts."""
 
 from mafsil.ik.analysis import closed_form as closed_form
+from mafsil.ik.answers import Branch as Branch
+from mafsil.ik.answers import LimitExcess as LimitExcess
+from mafsil.ik.answers import SolutionBatch as SolutionBatch
+from mafsil.ik.answers import SolutionFamily as SolutionFamily
+from mafsil.ik.answers import SolutionSet as SolutionSet
+from mafsil.ik.answers import Verdict as Verdict
 from mafsil.ik.closed_form import Branches as Branches
 from mafsil.ik.closed_form import ClosedForm as ClosedForm
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
@@ -14,10 +20,6 @@ from mafsil.ik.rates import prioritised_rates as prioritised_rates
 from mafsil.ik.rates import task_jacobian as task_jacobian
 from mafsil.ik.result import IKResult as IKResult
 from mafsil.ik.result import IKStatus as IKStatus
-from mafsil.ik.solution_set import Branch as Branch
-from mafsil.ik.solution_set import SolutionFamily as SolutionFamily
-from mafsil.ik.solution_set import SolutionSet as SolutionSet
-from mafsil.ik.solution_set import Verdict as Verdict
 from mafsil.ik.subproblems import distances as distances
 from mafsil.ik.subproblems import two_axes as two_axes
 from mafsil.ik.subproblems import wrist_angles as wrist_angles

@@ -1,4 +1,4 @@
-"""What an arm was recognised as for a task, found once, and the names of its branches."""
+"""What an arm was recognised as for a task, found once."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from typing import Literal
 
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.general_six import GeneralSix
+from mafsil.ik.general import GeneralSix
 from mafsil.ik.recognise import EXACT, recognise, recognise_holding
-from mafsil.ik.solution_set import Branch
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 
@@ -87,26 +85,3 @@ def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
     for held in combinations(reversed(real), excess):
         yield tuple(sorted(held))
-
-
-def branch_of(arm: Analysis, row: int) -> Branch:
-    """Roots of the closed form's steps that a row of its table is."""
-    if arm.form is None or row < 0:
-        return Branch()
-    pattern = arm.form.pattern
-    sign = "+-"
-    match pattern.family:
-        case Family.PLANAR:
-            return Branch(elbow=sign[row])
-        case Family.THREE_PARALLEL:
-            return Branch(sign[row >> 2], sign[row & 1], sign[row >> 1 & 1])
-        case Family.POINT:
-            return _arm_branch(pattern, row, "")
-        case Family.SPHERICAL_WRIST:
-            return _arm_branch(pattern, row >> 1, sign[row & 1])
-
-
-def _arm_branch(pattern: ArmPattern, row: int, wrist: str) -> Branch:
-    sign = "+-"
-    outer, inner = sign[row >> 1], sign[row & 1]
-    return Branch(inner, outer, wrist) if pattern.road is PointRoad.MEET else Branch(outer, inner, wrist)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,17 @@ class ClosedForm:
         return self._kernel
 
     @lazy
+    def labelled(self) -> Kernel:
+        """Of (T_sd, near, turns, lower, upper) to all branches with names and limits.
+
+        Inputs: pose (4, 4); coordinates `near` (n,) to which angles are wound and which free joints take; their cosines
+        and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); facts (branches, 6): residual, shortfall, sum
+        of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how far
+        the matrix is from a pose.
+        """
+        return _compiled_labelled(self.pattern)
+
+    @lazy
     def _kernel(self) -> Kernel:
         return _compiled(self.pattern, False)
 
@@ -84,20 +96,94 @@ class ClosedForm:
         return _compiled(self.pattern, True)
 
 
+def structure_kernel(pattern: ArmPattern) -> Kernel:
+    """Of (T_sd, numbers) to the table of branches, for all arms of the same structure: nothing is compiled per arm.
+
+    Args:
+        pattern: of one of the arms, none of its joints held.
+    """
+    return _structure_kernel(_Structure(pattern))
+
+
+class _Structure:
+    """A pattern that is equal to all of the same structure."""
+
+    def __init__(self, pattern: ArmPattern) -> None:
+        self.pattern = pattern
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Structure) and other.pattern.structure == self.pattern.structure
+
+    def __hash__(self) -> int:
+        return hash(self.pattern.structure)
+
+
+@lru_cache(maxsize=256)
+def _structure_kernel(structure: _Structure) -> Kernel:
+    pattern = structure.pattern
+    return _made(
+        "closed_form",
+        (Port("T_sd", (4, 4)), Port("numbers", (len(pattern.numbers),))),
+        (Port("table", (pattern.branches, pattern.n + 3)),),
+        partial(_build_structure, pattern),
+        f"structure {pattern.structure}",
+        (structure_kernel, (pattern,)),
+    )
+
+
 def _compiled(pattern: ArmPattern, near: bool) -> Kernel:
     inputs = (Port("T_sd", (4, 4)), *((Port("near", (pattern.n,)),) if near else ()))
-    shape = (pattern.branches, pattern.n + 3)
+    outputs = (Port("table", (pattern.branches, pattern.n + 3)),)
+    key = f"{pattern.key} {near}"
+    return _made("closed_form", inputs, outputs, partial(_build, pattern, near), key, (_compiled, (pattern, near)))
+
+
+def _compiled_labelled(pattern: ArmPattern) -> Kernel:
+    n, rows = pattern.n, pattern.branches
+    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    return _made(
+        "labelled_closed_form",
+        (Port("T_sd", (4, 4)), *vectors),
+        (Port("q", (rows, n)), Port("facts", (rows, 6)), Port("defect")),
+        partial(_build_labelled, pattern),
+        f"labelled {pattern.key}",
+        (_compiled_labelled, (pattern,)),
+    )
+
+
+def _made(
+    name: str,
+    inputs: tuple[Port, ...],
+    outputs: tuple[Port, ...],
+    build: Callable[[], Any],
+    key: str,
+    recipe: tuple[Callable[..., Kernel], tuple[Any, ...]],
+) -> Kernel:
     return kernels.compile(
-        Signature("closed_form", inputs, (Port("table", shape),)),
-        partial(_build, pattern, near),
-        key=f"{pattern.key} {near}",
+        Signature(name, inputs, outputs),
+        build,
+        key=key,
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-        recipe=(_compiled, (pattern, near)),
+        recipe=recipe,
     )
 
 
 def _build(pattern: ArmPattern, near: bool) -> Any:
     """The casadi.Function of a pattern; CasADi is loaded only when a kernel has to be made."""
-    from mafsil.mechanics.closed_form_function import function
+    from mafsil.mechanics.closed_form.function import table_function
 
-    return function(pattern, near)
+    return table_function(pattern, near)
+
+
+def _build_structure(pattern: ArmPattern) -> Any:
+    """The same with the arm's numbers as an input."""
+    from mafsil.mechanics.closed_form.function import structure_function
+
+    return structure_function(pattern)
+
+
+def _build_labelled(pattern: ArmPattern) -> Any:
+    """The same with wishes of the caller."""
+    from mafsil.mechanics.closed_form.function import labelled_function
+
+    return labelled_function(pattern)

@@ -1,128 +1,15 @@
-"""Inverse kinematics as equations: poses that are poses, joint bounds, errors and Jacobians, a bound of reach."""
+"""What can be said of wanted poses before any search: whether they are poses, and whether they are out of reach."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil import kernels
-from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.geometry import pose
-from mafsil.kernels import Kernel, Port, Signature
-from mafsil.kernels.lazy import lazy
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.model import Joint, JointKind, Mechanism
-from mafsil.model.fingerprint import fingerprint
-from mafsil.robot import Robot
 
 ORTHOGONALITY = 1e-6
 """Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
-
-RELATIVE_DAMPING = 0.02
-"""Damping relative to the squared error norm. Small enough for long steps, which also leave poor valleys."""
-
-SMALLEST_DAMPING = 1e-14
-"""Keeps the factorisation regular at singular poses without slowing the last steps elsewhere."""
-
-
-@dataclass(frozen=True, eq=False)
-class PoseProblem:
-    """Find q with T_sf(q) = T_sd for many poses of one frame.
-
-    Attributes:
-        robot: whose joints are sought.
-        frame: name of the link, or None for the tip.
-        lower, upper: (n,) bounds, infinite for joints without [rad | m].
-        length: scale that makes positions comparable with angles [m].
-    """
-
-    robot: Robot
-    frame: str | None
-    lower: Floats
-    upper: Floats
-    length: float
-
-    @property
-    def bounded(self) -> bool:
-        """Whether any joint has a bound."""
-        return bool(np.isfinite(self.lower).any() or np.isfinite(self.upper).any())
-
-    @property
-    def middle(self) -> JointVector:
-        """(n,) the middle of the bounds, zero where one is missing."""
-        both = np.isfinite(self.lower) & np.isfinite(self.upper)
-        return np.where(both, (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0)) / 2, 0.0)
-
-    def unbounded(self) -> PoseProblem:
-        """The same without bounds."""
-        return replace(self, lower=np.full_like(self.lower, -np.inf), upper=np.full_like(self.upper, np.inf))
-
-    def poses(self, q: JointVector) -> PoseMatrix:
-        """(k, 4, 4) poses of the frame."""
-        if self.frame is None:
-            return self.robot.forward_kinematics(q)
-        return self.robot.forward_kinematics(q, frame=self.frame)
-
-    def jacobians(self, q: JointVector) -> Floats:
-        """(k, 6, n) body Jacobians of the frame."""
-        if self.frame is None:
-            return self.robot.jacobian_body(q)
-        return self.robot.jacobian_body(q, frame=self.frame)
-
-    def errors(self, q: JointVector, T_sd: PoseMatrix) -> Floats:
-        """(k, 6) body twists log(T_sf^-1 T_sd) that lead to the wanted poses in unit time."""
-        return pose.error(self.poses(q), T_sd)
-
-    def stepped(self, q: JointVector, T_sd: PoseMatrix) -> tuple[JointVector, Floats]:
-        """(k, n) after one bounded damped step from q, and (k, 6) errors at q itself, by one kernel."""
-        table = self._step.ufunc(q, T_sd, self.lower, self.upper, self.length)
-        return table[:, : self.robot.n], table[:, self.robot.n :]
-
-    @lazy
-    def _step(self) -> Kernel:
-        return _step_kernel(self.robot.mechanism, self.frame)
-
-    def sample(self, generator: np.random.Generator, count: int) -> JointVector:
-        """(count, n) uniform configurations within the bounds; within a turn, or the length, where there are none."""
-        sliding = [joint.kind is JointKind.PRISMATIC for joint in self.robot.mechanism.coordinates]
-        span = np.where(sliding, self.length, np.pi)
-        lower = np.where(np.isfinite(self.lower), self.lower, np.minimum(-span, self.upper - 2 * span))
-        upper = np.where(np.isfinite(self.upper), self.upper, np.maximum(span, self.lower + 2 * span))
-        return generator.uniform(lower, upper, (count, self.robot.n))
-
-    def clipped(self, q: JointVector) -> JointVector:
-        """The nearest configuration within the bounds."""
-        return np.clip(q, self.lower, self.upper)
-
-    def wound(self, q: JointVector, near: JointVector) -> JointVector:
-        """Turning joints moved by whole turns as close to `near` as their bounds allow."""
-        turning = np.array([joint.kind is JointKind.REVOLUTE for joint in self.robot.mechanism.coordinates])
-        turns = np.where(turning, 2 * np.pi * np.round((q - near) / (2 * np.pi)), 0.0)
-        moved = q - turns
-        return np.where((moved >= self.lower) & (moved <= self.upper), moved, q)
-
-
-@lru_cache(maxsize=64)
-def _step_kernel(mechanism: Mechanism, frame: str | None) -> Kernel:
-    n = mechanism.n
-    inputs = (Port("q", (n,)), Port("T_sd", (4, 4)), Port("lower", (n,)), Port("upper", (n,)), Port("length"))
-    return kernels.compile(
-        Signature("pose_step", inputs, (Port("step", (n + 6,)),)),
-        partial(_build_step, mechanism, frame),
-        key=f"{fingerprint(mechanism)} pose_step {frame!r} {RELATIVE_DAMPING} {SMALLEST_DAMPING}",
-        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-        recipe=(_step_kernel, (mechanism, frame)),
-    )
-
-
-def _build_step(mechanism: Mechanism, frame: str | None) -> Any:
-    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
-    from mafsil.mechanics.pose_step import function
-
-    return function(mechanism, frame, RELATIVE_DAMPING, SMALLEST_DAMPING)
 
 
 def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:

@@ -27,6 +27,10 @@ class _Road:
     reversed: bool
     meeting: Vector3
     defect: float
+    strength: float = 1.0
+
+
+_NO_ROAD = _Road(PointRoad.PARALLEL, False, np.zeros(3), 0.0)
 
 
 def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern | None:
@@ -64,6 +68,8 @@ def recognise_holding(chain: Chain, n: int, held: tuple[int, ...], *, orientatio
         seen = seen.locked(k, generic if chain.slides[k] else 0.4567)
     candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
     for pattern in candidates:
+        if pattern.shifted:
+            continue
         if pattern.defect <= EXACT and not _split(pattern, chain, held):
             return _released(pattern, chain, held, generic)
     return None
@@ -78,7 +84,9 @@ def _split(pattern: ArmPattern, chain: Chain, held: tuple[int, ...]) -> bool:
         groups.append((3, 4, 5))
     if pattern.family is Family.THREE_PARALLEL:
         groups.extend([(1, 2, 3), (4, 5)])
-    else:
+    elif pattern.family is Family.LINKED:
+        groups.append((1, 2, 3))
+    elif pattern.road is not PointRoad.QUARTIC:
         pair = (0, 1) if (pattern.road is PointRoad.MEET) != pattern.road_reversed else (1, 2)
         groups.append(pair)
     added = any(j < 0 for j in pattern.joints) and pattern.family is not Family.POINT
@@ -114,21 +122,41 @@ def _released(pattern: ArmPattern, chain: Chain, held: tuple[int, ...], generic:
 
 
 def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
+    """Every way to see the arm, the simplest closed forms first."""
     yield from _planar(chain, n)
-    for seen in (chain, chain.backwards()):
-        for padded in _padded(seen):
-            yield from _spherical_wrist(padded, n)
-            yield from _three_parallel(padded, n)
+    padded = [arm for seen in (chain, chain.backwards()) for arm in _padded(seen)]
+    for general in (False, True):
+        for shifted in (False, True):
+            for arm in padded:
+                seen = _shifted(arm) if shifted else arm
+                if not general:
+                    yield from _three_parallel(seen, n, shifted=shifted)
+                yield from _spherical_wrist(seen, n, general=general, shifted=shifted)
+                if general:
+                    yield from _linked(seen, n, shifted=shifted)
 
 
 def _points(chain: Chain, n: int) -> Iterator[ArmPattern]:
     tip = chain.home[:3, 3]
-    for arm in _three_joints(chain):
-        for road in _roads(arm, tip):
-            yield _pattern(Family.POINT, arm, n, tip, road, road.defect)
+    for general in (False, True):
+        for arm in _three_joints(chain):
+            for road in _roads(arm, tip, general=general):
+                yield _pattern(Family.POINT, arm, n, tip, road, road.defect)
 
 
-def _spherical_wrist(chain: Chain, n: int) -> Iterator[ArmPattern]:
+def _shifted(chain: Chain) -> Chain:
+    """The chain with its last joint in front: (P e_m P^-1) e_1 ... e_m-1 = P."""
+    order = [len(chain) - 1, *range(len(chain) - 1)]
+    return replace(
+        chain,
+        axes=chain.axes[order],
+        points=chain.points[order],
+        slides=tuple(chain.slides[i] for i in order),
+        joints=tuple(chain.joints[i] for i in order),
+    )
+
+
+def _spherical_wrist(chain: Chain, n: int, *, general: bool, shifted: bool) -> Iterator[ArmPattern]:
     """The last three axes meet, not all in one plane with nothing between."""
     if any(chain.slides[3:]):
         return
@@ -138,11 +166,12 @@ def _spherical_wrist(chain: Chain, n: int) -> Iterator[ArmPattern]:
     w4, w5, w6 = chain.axes[3:]
     if min(_sine(w4, w5), _sine(w5, w6)) < 1e-3:
         return
-    for road in _roads(_part(chain, 0, 3), centre):
-        yield _pattern(Family.SPHERICAL_WRIST, chain, n, centre, road, max(road.defect, miss / chain.size))
+    for road in _roads(_part(chain, 0, 3), centre, general=general, carried=shifted):
+        defect = max(road.defect, miss / chain.size)
+        yield _pattern(Family.SPHERICAL_WRIST, chain, n, centre, road, defect, shifted=shifted)
 
 
-def _three_parallel(chain: Chain, n: int) -> Iterator[ArmPattern]:
+def _three_parallel(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
     """Axes 2, 3, 4 are parallel, 5 and 6 meet."""
     if any(chain.slides[1:]):
         return
@@ -151,10 +180,31 @@ def _three_parallel(chain: Chain, n: int) -> Iterator[ArmPattern]:
         return
     centre, gap = meeting_point(w5, chain.points[4], w6, chain.points[5])
     usable = abs(w1 @ w2) > 1e-3 if chain.slides[0] else _sine(w1, w2) > 1e-3
-    if usable:
+    if usable or shifted:
         defect = max(_sine(w2, w3), _sine(w2, w4), gap / chain.size)
-        road = _Road(PointRoad.PARALLEL, False, np.zeros(3), 0.0)
-        yield _pattern(Family.THREE_PARALLEL, chain, n, centre, road, defect)
+        yield _pattern(Family.THREE_PARALLEL, chain, n, centre, _NO_ROAD, defect, shifted=shifted)
+
+
+def _linked(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
+    """Axes 2, 3, 4 are parallel; 5 and 6 pass each other."""
+    if any(chain.slides[1:]):
+        return
+    w1, w2, w3, w4, w5, w6 = chain.axes
+    c, r5 = chain.points[5], chain.points[4]
+    if min(_sine(w2, w5), _sine(w5, w6)) < 1e-3 or any(j < 0 for j in chain.joints[1:]):
+        return
+    usable = abs(w1 @ w2) > 1e-3 if chain.slides[0] else _sine(w1, w2) > 1e-3
+    # The circle of joint 5 in the two equations must not be flat.
+    k = c - r5
+    B = np.array([_form(-w5, w6, w2), _form(w5, w2, k) / chain.size])
+    if (usable or shifted) and (chain.slides[0] or abs(np.linalg.det(B)) > 1e-7):
+        defect = max(_sine(w2, w3), _sine(w2, w4))
+        yield _pattern(Family.LINKED, chain, n, c, _NO_ROAD, defect, shifted=shifted)
+
+
+def _form(w: Vector3, a: Vector3, x: Vector3) -> Vector3:
+    """(2) coefficients of cos q and sin q in a . Rot(w, q) x."""
+    return np.array([a @ x - (w @ a) * (w @ x), a @ np.cross(w, x)])
 
 
 def _planar(chain: Chain, n: int) -> Iterator[ArmPattern]:
@@ -179,11 +229,31 @@ def _planar(chain: Chain, n: int) -> Iterator[ArmPattern]:
         arm = arm.with_joint(h, np.zeros(3), slides=True)
     if distance_to_line(arm.axes[1], arm.points[1], arm.points[2]) < 1e-9 * chain.size:
         return
-    yield _pattern(Family.PLANAR, arm, n, arm.points[2], _Road(PointRoad.PARALLEL, False, np.zeros(3), 0.0), defect)
+    yield _pattern(Family.PLANAR, arm, n, arm.points[2], _NO_ROAD, defect)
 
 
-def _roads(arm: Chain, start: Vector3) -> Iterator[_Road]:
-    """Ways in which three joints place a point, forwards and backwards."""
+def _roads(arm: Chain, start: Vector3, *, general: bool, carried: bool = False) -> Iterator[_Road]:
+    """Ways in which three joints place a point, forwards and backwards.
+
+    Args:
+        arm: the joints.
+        start: (3,) the point at q = 0.
+        general: the equation of fourth degree, or the simpler ways.
+        carried: the first joint is carried by the pose: nothing can be said of it beforehand.
+    """
+    if general:
+        if carried:
+            yield from _by_quartic(arm.backwards(), True, start, carried=True)
+        else:
+            # The better conditioned side first.
+            sides = [*_by_quartic(arm, False, start), *_by_quartic(arm.backwards(), True, start)]
+            yield from sorted(sides, key=lambda road: -road.strength)
+        return
+    if carried:
+        if not arm.slides[0]:
+            yield from _by_height(arm, False, carried=True)
+        yield from _by_distance(arm.backwards(), True, carried=True)
+        return
     if all(arm.slides):
         if abs(np.linalg.det(arm.axes)) > 1e-3:
             yield _Road(PointRoad.LINEAR, False, np.zeros(3), 0.0)
@@ -194,25 +264,61 @@ def _roads(arm: Chain, start: Vector3) -> Iterator[_Road]:
     for backwards in (False, True):
         seen = arm.backwards() if backwards else arm
         yield from _by_distance(seen, backwards)
+    for backwards in (False, True):
+        seen = arm.backwards() if backwards else arm
+        yield from _by_slide_across(seen, backwards)
 
 
-def _by_height(arm: Chain, backwards: bool) -> Iterator[_Road]:
+def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = False) -> Iterator[_Road]:
+    """The first two joints in general position; the third off the point, if it turns.
+
+    Of a reversed arm nothing is known of the place that the third joint moves, but that it is not always on its axis.
+    """
+    w1, w2, w3 = arm.axes
+    one, two, three = arm.slides
+    if not backwards and not three and distance_to_line(w3, arm.points[2], start) < 1e-6 * arm.size:
+        return
+    sine, cosine = _sine(w1, w2), abs(float(w1 @ w2))
+    if one and two:
+        strength = sine if carried or three or _sine(np.cross(w1, w2), w3) > 1e-3 else 0.0
+        strength *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > 1e-3 else 0.0
+    elif one or two:
+        strength = cosine
+    else:
+        strength = 0.0
+        if sine > 1e-5:
+            _, gap = meeting_point(w1, arm.points[0], w2, arm.points[1])
+            strength = sine * gap / arm.size
+    if strength > 1e-5:
+        yield _Road(PointRoad.QUARTIC, backwards, np.zeros(3), 0.0, strength)
+
+
+def _by_slide_across(arm: Chain, backwards: bool) -> Iterator[_Road]:
+    """The first joint turns, the second slides across its axis, the third changes the height along it."""
+    w1, w2, w3 = arm.axes
+    if arm.slides[0] or not arm.slides[1]:
+        return
+    if abs(w1 @ w3) > 1e-3 if arm.slides[2] else _sine(w1, w3) > 1e-3:
+        yield _Road(PointRoad.ACROSS, backwards, np.zeros(3), abs(float(w1 @ w2)))
+
+
+def _by_height(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Road]:
     """The second joint turns; the third turns about a parallel axis or slides across it."""
     w1, h, w3 = arm.axes
     if arm.slides[1]:
         return
-    usable = abs(w1 @ h) > 1e-3 if arm.slides[0] else _sine(w1, h) > 1e-3
+    usable = carried or (abs(w1 @ h) > 1e-3 if arm.slides[0] else _sine(w1, h) > 1e-3)
     apart = arm.slides[2] or distance_to_line(h, arm.points[1], arm.points[2]) > 1e-6 * arm.size
     if usable and apart:
         yield _Road(PointRoad.PARALLEL, backwards, np.zeros(3), abs(float(h @ w3)) if arm.slides[2] else _sine(h, w3))
 
 
-def _by_distance(arm: Chain, backwards: bool) -> Iterator[_Road]:
+def _by_distance(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Road]:
     """The first two axes meet, and the third moves the point nearer to there or away."""
     if arm.slides[0] or arm.slides[1] or _sine(arm.axes[0], arm.axes[1]) < 1e-3:
         return
     place, gap = meeting_point(arm.axes[0], arm.points[0], arm.axes[1], arm.points[1])
-    if not arm.slides[2] and distance_to_line(arm.axes[2], arm.points[2], place) < 1e-6 * arm.size:
+    if not (carried or arm.slides[2]) and distance_to_line(arm.axes[2], arm.points[2], place) < 1e-6 * arm.size:
         return
     yield _Road(PointRoad.MEET, backwards, place, gap / arm.size)
 
@@ -269,7 +375,9 @@ def _three_joints(chain: Chain) -> Iterator[Chain]:
         yield chain.with_joint(w, np.zeros(3), slides=True, at=0).with_joint(across, np.zeros(3), slides=True)
 
 
-def _pattern(family: Family, chain: Chain, n: int, centre: Vector3, road: _Road, defect: float) -> ArmPattern:
+def _pattern(
+    family: Family, chain: Chain, n: int, centre: Vector3, road: _Road, defect: float, *, shifted: bool = False
+) -> ArmPattern:
     return ArmPattern(
         family=family,
         axes=chain.axes,
@@ -285,6 +393,7 @@ def _pattern(family: Family, chain: Chain, n: int, centre: Vector3, road: _Road,
         size=chain.size,
         n=n,
         defect=defect,
+        shifted=shifted,
     )
 
 

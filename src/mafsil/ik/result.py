@@ -18,6 +18,7 @@ class IKStatus(Status):
     OUT_OF_REACH = ("ik.out_of_reach", False)
     BEYOND_LIMITS = ("ik.beyond_limits", False)
     BUDGET_SPENT = ("ik.budget_spent", False)
+    TIME_SPENT = ("ik.time_spent", False)
     NOT_A_POSE = ("ik.not_a_pose", False)
 
 
@@ -33,9 +34,9 @@ class IKResult:
             the row is not a pose [rad | m].
         codes: (*batch,) index into `STATUSES`.
         T_reached: (*batch, 4, 4) pose of the frame at q, in {s}.
-        position_error: (*batch,) distance between the origins of the wanted and the reached pose [m].
-        rotation_error: (*batch,) angle between them [rad].
-        iterations: (*batch,) steps spent, over all attempts.
+        position_error: (*batch,) distance between the wanted and the reached origin [m], as far as it counts.
+        rotation_error: (*batch,) angle between them [rad], as far as it counts.
+        iterations: (*batch,) steps of the attempt that solved it or came nearest.
         attempts: (*batch,) starts tried.
         reach: (*batch,) proven bound of the distance of the frame from the first joint [m].
         distance: (*batch,) distance of the wanted position from the first joint [m].

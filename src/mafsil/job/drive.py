@@ -17,7 +17,7 @@ from mafsil.job.plan import Leg, Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.robot import Robot
-from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
+from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate, suitable_integrator
 from mafsil.trajectory import Trajectory, sequence
 
 MOST_TICKS = 3_000_000
@@ -104,7 +104,7 @@ def _scenario(job: Job, robot: Robot, stretch: _Stretch, index: int, before: Rec
         noise=SensorNoise(noise.position, noise.velocity, noise.seed + index) if noisy else None,
         step=settings.step,
         period=None if job.controller.rate is None else 1.0 / job.controller.rate,
-        integrator=settings.method,
+        integrator=suitable_integrator(plant, stretch.trajectory.at(0.0).u, settings.step, settings.method),
     )
 
 

@@ -23,6 +23,8 @@ TWO_OVER_PI = (
 )
 """The first 1216 bits of 2/pi after the binary point."""
 HUGE = "mafsil_huge"
+HUGE_VALUE = "mafsil_huge_value"
+_PARTS = "{ double, double, i64 }"
 
 
 def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
@@ -62,18 +64,11 @@ def _joined(
     lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]], large: str
 ) -> list[tuple[str, str, str]]:
     """`fast`, unless `large`: then the lanes beyond the hot path are reduced again, through memory."""
-    text, count = lanes.text, len(angles)
+    text = lanes.text
     before, slow, after = text.block, f"huge{text.count}", f"reduced{text.count}"
     text.do(f"br i1 {large}, label %{slow}, label %{after}, !prof !0")
     text.label(slow)
-    space = f"%space{text.count}"
-    text.entry.append(f"  {space} = alloca [{4 * count} x {lanes.real}], align 64")
-    for k, (x, (r, lo, turns)) in enumerate(zip(angles, fast, strict=True)):
-        for part, value in enumerate((x, r, lo, lanes.from_bits(turns))):
-            lanes.store(value, space, part * count + k)
-    text.do(f"call void @{HUGE}(ptr {space}, i64 {count * lanes.width})")
-    again = [tuple(lanes.load(space, part * count + k) for part in (1, 2, 3)) for k in range(count)]
-    again = [(r, lo, lanes.bits(turns)) for r, lo, turns in again]
+    again = _by_value(lanes, angles, fast) if text.scalar else _by_memory(lanes, angles, fast)
     text.do(f"br label %{after}")
     text.label(after)
     kinds = (lanes.real, lanes.real, lanes.integer)
@@ -87,6 +82,63 @@ def _joined(
     return joined
 
 
+def _by_memory(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """All lanes of all angles in one call."""
+    text, count = lanes.text, len(angles)
+    space = f"%space{text.count}"
+    text.entry.append(f"  {space} = alloca [{4 * count} x {lanes.real}], align 64")
+    for k, (x, (r, lo, turns)) in enumerate(zip(angles, fast, strict=True)):
+        for part, value in enumerate((x, r, lo, lanes.from_bits(turns))):
+            lanes.store(value, space, part * count + k)
+    text.do(f"call void @{HUGE}(ptr {space}, i64 {count * lanes.width})")
+    again = [tuple(lanes.load(space, part * count + k) for part in (1, 2, 3)) for k in range(count)]
+    return [(r, lo, lanes.bits(turns)) for r, lo, turns in again]
+
+
+def _by_value(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """One call for each angle, arguments and results in registers."""
+    text = lanes.text
+    again: list[tuple[str, str, str]] = []
+    for x, (r, lo, turns) in zip(angles, fast, strict=True):
+        parts = text.let(f"call {_PARTS} @{HUGE_VALUE}(double {x}, double {r}, double {lo}, i64 {turns})")
+        first, second, third = (text.let(f"extractvalue {_PARTS} {parts}, {k}") for k in range(3))
+        again.append((first, second, third))
+    return again
+
+
+def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
+    """IR of the function that reduces one huge angle, and the declarations it needs: (x, r, lo, turns) renewed."""
+    text = Text(fma, rounding=False)
+    lanes = Lanes(text, 1)
+    beyond = lanes.integer_op("xor", "%turns", lanes.whole(MAGIC_BITS))
+    beyond = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
+    finite = lanes.compare("olt", lanes.fabs("%x"), lanes.const(float("inf")))
+    text.do(f"br i1 {lanes.mask_op('and', beyond, finite)}, label %reduce, label %done")
+    text.label("reduce")
+    renewed = _payne_hanek(lanes, "%x")
+    text.do("br label %done")
+    text.label("done")
+    total = "poison"
+    kinds = (("double", "%r"), ("double", "%lo"), ("i64", "%turns"))
+    chosen = [
+        text.let(f"phi {kind} [ {old}, %entry ], [ {new}, %reduce ]")
+        for (kind, old), new in zip(kinds, renewed, strict=True)
+    ]
+    for k, ((kind, _), value) in enumerate(zip(kinds, chosen, strict=True)):
+        total = text.let(f"insertvalue {_PARTS} {total}, {kind} {value}, {k}")
+    text.do(f"ret {_PARTS} {total}")
+    arguments = "double %x, double %r, double %lo, i64 %turns"
+    header = f"define internal {_PARTS} @{HUGE_VALUE}({arguments}) cold noinline {attributes} {{\nentry:\n"
+    return _table() + header + "\n".join(text.lines) + "\n}\n", text.declared
+
+
+def _table() -> str:
+    """The bits of 2/pi as a constant, a word of zeros before them."""
+    words = [0, *(int(TWO_OVER_PI[k : k + 16], 16) for k in range(0, len(TWO_OVER_PI), 16))]
+    numbers = ", ".join(f"i64 {word - (1 << 64) if word >= 1 << 63 else word}" for word in words)
+    return f"@{HUGE}.bits = private unnamed_addr constant [{len(words)} x i64] [{numbers}]\n"
+
+
 def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """IR of the function that reduces huge angles, and the declarations it needs.
 
@@ -97,8 +149,6 @@ def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """
     text = Text(fma, rounding=False)
     lanes = Lanes(text, 1)
-    words = [0, *(int(TWO_OVER_PI[k : k + 16], 16) for k in range(0, len(TWO_OVER_PI), 16))]
-    table = ", ".join(f"i64 {lanes.whole(word)}" for word in words)
     text.do("br label %next")
     text.label("next")
     text.do("%i = phi i64 [ 0, %entry ], [ %following, %continue ]")
@@ -124,11 +174,8 @@ def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     text.do("br i1 %more, label %next, label %done")
     text.label("done")
     text.do("ret void")
-    header = (
-        f"@{HUGE}.bits = private unnamed_addr constant [{len(words)} x i64] [{table}]\n"
-        f"define internal void @{HUGE}(ptr %base, i64 %n) cold noinline {attributes} {{\nentry:\n"
-    )
-    return header + "\n".join(text.lines) + "\n}\n", text.declared
+    header = f"define internal void @{HUGE}(ptr %base, i64 %n) cold noinline {attributes} {{\nentry:\n"
+    return _table() + header + "\n".join(text.lines) + "\n}\n", text.declared
 
 
 def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:

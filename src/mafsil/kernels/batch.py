@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
 from mafsil.kernels import threads as pool
+from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
 
 _PART_WORK = 400_000
@@ -28,22 +29,32 @@ class Evaluator:
         signature: ports.
         ufunc: generalised ufunc of the kernel.
         work: gives the operations of one evaluation, from which the number of parts of a batch follows.
+        device: called as `device(*args, out=out)` for arrays that lie on a device.
     """
 
-    __slots__ = ("_names", "_ranks", "_signature", "_ufunc", "_work")
+    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work")
 
-    def __init__(self, signature: Signature, ufunc: Callable[..., Any], work: Callable[[], int]) -> None:
+    def __init__(
+        self,
+        signature: Signature,
+        ufunc: Callable[..., Any],
+        work: Callable[[], int],
+        device: Callable[..., Any] | None = None,
+    ) -> None:
         self._signature = signature
+        self._device = device
         self._ufunc = ufunc
         self._work = work
-        self._ranks = tuple(len(port.shape) for port in signature.inputs)
+        self._cores = tuple(port.shape for port in signature.inputs)
+        self._ranks = tuple(map(len, self._cores))
         self._names = tuple(port.name for port in signature.inputs)
 
     def __call__(self, *args: Any, out: Any = None, threads: int | None = None, **named: Any) -> Any:
         """Evaluate over the broadcast batch.
 
         Args:
-            args: one array (*batch, *core) per input port, by position or by name.
+            args: one array (*batch, *core) per input port, by position or by name; all of them in main memory, or all
+                on one device (then so is the result, and NaN passes on).
             out: array, or tuple of arrays, of the exact result shape to write into.
             threads: how many cores a large batch may use; the default is all that the process may run on.
             named: inputs by name.
@@ -55,8 +66,15 @@ class Evaluator:
             InputError: wrong number, name, type or shape; in a call without batch also NaN and infinities.
         """
         ports = self._signature.inputs
-        arrays = [_numbers(port, value) for port, value in zip(ports, self._ordered(args, named), strict=True)]
-        batch = self._batch(arrays)
+        arrays = self._ordered(args, named)
+        batch = self._common_batch(arrays)
+        if batch is None:
+            if self._device is not None and any(map(on_device, arrays)):
+                if threads is not None:
+                    raise InputError("export.options", name=self._signature.name, option="threads")
+                return self._device(*arrays, out=out)
+            arrays = [_numbers(port, value) for port, value in zip(ports, arrays, strict=True)]
+            batch = self._batch(arrays)
         if not batch:
             for port, array in zip(ports, arrays, strict=True):
                 if not _finite(array):
@@ -69,6 +87,22 @@ class Evaluator:
             return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
         except MemoryError:
             raise InputError("call.memory", name=self._signature.name, batch=batch) from None
+
+    def _common_batch(self, arrays: Sequence[Any]) -> tuple[int, ...] | None:
+        """The batch, if all arguments are float64 arrays of the same one: the usual case, found out in little time."""
+        batch: tuple[int, ...] | None = None
+        for array, rank, core in zip(arrays, self._ranks, self._cores):  # noqa: B905 - strict takes time
+            if type(array) is not np.ndarray or array.dtype is not _FLOAT64:
+                return None
+            cut = array.ndim - rank
+            if cut < 0 or array.shape[cut:] != core:
+                return None
+            own = array.shape[:cut]
+            if batch is None:
+                batch = own
+            elif own != batch:
+                return None
+        return batch
 
     def _ordered(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
         if not named and len(args) == len(self._names):
@@ -101,12 +135,14 @@ class Evaluator:
         arrays = out if isinstance(out, tuple) else (out,)
         if len(arrays) != len(outputs):
             raise InputError("call.outputs", name=self._signature.name, expected=len(outputs), got=len(arrays))
-        for port, array in zip(outputs, arrays, strict=True):
-            _check_out(f"out ({port.name})", array, batch + port.shape)
+        for port, array in zip(outputs, arrays):  # noqa: B905 - strict takes time, and both have one length
+            _check_out(port, array, batch + port.shape)
         return arrays
 
     def _threads(self, batch: tuple[int, ...], wanted: int | None) -> int:
         """How many threads share the batch: one, if it is not worth two parts."""
+        if type(wanted) is int and wanted == 1:
+            return 1
         count = 0 if wanted is None else pool.checked(wanted)
         if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
@@ -166,11 +202,11 @@ def _rows(array: Floats, port: Port, from_end: int, rows: slice) -> Floats:
     return array[(slice(None),) * axis + (rows,)]
 
 
-def _check_out(name: str, array: Any, shape: tuple[int, ...]) -> None:
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.writeable:
-        raise InputError("call.out", name=name)
+def _check_out(port: Port, array: Any, shape: tuple[int, ...]) -> None:
+    if not isinstance(array, np.ndarray) or array.dtype != _FLOAT64 or not array.flags.writeable:
+        raise InputError("call.out", name=f"out ({port.name})")
     if array.shape != shape:
-        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
+        raise InputError("input.shape", name=f"out ({port.name})", expected=shape, got=array.shape, hint="")
 
 
 def _overlapping(arrays: Sequence[Floats], results: Sequence[Floats]) -> bool:

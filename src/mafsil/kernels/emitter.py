@@ -19,12 +19,14 @@ class Text:
         rounding: the target rounds to integers in one instruction.
         entry: lines of the entry block, where stack space is reserved.
         lines: all other lines.
+        scalar: a machine without vectors, or where stack space is dear: nothing is packed, huge angles go by value.
         block: label of the current basic block.
         declared: declarations of the intrinsics in use.
     """
 
     fma: bool
     rounding: bool
+    scalar: bool = False
     entry: list[str] = field(default_factory=list[str])
     lines: list[str] = field(default_factory=list[str])
     block: str = "entry"

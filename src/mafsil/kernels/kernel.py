@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mafsil.kernels import batch, cache, call, identity, runtime, threads, ufunc
 from mafsil.kernels.cache import Store
@@ -16,6 +16,9 @@ from mafsil.kernels.layout import BATCH, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
+
+if TYPE_CHECKING:
+    from mafsil.kernels.device.batch import DeviceEvaluator
 
 
 class Addresses(NamedTuple):
@@ -73,7 +76,19 @@ class Kernel:
     def evaluate(self) -> batch.Evaluator:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
-        return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total)
+        return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total, self.on_device)
+
+    def on_device(self, *args: Any, out: Any = None) -> Any:
+        """Evaluate arrays that lie on an NVIDIA device there; see `DeviceEvaluator.__call__`."""
+        return self._on_device(*args, out=out)
+
+    @lazy
+    def _on_device(self) -> DeviceEvaluator:
+        """The kernel for the device, compiled at its first use."""
+        from mafsil.kernels.device.batch import DeviceEvaluator
+        from mafsil.kernels.export.exported import device_program
+
+        return DeviceEvaluator(self.signature, lambda: device_program(self))
 
     @lazy
     def ufunc(self) -> Callable[..., Any]:

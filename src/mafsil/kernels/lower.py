@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from mafsil.errors import KernelError
-from mafsil.kernels.argument import huge_function
+from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.emitter import Text
 from mafsil.kernels.layout import SINGLE, Signature
 from mafsil.kernels.program import Program
 from mafsil.kernels.remainder import far_function
+from mafsil.kernels.rows import blocks
 from mafsil.kernels.segments import Segment, segments
 from mafsil.kernels.staging import BODY, staging
 from mafsil.kernels.tape import Tape
@@ -28,10 +29,14 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
     _check(tape, signature)
     bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
-    pieces = segments(tape)
-    batch = _Entry(tape, pieces, target, target.lanes, "ptr noalias %in, ptr noalias %out")
+    rows = ", ".join(["ptr noalias %in", *(f"ptr noalias %rows{k}, i64 %step{k}" for k in range(len(tape.outputs)))])
+    batch = _Entry(tape, segments(tape, blocks=blocks(tape, target.lanes)), target, target.lanes, rows)
     single = _Entry(
-        tape, pieces, target, 1, ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
+        tape,
+        segments(tape),
+        target,
+        1,
+        ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))]),
     )
     gathered = _gathered(signature) if single.functions else []
     huge, declared = huge_function(target.fma, "#0")
@@ -43,7 +48,7 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
             far_function("#0"),
             *batch.functions,
             *single.functions,
-            f"define internal void @{BODY}(ptr noalias %in, ptr noalias %out) noinline #0 {{",
+            f"define internal void @{BODY}({rows}) noinline #0 {{",
             "entry:",
             *batch.lines,
             "}",
@@ -54,6 +59,46 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
             "}",
             staging(signature, target.lanes, "#0"),
             f"attributes #0 = {{ {attributes} }}",
+            '!0 = !{!"branch_weights", i32 1, i32 1000000}',
+            "",
+        ]
+    )
+
+
+def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline: bool = False) -> str:
+    """Text of one evaluation without vectors, and all it calls: void name(double *in0, ..., double *out0, ...).
+
+    Args:
+        tape: the program, reduced or not.
+        signature: its ports; sizes must be those of the tape.
+        target: whether products and sums may be fused; its lanes do not matter.
+        name: symbol of the function.
+        inline: the function is a part of others in the same module, else it is an entry of the module.
+
+    Raises:
+        KernelError: the ports do not fit the tape.
+    """
+    _check(tape, signature)
+    text = Text(target.fma, target.rounding, scalar=True)
+    text.do("br label %body")
+    text.label("body")
+    pieces, _ = segments(tape, 1 << 60)
+    _fill(tape, pieces[0], text, 1)
+    huge, declared = huge_value_function(target.fma, "#1")
+    head = "define internal" if inline else "define dso_local"
+    operations = {node.op for node in tape.nodes}
+    return "\n".join(
+        [
+            *sorted(text.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
+            huge if operations & {"sin", "cos", "tan"} else "",
+            far_function("#1") if operations & {"fmod", "remainder"} else "",
+            f"{head} void @{name}({', '.join(_single_ports(signature))}) {'alwaysinline ' * inline}#1 {{",
+            "entry:",
+            *text.entry,
+            *text.lines,
+            "  ret void",
+            "}",
+            'attributes #1 = { "no-builtins" nounwind }',
             '!0 = !{!"branch_weights", i32 1, i32 1000000}',
             "",
         ]
@@ -105,18 +150,24 @@ class _Entry:
 
 def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int) -> Text:
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
-    text, places = Text(target.fma, target.rounding), _places(tape)
+    text = Text(target.fma, target.rounding)
     text.do("br label %body")
     text.label("body")
-    program = Program(tape, pieces[k], text, width)
-    if width == 1 and len(pieces) == 1:
+    _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1)
+    return text
+
+
+def _fill(tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = True, only: bool = True) -> None:
+    """The arithmetic of a piece; `first` of the tape, the `only` one."""
+    places = _places(tape)
+    program = Program(tape, piece, text, width)
+    if width == 1 and only:
         program.preload()
-    if k == 0:
+    if first:
         for i, where in places.items():
             if tape.nodes[i].op in ("input", "const"):
                 program.store(i, where)
     program.emit(places)
-    return text
 
 
 def _places(tape: Tape) -> dict[int, list[tuple[int, int]]]:

@@ -8,6 +8,7 @@ from itertools import accumulate
 from mafsil.kernels import transcendental
 from mafsil.kernels.emitter import Comparison, Lanes, Text
 from mafsil.kernels.reduce import COMPARISONS
+from mafsil.kernels.rows import Block, row_pointers, write
 from mafsil.kernels.schedule import EXPENSIVE, GROUP, TRIGONOMETRIC
 from mafsil.kernels.segments import Segment
 from mafsil.kernels.tape import Node, Tape
@@ -24,8 +25,8 @@ class Program:
     """Emits a segment into `text`.
 
     Inputs lie one after another at %in unless preloaded, values of other segments at %far. With several lanes the
-    outputs lie at %out; with one lane every output port has its own pointer %y0, %y1, ..., and independent expensive
-    functions share a vector.
+    outputs are written by blocks to rows at %rows0, %rows1, ...; with one lane every output port has its own pointer
+    %y0, %y1, ..., and independent expensive functions share a vector.
     """
 
     def __init__(self, tape: Tape, segment: Segment, text: Text, width: int) -> None:
@@ -33,9 +34,12 @@ class Program:
         self.segment = segment
         self.text = text
         self.lanes = Lanes(text, width)
-        self.first_in, self.first_out = _firsts(tape.input_sizes), _firsts(tape.output_sizes)
+        self.first_in = _firsts(tape.input_sizes)
         self.names: dict[int, str] = {}
         self.masks: dict[int, str] = {}
+        self.rows: dict[int, list[str]] = {}
+        self.waiting: dict[Block, int] = {}
+        self.completes: dict[int, list[Block]] = {}
 
     def preload(self) -> None:
         """Read all inputs from the ports %x0, %x1, ...: afterwards outputs may overwrite them."""
@@ -48,8 +52,10 @@ class Program:
         """Emit all nodes; outputs and values for later segments are stored as soon as they are known.
 
         Args:
-            places: for every node, the (port, element) of the outputs that it is.
+            places: for every node, the (port, element) of the outputs that it is; with several lanes the segment's
+                blocks count instead.
         """
+        self.open_blocks()
         for group in self.segment.groups:
             if self.tape.nodes[group[0]].op in EXPENSIVE:
                 self.expensive(group)
@@ -58,15 +64,38 @@ class Program:
             for i in group:
                 self.store(i, places.get(i, []))
 
+    def open_blocks(self) -> None:
+        """Find what every block waits for; one that waits for nothing is written at once."""
+        computed = {i for group in self.segment.groups for i in group}
+        for port in sorted({block.port for block in self.segment.blocks}):
+            self.rows[port] = row_pointers(self.text, port, self.lanes.width)
+        for block in self.segment.blocks:
+            missing = computed.intersection(block.nodes)
+            self.waiting[block] = len(missing)
+            for i in missing:
+                self.completes.setdefault(i, []).append(block)
+            if not missing:
+                self.write(block)
+
     def store(self, i: int, places: list[tuple[int, int]]) -> None:
         """Write node i to its places in the outputs, and to its memory cell."""
-        for port, element in places:
-            if self.lanes.width == 1:
+        if self.lanes.width == 1:
+            for port, element in places:
                 self.lanes.store(self.value(i), f"%y{port}", element)
-            else:
-                self.lanes.store(self.value(i), "%out", self.first_out[port] + element)
+        for block in self.completes.get(i, ()):
+            self.waiting[block] -= 1
+            if not self.waiting[block]:
+                self.write(block)
         if i in self.segment.kept:
             self.lanes.store(self.value(i), "%far", self.segment.kept[i])
+
+    def write(self, block: Block) -> None:
+        """Write a block whose values are all known, before anything else is written.
+
+        Left alone, LLVM gathers the stores at the end, and their values overflow the registers.
+        """
+        write(self.text, self.rows[block.port], block.first, [self.value(i) for i in block.nodes])
+        self.text.do('call void asm sideeffect "", ""()')
 
     def value(self, i: int) -> str:
         """Name of node i as numbers; loaded at first use; a comparison becomes 1 or 0 only here."""
@@ -111,7 +140,7 @@ class Program:
     def expensive(self, group: tuple[int, ...]) -> None:
         """Emit independent nodes of one kind."""
         nodes = [self.tape.nodes[i] for i in group]
-        if self.lanes.width == 1:
+        if self.lanes.width == 1 and not self.text.scalar:
             self.names.update(zip(group, self.packed(nodes), strict=True))
         else:
             args = [tuple(self.value(a) for a in node.args) for node in nodes]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from mafsil.kernels.rows import Block
 from mafsil.kernels.schedule import EXPENSIVE, GROUP, kind
 from mafsil.kernels.tape import Tape, arguments
 
@@ -24,15 +25,23 @@ class Segment:
         groups: nodes in order; nodes of one group are computed side by side.
         kept: values computed here and needed later, and the memory cell of each.
         known: values computed earlier, and the memory cell of each.
+        blocks: outputs that can be written by the end of this piece and not before.
     """
 
     groups: tuple[Group, ...]
     kept: Mapping[int, int]
     known: Mapping[int, int]
+    blocks: tuple[Block, ...] = ()
 
 
-def segments(tape: Tape, length: int = LENGTH) -> tuple[list[Segment], int]:
-    """The pieces, and the number of memory cells that carry values between them."""
+def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> tuple[list[Segment], int]:
+    """The pieces, and the number of memory cells that carry values between them.
+
+    Args:
+        tape: the program.
+        length: operations in one piece, about.
+        blocks: outputs that are written together.
+    """
     pieces = list(_pieces(tape, length)) or [[]]
     home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
     last: dict[int, int] = {}
@@ -40,6 +49,11 @@ def segments(tape: Tape, length: int = LENGTH) -> tuple[list[Segment], int]:
         for a in arguments(tape.nodes[i]):
             if a in home:
                 last[a] = max(last.get(a, 0), k)
+    complete: dict[int, list[Block]] = {}
+    for block in blocks:
+        end = max((home[i] for i in block.nodes if i in home), default=0)
+        complete.setdefault(end, []).append(block)
+        last.update({i: max(last.get(i, 0), end) for i in block.nodes if i in home})
     known: dict[int, int] = {}
     free: list[int] = []
     cells = 0
@@ -51,7 +65,7 @@ def segments(tape: Tape, length: int = LENGTH) -> tuple[list[Segment], int]:
         for i in (i for group in piece for i in group if last.get(i, -1) > k):
             kept[i] = free.pop() if free else cells
             cells = max(cells, kept[i] + 1)
-        found.append(Segment(tuple(piece), kept, dict(known)))
+        found.append(Segment(tuple(piece), kept, dict(known), tuple(complete.get(k, ()))))
         known |= kept
     return found, cells
 

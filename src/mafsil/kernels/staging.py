@@ -1,33 +1,34 @@
-"""Rows in, lanes out: IR that carries W rows of a port to and from tiles, where equal elements lie side by side.
+"""Rows in, lanes out: IR that carries W rows of an input to a tile, where equal elements lie side by side.
 
-A tile holds element e of row l at index e W + l. Every row of a batch passes through tiles, so the arithmetic is
-compiled once, and full tiles, tails, broadcasts and any strides give the same bits.
+A tile holds element e of row l at index e W + l. The arithmetic reads tiles and writes W rows; tails and outputs whose
+cores are not contiguous are written to spare rows and copied from there. So the arithmetic is compiled once, and full
+tiles, tails, broadcasts and any strides give the same bits.
 """
 
 from __future__ import annotations
 
 from mafsil.kernels.emitter import Text
 from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature, contiguous_steps
+from mafsil.kernels.rows import block_length, columns_of
 
 BODY = "mafsil_tile"
-"""Symbol of the arithmetic on one tile: void (double *in, double *out)."""
+"""Symbol of the arithmetic on one tile: void (double *in, char *rows0, int64 step0, char *rows1, ...)."""
 
 
 def staging(signature: Signature, width: int, attributes: str) -> str:
     """IR of the batch entry and of the functions that move rows."""
     blocks = [size for size in (4, 2) if size <= width]
-    movers = [mover(width, block, inward) for block in blocks for inward in (True, False)]
+    movers = [mover(width, block) for block in blocks]
     parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _shapes(signature)]
     return "\n".join([*parts, _Batch(signature, width, blocks).text()]).replace("#ATTRIBUTES", attributes)
 
 
-def mover(width: int, block: int, inward: bool) -> str:
+def mover(width: int, block: int) -> str:
     """IR of a function that transposes `width` contiguous rows, `block` columns at a time; the last block may overlap.
 
     void (double *rows, int64 step in bytes, int64 columns >= block, double *tile).
     """
     text = Text(fma=False, rounding=False)
-    wide, narrow = f"<{width} x double>", f"<{block} x double>"
     for row in range(1, width):
         text.do(f"%step{row} = mul i64 %step, {row}")
     text.do(f"%last = sub i64 %columns, {block}")
@@ -39,14 +40,9 @@ def mover(width: int, block: int, inward: bool) -> str:
     text.do("%place = getelementptr double, ptr %tile, i64 %skip")
     rows = ["%row0"] + [text.let(f"getelementptr i8, ptr %row0, i64 %step{row}") for row in range(1, width)]
     columns = [text.let(f"getelementptr double, ptr %place, i64 {k * width}") for k in range(block)]
-    if inward:
-        values = [text.let(f"load {narrow}, ptr {row}, align 8") for row in rows]
-        for place, value in zip(columns, _columns(text, values, width, block), strict=True):
-            text.do(f"store {wide} {value}, ptr {place}, align {8 * width}")
-    else:
-        values = [text.let(f"load {wide}, ptr {place}, align {8 * width}") for place in columns]
-        for row, value in zip(rows, _rows(text, values, width, block), strict=True):
-            text.do(f"store {narrow} {value}, ptr {row}, align 8")
+    values = [text.let(f"load <{block} x double>, ptr {row}, align 8") for row in rows]
+    for place, value in zip(columns, columns_of(text, values, width, block), strict=True):
+        text.do(f"store <{width} x double> {value}, ptr {place}, align {8 * width}")
     text.do("%done = icmp sge i64 %column, %last")
     text.do(f"%ahead = add i64 %column, {block}")
     text.do("%over = icmp sgt i64 %ahead, %last")
@@ -54,67 +50,20 @@ def mover(width: int, block: int, inward: bool) -> str:
     text.do("br i1 %done, label %leave, label %next")
     text.label("leave")
     text.do("ret void")
-    head = (
-        f"define internal void @{_mover(block, inward)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
-    )
+    head = f"define internal void @{_mover(block)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
     return "\n".join([head, "entry:", *text.lines, "}", ""])
 
 
-def _mover(block: int, inward: bool) -> str:
-    return f"mafsil_{'in' if inward else 'out'}{block}"
-
-
-def _shuffle(text: Text, a: str, b: str, count: int, picks: list[int]) -> str:
-    kind = f"<{count} x double>"
-    mask = ", ".join(f"i32 {pick}" for pick in picks)
-    return text.let(f"shufflevector {kind} {a}, {kind} {b}, <{len(picks)} x i32> <{mask}>")
-
-
-def _columns(text: Text, rows: list[str], width: int, block: int) -> list[str]:
-    """`block` vectors of `width` lanes from `width` vectors of `block` elements."""
-    return _transposed(text, [_joined(text, rows[k::block], block) for k in range(block)], width, block)
-
-
-def _rows(text: Text, columns: list[str], width: int, block: int) -> list[str]:
-    """The inverse of `_columns`."""
-    split = [_pieces(text, row, width, block) for row in _transposed(text, columns, width, block)]
-    return [split[row % block][row // block] for row in range(width)]
-
-
-def _joined(text: Text, parts: list[str], count: int) -> str:
-    """Vectors of `count` elements, one after another in one vector."""
-    while len(parts) > 1:
-        picks = list(range(2 * count))
-        parts = [_shuffle(text, a, b, count, picks) for a, b in zip(parts[::2], parts[1::2], strict=True)]
-        count *= 2
-    return parts[0]
-
-
-def _pieces(text: Text, vector: str, width: int, block: int) -> list[str]:
-    """A vector cut into vectors of `block` elements."""
-    if width == block:
-        return [vector]
-    return [_shuffle(text, vector, vector, width, list(range(k, k + block))) for k in range(0, width, block)]
-
-
-def _transposed(text: Text, rows: list[str], width: int, block: int) -> list[str]:
-    """Every group of `block` lanes transposed as a small square."""
-    groups = range(0, width, block)
-    if block == 2:
-        low = [pick for g in groups for pick in (g, g + width)]
-        return [_shuffle(text, rows[0], rows[1], width, [pick + k for pick in low]) for k in (0, 1)]
-    even = [pick for g in groups for pick in (g, g + width, g + 2, g + 2 + width)]
-    pairs = [_shuffle(text, rows[a], rows[a + 1], width, [pick + k for pick in even]) for k in (0, 1) for a in (0, 2)]
-    low = [pick for g in groups for pick in (g, g + 1, g + width, g + 1 + width)]
-    high = [pick + 2 for pick in low]
-    return [_shuffle(text, pairs[2 * k], pairs[2 * k + 1], width, picks) for picks in (low, high) for k in (0, 1)]
+def _mover(block: int) -> str:
+    return f"mafsil_in{block}"
 
 
 def _walker(width: int, inward: bool) -> str:
     """IR of a function that moves any rows element by element: tails, broadcasts, any strides.
 
-    void (char *rows, int64 step, count of rows, elements, rank, int64 *shape, *steps, double *tile).
-    Inward, lanes beyond the count repeat the last row; outward, only `count` rows are written.
+    void (char *rows, int64 step, count of rows, elements, rank, int64 *shape, *steps, double *cells).
+    Inward, the cells are a tile, and lanes beyond the count repeat the last row; outward, they are contiguous rows, of
+    which `count` are copied.
     """
     copy = (
         "%number = load double, ptr %source, align 8\n  store double %number, ptr %cell, align 8"
@@ -122,6 +71,8 @@ def _walker(width: int, inward: bool) -> str:
         else "%number = load double, ptr %cell, align 8\n  store double %number, ptr %source, align 8"
     )
     lanes = str(width) if inward else "%count"
+    element, lane = ("%e", "%l") if inward else ("%l", "%e")
+    across = str(width) if inward else "%elements"
     arguments = "ptr %rows, i64 %step, i64 %count, i64 %elements, i64 %rank, ptr %shape, ptr %steps, ptr %tile"
     return f"""define internal void @{_walk(inward)}({arguments}) #ATTRIBUTES {{
 entry:
@@ -156,8 +107,8 @@ lane:
   %row.shift = mul i64 %row, %step
   %place = add i64 %row.shift, %offset
   %source = getelementptr i8, ptr %rows, i64 %place
-  %cell.row = mul i64 %e, {width}
-  %cell.index = add i64 %cell.row, %l
+  %cell.row = mul i64 {element}, {across}
+  %cell.index = add i64 %cell.row, {lane}
   %cell = getelementptr double, ptr %tile, i64 %cell.index
   {copy}
   %l.next = add i64 %l, 1
@@ -216,9 +167,9 @@ class _Batch:
         out.label("tile")
         out.do(f"%row = phi i64 [ 0, %{before} ], [ %row.next, %tile.end ]")
         for k, port in enumerate(self.signature.ports):
-            if k == self.inputs:
-                out.do(f"call void @{BODY}(ptr %in, ptr %out)")
-            self._full(k, port)
+            if k < self.inputs:
+                self._full(k, port)
+        self._compute()
         out.do("br label %tile.end")
         out.label("tile.end")
         out.do(f"%row.next = add i64 %row, {width}")
@@ -232,7 +183,7 @@ class _Batch:
         out.label("partial")
         for k, port in enumerate(self.signature.ports):
             if k == self.inputs:
-                out.do(f"call void @{BODY}(ptr %in, ptr %out)")
+                self._call_body([(f"%tile{o}", str(8 * p.size)) for o, p in self._outputs()])
             self._walk(k, port, "%from", "%left")
         out.do("br label %leave")
         out.label("leave")
@@ -303,27 +254,51 @@ class _Batch:
         self.out.label(f"filled{k}")
 
     def _full(self, k: int, port: Port) -> None:
-        """Move a full tile of one port by the shortest way."""
+        """Fill a tile with full lanes of one input by the shortest way."""
         out = self.out
         if port.size == 0:
             return
-        inward = k < self.inputs
-        if inward:
-            out.do(f"br i1 %fixed{k}, label %full.end{k}, label %full{k}")
-            out.label(f"full{k}")
+        out.do(f"br i1 %fixed{k}, label %full.end{k}, label %full{k}")
+        out.label(f"full{k}")
         shift = out.let(f"mul i64 %row, %step{k}")
         place = out.let(f"getelementptr i8, ptr %base{k}, i64 {shift}")
-        block = next((size for size in self.blocks if size <= port.size), 0)
-        if block:
+        block = block_length(port.size, self.width)
+        if block > 1:
             out.do(f"br i1 %dense{k}, label %fast{k}, label %slow{k}")
             out.label(f"fast{k}")
-            mover_name = _mover(block, inward)
-            out.do(f"call void @{mover_name}(ptr {place}, i64 %step{k}, i64 {port.size}, ptr %tile{k})")
+            out.do(f"call void @{_mover(block)}(ptr {place}, i64 %step{k}, i64 {port.size}, ptr %tile{k})")
             out.do(f"br label %full.end{k}")
             out.label(f"slow{k}")
         self._call_walk(k, port, place, str(self.width))
         out.do(f"br label %full.end{k}")
         out.label(f"full.end{k}")
+
+    def _compute(self) -> None:
+        """The arithmetic on a full tile, straight to the caller's rows where their cores are contiguous."""
+        out = self.out
+        targets: list[tuple[str, str]] = []
+        places: dict[int, str] = {}
+        for k, port in self._outputs():
+            shift = out.let(f"mul i64 %row, %step{k}")
+            places[k] = out.let(f"getelementptr i8, ptr %base{k}, i64 {shift}")
+            rows = out.let(f"select i1 %dense{k}, ptr {places[k]}, ptr %tile{k}")
+            step = out.let(f"select i1 %dense{k}, i64 %step{k}, i64 {8 * port.size}")
+            targets.append((rows, step))
+        self._call_body(targets)
+        for k, port in self._outputs():
+            if port.size:
+                out.do(f"br i1 %dense{k}, label %written{k}, label %scatter{k}")
+                out.label(f"scatter{k}")
+                self._call_walk(k, port, places[k], str(self.width))
+                out.do(f"br label %written{k}")
+                out.label(f"written{k}")
+
+    def _outputs(self) -> list[tuple[int, Port]]:
+        return list(enumerate(self.signature.outputs, self.inputs))
+
+    def _call_body(self, targets: list[tuple[str, str]]) -> None:
+        arguments = "".join(f", ptr {rows}, i64 {step}" for rows, step in targets)
+        self.out.do(f"call void @{BODY}(ptr %in{arguments})")
 
     def _walk(self, k: int, port: Port, row: str, count: str) -> None:
         """Move `count` rows of one port from `row` on."""

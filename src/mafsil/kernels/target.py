@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 from mafsil.errors import KernelError
 from mafsil.kernels.layout import BATCH, SINGLE
@@ -120,6 +120,38 @@ def assembly(ir: str, target: Target) -> str:
     """Assembly text of an IR module, for people."""
     module = _llvm().parse_assembly(ir)
     return str(_machine(target, _effort(ir)).emit_assembly(module))
+
+
+def translate(ir: str, target: Target, form: Literal["object", "assembly"], *, reloc: str = "static") -> bytes:
+    """Object code or assembly text of an IR module for any processor that LLVM knows, optimised on the way.
+
+    Args:
+        ir: the module; its triple is the target's.
+        target: the processor.
+        form: what to make.
+        reloc: LLVM's relocation model.
+
+    Raises:
+        KernelError: LLVM does not know the processor or refuses the module.
+    """
+    llvm = _llvm()
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    try:
+        machine = llvm.Target.from_triple(target.triple).create_target_machine(
+            cpu=target.cpu, features=target.features, opt=2, reloc=reloc, codemodel="small", jit=False
+        )
+        module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
+        module.verify()
+        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options.slp_vectorization = options.loop_vectorization = False
+        passes = llvm.create_pass_builder(machine, options)
+        passes.getModulePassManager().run(module, passes)
+        if form == "assembly":
+            return str(machine.emit_assembly(module)).encode()
+        return bytes(machine.emit_object(module))
+    except RuntimeError as error:
+        raise KernelError("kernels.refused", reason=str(error)) from None
 
 
 def load(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 
 
@@ -15,6 +17,8 @@ class Family(Enum):
     """Three joints that move a point, and three turning joints whose axes meet in it."""
     THREE_PARALLEL = "three_parallel"
     """One joint, three parallel axes, and two turning joints whose axes meet."""
+    LINKED = "linked"
+    """One joint, three parallel axes, and two turning joints whose axes do not meet."""
     PLANAR = "planar"
     """Three parallel axes, and perhaps a slide along them."""
     POINT = "point"
@@ -30,6 +34,26 @@ class PointRoad(Enum):
     """Distance from the point where the first two axes meet, then both of them."""
     LINEAR = "linear"
     """Three slides."""
+    ACROSS = "across"
+    """Height along the first axis, then how far the second joint slides across it, then the first."""
+    QUARTIC = "quartic"
+    """One equation of fourth degree for the third joint, then the others."""
+
+
+class Missed(Enum):
+    """The step of a closed form that misses where there is no solution."""
+
+    NONE = 0
+    SHOULDER = 1
+    """The first joint cannot give the height along the next axis: the shoulder's hole or rim."""
+    FAR = 2
+    """Too far away."""
+    NEAR = 3
+    """Too near: the hole of the workspace."""
+    DIRECTION = 4
+    """The first two axes cannot point there."""
+    ORIENTATION = 5
+    """The last axes cannot give the orientation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +99,8 @@ class ArmPattern:
         meeting: (3,) where the first two axes of the road meet [m].
         size: length that tells large from small [m].
         n: number of coordinates of the robot.
+        shifted: the first joint of the closed form is the last of the chain, carried to the front by the pose:
+            (P e_m P^-1) e_1 ... e_m-1 = P.
         held: joints whose values are given, in the order of the pattern.
         defect: by how much the arm misses the pattern [rad, and m relative to size]; zero within rounding.
     """
@@ -94,17 +120,59 @@ class ArmPattern:
     n: int
     defect: float = 0.0
     held: tuple[HeldJoint, ...] = ()
+    shifted: bool = False
 
     @property
     def branches(self) -> int:
         """Rows of the closed form's table."""
-        return {Family.SPHERICAL_WRIST: 8, Family.THREE_PARALLEL: 8, Family.PLANAR: 2, Family.POINT: 4}[self.family]
+        first = 1 if self.slides[0] else 2
+        match self.family:
+            case Family.SPHERICAL_WRIST:
+                return 2 * self._roads
+            case Family.THREE_PARALLEL | Family.LINKED:
+                return 4 * first
+            case Family.PLANAR:
+                return 2
+            case Family.POINT:
+                return self._roads
+
+    @property
+    def _roads(self) -> int:
+        """Solutions of the first three joints."""
+        ends = (self.slides[2], self.slides[0]) if self.road_reversed else (self.slides[0], self.slides[2])
+        match self.road:
+            case PointRoad.LINEAR:
+                return 1
+            case PointRoad.PARALLEL:
+                return 2 if ends[0] else 4
+            case PointRoad.ACROSS:
+                return 2 if ends[1] else 4
+            case _:
+                return 4
+
+    @property
+    def numbers(self) -> Floats:
+        """(6 m + 23,) all lengths and directions: what arms of the same structure differ in."""
+        parts = (self.axes, self.points, self.home, self.centre, self.meeting, np.array([self.size]))
+        return np.concatenate([np.ravel(part) for part in parts])
+
+    @property
+    def structure(self) -> str:
+        """Words for what is left without the numbers: arms of equal words share one compiled function."""
+        words = (
+            self.family,
+            self.slides,
+            self.joints,
+            self.reversed,
+            self.road,
+            self.road_reversed,
+            self.shifted,
+            self.n,
+        )
+        return " ".join(str(word) for word in words)
 
     @property
     def key(self) -> str:
         """Words for the compiled closed form: equal words, equal expressions."""
-        arrays = (self.axes, self.points, self.home, self.centre, self.meeting)
-        numbers = " ".join(array.tobytes().hex() for array in arrays)
         held = " ".join(joint.key for joint in self.held)
-        words = f"{self.family} {self.slides} {self.joints} {self.reversed} {self.road} {self.road_reversed}"
-        return f"{words} {self.size!r} {numbers} held {held}"
+        return f"{self.structure} {self.numbers.tobytes().hex()} held {held}"

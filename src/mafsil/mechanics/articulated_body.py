@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 
 import casadi as ca
+import numpy as np
 
+from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+
+SINGULAR = 1e-14
+"""Share of the largest inertia that a joint may move below which what it feels is rounding: no acceleration follows."""
+SLIDE = 1.0
+"""Travel [m] of a slide that counts for the largest inertia."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +54,8 @@ def articulated_body(
     """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
 
     Inward: each body with all it carries answers like one rigid body of inertia I_A and bias wrench p_A, its joint
-    giving way: U = I_A S, D = S' I_A S, u = tau - S' p_A. Outward: qdd = (u - U' a') / D.
+    giving way: U = I_A S, D = S' I_A S, u = tau - S' p_A. Outward: qdd = (u - U' a') / D. Where D is no more than
+    rounding, the mass matrix is singular and the accelerations are NaN, not huge numbers.
 
     Args:
         tree: the bodies; no joint may follow another.
@@ -115,10 +124,12 @@ def _inward(
 ) -> dict[int, tuple[tuple[Expression, Expression], Expression, Expression]]:
     """(U, D, u) of each joint, by body index."""
     gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
+    least = _least_inertias(tree, steps)
     for i, body in reversed(tree.moving):
         step, A = steps[i], inertias[i]
         U = (step.omega * A.I[:, 2] + step.v * A.H[:, 2], step.omega * A.H[2, :].T + step.v * A.M[:, 2])
         D = step.omega * U[0][2] + step.v * U[1][2] + body.armature
+        D = ca.if_else(D > least[i], D, nan)
         moment, force = bias[i]
         u = efforts[i] - step.omega * moment[2] - step.v * force[2]
         gates[i] = (U, D, u)
@@ -133,6 +144,24 @@ def _inward(
         bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
         inertias[body.parent] = inertias[body.parent].added(kept.in_parent(step))
     return gates
+
+
+def _least_inertias(tree: BodyTree, steps: Sequence[Placement]) -> list[float]:
+    """Of each joint, SINGULAR times a bound of the inertia that it moves in any position."""
+    bounds = [(abs(b.inertia.mass), _norm(b.inertia.h), _norm(b.inertia.I)) for b in tree.bodies]
+    least = [0.0] * len(tree.bodies)
+    for i, body in reversed(tree.moving):
+        mass, first, second = bounds[i]
+        omega, v = abs(float(steps[i].omega)), abs(float(steps[i].v))
+        least[i] = SINGULAR * (omega**2 * second + 2 * omega * v * first + v**2 * mass + body.armature)
+        way = _norm(body.p) + SLIDE * v
+        m, f, s = bounds[body.parent]
+        bounds[body.parent] = (m + mass, f + first + mass * way, s + second + 2 * way * first + mass * way**2)
+    return least
+
+
+def _norm(x: Floats) -> float:
+    return float(np.linalg.norm(x))
 
 
 def _outward(

@@ -20,6 +20,7 @@ from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion, body_motion, composites
 from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
 from mafsil.mechanics.placement import Expression, Placement, joint_values, placements
+from mafsil.mechanics.wrench import Wrench
 
 
 def inverse_dynamics_derivatives(
@@ -104,22 +105,6 @@ class _Matrix:
 
 
 @dataclass(frozen=True, slots=True)
-class _Wrench:
-    """A moment and a force (3,) at the origin of the frame at hand."""
-
-    m: Expression
-    f: Expression
-
-    def in_parent(self, step: Placement) -> _Wrench:
-        f = step.to_parent(self.f)
-        return _Wrench(step.to_parent(self.m) + ca.cross(step.offset, f), f)
-
-    def along(self, step: Placement) -> Expression:
-        """Its effort on the joint."""
-        return step.omega * self.m[2] + step.v * self.f[2]
-
-
-@dataclass(frozen=True, slots=True)
 class _Pairs:
     tree: BodyTree
     steps: Sequence[Placement]
@@ -130,10 +115,10 @@ class _Pairs:
         """All entries of joint i with itself and the joints before it."""
         step, body = self.steps[i], self.tree.bodies[i]
         own = self.composite[i]
-        unit = _Wrench(*own.unit_acceleration(step))
+        unit = Wrench(*own.unit_acceleration(step))
         turning = own.unit_rate_row(step)
-        rate = _Wrench(*own.rate_wrench(step, self.motion.drift[i]))
-        shift = _Wrench(*own.shift_wrench(step, self.motion, i))
+        rate = Wrench(*own.rate_wrench(step, self.motion.drift[i]))
+        shift = Wrench(*own.shift_wrench(step, self.motion, i))
         j = i
         while j:
             at = self.steps[j]

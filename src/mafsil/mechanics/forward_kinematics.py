@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mafsil.mechanics.body_tree import Attachment, BodyTree
-from mafsil.mechanics.placement import Expression, attached, constant, placements, world_placements
+from mafsil.mechanics.placement import Expression, attached, constant, placements, poses_inward, world_placements
 
 
 def forward_kinematics(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -22,6 +22,17 @@ def forward_kinematics(tree: BodyTree, q: Expression, frame: Attachment) -> Expr
     """
     R, p = world_placements(tree, placements(tree, q))
     return _in_space(tree, *attached(frame, R, p))
+
+
+def forward_kinematics_inward(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
+    """T_sf (4, 4) as `forward_kinematics`, multiplied from the frame back to the base: what the body Jacobian needs.
+
+    Args:
+        tree: the bodies.
+        q: (n,) joint coordinates [rad | m].
+        frame: where {f} is attached.
+    """
+    return _in_space(tree, *poses_inward(tree, placements(tree, q), frame)[0])
 
 
 def link_poses(tree: BodyTree, q: Expression) -> Expression:

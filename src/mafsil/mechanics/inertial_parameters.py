@@ -61,19 +61,42 @@ def inertial_parameters(mechanism: Mechanism) -> Floats:
     return np.array([parameters_of(link.inertial) for link in mechanism.links])
 
 
+def reflected_inertias(mechanism: Mechanism) -> Floats:
+    """(n,) inertia [kg m^2 | kg] that rotors add to the diagonal of the mass matrix, through the square of the gear."""
+    place = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
+    reflected = np.zeros(mechanism.n)
+    for joint in mechanism.joints:
+        if joint.moves and joint.actuator is not None:
+            leader, multiplier = (joint.mimic.leader, joint.mimic.multiplier) if joint.mimic else (joint.name, 1.0)
+            reflected[place[leader]] += multiplier**2 * joint.actuator.reflected_inertia
+    return reflected
+
+
 def base_parameters(mechanism: Mechanism, regressors: Floats) -> BaseParameters:
     """Base parameters from the regressor at many states.
-
-    Columns are taken from the base outward and kept where they are not combinations of those before: the numerical
-    counterpart of moving inertia towards the base.
 
     Args:
         mechanism: names of the links.
         regressors: (N, n, L, 10) at N states rich enough, such as random ones.
 
+    Reference: as `independent_parameters`.
+    """
+    labels = tuple(f"{link.name}.{label}" for link in mechanism.links for label in LABELS)
+    return independent_parameters(labels, regressors.reshape(-1, len(labels)))
+
+
+def independent_parameters(labels: tuple[str, ...], W: Floats) -> BaseParameters:
+    """The parameters that a linear model can tell from each other.
+
+    Columns are taken in order and kept where they are not combinations of those before; from the base outward this is
+    the numerical counterpart of moving inertia towards the base.
+
+    Args:
+        labels: P names.
+        W: (rows, P) the model at states rich enough, such as random ones.
+
     Reference: Gautier, Numerical calculation of the base inertial parameters of robots, J. Robotic Systems 8, 1991.
     """
-    W = regressors.reshape(-1, 10 * len(mechanism.links))
     size = np.linalg.norm(W, axis=0)
     threshold = DEPENDENT * float(size.max(initial=0.0))
     basis, kept = np.zeros((len(W), 0)), list[int]()
@@ -88,6 +111,5 @@ def base_parameters(mechanism: Mechanism, regressors: Floats) -> BaseParameters:
     combination, *_ = np.linalg.lstsq(W[:, kept] / size[kept], W, rcond=None)
     combination = combination / size[kept, None]
     combination[np.abs(combination) < DEPENDENT] = 0.0
-    labels = tuple(f"{link.name}.{label}" for link in mechanism.links for label in LABELS)
     silent = tuple(label for label, column in zip(labels, combination.T, strict=True) if not column.any())
     return BaseParameters(tuple(labels[k] for k in kept), tuple(kept), frozen(combination), silent)

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import casadi as ca
 
-from mafsil.mechanics.base_motion import BaseMotion, base_motion
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.placement import (
-    Expression,
-    Placement,
-    constant,
-    coordinate_efforts,
-    joint_values,
-    placements,
-)
+from mafsil.mechanics.link_motion import BodyMotion, outward_motion
+from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_values, placements
+from mafsil.mechanics.wrench import Wrench, transmitted
 
 
 def inverse_dynamics(
@@ -49,17 +42,17 @@ def inverse_dynamics(
     Reference: Luh, Walker, Paul 1980; Lynch & Park, Modern Robotics, sec. 8.3, gives the same in twists.
     """
     steps = placements(tree, q)
-    rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
-    base = base_motion(tree, base_twist, base_acceleration)
-    moment, force = _loads(tree, *_outward(tree, steps, rates, accelerations, base))
+    motion = outward_motion(tree, steps, qd, qdd, base_twist, base_acceleration, fall=tree.gravity)
+    needs = _needs(tree, motion)
     if F_tip is not None:
-        _add_tip_wrench(tree, F_tip, moment, force)
-    efforts = _inward(tree, steps, moment, force)
-    with_armature = [
-        effort + body.armature * qdd_i if body.armature else effort
-        for effort, body, qdd_i in zip(efforts, tree.bodies, accelerations, strict=True)
+        _add_tip_wrench(tree, F_tip, needs)
+    F = transmitted([body.parent for body in tree.bodies], needs, lambda i, wrench: wrench.in_parent(steps[i]))
+    accelerations = joint_values(tree, qdd)
+    efforts = [
+        wrench.along(step) + body.armature * rate if body.armature else wrench.along(step)
+        for wrench, step, body, rate in zip(F, steps, tree.bodies, accelerations, strict=True)
     ]
-    return coordinate_efforts(tree, with_armature)
+    return coordinate_efforts(tree, efforts)
 
 
 def gravity_torque(tree: BodyTree, q: Expression) -> Expression:
@@ -73,74 +66,16 @@ def velocity_torque(tree: BodyTree, q: Expression, qd: Expression) -> Expression
     return inverse_dynamics(replace(tree, gravity=0.0 * tree.gravity), q, qd, ca.SX(tree.n, 1))
 
 
-def _outward(
-    tree: BodyTree,
-    steps: Sequence[Placement],
-    rates: Sequence[Expression],
-    accelerations: Sequence[Expression],
-    base: BaseMotion,
-) -> tuple[list[Expression], list[Expression], list[Expression], list[Expression]]:
-    """omega, alpha, acceleration of the origin, and U of each body, in its own frame."""
-    omega, alpha, a = [base.omega], [base.alpha], [base.a - constant(tree.gravity)]
-    U = [_point_acceleration(base.omega, base.alpha)]
-    for i, body in tree.moving:
-        p, step, qd, qdd = body.parent, steps[i], rates[i], accelerations[i]
-        w_i = step.to_child(omega[p])
-        turning = ca.cross(w_i, _along_z(step.omega * qd))
-        w_i = w_i + _along_z(step.omega * qd)
-        omega.append(w_i)
-        alpha.append(step.to_child(alpha[p]) + turning + _along_z(step.omega * qdd))
-        U.append(_point_acceleration(w_i, alpha[i]))
-        a_i = step.to_child(a[p] + U[p] @ step.offset)
-        if step.v:
-            a_i = a_i + 2 * ca.cross(w_i, _along_z(step.v * qd)) + _along_z(step.v * qdd)
-        a.append(a_i)
-    return omega, alpha, a, U
+def _needs(tree: BodyTree, motion: BodyMotion) -> list[Wrench]:
+    """What each body's own motion needs; the base's is nobody's concern."""
+    return [
+        Wrench.zero(),
+        *(
+            Wrench.of_motion(body.inertia, motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
+            for i, body in tree.moving
+        ),
+    ]
 
 
-def _loads(
-    tree: BodyTree,
-    omega: Sequence[Expression],
-    alpha: Sequence[Expression],
-    a: Sequence[Expression],
-    U: Sequence[Expression],
-) -> tuple[list[Expression], list[Expression]]:
-    """Moment about the origin and force that each body's own motion needs."""
-    moment, force = [ca.SX(3, 1)], [ca.SX(3, 1)]
-    for i, body in tree.moving:
-        h, inertia = constant(body.inertia.h), constant(body.inertia.I)
-        spin = inertia @ omega[i]
-        moment.append(inertia @ alpha[i] + ca.cross(omega[i], spin) + ca.cross(h, a[i]))
-        force.append(body.inertia.mass * a[i] + U[i] @ h)
-    return moment, force
-
-
-def _inward(
-    tree: BodyTree, steps: Sequence[Placement], moment: list[Expression], force: list[Expression]
-) -> list[Expression]:
-    """Efforts of the joints (base first); loads are passed on to the parents."""
-    efforts: list[Expression] = [0.0] * len(tree.bodies)
-    for i, body in reversed(tree.moving):
-        step = steps[i]
-        efforts[i] = step.omega * moment[i][2] + step.v * force[i][2]
-        if body.parent:
-            f = step.to_parent(force[i])
-            force[body.parent] = force[body.parent] + f
-            moment[body.parent] = moment[body.parent] + step.to_parent(moment[i]) + ca.cross(step.offset, f)
-    return efforts
-
-
-def _add_tip_wrench(tree: BodyTree, F_tip: Expression, moment: list[Expression], force: list[Expression]) -> None:
-    R, p, body = constant(tree.tip.R), constant(tree.tip.p), tree.tip.body
-    f = R @ F_tip[3:]
-    force[body] = force[body] + f
-    moment[body] = moment[body] + R @ F_tip[:3] + ca.cross(p, f)
-
-
-def _point_acceleration(omega: Expression, alpha: Expression) -> Expression:
-    """U (3, 3) with U r the acceleration that spin gives to a point at r: [alpha] + [omega]^2."""
-    return ca.skew(alpha) + ca.skew(omega) @ ca.skew(omega)
-
-
-def _along_z(x: Expression) -> Expression:
-    return ca.vertcat(0, 0, x)
+def _add_tip_wrench(tree: BodyTree, F_tip: Expression, needs: list[Wrench]) -> None:
+    needs[tree.tip.body] = needs[tree.tip.body] + Wrench.at(tree.tip, F_tip)

@@ -9,6 +9,7 @@ from mafsil.mechanics.placement import (
     Expression,
     constant,
     placements,
+    poses_inward,
     world_placements,
 )
 
@@ -94,14 +95,10 @@ def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int,
 
 def _body_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
     """Joint screws of the path to `frame`, in that frame, by body index: built from the frame back to the base."""
-    steps = placements(tree, q)
-    R, r = constant(frame.R), constant(frame.p)
     screws: dict[int, Expression] = {}
-    for i in reversed(tree.path(frame.body)):
-        z = R[2, :].T
-        screws[i] = _screw(tree, i, z, R.T @ ca.vertcat(-r[1], r[0], 0))
-        r = ca.densify(steps[i].offset + steps[i].to_parent(r))
-        R = ca.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3)))
+    for i, (R, r) in poses_inward(tree, placements(tree, q), frame).items():
+        if i:
+            screws[i] = _screw(tree, i, R[2, :].T, R.T @ ca.vertcat(-r[1], r[0], 0))
     return screws
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from mafsil.arrays import Floats
 from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
@@ -16,12 +17,16 @@ from mafsil.mechanics.placement import Expression, Placement, constant, joint_va
 
 @dataclass(frozen=True, slots=True)
 class BodyMotion:
-    """True motion of the bodies' frames, lists by body index, (3,) in {i}; a is that of the origin as a point."""
+    """Motion of the bodies' frames, lists by body index, (3,) in {i}; a is that of the origin as a point.
+
+    `spin` (3, 3) is U = [alpha] + [omega]^2: a point fixed at r in {i} accelerates by a + U r.
+    """
 
     omega: list[Expression]
     v: list[Expression]
     alpha: list[Expression]
     a: list[Expression]
+    spin: list[Expression]
 
     def twist(self, frame: Attachment) -> Expression:
         """V (6,) of an attached frame, in it."""
@@ -32,31 +37,46 @@ class BodyMotion:
         """Time derivative (6,) of `twist`, component by component: (alpha, a - omega x v)."""
         R, p, i = constant(frame.R), constant(frame.p), frame.body
         V = self.twist(frame)
-        a = R.T @ (self.a[i] + spin_acceleration(self.omega[i], self.alpha[i]) @ p)
+        a = R.T @ (self.a[i] + self.spin[i] @ p)
         return ca.vertcat(R.T @ self.alpha[i], a - ca.cross(V[:3], V[3:]))
 
 
-def true_motion(
+def outward_motion(
     tree: BodyTree,
     steps: list[Placement],
     qd: Expression,
     qdd: Expression,
     base_twist: Expression | None = None,
     base_acceleration: Expression | None = None,
+    fall: Floats | None = None,
 ) -> BodyMotion:
-    """Motion of all bodies, gravity apart; arguments as in `inverse_dynamics`."""
+    """Motion of all bodies, the outward sweep of Newton and Euler; arguments as in `inverse_dynamics`.
+
+    With z the joint axis:
+        omega_i = R' omega_p + z w qd
+        alpha_i = R' alpha_p + z w qdd + omega_i x z w qd
+        a_i     = R' (a_p + U_p r_i) + z v qdd + 2 omega_i x z v qd
+
+    Args:
+        tree: the bodies.
+        steps: their placements.
+        qd, qdd: (n,) rates and accelerations of the coordinates.
+        base_twist, base_acceleration: (6,) of a carried base, see `base_motion`.
+        fall: (3,) acceleration of a freely falling frame, in {0}, against which accelerations are taken; None: at rest.
+    """
     rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
     base, z = base_motion(tree, base_twist, base_acceleration), ca.SX(ca.DM([0, 0, 1]))
-    motion = BodyMotion([base.omega], [base.v], [base.alpha], [base.a])
+    a_0 = base.a if fall is None else base.a - constant(fall)
+    motion = BodyMotion([base.omega], [base.v], [base.alpha], [a_0], [spin_acceleration(base.omega, base.alpha)])
     for i, body in tree.moving:
         p, step, w, s = body.parent, steps[i], z * (steps[i].omega * rates[i]), z * (steps[i].v * rates[i])
         omega = step.to_child(motion.omega[p]) + w
-        U = spin_acceleration(motion.omega[p], motion.alpha[p])
         motion.omega.append(omega)
         motion.v.append(step.to_child(motion.v[p] + ca.cross(motion.omega[p], step.offset)) + s)
         motion.alpha.append(step.to_child(motion.alpha[p]) + ca.cross(omega, w) + z * (step.omega * accelerations[i]))
         pushed = 2 * ca.cross(omega, s) + z * (step.v * accelerations[i])
-        motion.a.append(step.to_child(motion.a[p] + U @ step.offset) + pushed)
+        motion.a.append(step.to_child(motion.a[p] + motion.spin[p] @ step.offset) + pushed)
+        motion.spin.append(spin_acceleration(omega, motion.alpha[i]))
     return motion
 
 
@@ -115,7 +135,7 @@ def com_accelerations(
 def _twists(
     tree: BodyTree, frames: Iterable[Attachment], q: Expression, qd: Expression, V_0: Expression | None
 ) -> Expression:
-    motion = true_motion(tree, placements(tree, q), qd, ca.SX(tree.n, 1), V_0)
+    motion = outward_motion(tree, placements(tree, q), qd, ca.SX(tree.n, 1), V_0)
     return ca.vertcat(*(motion.twist(frame).T for frame in frames))
 
 
@@ -128,5 +148,5 @@ def _accelerations(
     V_0: Expression | None,
     dV_0: Expression | None,
 ) -> Expression:
-    motion = true_motion(tree, placements(tree, q), qd, qdd, V_0, dV_0)
+    motion = outward_motion(tree, placements(tree, q), qd, qdd, V_0, dV_0)
     return ca.vertcat(*(motion.acceleration(frame).T for frame in frames))

@@ -15,9 +15,9 @@ import casadi as ca
 
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
-from mafsil.mechanics.composite_motion import spin_acceleration
-from mafsil.mechanics.link_motion import BodyMotion, true_motion
-from mafsil.mechanics.placement import Expression, Placement, constant, placements, world_placements
+from mafsil.mechanics.link_motion import BodyMotion, outward_motion
+from mafsil.mechanics.placement import Expression, placements
+from mafsil.mechanics.wrench import Wrench, transmitted
 
 
 def link_wrenches(
@@ -68,51 +68,30 @@ def _transmitted(
     F_tip: Expression | None,
     base_twist: Expression | None,
     base_acceleration: Expression | None,
-) -> list[Expression]:
-    """F_l (6,) of all links, at the origin of the body's frame {i} and in its axes."""
+) -> list[Wrench]:
+    """F_l of all links, at the origin of the body's frame {i} and in its axes."""
     steps = placements(tree, q)
-    motion = true_motion(tree, steps, qd, qdd, base_twist, base_acceleration)
-    frames, fall = list(tree.frames.values()), _falls(tree, steps)
-    F = [_own(tree, k, frames[k], motion, fall[frames[k].body]) for k in range(len(frames))]
+    motion = outward_motion(tree, steps, qd, qdd, base_twist, base_acceleration, fall=tree.gravity)
+    frames = list(tree.frames.values())
+    needs = [_own(tree, k, frame, motion) for k, frame in enumerate(frames)]
     if F_tip is not None:
         k = list(tree.frames).index(tree.tip_link)
-        F[k] = F[k] + _shifted(tree.tip, F_tip)
-    for k in reversed(range(1, len(frames))):
-        parent, body = tree.links[k].parent, frames[k].body
-        F[parent] = F[parent] + (F[k] if frames[parent].body == body else _to_parent(steps[body], F[k]))
-    return F
+        needs[k] = needs[k] + Wrench.at(tree.tip, F_tip)
+    parents = [link.parent for link in tree.links]
+
+    def passed_on(k: int, F: Wrench) -> Wrench:
+        body = frames[k].body
+        return F if frames[parents[k]].body == body else F.in_parent(steps[body])
+
+    return transmitted(parents, needs, passed_on)
 
 
-def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion, fall: Expression) -> Expression:
+def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion) -> Wrench:
     """The wrench that link k's own motion and weight need, at the origin of its body's frame."""
     inertia, i = tree.links[k].inertia.moved(frame.R, frame.p), frame.body
-    U, w = spin_acceleration(motion.omega[i], motion.alpha[i]), motion.omega[i]
-    I, h, a = constant(inertia.I), constant(inertia.h), motion.a[i] - fall
-    moment = I @ motion.alpha[i] + ca.cross(w, I @ w) + ca.cross(h, a)
-    return ca.vertcat(moment, inertia.mass * a + U @ h)
+    return Wrench.of_motion(inertia, motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
 
 
-def _falls(tree: BodyTree, steps: Sequence[Placement]) -> list[Expression]:
-    """Gravity in the axes of each body."""
-    R, _ = world_placements(tree, steps)
-    return [turn.T @ constant(tree.gravity) for turn in R]
-
-
-def _shifted(frame: Attachment, F: Expression) -> Expression:
-    R, p = constant(frame.R), constant(frame.p)
-    f = R @ F[3:]
-    return ca.vertcat(R @ F[:3] + ca.cross(p, f), f)
-
-
-def _to_parent(step: Placement, F: Expression) -> Expression:
-    f = step.to_parent(F[3:])
-    return ca.vertcat(step.to_parent(F[:3]) + ca.cross(step.offset, f), f)
-
-
-def _in_frames(frames: Sequence[Attachment], F: Sequence[Expression]) -> Expression:
-    """Rows (6,) of the wrenches, each moved from its body's frame to the frame attached there."""
-    rows: list[Expression] = []
-    for frame, wrench in zip(frames, F, strict=True):
-        R, p = constant(frame.R), constant(frame.p)
-        rows.append(ca.vertcat(R.T @ (wrench[:3] - ca.cross(p, wrench[3:])), R.T @ wrench[3:]).T)
-    return ca.vertcat(*rows)
+def _in_frames(frames: Sequence[Attachment], F: Sequence[Wrench]) -> Expression:
+    """Rows (6,) of the wrenches, each seen from the frame attached to its body."""
+    return ca.vertcat(*(wrench.seen_from(frame).T for frame, wrench in zip(frames, F, strict=True)))

@@ -105,6 +105,19 @@ def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]
     return R[body] @ constant(frame.R), p[body] + R[body] @ constant(frame.p)
 
 
+def poses_inward(
+    tree: BodyTree, steps: Sequence[Placement], frame: Attachment
+) -> dict[int, tuple[Expression, Expression]]:
+    """Rotation and origin of an attached frame in every body on its path, from its own body back to the base {0}."""
+    R, p = constant(frame.R), constant(frame.p)
+    poses: dict[int, tuple[Expression, Expression]] = {}
+    for i in reversed(tree.path(frame.body)):
+        poses[i] = R, p
+        p = ca.densify(steps[i].offset + steps[i].to_parent(p))
+        R = ca.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3)))
+    return poses | {0: (R, p)}
+
+
 def constant(values: Floats) -> Expression:
     """A constant matrix or vector whose zeros are structural, so that they cost nothing."""
     return ca.SX(ca.sparsify(ca.DM(np.asarray(values, dtype=float))))

@@ -6,7 +6,7 @@ the catalogue is read at every start, CasADi is needed only when a kernel has to
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
@@ -58,6 +58,7 @@ class Quantity:
         regrouped: whether the tree with regrouped inertias gives the same result (and a shorter expression).
         expressed_in: the frame in which the result is expressed, if it has one.
         reference: where the algorithm stands in the literature.
+        beside: (names of other quantities, builder): the same result by the sweep that those quantities make too.
     """
 
     name: str
@@ -72,10 +73,16 @@ class Quantity:
     framed: bool = False
     regrouped: bool = True
     expressed_in: str = ""
+    beside: tuple[tuple[str, ...], str] = ((), "")
 
-    def build(self) -> Callable[..., Any]:
-        """The builder function."""
-        module, _, function = self.builder.partition(":")
+    def build(self, others: Collection[str] = ()) -> Callable[..., Any]:
+        """The builder function.
+
+        Args:
+            others: names of quantities that are computed at the same time.
+        """
+        partners, shared = self.beside
+        module, _, function = (shared if any(name in others for name in partners) else self.builder).partition(":")
         return getattr(import_module(f"mafsil.mechanics.{module}"), function)
 
     def doc(self) -> str:
@@ -109,6 +116,7 @@ _ROWS = (
         framed=True,
         regrouped=False,
         expressed_in="{s}",
+        beside=(("jacobian_body", "jacobian_body_rate"), "forward_kinematics:forward_kinematics_inward"),
     ),
     Quantity(
         "link_poses",

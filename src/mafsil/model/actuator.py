@@ -41,15 +41,19 @@ class Friction:
         viscous: effort per speed [N m s/rad | N s/m].
         coulomb: effort against the motion, positive sense [N m | N].
         coulomb_negative: the same in the negative sense (a magnitude); equal to `coulomb` if None.
+        offset: constant effort of either sign, such as a sensor's or a balance spring's [N m | N].
     """
 
     viscous: float = 0.0
     coulomb: float = 0.0
     coulomb_negative: float | None = None
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         negative = self.coulomb if self.coulomb_negative is None else self.coulomb_negative
         _require_magnitudes(viscous=self.viscous, coulomb=self.coulomb, coulomb_negative=negative)
+        if not isfinite(self.offset):
+            raise ModelError("model.finite", name="offset", value=self.offset)
 
 
 def _require_magnitudes(**values: float) -> None:

@@ -1,4 +1,4 @@
-"""A quantity of a mechanism as a compiled kernel, found by the content of the mechanism."""
+"""Quantities of a mechanism as compiled kernels, found by the content of the mechanism."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mafsil.kernels.kernel import Kernel, compile
 from mafsil.mechanics.quantities import quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
-from mafsil.robot.trace import signature, trace
+from mafsil.robot.trace import joint_signature, signature, trace, trace_together
 
 SOURCES = ("mafsil.algebra", "mafsil.mechanics")
 """Packages whose code shapes the expressions: a change there makes new kernels."""
@@ -37,8 +37,7 @@ def compiled(
         recipe: how the kernel pickles, if it must come back with its fallback.
     """
     row = quantity(name)
-    if not mechanism.n:
-        raise ModelError("robot.no_joints", robot=mechanism.name)
+    _require_joints(mechanism)
     return compile(
         signature(mechanism, row, optional),
         partial(trace, mechanism, row, frame, optional),
@@ -48,3 +47,31 @@ def compiled(
         fallback=fallback,
         recipe=recipe or (compiled, (mechanism, name, frame, optional)),
     )
+
+
+def compiled_together(
+    mechanism: Mechanism, names: tuple[str, ...], frame: str | None = None, optional: tuple[str, ...] = ()
+) -> Kernel:
+    """One kernel with an output for each quantity: what they have in common is computed once.
+
+    Args:
+        mechanism: its numbers become constants of the code.
+        names: of the catalogue.
+        frame: link name for the framed quantities among them; the tip frame if None.
+        optional: which optional inputs are present.
+    """
+    rows = [quantity(name) for name in names]
+    _require_joints(mechanism)
+    return compile(
+        joint_signature(mechanism, rows, optional),
+        partial(trace_together, mechanism, rows, frame, optional),
+        key=f"{fingerprint(mechanism)} {names} {frame!r} {optional}",
+        fingerprints=(source_fingerprint(*SOURCES),),
+        doc="At the same state:\n\n" + "\n".join(f"{row.symbol}: {row.title} [{row.unit}]" for row in rows),
+        recipe=(compiled_together, (mechanism, names, frame, optional)),
+    )
+
+
+def _require_joints(mechanism: Mechanism) -> None:
+    if not mechanism.n:
+        raise ModelError("robot.no_joints", robot=mechanism.name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Literal, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from mafsil.errors import InputError
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
+from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_columns, friction_law
 from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters, inertial_parameters
 from mafsil.mechanics.quantities import Quantity, quantity
 from mafsil.mechanics.task_space import TaskSpace
@@ -21,7 +22,7 @@ from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.serial import ArmParts
-from mafsil.robot.compiling import compiled
+from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.routine import (
     ForwardDynamics,
     InverseDynamics,
@@ -34,8 +35,13 @@ from mafsil.robot.routine import (
     OfPositionInFrame,
     OfVelocity,
     OfVelocityInFrame,
+    Together,
 )
 from mafsil.robot.task import task_space_of
+from mafsil.robot.torque_terms import TorqueTerms, torque_terms_of
+
+if TYPE_CHECKING:
+    from mafsil.kernels.export import Export
 
 
 class Robot:
@@ -52,7 +58,7 @@ class Robot:
         if not isinstance(cast(object, mechanism), Mechanism):
             raise InputError("robot.mechanism", got=type(mechanism).__name__)
         self.mechanism = mechanism
-        self._kernels: dict[tuple[str, str | None, tuple[str, ...]], Kernel] = {}
+        self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], Kernel] = {}
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n} joints, {len(self.mechanism.links)} links, tip {self.mechanism.tip!r}>"
@@ -250,28 +256,44 @@ class Robot:
         """Y_f (*batch, n, 10): efforts per inertial parameter of a body in the tip frame or a link frame."""
         return self._routine("payload_regressor")
 
-    def friction_torque(self, qd: ArrayLike, *, smoothing: float = 1e-3) -> JointVector:
-        """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) [N m | N].
+    def torque_terms(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        tip_wrench: ArrayLike | None = None,
+        *,
+        other: ArrayLike | None = None,
+        smoothing: float = SMOOTHING,
+    ) -> TorqueTerms:
+        """All parts of the efforts by name: links, rotors, centrifugal, coriolis, gravity, friction, tip, other.
+
+        Args:
+            q, qd, qdd: (*batch, n) motion [rad | m] and time derivatives.
+            tip_wrench: (*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N].
+            other: (*batch, n) efforts of anything else that depends on the state, such as springs [N m | N].
+            smoothing: as in `friction_torque`.
+        """
+        return torque_terms_of(self, q, qd, qdd, tip_wrench, other, smoothing)
+
+    def friction_torque(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> JointVector:
+        """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) + offset [N m | N].
 
         Args:
             qd: (*batch, n) joint rates [rad/s | m/s].
             smoothing: rate [rad/s | m/s] within which the Coulomb part changes its sign smoothly.
         """
-        rates = gate("qd", qd, (self.n,))
-        viscous, positive, negative = self._friction
-        side = np.tanh(rates / smoothing)
-        return viscous * rates + np.where(rates >= 0, positive, negative) * side
+        return self._friction.torque(gate("qd", qd, (self.n,)), smoothing)
 
-    def friction_regressor(self, qd: ArrayLike, *, smoothing: float = 1e-3) -> Floats:
-        """(*batch, n, 2 n): efforts per viscous coefficient (n) and per Coulomb effort (n, equal both ways).
+    def friction_regressor(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> Floats:
+        """(*batch, n, 3 n): efforts per viscous coefficient (n), Coulomb effort (n, equal both ways), offset (n).
 
         Args:
             qd: (*batch, n) joint rates [rad/s | m/s].
             smoothing: as in `friction_torque`.
         """
-        rates = gate("qd", qd, (self.n,))
-        one = np.eye(self.n)
-        return np.concatenate([rates[..., None] * one, np.tanh(rates / smoothing)[..., None] * one], axis=-1)
+        columns = friction_columns(gate("qd", qd, (self.n,)), smoothing)
+        return np.concatenate([columns[..., k, None] * np.eye(self.n) for k in range(3)], axis=-1)
 
     @property
     def inertial_parameters(self) -> Floats:
@@ -292,6 +314,22 @@ class Robot:
             raise InputError("dynamics.samples", count=samples)
         states = np.random.default_rng(seed).uniform(-2.0, 2.0, (3, samples, self.n))
         return base_parameters(self.mechanism, self.regressor(*states))
+
+    def export(
+        self,
+        name: str,
+        to: str = "c",
+        *,
+        frame: str | None = None,
+        optional: tuple[str, ...] = (),
+        target: str | None = None,
+        real: str = "double",
+        function: str | None = None,
+    ) -> Export:
+        """A quantity as C, an object file or PTX, not yet written; arguments as `mafsil.robot.exporting.export`."""
+        from mafsil.robot.exporting import export
+
+        return export(self, name, to, frame=frame, optional=optional, target=target, real=real, function=function)
 
     def task_space(
         self,
@@ -342,6 +380,36 @@ class Robot:
             self._kernels[wanted] = compiled(self.mechanism, name, frame, optional)
         return self._kernels[wanted]
 
+    def together(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Together:
+        """Several quantities of the same state as one routine, in which what they share is computed once.
+
+        `T, J = robot.together("forward_kinematics", "jacobian_body")(q)`. The inputs are those of the quantities in
+        the order in which they first occur, then the optional ones; batches, `out=` (a tuple) and `threads=` as always.
+
+        Args:
+            names: two or more names of the catalogue.
+            frame: link name for the framed quantities among them; the tip frame if None.
+            optional: optional inputs that shall be present, such as ("tip_wrench",).
+
+        Raises:
+            InputError: a name, frame or optional input that is not known, a name given twice, fewer than two names.
+        """
+        if not isinstance(cast(object, frame), str | None):
+            raise InputError("robot.frame_name", name="together", got=type(frame).__name__)
+        wanted = (names, frame, optional)
+        if wanted not in self._kernels:
+            rows = [quantity(name) for name in names]
+            if len(names) < 2 or len(set(names)) < len(names):
+                raise InputError("robot.together", got=", ".join(names))
+            possible = [name for row in rows for name in row.optional]
+            for name in optional:
+                if name not in possible:
+                    raise InputError("input.choice", name="optional", value=name, known=", ".join(possible))
+            if frame is not None:
+                self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
+            self._kernels[wanted] = compiled_together(self.mechanism, names, frame, optional)
+        return self._kernels[wanted].call
+
     def _routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
         return _routine_kernel(self, name).call
@@ -357,6 +425,8 @@ class Robot:
         **named: ArrayLike,
     ) -> Floats:
         """Any call: inputs by position or name, optional inputs, frames, batches."""
+        if frame is None and not named and len(arrays) == len(row.inputs):
+            return evaluate(*arrays, out=out, threads=threads)
         inputs = _arranged(row, arrays, named)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
@@ -369,15 +439,9 @@ class Robot:
         self.mechanism.link(frame)
 
     @lazy
-    def _friction(self) -> tuple[Floats, Floats, Floats]:
-        """Viscous coefficients and Coulomb efforts in both senses, arrays of shape (n,)."""
-        rows: list[tuple[float, float, float]] = []
-        for joint in self.mechanism.coordinates:
-            f = joint.friction
-            negative = f.coulomb if f is not None and f.coulomb_negative is None else f and f.coulomb_negative
-            rows.append((0.0, 0.0, 0.0) if f is None else (f.viscous, f.coulomb, float(negative or 0.0)))
-        viscous, positive, negative = np.array(rows, dtype=np.float64).reshape(-1, 3).T
-        return viscous, positive, negative
+    def _friction(self) -> FrictionLaw:
+        """Friction of the joints that have any."""
+        return friction_law(self.mechanism)
 
 
 def _routine_kernel(robot: Robot, name: str) -> Kernel:

@@ -143,3 +143,11 @@ class OfLinkAcceleration(Protocol):
         out: Floats | None = None,
         threads: int | None = None,
     ) -> Floats: ...
+
+
+class Together(Protocol):
+    """Several quantities of one state: inputs in the order of `kernel.signature`, one result for each quantity."""
+
+    def __call__(
+        self, *inputs: ArrayLike, out: tuple[Floats, ...] | None = None, threads: int | None = None
+    ) -> tuple[Floats, ...]: ...

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import gate
+from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
+from mafsil.mechanics.degeneracy import SINGULAR, degeneracy
 from mafsil.mechanics.task_space import TaskSpace, task_space
 
 if TYPE_CHECKING:
@@ -23,7 +25,12 @@ def task_space_of(
     frame: str | None,
     rows: Sequence[int],
 ) -> TaskSpace:
-    """Task-space dynamics; arguments as in `Robot.task_space`, and the robot."""
+    """Task-space dynamics; arguments as in `Robot.task_space`, and the robot.
+
+    Raises:
+        InputError: as `Robot.task_space`.
+        ModelError: the mass matrix of a state is singular; names the joints that move no inertia.
+    """
     if expressed_in not in ("body", "space"):
         raise InputError("dynamics.expressed_in", value=expressed_in)
     chosen = list(rows)
@@ -35,11 +42,22 @@ def task_space_of(
         if expressed_in == "body"
         else (robot.jacobian_space, robot.jacobian_space_rate)
     )
+    M = robot.mass_matrix(q)
+    _require_regular(M, robot)
     return task_space(
-        robot.mass_matrix(q),
+        M,
         robot.velocity_torque(q, qd),
         robot.gravity_torque(q),
         jacobian(q, frame=frame)[..., chosen, :],
         rate(q, qd, frame=frame)[..., chosen, :],
         qd,
     )
+
+
+def _require_regular(M: Floats, robot: Robot) -> None:
+    """Refuses the first state (of a batch) whose mass matrix has no inverse, with the motion that moves no inertia."""
+    flat = M.reshape(-1, robot.n, robot.n)
+    size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), 1e-300))
+    margins = np.linalg.eigvalsh(flat / (size[:, :, None] * size[:, None, :]))[:, 0] if len(flat) else np.ones(0)
+    for k in np.flatnonzero(~(margins >= SINGULAR)):
+        degeneracy(flat[k], robot.joint_names).require_regular()

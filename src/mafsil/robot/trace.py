@@ -1,7 +1,8 @@
-"""From a mechanism and a row of the catalogue to a CasADi function: the only place where joint symbols are made."""
+"""From a mechanism and rows of the catalogue to a CasADi function: the only place where joint symbols are made."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from mafsil.kernels.layout import Port, Signature
@@ -17,13 +18,26 @@ def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...
         quantity: the row.
         optional: which optional inputs are present.
     """
+    return joint_signature(mechanism, (quantity,), optional)
+
+
+def joint_signature(mechanism: Mechanism, quantities: Sequence[Quantity], optional: tuple[str, ...] = ()) -> Signature:
+    """Names and core shapes of a kernel with an output for each quantity; inputs they share occur once.
+
+    Args:
+        mechanism: gives the sizes.
+        quantities: the rows.
+        optional: which optional inputs are present.
+    """
     sizes = {"n": mechanism.n, "L": len(mechanism.links)}
 
     def sized(shape: tuple[str | int, ...]) -> tuple[int, ...]:
         return tuple(size if isinstance(size, int) else sizes[size] for size in shape)
 
-    inputs = tuple(Port(name, sized(INPUTS[name])) for name in (*quantity.inputs, *optional))
-    return Signature(quantity.name, inputs, (Port(quantity.name, sized(quantity.shape)),))
+    needed = dict.fromkeys(name for row in quantities for name in row.inputs)
+    inputs = tuple(Port(name, sized(INPUTS[name])) for name in dict.fromkeys((*needed, *optional)))
+    outputs = tuple(Port(row.name, sized(row.shape)) for row in quantities)
+    return Signature("_and_".join(row.name for row in quantities), inputs, outputs)
 
 
 def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Any:
@@ -35,6 +49,13 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
         frame: link name for framed quantities; the tip frame if None.
         optional: which optional inputs are present.
     """
+    return trace_together(mechanism, (quantity,), frame, optional)
+
+
+def trace_together(
+    mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
+) -> Any:
+    """Several quantities as one casadi.Function: what they have in common is there once; arguments as in `trace`."""
     import casadi as ca
 
     from mafsil.mechanics.body_tree import lumped
@@ -42,13 +63,16 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
     from mafsil.mechanics.regrouping import regrouped
 
     tree = regauged(lumped(mechanism))
-    if quantity.regrouped:
-        tree = regrouped(tree)
-    ports = signature(mechanism, quantity, optional).inputs
-    symbols = {port.name: ca.SX.sym(port.name, port.size) for port in ports}
-    arguments: list[Any] = [symbols.get(name) for name in (*quantity.inputs, *quantity.optional)]
-    if quantity.framed:
-        arguments.append(tree.tip if frame is None else tree.frames[frame])
-    result = quantity.build()(tree, *arguments)
-    column = ca.vec(ca.SX(result).T)
-    return ca.Function(quantity.name, [symbols[port.name] for port in ports], [ca.cse(column)])
+    light = regrouped(tree)
+    ports = joint_signature(mechanism, quantities, optional)
+    symbols = {port.name: ca.SX.sym(port.name, port.size) for port in ports.inputs}
+    names = [row.name for row in quantities]
+    columns: list[Any] = []
+    for row in quantities:
+        chosen = light if row.regrouped else tree
+        arguments: list[Any] = [symbols.get(name) for name in (*row.inputs, *row.optional)]
+        if row.framed:
+            arguments.append(chosen.tip if frame is None else chosen.frames[frame])
+        columns.append(ca.vec(ca.SX(row.build(names)(chosen, *arguments)).T))
+    shared: Any = ca.cse(columns)
+    return ca.Function(ports.name, list(symbols.values()), shared)

@@ -55,6 +55,8 @@ class SensorNoise:
 
 def push_at(pulses: Sequence[WrenchPulse], times: Floats) -> list[Vector6 | None]:
     """The sum of the pulses that act at each time; None where there is none."""
+    if not pulses:
+        return [None] * len(times)
     pushes: list[Vector6 | None] = []
     for t in times:
         acting = [pulse.push for pulse in pulses if pulse.start <= t < pulse.start + pulse.duration]

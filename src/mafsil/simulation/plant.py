@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, gate, real_array, require_finite
 from mafsil.errors import InputError
+from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
 from mafsil.robot import Robot
 
@@ -42,7 +43,14 @@ class Plant:
     @property
     def has_friction(self) -> bool:
         """Whether any joint loses effort to friction."""
-        return self.friction and any(joint.friction is not None for joint in self.robot.mechanism.coordinates)
+        return self.friction and any(
+            joint.moves and joint.friction is not None for joint in self.robot.mechanism.joints
+        )
+
+    @property
+    def friction_law(self) -> FrictionLaw:
+        """Friction of all joints that have any, those that follow others included."""
+        return friction_law(self.robot.mechanism)
 
     def with_payload(self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> Plant:
         """The same plant carrying a body that the controller's model does not know.

@@ -16,10 +16,15 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
+from mafsil.messages import say
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.solvers import Status
 
 FORMAT = 1
 """Version of the file layout."""
+ROWS_AT_ONCE = 4096
+TABLE_NUMBERS = 1_000_000
+"""Numbers that the CSV file holds at most (about 20 MB). Longer runs leave ticks out there, never in the npz file."""
 
 
 class SimulationStatus(Status):
@@ -74,7 +79,17 @@ class Recording:
     def explain(self, language: str | None = None) -> str:
         """How the run ended, in one sentence."""
         facts = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
-        return self.status.sentence(language, **facts)
+        sentence = self.status.sentence(language, **facts)
+        if self.status is not SimulationStatus.BLOWN_UP or not self._stiff:
+            return sentence
+        known = {"integrator": self.metadata["integrator"], "other": IMPLICIT_FRICTION}
+        return f"{sentence}. {say('simulation.stiff_friction', language=language, **known)}"
+
+    @property
+    def _stiff(self) -> bool:
+        """Whether friction was too stiff for the step of an explicit integrator."""
+        explicit = self.metadata.get("integrator") != IMPLICIT_FRICTION
+        return explicit and float(self.metadata.get("friction_stiffness", 0.0)) > STIFF
 
     def arrays(self) -> dict[str, Floats]:
         """All arrays by name."""
@@ -97,7 +112,8 @@ class Recording:
     def save(self, path: str | os.PathLike[str]) -> tuple[Path, Path, Path]:
         """Write `path`.npz (all of it, what `load` reads), .csv (every column) and .json (status and metadata).
 
-        Each file is written beside its place and renamed: it is whole or not there.
+        A CSV file of more than a million numbers holds every m-th tick and the last; the JSON file says which m. Each
+        file is written beside its place and renamed: it is whole or not there.
 
         Args:
             path: without suffix, or with one of the three.
@@ -109,12 +125,13 @@ class Recording:
             FileError: the place cannot be written.
         """
         stem = _stem(path)
-        about = json.dumps(self._about(), indent=2, ensure_ascii=False)
         table = self.columns()
+        every = max(1, -(-len(self.t) * len(table) // TABLE_NUMBERS))
+        about = json.dumps({**self._about(), "csv_every_tick": every}, indent=2, ensure_ascii=False)
         arrays: dict[str, Any] = {**self.arrays(), "about": np.array(about)}
         npz, csv, note = (stem.with_name(stem.name + suffix) for suffix in (".npz", ".csv", ".json"))
         _write(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
-        _write(csv, lambda file: _write_table(file, table))
+        _write(csv, lambda file: _write_table(file, table, every))
         _write(note, lambda file: file.write(about.encode()))
         return npz, csv, note
 
@@ -174,8 +191,12 @@ def _write(path: Path, put: Callable[[BinaryIO], object]) -> None:
             beside.unlink(missing_ok=True)
 
 
-def _write_table(file: BinaryIO, table: dict[str, Floats]) -> None:
-    """Comma-separated values, shortest digits that read back exactly."""
+def _write_table(file: BinaryIO, table: dict[str, Floats], every: int) -> None:
+    """Comma-separated values, shortest digits that read back exactly; every so many rows, and the last."""
     file.write((",".join(f'"{name}"' if "," in name else name for name in table) + "\n").encode())
-    for row in np.stack(list(table.values()), axis=1).tolist():
-        file.write((",".join(map(repr, row)) + "\n").encode())
+    count = len(table["t"])
+    rows = np.unique(np.append(np.arange(0, count, every), count - 1)) if count else np.zeros(0, dtype=int)
+    for first in range(0, len(rows), ROWS_AT_ONCE):
+        chosen = rows[first : first + ROWS_AT_ONCE]
+        for row in np.stack([column[chosen] for column in table.values()], axis=1).tolist():
+            file.write((",".join(map(repr, row)) + "\n").encode())

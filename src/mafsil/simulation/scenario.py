@@ -11,14 +11,17 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind
 from mafsil.control import Law
 from mafsil.errors import InputError
+from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
-from mafsil.solvers import method
+from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF, friction_stiffness, require_integrator
 from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
 """Memory of one run, in numbers of eight bytes: what is recorded, and the reference at each tick."""
+PLACES = 9
+"""Places along the reference at which the stiffness of friction is looked at."""
 NUMBERS_PER_TICK, NUMBERS_PER_COORDINATE = 60, 16
 
 
@@ -37,7 +40,8 @@ class Scenario:
         duration: of the run; that of the trajectory if None [s].
         step: of the integration [s].
         period: between two calls of the law, a whole number of steps; one step if None [s].
-        integrator: a name of `mafsil.solvers.METHODS`.
+        integrator: a name of `mafsil.simulation.INTEGRATORS`. If None, semi-implicit Euler; where the friction of light
+            links is too stiff for the step, the same with implicit friction.
         saturate: whether efforts are clipped at the limits of the joints.
 
     Raises:
@@ -56,7 +60,7 @@ class Scenario:
     duration: float | None = None
     step: float = 1e-3
     period: float | None = None
-    integrator: str = "semi_implicit_euler"
+    integrator: str | None = None
     saturate: bool = True
 
     def __post_init__(self) -> None:
@@ -76,7 +80,8 @@ class Scenario:
             value = getattr(self, name)
             if value is not None or name == "step":
                 positive(name, value)
-        method(self.integrator)
+        if self.integrator is not None:
+            require_integrator(self.integrator)
         if abs(self.substeps * self.step - self.control_period) > 1e-9 * self.control_period:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
         size = max(np.size(x) for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
@@ -107,16 +112,41 @@ class Scenario:
         """Integration steps per control period."""
         return max(1, round(self.control_period / self.step))
 
+    @lazy
+    def stiffness(self) -> float:
+        """Step times the fastest decay by friction along the reference; explicit methods need less than two."""
+        plant = self.true_plant
+        if not plant.has_friction:
+            return 0.0
+        u = self.trajectory.at(np.linspace(0.0, self.length, PLACES)).u.reshape(-1, self.robot.n)
+        q = self._initial[0].reshape(-1, self.robot.n)
+        places = np.concatenate([u[:: max(1, len(u) // PLACES)], q[:: max(1, len(q) // PLACES)]])
+        return self.step * friction_stiffness(plant, places)
+
+    @property
+    def chosen_integrator(self) -> str:
+        """The integrator that the run uses."""
+        if self.integrator is not None:
+            return self.integrator
+        return IMPLICIT_FRICTION if self.stiffness > STIFF else DEFAULT
+
     def ticks(self) -> Floats:
         """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""
         return np.arange(ceil(self.length / self.control_period - 1e-9) + 1.0) * self.control_period
 
     def start(self) -> tuple[JointVector, JointVector]:
         """Initial positions and rates, (*batch, n)."""
-        reference = self.trajectory.at(0.0)
-        given = [reference.u if self.q is None else self.q, reference.v if self.qd is None else self.qd]
+        q, qd = self._initial
+        return q.copy(), qd.copy()
+
+    @lazy
+    def _initial(self) -> tuple[JointVector, JointVector]:
+        if self.q is None or self.qd is None:
+            reference = self.trajectory.at(0.0)
+            given = [reference.u if self.q is None else self.q, reference.v if self.qd is None else self.qd]
+        else:
+            given = [self.q, self.qd]
         q, qd = (
             require_finite(name, gate(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
-        q, qd = np.broadcast_arrays(q, qd)
-        return q.copy(), qd.copy()
+        return np.broadcast_arrays(q, qd)

@@ -55,7 +55,7 @@ def _parts(table: RobotTable, turn: float, long: float) -> ArmParts:
         frictions=[
             None
             if (brake := joint.friction) is None
-            else Friction(brake.viscous, brake.coulomb, brake.coulomb_negative)
+            else Friction(brake.viscous, brake.coulomb, brake.coulomb_negative, brake.offset)
             for joint in joints
         ],
         joint_names=[joint.name or f"joint{k}" for k, joint in enumerate(joints, start=1)],

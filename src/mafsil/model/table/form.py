@@ -65,6 +65,7 @@ class FrictionTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     viscous: float = 0.0
     coulomb: float = 0.0
     coulomb_negative: float | None = None
+    offset: float = 0.0
 
 
 class JointTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -31,8 +31,8 @@ def write(mechanism: Mechanism, *, without: Collection[str] = ()) -> str:
     Args:
         mechanism: an open chain or tree.
         without: what may be left out though URDF cannot keep it: `gravity` (not the standard one), `actuator` (rotor
-            inertia, armature), `friction` (different for both senses), `limits` (acceleration, jerk, an empty range),
-            `passive` (joints that are not actuated).
+            inertia, armature), `friction` (different for both senses, an offset), `limits` (acceleration, jerk,
+            an empty range), `passive` (joints that are not actuated).
 
     Raises:
         ModelError: the mechanism has loops, helical joints, names that XML cannot hold, or something of the list
@@ -84,7 +84,7 @@ def _losses_of_joint(joint: Joint) -> Iterator[str]:
         yield "passive"
     if actuator is not None and actuator.reflected_inertia != 0.0:
         yield "actuator"
-    if friction is not None and friction.coulomb_negative not in (None, friction.coulomb):
+    if friction is not None and (friction.coulomb_negative not in (None, friction.coulomb) or friction.offset):
         yield "friction"
     empty = limits.lower == limits.upper == 0.0
     if min(limits.acceleration, limits.jerk) < inf or empty or 0.0 in (limits.velocity, limits.effort):

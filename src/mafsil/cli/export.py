@@ -1,0 +1,77 @@
+"""`mafsil export`: a quantity of a robot as C, as an object file or as PTX; and the check that doctor runs on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mafsil.cli.answer import Answer
+from mafsil.messages import say
+from mafsil.robot import load
+from mafsil.robot.exporting import export as exported
+
+CHECKED = (("planar2r", "forward_kinematics"), ("puma560", "mass_matrix"), ("panda", "inverse_dynamics"))
+"""What `mafsil doctor --export-check` compiles: robots and quantities."""
+
+
+def export(
+    robot: str,
+    quantity: str,
+    to: str | None,
+    target: str | None,
+    real: str | None,
+    frame: str | None,
+    function: str | None,
+    out: str | None,
+    tip: str | None,
+) -> Answer:
+    """Files in a folder.
+
+    Args:
+        robot: name or file.
+        quantity: a name of the catalogue.
+        to: `c`, `object` or `ptx`; C if None.
+        target: processor; see `mafsil.robot.exporting.export`.
+        real: `double` or `float`.
+        frame: link name for framed quantities.
+        function: name of the function.
+        out: folder; the current one if None.
+        tip: another tip link.
+
+    Raises:
+        MafsilError: no such robot, quantity, frame, form or processor, a folder that cannot be written.
+    """
+    found = exported(
+        load(robot, tip=tip),
+        quantity,
+        to or "c",
+        frame=frame,
+        target=target,
+        real=real or "double",
+        function=function,
+    )
+    paths = [str(path) for path in found.write(out or ".")]
+    facts = {key: list(value) if isinstance(value, tuple) else value for key, value in found.facts.items()}
+    lines = [say("cli.export_written", name=found.name), *(f"  {path}" for path in paths)]
+    lines += [f"  {key}: {', '.join(map(str, v)) if isinstance(v, list) else v}" for key, v in facts.items()]
+    return Answer({"name": found.name, "files": paths, **facts}, tuple(lines))
+
+
+def checks() -> list[dict[str, Any]]:
+    """Exports compiled and run by the C compiler of this computer: one row each, or one that says there is none."""
+    from mafsil.kernels.export.c.trial import compiler, trial
+
+    path = compiler()
+    if path is None:
+        return [{"name": say("cli.check_export_c"), "ok": True, "detail": say("cli.check_no_compiler")}]
+    rows: list[dict[str, Any]] = []
+    for robot, quantity in CHECKED:
+        arm = load(robot)
+        for to, real in (("c", "double"), ("c", "float"), ("object", "double")):
+            name = say("cli.check_export", robot=robot, quantity=quantity, form=to, real=real)
+            try:
+                found = trial(exported(arm, quantity, to, real=real), path)
+            except Exception as failure:
+                rows.append({"name": name, "ok": False, "detail": f"{type(failure).__name__}: {failure}"})
+            else:
+                rows.append({"name": name, "ok": found.ok, "detail": found.said})
+    return rows

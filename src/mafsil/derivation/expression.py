@@ -1,0 +1,245 @@
+"""Formulas of vectors, angles and turns as trees: evaluated for the check, and written as text, LaTeX and MathML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mafsil.derivation.letters import glyph, number_text
+
+Values: TypeAlias = Mapping[str, Any]
+"""Numbers (states,), vectors (states, 3) or matrices (states, 3, 3) of every name."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expression:
+    """One operation on others; a leaf holds a name or a number.
+
+    Attributes:
+        kind: key of `_KINDS`, or `name`, `number`.
+        parts: operands.
+        leaf: name or number.
+    """
+
+    kind: str
+    parts: tuple[Expression, ...] = ()
+    leaf: str | float = ""
+
+    def __add__(self, other: Expression) -> Expression:
+        return Expression("+", (self, other))
+
+    def __sub__(self, other: Expression) -> Expression:
+        return Expression("−", (self, other))
+
+    def __mul__(self, other: Expression) -> Expression:
+        """Numbers, or a number or matrix and a vector, side by side."""
+        return Expression(" ", (self, other))
+
+    def __truediv__(self, other: Expression) -> Expression:
+        return Expression("/", (self, other))
+
+    def __neg__(self) -> Expression:
+        return Expression("neg", (self,))
+
+    def dot(self, other: Expression) -> Expression:
+        """Scalar product."""
+        return Expression("·", (self, other))
+
+    def cross(self, other: Expression) -> Expression:
+        """Vector product."""
+        return Expression("×", (self, other))
+
+    def evaluate(self, values: Values, sign: float = 1.0) -> Any:
+        """Its numbers.
+
+        Args:
+            values: of the names.
+            sign: that the plus-minus sign stands for.
+        """
+        if self.kind == "name":
+            return values[str(self.leaf)]
+        if self.kind == "number":
+            return np.float64(self.leaf)
+        return _KINDS[self.kind](sign, *(part.evaluate(values, sign) for part in self.parts))
+
+    @property
+    def signed(self) -> bool:
+        """Whether a plus-minus sign stands in it."""
+        return self.kind == "±" or any(part.signed for part in self.parts)
+
+    def text(self) -> str:
+        """As plain text."""
+        return _written(self, _TEXT)
+
+    def latex(self) -> str:
+        """As LaTeX."""
+        return _written(self, _LATEX)
+
+    def mathml(self) -> str:
+        """As MathML, without the enclosing element."""
+        return f"<mrow>{_written(self, _MATHML)}</mrow>"
+
+
+def named(name: str) -> Expression:
+    """A name."""
+    return Expression("name", leaf=name)
+
+
+def number(value: float) -> Expression:
+    """A number."""
+    return Expression("number", leaf=value)
+
+
+def function(name: str, *parts: Expression) -> Expression:
+    """One of sqrt, square, cos, sin, acos, atan2, Rot (axis, angle), transpose."""
+    return Expression(name, parts)
+
+
+def plus_minus(first: Expression, second: Expression) -> Expression:
+    """Both of first + second and first - second."""
+    return Expression("±", (first, second))
+
+
+def _scaled(_sign: float, a: Any, b: Any) -> Any:
+    if np.ndim(a) == 3:
+        return np.einsum("kij,kj->ki", a, b) if np.ndim(b) == 2 else a @ b
+    return a[..., None] * b if np.ndim(b) == 2 and np.ndim(a) == 1 else a * b
+
+
+def _turn(_sign: float, axis: Any, angle: Any) -> Any:
+    """(states, 3, 3) rotation about a unit axis."""
+    K = np.zeros((*axis.shape[:1], 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        K[:, j, i], K[:, i, j] = axis[:, k], -axis[:, k]
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) + s * K + (1 - c) * (K @ K)
+
+
+_KINDS: dict[str, Callable[..., Any]] = {
+    "+": lambda _, a, b: a + b,
+    "−": lambda _, a, b: a - b,
+    " ": _scaled,
+    "/": lambda _, a, b: a / b,
+    "neg": lambda _, a: -a,
+    "·": lambda _, a, b: (a * b).sum(axis=-1),
+    "×": lambda _, a, b: np.cross(a, b),
+    "±": lambda sign, a, b: a + sign * b,
+    "sqrt": lambda _, a: np.sqrt(np.maximum(a, 0.0)),
+    "square": lambda _, a: (a * a).sum(axis=-1) if np.ndim(a) == 2 else a * a,
+    "cos": lambda _, a: np.cos(a),
+    "sin": lambda _, a: np.sin(a),
+    "acos": lambda _, a: np.arccos(np.clip(a, -1.0, 1.0)),
+    "atan2": lambda _, a, b: np.arctan2(a, b),
+    "Rot": _turn,
+    "transpose": lambda _, a: np.swapaxes(a, -1, -2),
+}
+_BINDING = {"+": 1, "−": 1, "±": 1, "neg": 1, "/": 2, "·": 2, "×": 2, " ": 3}
+"""How strongly operations hold their operands; weaker ones inside stronger ones get brackets."""
+
+
+@dataclass(frozen=True)
+class _Style:
+    """How leaves and operations look in one format."""
+
+    name: Callable[[str], str]
+    number: Callable[[float], str]
+    between: Mapping[str, str]
+    bracket: Callable[[str], str]
+    call: Callable[[str, list[str]], str]
+    fraction: Callable[[str, str], str] | None = None
+
+
+def _written(node: Expression, style: _Style, outer: int = 0) -> str:
+    if node.kind == "name":
+        return style.name(str(node.leaf))
+    if node.kind == "number":
+        return style.number(float(node.leaf))
+    strength = _BINDING.get(node.kind)
+    if strength is None:
+        return style.call(node.kind, [_written(part, style, 4 if node.kind == "square" else 0) for part in node.parts])
+    if node.kind == "/" and style.fraction is not None:
+        return style.fraction(*(_written(part, style) for part in node.parts))
+    if node.kind == "neg":
+        text = style.between["−"] + _written(node.parts[0], style, 2)
+    else:
+        # The right operand of a difference, a quotient or a vector product needs brackets at equal strength.
+        right = strength + (node.kind in ("−", "/", "×", "·", "±"))
+        left, last = node.parts
+        text = _written(left, style, strength) + style.between[node.kind] + _written(last, style, right)
+    return style.bracket(text) if strength < outer else text
+
+
+def _plain_name(name: str) -> str:
+    letter = glyph(name)
+    return letter.letter + (letter.below if letter.below.isdigit() or not letter.below else f"_{letter.below}")
+
+
+_TEXT = _Style(
+    _plain_name,
+    lambda x: ("−" if x < 0 else "") + number_text(x),
+    {"+": " + ", "−": " − ", "±": " ± ", "/": " / ", "·": "·", "×": " × ", " ": " "},
+    lambda text: f"({text})",
+    lambda name, parts: {
+        "sqrt": lambda: f"√({parts[0]})",
+        "square": lambda: f"{parts[0]}²",
+        "transpose": lambda: f"{parts[0]}ᵀ",
+    }.get(name, lambda: f"{name}({', '.join(parts)})")(),
+)
+_LETTERS = {"θ": r"\theta", "φ": r"\varphi"}
+
+
+def _latex_name(name: str) -> str:
+    letter = glyph(name)
+    base = _LETTERS.get(letter.letter, letter.letter)
+    return f"{base}_{{{letter.below}}}" if letter.below else base
+
+
+_LATEX = _Style(
+    _latex_name,
+    lambda x: ("-" if x < 0 else "") + number_text(x).replace("½", r"\tfrac{1}{2}"),
+    {"+": " + ", "−": " - ", "±": r" \pm ", "/": " / ", "·": r" \cdot ", "×": r" \times ", " ": r"\,"},
+    lambda text: rf"\left({text}\right)",
+    lambda name, parts: {
+        "sqrt": lambda: rf"\sqrt{{{parts[0]}}}",
+        "square": lambda: f"{parts[0]}^2",
+        "transpose": lambda: rf"{parts[0]}^{{\top}}",
+    }.get(name, lambda: rf"\operatorname{{{name}}}\left({', '.join(parts)}\right)")(),
+    lambda a, b: rf"\frac{{{a}}}{{{b}}}",
+)
+
+
+def _mathml_name(name: str) -> str:
+    letter = glyph(name)
+    base = f"<mi>{escape(letter.letter)}</mi>"
+    return f"<msub>{base}<mtext>{escape(letter.below)}</mtext></msub>" if letter.below else base
+
+
+def _mathml_call(name: str, parts: list[str]) -> str:
+    if name == "sqrt":
+        return f"<msqrt><mrow>{parts[0]}</mrow></msqrt>"
+    if name in ("square", "transpose"):
+        raised = "<mn>2</mn>" if name == "square" else "<mo>⊤</mo>"
+        return f"<msup><mrow>{parts[0]}</mrow>{raised}</msup>"
+    return f"<mi>{name}</mi><mrow><mo>(</mo>{'<mo>,</mo>'.join(parts)}<mo>)</mo></mrow>"
+
+
+_MATHML = _Style(
+    _mathml_name,
+    lambda x: ("<mo>−</mo>" if x < 0 else "") + f"<mn>{number_text(x)}</mn>",
+    {
+        "+": "<mo>+</mo>",
+        "−": "<mo>−</mo>",
+        "±": "<mo>±</mo>",
+        "/": "<mo>/</mo>",
+        "·": "<mo>·</mo>",
+        "×": "<mo>×</mo>",
+        " ": '<mspace width="0.2em"></mspace>',
+    },
+    lambda text: f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>",
+    _mathml_call,
+    lambda a, b: f"<mfrac><mrow>{a}</mrow><mrow>{b}</mrow></mfrac>",
+)

@@ -1,0 +1,247 @@
+"""Inverse kinematics derived as a person would: the structure of the arm, then joint after joint by geometry.
+
+What the arm was recognised as decides the road, not its name: the same few elementary equations, each with its
+meaning, in the arm's own numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
+from mafsil.derivation.expression import Expression, function, named, number, plus_minus
+from mafsil.derivation.ik_judge import AngleJudge, angle_name
+from mafsil.errors import ModelError
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.model import Mechanism
+from mafsil.model.exponentials import chain_to_tip
+
+Solve = Callable[[PoseMatrix], Floats]
+"""(4, 4) pose to (k, n) all its solutions: the solver that the lines are held against."""
+
+
+def derive_ik(mechanism: Mechanism, pattern: ArmPattern | None, solve: Solve) -> Derivation:
+    """All solutions for a pose as a chain of formulas, every line compared with the solver's answers.
+
+    Args:
+        mechanism: the arm.
+        pattern: what it was recognised as (`mafsil.ik.closed_form(robot).pattern`), or None.
+        solve: its solutions for a pose.
+
+    Raises:
+        ModelError: an arm without such a closed form: more than six joints, or none of the families derived here.
+        DerivationError: a line differs from the solver; nothing is handed out then.
+
+    Reference: Pieper, The kinematics of manipulators under computer control, 1968; Paden and Kahan's subproblems.
+    """
+    if pattern is None or pattern.held or pattern.shifted or pattern.road_reversed or pattern.slides[0]:
+        raise ModelError("derivation.ik_no_form", robot=mechanism.name)
+    roads = {Family.SPHERICAL_WRIST: _wrist_arm, Family.THREE_PARALLEL: _parallel_arm, Family.PLANAR: _planar_arm}
+    build = roads.get(pattern.family)
+    if build is None or pattern.road not in (PointRoad.PARALLEL, PointRoad.MEET):
+        raise ModelError("derivation.ik_no_form", robot=mechanism.name)
+    judge = AngleJudge(mechanism, pattern, solve)
+    steps = [_structure(mechanism, pattern, judge), _displacement(judge), *build(judge)]
+    steps += _end(judge)
+    return Derivation("derivation.ik_title", mechanism.name, tuple(steps), judge.poses)
+
+
+def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> Step:
+    """What was found, and the axes it was found from."""
+    head = (Name("i"), Name("w", "i"), Name("r", "i"))
+    rows = tuple(
+        (str(judge.index(k)), _vector(judge.axes[k]), _vector(judge.points[k]) if not pattern.slides[k] else "—")
+        for k in range(len(pattern.axes))
+        if pattern.joints[k] >= 0
+    )
+    names = [joint.name for joint in chain_to_tip(mechanism) if joint.moves]
+    facts = {
+        "robot": mechanism.name,
+        "count": len(names),
+        "a": judge.index(0),
+        "b": judge.index(1),
+        "c": judge.index(2),
+        "last": ", ".join(str(judge.index(k)) for k in range(3, len(pattern.axes))),
+    }
+    kind = pattern.family.value
+    if pattern.family is Family.SPHERICAL_WRIST:
+        kind += "_" + pattern.road.value + ("_slide" if pattern.slides[2] else "")
+    lines = [Line((Name("m"),), (_vector(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
+    if pattern.road is PointRoad.MEET and pattern.family is Family.SPHERICAL_WRIST:
+        lines.append(Line((Name("o"),), (_vector(pattern.meeting) + " m",)))
+    return Step(f"derivation.ik_{kind}", facts, tuple(lines), Grid(head, rows))
+
+
+def _displacement(judge: AngleJudge) -> Step:
+    """The motion from the zero pose, and where it takes the point that the first joints place."""
+    key = "ik_displacement_reversed" if judge.pattern.reversed else "ik_displacement"
+    lines: tuple[Line, ...] = ()
+    if judge.pattern.family is not Family.PLANAR:
+        lines = (judge.define("p", named("R") * named("m") + named("t")),)
+    return Step(f"derivation.{key}", {}, lines)
+
+
+def _wrist_arm(judge: AngleJudge) -> list[Step]:
+    """Three joints place the wrist's centre, three turn about it."""
+    road = _parallel_road(judge) if judge.pattern.road is PointRoad.PARALLEL else _meeting_road(judge)
+    w4, w5, w6 = (judge.w(k) for k in (3, 4, 5))
+    turns = [function("Rot", judge.w(k), -judge.angle(k)) for k in (2, 1, 0) if not judge.pattern.slides[k]]
+    product = turns[0]
+    for turn in turns[1:]:
+        product = product * turn
+    lines = [judge.define("Q", product * named("R"))]
+    beside = w4.dot(w5) * w5.dot(w6)
+    lines += judge.elementary(
+        4,
+        w4.dot(w6) - beside,
+        w4.dot(w5.cross(w6)),
+        w4.dot(named("Q") * w6) - beside,
+    )
+    middle = Step("derivation.ik_wrist_middle", judge.facts(3, 4, 5), tuple(lines))
+    first = judge.turn(3, function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
+    back = function("Rot", w5, -judge.angle(4)) * w4
+    last = judge.turn(5, function("transpose", named("Q")) * w4, back)
+    outer = Step("derivation.ik_wrist_outer", judge.facts(3, 4, 5), (*first, *last))
+    return [*road, middle, outer]
+
+
+def _first_by_height(judge: AngleJudge) -> Step:
+    """The height along the next axes does not change when they turn: one equation for the first joint."""
+    w1, w2, v = judge.w(0), judge.w(1), named(judge.letter("v", 0))
+    beside = w1.dot(w2) * w1.dot(v)
+    lines = [judge.define(judge.letter("v", 0), named("p") - judge.r(0))]
+    lines += judge.elementary(
+        0,
+        w2.dot(v) - beside,
+        w1.dot(w2.cross(v)),
+        w2.dot(named("m") - judge.r(0)) - beside,
+    )
+    return Step("derivation.ik_height", judge.facts(0, 1, 2), tuple(lines))
+
+
+def _parallel_road(judge: AngleJudge) -> list[Step]:
+    """Height, distance, turn."""
+    s = judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * (named("p") - judge.r(0)))
+    third = _distance(judge, 2, judge.r(1), named("m"), named("s"), (s,))
+    second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
+    return [_first_by_height(judge), third, Step("derivation.ik_turn", judge.facts(1, 2), tuple(second))]
+
+
+def _meeting_road(judge: AngleJudge) -> list[Step]:
+    """Distance from the meeting point, then both axes through it."""
+    o, w1, w2 = named("o"), judge.w(0), judge.w(1)
+    third = _distance(judge, 2, o, named("m"), named("p"), ())
+    u, v = judge.letter("u", 1), judge.letter("v", 1)
+    lines = [judge.define(u, named("g") - o), judge.define(v, named("p") - o)]
+    beside = w1.dot(w2) * w2.dot(named(u))
+    lines += judge.elementary(
+        1,
+        w1.dot(named(u)) - beside,
+        w1.dot(w2.cross(named(u))),
+        w1.dot(named(v)) - beside,
+    )
+    second = Step("derivation.ik_two_axes", judge.facts(0, 1), tuple(lines))
+    first = judge.turn(0, function("Rot", w2, judge.angle(1)) * named(u), named(v))
+    return [third, second, Step("derivation.ik_turn", judge.facts(0, 1), tuple(first))]
+
+
+def _distance(
+    judge: AngleJudge, k: int, centre: Expression, moved: Expression, goal: Expression, before: tuple[Line, ...]
+) -> Step:
+    """Joint k sets how far a point is from a centre that the joints before it do not move: the law of cosines."""
+    x, y, reach = judge.letter("x", k), judge.letter("y", k), function("square", goal - centre)
+    lines = list(before)
+    if judge.pattern.slides[k]:
+        lines.append(judge.define(x, moved - centre))
+        along = judge.w(k).dot(named(x))
+        root = function("sqrt", function("square", along) - function("square", named(x)) + reach)
+        lines.append(judge.solved(k, plus_minus(-along, root)))
+        lines.append(judge.define("g", moved + judge.angle(k) * judge.w(k)))
+        return Step("derivation.ik_slide", judge.facts(k, k - 1), tuple(lines))
+    lines += [judge.define(x, moved - judge.r(k)), judge.define(y, judge.r(k) - centre)]
+    along = judge.w(k).dot(named(x)) * judge.w(k).dot(named(y))
+    lines += judge.elementary(
+        k,
+        named(x).dot(named(y)) - along,
+        named(y).dot(judge.w(k).cross(named(x))),
+        (reach - function("square", named(x)) - function("square", named(y))) / number(2.0) - along,
+    )
+    lines.append(judge.define("g", judge.r(k) + function("Rot", judge.w(k), judge.angle(k)) * named(x)))
+    return Step("derivation.ik_distance", judge.facts(k, k - 1), tuple(lines))
+
+
+def _parallel_arm(judge: AngleJudge) -> list[Step]:
+    """One joint, three parallel axes, two that meet."""
+    w2, w5, w6 = judge.w(1), judge.w(4), judge.w(5)
+    beside = w2.dot(w5) * w5.dot(w6)
+    fifth = [judge.define("Q", function("Rot", judge.w(0), -judge.angle(0)) * named("R"))]
+    fifth += judge.elementary(
+        4,
+        w2.dot(w6) - beside,
+        w2.dot(w5.cross(w6)),
+        w2.dot(named("Q") * w6) - beside,
+    )
+    sixth = judge.turn(5, function("transpose", named("Q")) * w2, function("Rot", w5, -judge.angle(4)) * w2)
+    total = judge.total((1, 2, 3), function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
+    k = judge.letter("k", 3)
+    back = judge.r(5) + function("Rot", w6, -judge.angle(5)) * (
+        judge.r(4) + function("Rot", w5, -judge.angle(4)) * (judge.r(3) - judge.r(4)) - judge.r(5)
+    )
+    carried = named("R") * named(k) + named("t") - judge.r(0)
+    place = (
+        judge.define(k, back),
+        judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * carried),
+    )
+    third = _distance(judge, 2, judge.r(1), judge.r(3), named("s"), place)
+    second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
+    return [
+        _first_by_height(judge),
+        Step("derivation.ik_fifth", judge.facts(1, 4, 5), tuple(fifth)),
+        Step("derivation.ik_sixth", judge.facts(5, 4), tuple(sixth)),
+        Step("derivation.ik_sum", judge.facts(1, 2, 3), tuple(total)),
+        third,
+        Step("derivation.ik_turn", judge.facts(1, 2), tuple(second)),
+        Step("derivation.ik_rest", judge.facts(3), (judge.remaining(3, (1, 2)),)),
+    ]
+
+
+def _planar_arm(judge: AngleJudge) -> list[Step]:
+    """Three parallel axes, and perhaps a slide along them."""
+    w = judge.w(0)
+    steps: list[Step] = []
+    lines = [judge.define("k", named("R") * judge.r(2) + named("t"))]
+    if judge.pattern.joints[3] >= 0:
+        rise = judge.w(3).dot(named("k") - judge.r(2))
+        steps.append(Step("derivation.ik_rise", judge.facts(3), (lines.pop(), judge.solved(3, rise))))
+    lines.append(judge.define("s", named("k") - (w.dot(named("k") - judge.r(2))) * w))
+    steps.append(_distance(judge, 1, judge.r(0), judge.r(2), named("s"), tuple(lines)))
+    first = judge.turn(0, named("g") - judge.r(0), named("s") - judge.r(0))
+    steps.append(Step("derivation.ik_turn", judge.facts(0, 1), tuple(first)))
+    if judge.pattern.joints[2] >= 0:
+        judge.constant("n", judge.across(0))
+        total = judge.total((0, 1, 2), named("n"), named("R") * named("n"))
+        steps.append(Step("derivation.ik_sum", judge.facts(0, 1, 2), tuple(total)))
+        steps.append(Step("derivation.ik_rest", judge.facts(2), (judge.remaining(2, (0, 1)),)))
+    return steps
+
+
+def _end(judge: AngleJudge) -> list[Step]:
+    """The coordinates themselves, how many solutions there are, and where the road breaks down."""
+    lines: list[Line] = []
+    for k, joint in enumerate(judge.pattern.joints):
+        if joint >= 0 and judge.pattern.reversed:
+            lines.append(Line((Name(angle_name("theta", "d", judge.pattern.slides[k], joint)),), (-judge.angle(k),)))
+    steps = [Step("derivation.ik_reversed", {}, tuple(lines))] if lines else []
+    most = 2 ** len(judge.signed)
+    steps.append(Step("derivation.ik_branches", {"joints": ", ".join(judge.signed), "most": most}))
+    steps.append(Step("derivation.ik_limits", {}))
+    steps += [Step(f"derivation.ik_singular_{case}", facts) for case, facts in judge.singular()]
+    return steps
+
+
+def _vector(values: Floats) -> str:
+    shown = [0.0 if abs(x) < 1e-12 else float(x) for x in values]
+    return "(" + ", ".join(f"{x:.6g}".replace("-", "−") for x in shown) + ")"

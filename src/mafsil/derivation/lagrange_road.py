@@ -1,0 +1,139 @@
+"""Equations of motion by Lagrange, in letters: centres of mass, mass matrix, Christoffel symbols, gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from mafsil.derivation.arm import SymbolicArm
+from mafsil.derivation.bodies import Bodies
+from mafsil.derivation.matrices import ZERO, Entries, Row, dot, plus, transform
+from mafsil.derivation.polynomial import Polynomial, constant, simplified, symbol
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lagrange:
+    """All that the road passes through; n joints.
+
+    Attributes:
+        positions: (n, 3) centres of mass in {s}.
+        velocities: (n, 3) their derivatives along the motion.
+        kinetic, potential: (n,) energies of the links.
+        M: (n, n) mass matrix.
+        christoffel: Gamma[i][j][k].
+        c, g, tau: (n,) velocity efforts, gravity efforts, efforts.
+        rates: (n,) the symbols of the coordinates' rates.
+    """
+
+    positions: tuple[Row, ...]
+    velocities: tuple[Row, ...]
+    kinetic: Row
+    potential: Row
+    M: Entries
+    christoffel: tuple[Entries, ...]
+    c: Row
+    g: Row
+    tau: Row
+
+    rates: Row
+
+    @property
+    def C(self) -> Entries:
+        """(n, n) Coriolis matrix: C_ij = sum of Gamma_ijk qd_k."""
+        return tuple(
+            tuple(_sum(x * rate for x, rate in zip(row, self.rates, strict=True)) for row in symbols)
+            for symbols in self.christoffel
+        )
+
+
+def coordinate_names(arm: SymbolicArm) -> tuple[str, ...]:
+    """Theta1, q2 and so on."""
+    return tuple(f"theta{i}" if row.row.kind == "R" else f"q{i}" for i, row in enumerate(arm.rows, start=1))
+
+
+def rates(arm: SymbolicArm, order: int = 1) -> Row:
+    """(n,) symbols of the coordinates' first or second derivatives."""
+    return tuple(symbol("d" * order + name) for name in coordinate_names(arm))
+
+
+def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
+    """tau_i = sum m_ij qdd_j + sum Gamma_ijk qd_j qd_k + dP/dq_i.
+
+    Args:
+        arm: in letters.
+        bodies: its masses in letters.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.1.
+    """
+    names, qd, qdd = coordinate_names(arm), rates(arm), rates(arm, 2)
+    poses = arm.poses()[1:-1]
+    positions = tuple(
+        plus(pose.p, transform(pose.R, body.com)) for pose, body in zip(poses, bodies.links, strict=True)
+    )
+    columns = [[tuple(simplified(x.derivative(name)) for x in p) for name in names] for p in positions]
+    velocities = tuple(
+        tuple(_sum(column[axis] * rate for column, rate in zip(each, qd, strict=True)) for axis in range(3))
+        for each in columns
+    )
+    shares = [_share(arm, bodies, k, columns[k]) for k in range(arm.n)]
+    M = _added(shares)
+    kinetic = tuple(_quadratic(share, qd) for share in shares)
+    potential = tuple(
+        simplified(-body.mass * dot(bodies.gravity, p)) for body, p in zip(bodies.links, positions, strict=True)
+    )
+    christoffel = _christoffel(M, names)
+    c = tuple(_quadratic(symbols, qd, half=False) for symbols in christoffel)
+    g = tuple(simplified(_sum(P.derivative(name) for P in potential)) for name in names)
+    tau = tuple(
+        _sum(m * x for m, x in zip(row, qdd, strict=True)) + ci + gi for row, ci, gi in zip(M, c, g, strict=True)
+    )
+    return Lagrange(positions, velocities, kinetic, potential, M, christoffel, c, g, tau, qd)
+
+
+def _share(arm: SymbolicArm, bodies: Bodies, k: int, columns: list[Row]) -> Entries:
+    """m J' J + W' I W of link k, W its angular columns in {k}; its motor on the diagonal."""
+    body, n = bodies.links[k], arm.n
+    spins = [_axis(arm, j, k) for j in range(n)]
+    turned = [transform(body.inertia, spin) for spin in spins]
+    rows: list[Row] = []
+    for i in range(n):
+        row = [simplified(body.mass * dot(columns[i], columns[j]) + dot(spins[i], turned[j])) for j in range(n)]
+        if i == k:
+            row[i] = row[i] + body.armature
+        rows.append(tuple(row))
+    return tuple(rows)
+
+
+def _axis(arm: SymbolicArm, j: int, k: int) -> Row:
+    """(3,) the axis of joint j seen from {k}, zero for slides and later joints."""
+    if j > k or arm.rows[j].row.kind != "R":
+        return ZERO, ZERO, ZERO
+    return arm.between(j + 1, k + 1).R[2]
+
+
+def _added(shares: list[Entries]) -> Entries:
+    n = len(shares[0])
+    return tuple(tuple(simplified(_sum(share[i][j] for share in shares)) for j in range(n)) for i in range(n))
+
+
+def _christoffel(M: Entries, names: tuple[str, ...]) -> tuple[Entries, ...]:
+    """Gamma_ijk = (dm_ij/dq_k + dm_ik/dq_j - dm_jk/dq_i) / 2."""
+    n, half = len(names), constant(0.5)
+    slope = [[[x.derivative(name) for name in names] for x in row] for row in M]
+    return tuple(
+        tuple(
+            tuple(simplified(half * (slope[i][j][k] + slope[i][k][j] - slope[j][k][i])) for k in range(n))
+            for j in range(n)
+        )
+        for i in range(n)
+    )
+
+
+def _quadratic(A: Entries, x: Row, *, half: bool = True) -> Polynomial:
+    """X' A x, halved for energies."""
+    total = _sum(a * x[i] * x[j] for i, row in enumerate(A) for j, a in enumerate(row))
+    return simplified(constant(0.5) * total) if half else total
+
+
+def _sum(terms: Iterable[Polynomial]) -> Polynomial:
+    return sum(terms, start=ZERO)

@@ -1,0 +1,201 @@
+"""From a log of a robot to a better model of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from mafsil.arrays import Floats, positive
+from mafsil.errors import InputError
+from mafsil.identification.consistency import most_likely
+from mafsil.identification.knowledge import unidentifiable
+from mafsil.identification.log import MotionLog, share
+from mafsil.identification.preparation import Log, opened, prepared
+from mafsil.identification.regression import Fit, Stack, fitted
+from mafsil.identification.remark import Remark
+from mafsil.identification.renewal import with_parameters
+from mafsil.identification.result import Identification, Parameter, Validation
+from mafsil.identification.smoothing import SmoothMotion
+from mafsil.identification.starting_point import starting_point
+from mafsil.identification.torque_model import TorqueModel
+from mafsil.mechanics.friction import SMOOTHING
+from mafsil.mechanics.inertial_parameters import BaseParameters
+from mafsil.robot import Robot
+
+HARDLY = 0.02
+"""A joint that covers less than this [rad | m] has hardly moved."""
+SPREAD = 0.5
+"""How far masses of a description are believed to be off: a factor exp(2 SPREAD) either way is likely."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Problem:
+    """Rows to learn from and rows kept back, in the base parameters that are looked for."""
+
+    stack: Stack
+    kept_back: Stack | None
+    base: BaseParameters
+
+
+def identify(
+    robot: Robot,
+    log: Log | Sequence[Log],
+    *,
+    validation: Log | None = None,
+    held_out: float = 0.2,
+    rotor_inertia: bool | None = None,
+    bandwidth: float | None = None,
+    prior_spread: float = SPREAD,
+    smoothing: float = SMOOTHING,
+    degrees: bool = False,
+) -> Identification:
+    """Masses, inertias, friction and, if wanted, rotor inertias from recorded motion and efforts.
+
+    tau = Y(q, qd, qdd) pi + viscous qd + Coulomb sign(qd) + offset + rotor qdd, by weighted least squares.
+
+    Args:
+        robot: the kinematics, and what is believed about masses so far.
+        log: one or several logs; see `read_log` for files.
+        validation: another log, on which the new model is tried; by default the end of each log is kept back for it.
+        held_out: the share of each log that is kept back, 0 to 0.9.
+        rotor_inertia: whether inertias of rotors are looked for; if None, where the description has some.
+        bandwidth: highest frequency of the motion [Hz]; found in the log if None.
+        prior_spread: how far masses of the description may be off, as a logarithm; small values hold on to them.
+        smoothing: rate [rad/s | m/s] within which Coulomb friction changes its sign.
+        degrees: whether turning joints of a log file are in degrees.
+
+    Raises:
+        InputError: a log of another robot, too short, or not clean; the row is named.
+        FileError: a log file that cannot be read; the line is named.
+
+    Reference: Gautier & Khalil; Swevers et al., IEEE CSM 27(5), 2007; Wensing, Kim & Slotine, IEEE RA-L 3, 2018.
+    """
+    logs = [opened(one, robot, degrees) for one in _listed(log)]
+    model = TorqueModel(robot, positive("smoothing", smoothing))
+    back = share("held_out", held_out) if validation is None else 0.0
+    parts = [one.split(back) if back else (one, None) for one in logs]
+    others = [opened(validation, robot, degrees)] if validation is not None else [end for _, end in parts if end]
+    learnt = [prepared(start, bandwidth) for start, _ in parts]
+    kept = [prepared(other, max(band for _, band, _ in learnt)) for other in others]
+    rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
+    full = _stacked(model, [m for motions, _, _ in learnt for m in motions])
+    if not full.rows:
+        raise InputError("identification.too_short", seconds=max(one.duration for one in logs))
+    tried = _stacked(model, [m for motions, _, _ in kept for m in motions])
+    problem = _problem(model, full, tried if tried.rows else None, rotors)
+    remarks = [remark for one in logs for remark in one.remarks()]
+    remarks += [remark for _, _, found in learnt for remark in found]
+    remarks += _hardly_moving(robot, logs)
+    band = max(band for _, band, _ in learnt)
+    return _identified(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
+
+
+def _stacked(model: TorqueModel, motions: list[SmoothMotion]) -> Stack:
+    blocks = (block for motion in motions for block in model.equations(motion))
+    return Stack.of(blocks, model.robot.n, model.base.count)
+
+
+def _problem(model: TorqueModel, full: Stack, tried: Stack | None, rotors: bool) -> _Problem:
+    """The rows as they are, or without the rotors' columns, the description's rotors taken as known."""
+    base = model.base
+    if rotors:
+        return _Problem(full, tried, base)
+    first = len(model.labels) - model.rotor_count
+    columns = np.flatnonzero(np.array(base.columns) < first)
+    known = base.combination[:, first:] @ model.prior[first:]
+    combination = base.combination[columns].copy()
+    combination[:, first:] = 0.0
+    smaller = BaseParameters(
+        tuple(base.labels[k] for k in columns),
+        tuple(base.columns[k] for k in columns),
+        combination,
+        tuple(label for label in base.silent if not label.endswith(".rotor")),
+    )
+    return _Problem(full.reduced(columns, known), tried and tried.reduced(columns, known), smaller)
+
+
+def _identified(
+    model: TorqueModel, problem: _Problem, full: Stack, spread: float, band: float, rotors: bool, remarks: list[Remark]
+) -> Identification:
+    start = starting_point(model, problem.stack, spread, rotors=rotors)
+    chart, K = start.chart, problem.base.combination
+    b0 = K @ chart.prior
+    fit = fitted(problem.stack, b0, K @ chart.at(np.zeros(chart.size))[1])
+    found = most_likely(chart, fit.triangle, K, model.never_negative)
+    described, new = K @ model.prior, K @ found
+    parameters = tuple(
+        Parameter(label, float(b), float(error), float(before), float(after))
+        for label, b, error, before, after in zip(
+            problem.base.labels, fit.b, fit.standard_errors, described, new, strict=True
+        )
+    )
+    remarks = [*remarks, *start.remarks]
+    if not rotors:
+        remarks += _rotors_asked_for(full, problem.stack, fit)
+    return Identification(
+        robot=Robot(with_parameters(model, found, rotors)),
+        before=model.robot,
+        parameters=parameters,
+        covariance=fit.covariance,
+        base=problem.base,
+        told=fit.told,
+        condition=fit.condition,
+        noise=fit.noise,
+        bandwidth=band,
+        rows=problem.stack.rows,
+        unidentifiable=unidentifiable(model, problem.base, fit, b0, chart),
+        validation=_validation(model.robot.joint_names, problem, described, new),
+        remarks=tuple(remarks),
+    )
+
+
+def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, after: Floats) -> Validation:
+    rows = problem.kept_back or problem.stack
+    effort = np.maximum(rows.effort(), 1e-300)
+    learnt = problem.stack
+    return Validation(
+        joints=joints,
+        unseen=problem.kept_back is not None,
+        effort=rows.effort(),
+        before=100.0 * rows.residual(before) / effort,
+        after=100.0 * rows.residual(after) / effort,
+        learnt=100.0 * learnt.residual(after) / np.maximum(learnt.effort(), 1e-300),
+    )
+
+
+def _rotors_asked_for(full: Stack, without: Stack, fit: Fit) -> list[Remark]:
+    """Whether rows fit so much better with rotors that it cannot be chance."""
+    k = full.triangles.shape[-1] - 1
+    R = full.weighted(fit.noise)
+    b = np.asarray(np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=1e-9)[0], dtype=np.float64)
+    with_rotors = full.residual(b)
+    gain = full.rows * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, 1e-300) ** 2).sum()
+    better = float((with_rotors / without.residual(fit.b)).min())
+    extra = max(k - (without.triangles.shape[-1] - 1), 1)
+    if extra and gain > 30.0 * extra and better < 0.9:
+        return [Remark("identification.rotors", {"percent": 100.0 * (1.0 - better)})]
+    return []
+
+
+def _hardly_moving(robot: Robot, logs: list[MotionLog]) -> list[Remark]:
+    reach = np.max([np.ptp(one.signals()["q"], axis=0) for one in logs], axis=0)
+    return [
+        Remark("identification.hardly_moved", {"joint": name, "way": float(way)})
+        for name, way in zip(robot.joint_names, reach, strict=True)
+        if way < HARDLY
+    ]
+
+
+def _listed(log: Log | Sequence[Log]) -> list[Log]:
+    """One log or several, as a list.
+
+    Raises:
+        InputError: none.
+    """
+    logs = cast("list[Log]", list(log)) if isinstance(log, list | tuple) else [cast("Log", log)]
+    if not logs:
+        raise InputError("identification.no_log")
+    return logs

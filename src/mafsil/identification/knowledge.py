@@ -1,0 +1,101 @@
+"""What data cannot tell: parameters that no motion shows, that show only in sums, that this very log does not tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.identification.consistency import Chart
+from mafsil.identification.regression import Fit
+from mafsil.identification.remark import Remark
+from mafsil.identification.torque_model import TorqueModel
+from mafsil.mechanics.inertial_parameters import BaseParameters
+
+ALONE = 1e-6
+"""How far a parameter may be from the span of the base parameters and still count as told alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unidentifiable:
+    """Parameters that the data cannot tell.
+
+    Attributes:
+        labels: their names, such as `link1.m`.
+        reason: `never` (no motion of this robot shows them), `together` (they show only in sums with others) or `log`
+            (this log does not tell them).
+        remark: the sentence.
+    """
+
+    labels: tuple[str, ...]
+    reason: str
+    remark: Remark
+
+    def sentence(self, language: str | None = None) -> str:
+        """What cannot be told, and why."""
+        return self.remark.sentence(language)
+
+
+def unidentifiable(
+    model: TorqueModel, base: BaseParameters, fit: Fit, b0: Floats, chart: Chart
+) -> tuple[Unidentifiable, ...]:
+    """All that cannot be told, link by link and joint by joint.
+
+    Args:
+        model: names of all parameters.
+        base: what can be told apart.
+        fit: what this log told.
+        b0: (k,) base parameters of before.
+        chart: how far parameters were believed to be off.
+    """
+    return (*_structural(model, base, chart), *_by_this_log(base, fit, chart))
+
+
+def _structural(model: TorqueModel, base: BaseParameters, chart: Chart) -> list[Unidentifiable]:
+    """What no motion shows at all, and what shows only in sums."""
+    K = base.combination
+    basis = np.linalg.svd(K, full_matrices=False)[2]
+    alone = 1.0 - (basis**2).sum(axis=0) < ALONE
+    shows = np.abs(K).max(axis=0, initial=0.0) > 0.0
+    rotors_known = not chart.scale[-model.rotor_count :].any()
+    never, together = dict[str, list[str]](), dict[str, list[str]]()
+    for k, label in enumerate(model.labels):
+        if rotors_known and k >= len(model.labels) - model.rotor_count:
+            continue
+        part = label.rpartition(".")[0]
+        if not shows[k]:
+            never.setdefault(part, []).append(label)
+        elif not alone[k]:
+            together.setdefault(part, []).append(label)
+    return [
+        *(_group("never", part, tuple(labels)) for part, labels in never.items()),
+        *(_group("together", part, tuple(labels)) for part, labels in together.items()),
+    ]
+
+
+def _group(reason: str, part: str, labels: tuple[str, ...]) -> Unidentifiable:
+    key = f"identification.{reason}_all" if len(labels) == 10 else f"identification.{reason}"
+    words = [Remark(f"identification.word_{label.rpartition('.')[2].lower()}") for label in labels]
+    facts: dict[str, object] = {"part": part, "names": _listed(words)}
+    return Unidentifiable(labels, reason, Remark(key, facts))
+
+
+def _by_this_log(base: BaseParameters, fit: Fit, chart: Chart) -> list[Unidentifiable]:
+    """Base parameters whose standard error is no smaller than what was believed before."""
+    spread = base.combination @ chart.at(np.zeros(chart.size))[1]
+    before = np.sqrt((spread**2).sum(axis=1))
+    found: dict[str, list[str]] = {}
+    for label, error, size in zip(base.labels, fit.standard_errors, before, strict=True):
+        if error > 0.7 * size:
+            part = label.rpartition(".")[0]
+            found.setdefault(part, []).append(label)
+    return [_group("log", part, tuple(labels)) for part, labels in found.items()]
+
+
+def _listed(words: list[Remark]) -> Remark:
+    """Words one after the other, as one remark."""
+    first, *rest = words
+    for word in rest:
+        first = Remark("identification.and", {"first": first, "second": word})
+    return first

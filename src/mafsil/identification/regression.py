@@ -1,0 +1,143 @@
+"""Weighted least squares over long logs: one small triangle per joint holds all that its rows say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+
+ROUNDS = 4
+"""Times the noise of the joints is estimated again with the parameters found."""
+GUESSED_NOISE = 0.05
+"""Noise as a share of the efforts, while there are fewer rows than parameters."""
+LEAST_NOISE = 1e-9
+"""Smallest noise that a joint is believed to have, as a share of its efforts."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stack:
+    """The rows of each joint's equations, rotated into a triangle: |R_j (b, -1)| = |Y_j b - tau_j| for every b.
+
+    Attributes:
+        triangles: (n, k + 1, k + 1).
+        rows: how many rows each joint has.
+    """
+
+    triangles: Floats
+    rows: int
+
+    @classmethod
+    def of(cls, blocks: Iterable[Floats], n: int, k: int) -> Stack:
+        """Take in blocks (rows, n, k + 1) one after the other; memory stays that of a block."""
+        triangles, rows = np.zeros((n, k + 1, k + 1)), 0
+        for block in blocks:
+            rows += len(block)
+            for j in range(n):
+                triangles[j] = _triangle(np.vstack([triangles[j], block[:, j]]))
+        return cls(triangles, rows)
+
+    def residual(self, b: Floats) -> Floats:
+        """(n,) root mean square of each joint's residual [N m | N] with the base parameters b (k,)."""
+        left = self.triangles @ np.append(b, -1.0)
+        return np.sqrt((left**2).sum(axis=1) / max(self.rows, 1))
+
+    def effort(self) -> Floats:
+        """(n,) root mean square of each joint's efforts [N m | N]."""
+        return np.sqrt((self.triangles[..., -1] ** 2).sum(axis=1) / max(self.rows, 1))
+
+    def own_noise(self) -> Floats:
+        """(n,) standard deviation that no parameters whatever could explain, each joint by itself [N m | N]."""
+        k = self.triangles.shape[-1] - 1
+        if self.rows <= k:
+            return GUESSED_NOISE * self.effort()
+        return np.abs(self.triangles[:, -1, -1]) / np.sqrt(self.rows - k)
+
+    def size(self) -> Floats:
+        """(n, k) root mean square of every column in each joint's rows."""
+        return np.sqrt((self.triangles[..., :-1] ** 2).sum(axis=1) / max(self.rows, 1))
+
+    def reduced(self, columns: NDArray[np.int64], known: Floats) -> Stack:
+        """The same rows with fewer columns, what is known subtracted from the efforts.
+
+        Args:
+            columns: places of the columns that stay.
+            known: (k,) base parameters whose efforts are known.
+        """
+        rest = self.triangles[..., -1] - self.triangles[..., :-1] @ known
+        left = np.concatenate([self.triangles[..., columns], rest[..., None]], axis=-1)
+        return Stack(np.stack([_triangle(part) for part in left]), self.rows)
+
+    def weighted(self, noise: Floats) -> Floats:
+        """(k + 1, k + 1) the triangle of all joints together, rows divided by the joints' noise (n,)."""
+        k = self.triangles.shape[-1]
+        return _triangle((self.triangles / noise[:, None, None]).reshape(-1, k))
+
+
+def _triangle(rows: Floats) -> Floats:
+    """(k, k) R with R' R = rows' rows, for at least k rows (N, k)."""
+    R: Any = np.linalg.qr(rows, mode="r")
+    return np.asarray(R, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fit:
+    """Base parameters that the rows ask for.
+
+    Attributes:
+        b: (k,) values; directions that the rows do not tell keep the values of before.
+        covariance: (k, k); what the rows do not tell has the variance of before.
+        noise: (n,) standard deviation of a row of each joint [N m | N].
+        triangle: (k + 1, k + 1) the weighted rows.
+        strengths: singular values: how many times the rows tell a direction better than was known before.
+        told: how many directions are told.
+        condition: of the weighted columns, each scaled to length one.
+    """
+
+    b: Floats
+    covariance: Floats
+    noise: Floats
+    triangle: Floats
+    strengths: Floats
+    told: int
+    condition: float
+
+    @property
+    def standard_errors(self) -> Floats:
+        """(k,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def fitted(stack: Stack, b0: Floats, spread: Floats) -> Fit:
+    """Estimate base parameters and the joints' noise in turn.
+
+    b = b0 + B x; directions x that the rows tell worse than |x| = 1, what was known before, keep x = 0.
+
+    Args:
+        stack: the rows.
+        b0: (k,) values of before.
+        spread: B (k, p), a square root of the covariance of before.
+    """
+    k, b = len(b0), b0
+    effort = np.maximum(stack.effort(), 1e-12)
+    noise = np.maximum(stack.own_noise(), LEAST_NOISE * effort)
+    for _ in range(ROUNDS):
+        R = stack.weighted(noise)
+        U, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
+        told = int((S > 1.0).sum())
+        target = R[:, -1] - R[:, :-1] @ b0
+        b = b0 + spread @ (Vt[:told].T @ ((U.T @ target)[:told] / S[:told]))
+        freedom = max(1.0 - told / max(stack.rows * len(noise), 1), 1e-3)
+        noise = np.maximum(stack.residual(b) / np.sqrt(freedom), LEAST_NOISE * effort)
+    R = stack.weighted(noise)
+    _, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
+    told = int((S > 1.0).sum())
+    known = spread @ Vt[:told].T
+    root = np.hstack([known / S[:told], spread - known @ Vt[:told]])
+    columns = np.linalg.norm(R[:, :-1], axis=0)
+    condition = float(np.linalg.cond(R[:, :-1] / columns)) if columns.all() else np.inf
+    return Fit(b, root @ root.T, noise, R, S[:k], told, condition)

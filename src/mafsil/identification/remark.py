@@ -1,0 +1,31 @@
+"""A sentence that can be said in either language, whenever it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from mafsil.messages import say
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something worth saying about a log, a fit or a file.
+
+    Attributes:
+        key: of the sentence in the message catalogue.
+        facts: what the sentence mentions; remarks among them are said in the same language.
+    """
+
+    key: str
+    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    def sentence(self, language: str | None = None) -> str:
+        """The sentence in the given language, or the current one."""
+        said = {
+            name: value.sentence(language) if isinstance(value, Remark) else value for name, value in self.facts.items()
+        }
+        return say(self.key, language=language, **said)
+
+    def __str__(self) -> str:
+        return self.sentence()

@@ -1,0 +1,73 @@
+"""New numbers put into a description: masses, friction, rotors, loads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.identification.torque_model import TorqueModel
+from mafsil.mechanics.body_tree import RigidInertia
+from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
+from mafsil.model import Actuator, Friction, Joint, Mechanism
+
+
+def with_parameters(model: TorqueModel, found: Floats, rotors: bool) -> Mechanism:
+    """The description with new masses, friction and rotors; what the data do not touch stays to the last digit.
+
+    Args:
+        model: the robot and the order of its parameters.
+        found: (P,) all parameters.
+        rotors: whether rotors were looked for; otherwise the description's stay.
+    """
+    mechanism, n = model.robot.mechanism, model.robot.n
+    links = tuple(
+        link if np.array_equal(part, old) else replace(link, inertial=inertial_of(part))
+        for link, part, old in zip(
+            mechanism.links,
+            found[: model.inertial_count].reshape(-1, 10),
+            model.prior[: model.inertial_count].reshape(-1, 10),
+            strict=True,
+        )
+    )
+    friction = found[model.inertial_count : -n].reshape(n, 3)
+    order = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
+    joints = tuple(
+        _resisted(joint, friction[order[joint.name]], found[-n:][order[joint.name]] if rotors else None)
+        if joint.name in order
+        else replace(joint, friction=None)
+        for joint in mechanism.joints
+    )
+    return replace(mechanism, links=links, joints=joints)
+
+
+def _resisted(joint: Joint, friction: Floats, rotor: float | None) -> Joint:
+    """A joint with friction and, if it was looked for, the inertia of its rotor, all seen at the joint."""
+    viscous, coulomb, offset = map(float, friction)
+    actuator = joint.actuator
+    if rotor is not None:
+        motor = actuator or Actuator()
+        if motor.rotor_inertia and motor.gear_ratio:
+            actuator = replace(motor, rotor_inertia=float(rotor) / motor.gear_ratio**2, armature=0.0)
+        else:
+            actuator = replace(motor, armature=float(rotor))
+    return replace(joint, friction=Friction(viscous, coulomb, None, offset), actuator=actuator)
+
+
+def with_load(mechanism: Mechanism, load: Floats) -> Mechanism:
+    """The description with a body fixed to its tip frame.
+
+    Args:
+        mechanism: without the body.
+        load: (10,) parameters of the body in the tip frame.
+    """
+    m, h = float(load[0]), load[1:4]
+    xx, yy, zz, xy, xz, yz = load[4:]
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    seen = RigidInertia(m, h, inertia).moved(mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3])
+    I = seen.I
+    added = np.array([seen.mass, *seen.h, I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
+    tip = mechanism.link(mechanism.tip)
+    loaded = replace(tip, inertial=inertial_of(parameters_of(tip.inertial) + added))
+    return replace(mechanism, links=tuple(loaded if link is tip else link for link in mechanism.links))

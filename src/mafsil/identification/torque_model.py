@@ -1,0 +1,130 @@
+"""Joint efforts as a linear model: inertial parameters, friction and rotors in one vector, and what it can tell apart.
+
+Parameters, P = 10 L + 4 n in this order: ten numbers of each link (see `mechanics.inertial_parameters`); viscous,
+Coulomb and offset of each joint; the inertia of each joint's rotor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.identification.smoothing import SmoothMotion, kernels
+from mafsil.mechanics.friction import friction_columns
+from mafsil.mechanics.inertial_parameters import (
+    LABELS,
+    BaseParameters,
+    independent_parameters,
+    inertial_parameters,
+    reflected_inertias,
+)
+from mafsil.robot import Robot
+
+FRICTION = ("viscous", "coulomb", "offset")
+"""Parameters of a joint's friction; then comes its rotor."""
+STATES = 200
+"""Random states at which the structure of the model is looked at."""
+CHUNK = 2048
+"""Rows of a log that are in memory at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueModel:
+    """The linear model of a robot: tau = columns @ parameters.
+
+    Attributes:
+        robot: its kinematics; its inertias play no part.
+        smoothing: rate within which Coulomb friction changes its sign [rad/s | m/s].
+    """
+
+    robot: Robot
+    smoothing: float
+
+    @property
+    def inertial_count(self) -> int:
+        """How many parameters belong to links: 10 L."""
+        return 10 * len(self.robot.mechanism.links)
+
+    @property
+    def rotor_count(self) -> int:
+        """How many parameters belong to rotors, at the end."""
+        return self.robot.n
+
+    @property
+    def never_negative(self) -> NDArray[np.int64]:
+        """Places of viscous and Coulomb friction and of rotors."""
+        start, n = self.inertial_count, self.robot.n
+        return np.array([start + 3 * j + k for j in range(n) for k in range(2)] + [start + 3 * n + j for j in range(n)])
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the parameters, such as `link3.Ixx` and `joint2.coulomb`."""
+        links = [f"{link.name}.{label}" for link in self.robot.mechanism.links for label in LABELS]
+        friction = [f"{joint}.{label}" for joint in self.robot.joint_names for label in FRICTION]
+        return (*links, *friction, *(f"{joint}.rotor" for joint in self.robot.joint_names))
+
+    @cached_property
+    def prior(self) -> Floats:
+        """(P,) the parameters of the description; a difference between both senses of Coulomb is half an offset."""
+        friction = np.zeros((self.robot.n, 3))
+        for row, joint in zip(friction, self.robot.mechanism.coordinates, strict=True):
+            f = joint.friction
+            if f is not None:
+                negative = f.coulomb if f.coulomb_negative is None else f.coulomb_negative
+                row[:] = f.viscous, (f.coulomb + negative) / 2, f.offset + (f.coulomb - negative) / 2
+        mechanism = self.robot.mechanism
+        return np.concatenate([inertial_parameters(mechanism).ravel(), friction.ravel(), reflected_inertias(mechanism)])
+
+    @cached_property
+    def base(self) -> BaseParameters:
+        """What can be told apart by any motion at all; rotors come last, so that links keep what links can explain."""
+        rng = np.random.default_rng(0)
+        W = self.columns(*rng.uniform(-2.0, 2.0, (3, STATES, self.robot.n)))
+        return independent_parameters(self.labels, W.reshape(-1, W.shape[-1]))
+
+    def columns(self, q: Floats, qd: Floats, qdd: Floats) -> Floats:
+        """(N, n, P) efforts per parameter."""
+        count, n = q.shape
+        Y = np.zeros((count, n, self.inertial_count + 4 * n))
+        Y[..., : self.inertial_count] = self.robot.regressor(q, qd, qdd).reshape(count, n, -1)
+        resistance, joints = friction_columns(qd, self.smoothing), np.arange(n)
+        for k in range(3):
+            Y[:, joints, self.inertial_count + 3 * joints + k] = resistance[..., k]
+        Y[:, joints, self.inertial_count + 3 * n + joints] = qdd
+        return Y
+
+    def equations(self, motion: SmoothMotion) -> Iterator[Floats]:
+        """Blocks (rows, n, k + 1) of base columns and the efforts they should add up to, through the same kernel."""
+        columns = list(self.base.columns)
+
+        def rows(part: slice) -> Floats:
+            Y = self.columns(motion.q[part], motion.qd[part], motion.qdd[part])[..., columns]
+            return np.concatenate([Y, motion.tau[part][..., None]], axis=-1)
+
+        return thinned(motion, rows)
+
+
+def thinned(motion: SmoothMotion, rows: Callable[[slice], Floats]) -> Iterator[Floats]:
+    """Blocks of rows under the kernel for efforts, thinned out to about one sample per independent one.
+
+    Args:
+        motion: how long it is, its kernel and period.
+        rows: from a piece of the motion to (samples, n, columns).
+    """
+    half = motion.half
+    weights = kernels(half, motion.period)[0]
+    every = max(int(1.0 / (weights @ weights)), 1)
+    centres = np.arange(half, len(motion.q) - half, every)
+    group = max((CHUNK - 2 * half) // every, 1)
+    for start in range(0, len(centres), group):
+        chosen = centres[start : start + group]
+        part = slice(int(chosen[0]) - half, int(chosen[-1]) + half + 1)
+        thinning = np.zeros((len(chosen), part.stop - part.start))
+        for row, centre in zip(thinning, chosen - part.start, strict=True):
+            row[centre - half : centre + half + 1] = weights
+        yield np.tensordot(thinning, rows(part), axes=1)

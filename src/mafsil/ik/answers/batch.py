@@ -1,0 +1,239 @@
+"""All solutions of many poses at once: padded arrays, and the careful answer to any one of them by its index."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.errors import InputError
+from mafsil.ik.answers.branch import Branch, branch, missed
+from mafsil.ik.answers.question import CANDIDATE, Question
+from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.kernels import Kernel
+from mafsil.mechanics.arm_pattern import Missed
+
+VERDICTS = tuple(Verdict)
+
+CHUNK = 8192
+"""Poses whose facts are held at once; memory beyond the results does not grow with the batch."""
+
+CLEAR = 1e-11
+"""Residual below which a row of the closed form needs no refinement."""
+
+APART = 1e-4
+"""Marks below which rows are looked at for being the same solution."""
+
+
+SAME = 1e-6
+"""Difference of coordinates up to which rows are one solution [rad | m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolutionBatch:
+    """All solutions of many poses.
+
+    Row k of a pose is the same root of the closed form for every pose, so that rows do not change places in a batch.
+
+    Attributes:
+        q: (*batch, k, n) coordinates; only rows that are `valid` are solutions, others hold the nearest miss.
+        valid: (*batch, k) which rows are solutions, each of them once.
+        within: (*batch, k) which of them are within the joint limits.
+        residual: (*batch, k) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
+        codes: (*batch, k) branches as numbers; see `branch`.
+        status_codes: (*batch,) index into `Verdict`'s members, in order.
+    """
+
+    q: JointVector
+    valid: NDArray[np.bool_]
+    within: NDArray[np.bool_]
+    residual: Floats
+    codes: NDArray[np.int16]
+    status_codes: NDArray[np.int8]
+    setting: Setting
+    T: PoseMatrix
+    near: JointVector
+    tolerance: float
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def count(self) -> NDArray[np.int64]:
+        """(*batch,) number of solutions."""
+        return self.valid.sum(axis=-1)
+
+    @property
+    def solved(self) -> NDArray[np.bool_]:
+        """(*batch,) which poses have a solution within the limits."""
+        return self.within.any(axis=-1)
+
+    @property
+    def labels(self) -> NDArray[np.str_]:
+        """(*batch, k) branches as words, such as `right/up/noflip`; empty where there is no solution."""
+        form = self.setting.arm.form
+        pattern = None if form is None else form.pattern
+        words = np.full(self.codes.shape, "", dtype="<U32")
+        rows = np.broadcast_to(np.arange(self.codes.shape[-1]), self.codes.shape)
+        keys = np.where(self.valid, self.codes.astype(np.int64) * 64 + rows, -1)
+        for key in np.unique(keys[keys >= 0]):
+            words[keys == key] = str(branch(pattern, int(key % 64), int(key // 64)))
+        return words
+
+    def branch(self, *index: int) -> Branch:
+        """The branch of one row: indices of the pose, then of the row."""
+        form = self.setting.arm.form
+        return branch(None if form is None else form.pattern, index[-1], int(self.codes[index]))
+
+    def status(self, *index: int) -> Verdict:
+        """What can be said about one pose."""
+        return VERDICTS[int(self.status_codes[index])]
+
+    def __getitem__(self, index: int | tuple[int, ...]) -> SolutionSet:
+        """The careful answer to one pose, with families and reasons.
+
+        Raises:
+            InputError: the row is not a pose.
+        """
+        clean, valid = clean_poses(_finite(self.T[index].reshape(1, 4, 4)))
+        if not valid[0]:
+            raise InputError("ik.no_pose", name=f"T_sd[{index}]", limit=ORTHOGONALITY)
+        return Question(self.setting, clean[0], self.near, self.tolerance).answer()
+
+    def nearest(self, q: JointVector) -> JointVector:
+        """(*batch, n) for every pose the solution nearest to a configuration, within the limits if any is; NaN if none.
+
+        Args:
+            q: (n,) or (*batch, n).
+        """
+        setting = self.setting
+        start = np.asarray(q, dtype=np.float64)[..., None, :]
+        wound = wound_near(self.q, start, setting.lower, setting.upper, setting.turning)
+        cost = np.linalg.norm(wound - start, axis=-1) + np.where(self.within, 0.0, 1e6)
+        cost = np.where(self.valid, cost, np.inf)
+        best = cost.argmin(axis=-1)[..., None]
+        chosen = np.take_along_axis(wound, best[..., None], axis=-2)[..., 0, :]
+        return np.where(np.isfinite(np.take_along_axis(cost, best, axis=-1)), chosen, np.nan)
+
+
+def solved_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> SolutionBatch:
+    """All solutions of a batch.
+
+    Args:
+        setting: the arm.
+        T: (*batch, 4, 4) poses.
+        near: (n,) values that free and held joints take.
+        tolerance: largest residual of a solution.
+    """
+    flat = np.ascontiguousarray(T.reshape(-1, 4, 4))
+    kernel = setting.kernel
+    if kernel is not None and setting.arm.form is not None:
+        parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
+    else:
+        parts = _one_by_one(setting, flat, near, tolerance)
+    shape = T.shape[:-2]
+    q, valid, within, residual, codes, status = (part.reshape(*shape, *part.shape[1:]) for part in parts)
+    return SolutionBatch(q, valid, within, residual, codes, status, setting, T, near, tolerance)
+
+
+def _compiled(
+    setting: Setting, kernel: Kernel, rows: int, T: PoseMatrix, near: JointVector, tolerance: float
+) -> tuple[NDArray[np.generic], ...]:
+    """By the labelled closed form, chunk by chunk."""
+    count, n = len(T), setting.robot.n
+    q, residual = np.empty((count, rows, n)), np.empty((count, rows))
+    valid, within = np.empty((count, rows), dtype=np.bool_), np.empty((count, rows), dtype=np.bool_)
+    codes, status = np.empty((count, rows), dtype=np.int16), np.empty(count, dtype=np.int8)
+    turns = turns_of(near)
+    for begin in range(0, count, CHUNK):
+        part = slice(begin, min(begin + CHUNK, count))
+        out, facts, defect = kernel(_finite(T[part]), near, turns, *setting.bounds)
+        poses = defect <= ORTHOGONALITY
+        good = (facts[..., 0] <= tolerance) & poses[:, None]
+        inside = facts[..., 5] <= 1e-12
+        free = facts[..., 2] > 0
+        odd = ((facts[..., 0] <= CANDIDATE) & (facts[..., 0] > CLEAR)) | (good & free)
+        lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
+        careful = (odd.any(axis=1) | lost) & poses
+        close = good.any(axis=1) & ~careful
+        if setting.plain:
+            close &= (good & (facts[..., 4] < APART)).any(axis=1)
+        _merge(setting, np.flatnonzero(close), out, good)
+        for i in np.flatnonzero(careful):
+            question = Question(setting, clean_poses(T[begin + i][None])[0][0], near, tolerance)
+            _careful(question, int(i), out, facts, good, inside)
+        q[part], residual[part], valid[part], within[part] = out, facts[..., 0], good, good & inside
+        codes[part] = np.nan_to_num(facts[..., 3])
+        status[part] = _statuses(setting, facts, good, within[part], poses)
+    return q, valid, within, residual, codes, status
+
+
+def _merge(setting: Setting, poses: NDArray[np.intp], q: Floats, good: NDArray[np.bool_]) -> None:
+    """Rows that repeat an earlier solution of their pose are no longer good."""
+    some, valid = q[poses], good[poses]
+    for k in range(1, some.shape[1]):
+        for j in range(k):
+            d = some[:, k] - some[:, j]
+            d = np.where(setting.turning, (d + np.pi) % (2 * np.pi) - np.pi, d)
+            valid[:, k] &= ~(valid[:, j] & (np.abs(d).max(axis=1) <= SAME))
+    good[poses] = valid
+
+
+def _finite(T: PoseMatrix) -> PoseMatrix:
+    """Rows with NaN or infinities as zeros, which are no poses either."""
+    return T if np.isfinite(T).all() else np.where(np.isfinite(T).all(axis=(1, 2))[:, None, None], T, 0.0)
+
+
+def _careful(
+    question: Question, i: int, q: Floats, facts: Floats, good: NDArray[np.bool_], inside: NDArray[np.bool_]
+) -> None:
+    """One pose with refinement, merging and free joints; its rows are written back."""
+    answer = question.answer()
+    good[i] = False
+    rows = answer.rows
+    q[i, rows], facts[i, rows, 0], facts[i, rows, 3] = answer.q, answer.residual, answer.codes
+    facts[i, rows, 2] = answer.free
+    good[i, rows], inside[i, rows] = True, answer.within
+
+
+def _statuses(
+    setting: Setting, facts: Floats, good: NDArray[np.bool_], within: NDArray[np.bool_], poses: NDArray[np.bool_]
+) -> NDArray[np.int8]:
+    found, allowed = good.any(axis=1), within.any(axis=1)
+    continuum = ((facts[..., 2] > 0) & good).any(axis=1)
+    status = np.where(allowed, VERDICTS.index(Verdict.SOLVED), VERDICTS.index(Verdict.BEYOND_LIMITS))
+    status[allowed & continuum] = VERDICTS.index(Verdict.CONTINUUM)
+    for i in np.flatnonzero(~found & poses):
+        short = np.where(np.isfinite(facts[i, :, 1]), facts[i, :, 1], np.inf)
+        step = missed(int(np.nan_to_num(facts[i, int(short.argmin()), 3]))) if short.min() > 1e-12 else Missed.NONE
+        few = setting.robot.n < 6 and setting.task == "pose" and step in (Missed.NONE, Missed.ORIENTATION)
+        status[i] = VERDICTS.index(Verdict.NOT_OF_THIS_ARM if few else Verdict.OUT_OF_REACH)
+    status[~poses] = VERDICTS.index(Verdict.NOT_A_POSE)
+    return status.astype(np.int8)
+
+
+def _one_by_one(
+    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float
+) -> tuple[NDArray[np.generic], ...]:
+    """Arms without an exact closed form of their own."""
+    clean, valid = clean_poses(_finite(T))
+    answers = [
+        Question(setting, X, near, tolerance).answer() if ok else None for X, ok in zip(clean, valid, strict=True)
+    ]
+    most = max((len(one) for one in answers if one is not None), default=0)
+    count, n = len(T), setting.robot.n
+    q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
+    good, within = np.zeros((count, most), dtype=np.bool_), np.zeros((count, most), dtype=np.bool_)
+    codes = np.full((count, most), 13, dtype=np.int16)
+    status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
+    for i, one in enumerate(answers):
+        if one is not None:
+            k = len(one)
+            q[i, :k], residual[i, :k], within[i, :k], codes[i, :k] = one.q, one.residual, one.within, one.codes
+            good[i, :k], status[i] = True, VERDICTS.index(one.status)
+    return q, good, within, residual, codes, status

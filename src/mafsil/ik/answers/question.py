@@ -1,0 +1,241 @@
+"""One pose for one arm, answered with care: candidates, refinement, merging, families, and the reason of a no."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.analysis import Analysis
+from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.refusal import Refusal, refusal
+from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.ik.refine import distinct, refined
+from mafsil.kernels.lazy import lazy
+
+SELF_MOTION = 1e-6
+"""Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
+
+SCAN = 24
+"""Values of a free or held joint that are tried where the preferred one leads nowhere."""
+
+CANDIDATE = 1e-5
+"""Residual up to which a row of an exact closed form is a solution to be refined."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Candidates, and where they come from.
+
+    Attributes:
+        q: (k, n) coordinates.
+        rows: (k,) row of the closed form's table, -1 if found otherwise.
+        codes: (k,) branch of each as a number.
+        free: (k,) sum of 2^i over the free coordinates.
+    """
+
+    q: JointVector
+    rows: NDArray[np.int64]
+    codes: NDArray[np.int64]
+    free: NDArray[np.int64]
+
+    def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
+        """Some of them, with new coordinates for all."""
+        return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
+
+
+def unlabelled(q: JointVector) -> Rows:
+    """Candidates without a branch."""
+    k = len(q)
+    return Rows(q, np.full(k, -1), np.full(k, 13), np.zeros(k, dtype=np.int64))
+
+
+class Question:
+    """One pose for one arm.
+
+    Attributes:
+        setting: the arm.
+        T: (4, 4) wanted pose.
+        near: (n,) values that free and held joints take, and to which angles are wound.
+        tolerance: largest residual of a solution.
+    """
+
+    def __init__(self, setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> None:
+        self.setting, self.T, self.near, self.tolerance = setting, T, near, tolerance
+
+    def answer(self) -> SolutionSet:
+        """The solutions."""
+        arm, setting = self.setting.arm, self.setting
+        candidates, table = self._candidates(arm)
+        method, proven = self._method(arm)
+        if table is None and not len(candidates.q) and not self._proven(arm, 0):
+            method, proven = "search", False
+        q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held)
+        good = np.flatnonzero(residual <= self.tolerance)
+        candidates, residual = candidates.chosen(good, q), residual[good]
+        if not len(good) and not arm.exact and not self._proven(arm, 0):
+            q, residual = self._searched()
+            candidates, method, proven = unlabelled(q), "search", False
+        kept = distinct(candidates.q, setting.turning)
+        candidates, residual = candidates.chosen(kept, candidates.q), residual[kept]
+        proven = proven or self._proven(arm, len(kept))
+        q = candidates.q
+        if len(q):
+            q = wound_near(q, self.near, setting.lower, setting.upper, setting.turning)
+        within = ((q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)).all(axis=1)
+        rest = candidates.rows, candidates.codes, candidates.free
+        return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
+
+    def _proven(self, arm: Analysis, count: int) -> bool:
+        """Whether elimination proves that there are so many solutions and no more."""
+        return arm.form is None and arm.general is not None and arm.general.proves(self.T, count)
+
+    def _method(self, arm: Analysis) -> tuple[str, bool]:
+        if arm.form is None:
+            return "elimination", False
+        return ("closed form", not arm.held) if arm.exact else ("refined closed form", False)
+
+    def _candidates(self, arm: Analysis) -> tuple[Rows, Branches | None]:
+        if arm.form is None:
+            q = arm.general.solve(self.T) if arm.general is not None else np.zeros((0, self.setting.robot.n))
+            return unlabelled(q), None
+        near = self.reached_from(arm.form)
+        q, facts, _ = self.labelled(arm.form, near)
+        usable = np.isfinite(q).all(axis=1)
+        if arm.exact:
+            usable &= facts[:, 0] <= CANDIDATE
+        rows = np.flatnonzero(usable)
+        codes, free = (np.nan_to_num(facts[rows, i]).astype(np.int64) for i in (3, 2))
+        return Rows(q[rows], rows, codes, free), Branches(np.concatenate([q, facts[:, :3]], axis=1))
+
+    def labelled(self, form: ClosedForm, near: JointVector) -> tuple[Floats, Floats, Floats]:
+        """All rows of the closed form with their facts."""
+        low, high = self.setting.bounds
+        return form.labelled(self.T, near, turns_of(near), low, high)
+
+    def reached_from(self, form: ClosedForm) -> JointVector:
+        """(n,) values of free and held joints: the preferred ones, or the nearest that lead to solutions."""
+        arm, setting = self.setting.arm, self.setting
+        table = form.solve(self.T, self.near)
+        if (not arm.held and not table.free.any()) or self._allowed(table).any():
+            return self.near
+        changed = arm.held if arm.held else bits(int(table.free.max()), setting.robot.n)
+        if not changed:
+            return self.near
+        generator = np.random.default_rng(0)
+        tries = np.repeat(self.near[None], SCAN * 8 ** min(len(changed) - 1, 2), axis=0)
+        for j in changed:
+            low, high = max(setting.lower[j], -np.pi), min(setting.upper[j], np.pi)
+            tries[:, j] = (
+                np.linspace(low, high, len(tries)) if len(changed) == 1 else generator.uniform(low, high, len(tries))
+            )
+        found = form.solve(self.T, tries)
+        count = self._allowed(found).sum(axis=1)
+        if not count.max():
+            if (table.residual <= CANDIDATE).any():
+                return self.near
+            count = (found.residual <= CANDIDATE).sum(axis=1)
+        return tries[int(np.where(count == count.max(), -np.abs(tries - self.near).max(axis=1), -np.inf).argmax())]
+
+    def _allowed(self, table: Branches) -> NDArray[np.bool_]:
+        """(*batch, branches) which rows are solutions within the limits."""
+        low, high = self.setting.lower, self.setting.upper
+        q = wound_near(table.q, self.near, low, high, self.setting.turning)
+        return (table.residual <= CANDIDATE) & ((q >= low) & (q <= high)).all(axis=-1)
+
+    def _searched(self) -> tuple[JointVector, Floats]:
+        """Solutions from many starts; nothing is proven."""
+        from mafsil.ik.numerical import solve_ik
+
+        setting = self.setting
+        if setting.task == "pose":
+            some = [solve_ik(setting.robot, self.T, limits=False, restarts=63, rng=k) for k in range(8)]
+            q = np.array([one.q for one in some if one.all_solved]).reshape(-1, setting.robot.n)
+        else:
+            q = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (256, setting.robot.n))
+        q, residual = refined(setting.robot, q, self.T, setting.mask, None, steps=60)
+        good = residual <= self.tolerance
+        return q[good], residual[good]
+
+    @lazy
+    def refusal(self) -> Refusal:
+        """Why there is no solution, and the nearest pose."""
+        form = self.setting.arm.form
+        rows = None if form is None else self.labelled(form, self.near)
+        return refusal(self.setting, self.T, self.near, rows, self.tolerance)
+
+    def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
+        """The continuum through each solution that can move while the pose stays."""
+        names, n, held = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.held
+        for k, J in enumerate(self.setting.scaled_jacobians(q)):
+            _, values, Vt = np.linalg.svd(J, full_matrices=True)
+            null = Vt[int((values > SELF_MOTION * values[0]).sum()) :]
+            if not len(null):
+                continue
+            preferred = [j for j in sorted({*bits(int(free[k]), n), *held}) if np.abs(null[:, j]).max() > 1e-3]
+            strength = np.round(np.linalg.norm(null, axis=0), 3)
+            others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
+            choices: list[tuple[int, Floats]] = []
+            for j in [*preferred, *others]:
+                rates = null.T @ null[:, j] / (null[:, j] @ null[:, j])
+                if self._moves(q[k], rates, j):
+                    choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
+                    if j not in preferred[:-1]:
+                        break
+            joints = tuple(names[j] for j, _ in choices)
+            for j, rates in choices:
+                moving = tuple(names[i] for i in np.flatnonzero(rates))
+                follow = partial(self._member, int(rows[k]), j, q[k])
+                yield SolutionFamily(k, names[j], moving, rates, joints, follow)
+
+    def _moves(self, q: JointVector, rates: JointVector, joint: int) -> bool:
+        """Whether the motion goes on for a finite way, to one side at least: more than a singular posture."""
+        step = 0.02 * rates / np.abs(rates).max()
+        for start in (q + step, q - step):
+            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, held=(joint,))
+            if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > 0.01:
+                return True
+        return False
+
+    def _member(self, row: int, joint: int, start: JointVector, values: Mapping[str, float]) -> JointVector:
+        """The member of a family with joints at values."""
+        setting = self.setting
+        near, names = start.copy(), setting.robot.joint_names
+        chosen = [names.index(name) for name in values]
+        near[chosen] = list(values.values())
+        if setting.arm.form is None or row < 0:
+            return self._traced(chosen, start, near)
+        table = setting.arm.form.solve(self.T, near)
+        q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
+        q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
+        cost = np.where(residual <= self.tolerance, np.abs(q - near).sum(axis=1), np.inf)
+        cost[row] *= 1.0 - 1e-9
+        best = int(cost.argmin())
+        if np.isfinite(cost[best]) and np.abs(q[best, chosen] - near[chosen]).max() < 1e-9:
+            return q[best]
+        return self._traced(chosen, start, near)
+
+    def _traced(self, joints: list[int], start: JointVector, goal: JointVector) -> JointVector:
+        """Along the family in small steps, the other joints following by Newton's method."""
+        way = np.abs(goal[joints] - start[joints]).max()
+        q, count = start, max(1, int(np.ceil(way / 0.05)))
+        for s in np.linspace(0.0, 1.0, count + 1)[1:]:
+            q = q.copy()
+            q[joints] = (1 - s) * start[joints] + s * goal[joints]
+            setting = self.setting
+            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, held=tuple(joints))
+            if size[0] > self.tolerance:
+                return np.full(len(start), np.nan)
+            q = moved[0]
+        return q
+
+
+def bits(code: int, n: int) -> tuple[int, ...]:
+    """The coordinates i for which 2^i is part of a sum."""
+    return tuple(i for i in range(n) if code >> i & 1)

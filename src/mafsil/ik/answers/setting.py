@@ -1,0 +1,101 @@
+"""An arm as inverse kinematics asks it: limits, closed form, and what does not depend on the pose."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.ik.analysis import Analysis, Task, analysis
+from mafsil.ik.problem import reach_bound
+from mafsil.kernels import Kernel
+from mafsil.kernels.lazy import lazy
+from mafsil.model import JointKind, Mechanism
+from mafsil.robot import Robot
+
+MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
+"""Components of the error that each task asks for."""
+
+FAR = 1e300
+"""Stands for a limit that is none: compiled code takes finite numbers."""
+
+
+class Setting:
+    """What all questions to one arm share.
+
+    Attributes:
+        robot: whose tip is the frame asked for.
+        task: what of a pose counts.
+        arm: what it was recognised as.
+        lower, upper: (n,) limits.
+        turning: (n,) which coordinates are angles.
+        middle: (n,) the middle of the limits, zero where one is missing.
+        mask: (6,) components of the error that count.
+    """
+
+    def __init__(self, robot: Robot, task: Task) -> None:
+        self.robot, self.task = robot, task
+        self.lower, self.upper = robot.limits.lower, robot.limits.upper
+        kinds = [joint.kind for joint in robot.mechanism.coordinates]
+        self.turning: NDArray[np.bool_] = np.array([kind is JointKind.REVOLUTE for kind in kinds], dtype=np.bool_)
+        both = np.isfinite(self.lower) & np.isfinite(self.upper)
+        self.middle = np.where(both, (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0)) / 2, 0.0)
+        self.mask: NDArray[np.bool_] = np.array(MASKS[task], dtype=np.bool_)
+        self.bounds = np.clip(self.lower, -FAR, FAR), np.clip(self.upper, -FAR, FAR)
+        self.middle_turns = turns_of(self.middle)
+
+    @lazy
+    def arm(self) -> Analysis:
+        """What the arm was recognised as."""
+        return analysis(self.robot.mechanism, self.task)
+
+    @lazy
+    def kernel(self) -> Kernel | None:
+        """The labelled closed form, where it is exact and nothing is held: its rows are the answer."""
+        arm = self.arm
+        return arm.form.labelled if arm.form is not None and arm.exact and not arm.held else None
+
+    @lazy
+    def plain(self) -> bool:
+        """Whether rows of the closed form with marks far from zero are distinct and isolated: no turning joint was added."""
+        form = self.arm.form
+        if form is None:
+            return False
+        return all(j >= 0 or slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True))
+
+    @lazy
+    def length(self) -> float:
+        """Scale that makes positions comparable with angles: the arm's reach [m]."""
+        _, radius = reach_bound(self.robot.mechanism, None)
+        return radius if np.isfinite(radius) and radius > 0 else 1.0
+
+    def scaled_jacobians(self, q: JointVector) -> Floats:
+        """(k, 6, n) body Jacobians of the task, lengths in units of the reach."""
+        if not len(q):
+            return np.zeros((0, 6, self.robot.n))
+        scale = self.mask * np.repeat([1.0, 1.0 / self.length], 3)
+        return self.robot.jacobian_body(q) * scale[:, None]
+
+
+def turns_of(q: JointVector) -> Floats:
+    """(n, 2) cosines and sines."""
+    return np.stack([np.cos(q), np.sin(q)], axis=1)
+
+
+@lru_cache(maxsize=128)
+def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
+    """What questions to a robot share; made once.
+
+    Args:
+        robot: any arm.
+        frame: name of a link; the tip if None.
+        task: `pose`, `position` or `axis`.
+    """
+    return Setting(robot if frame is None else Robot(_with_tip(robot.mechanism, frame)), task)
+
+
+@lru_cache(maxsize=64)
+def _with_tip(mechanism: Mechanism, frame: str) -> Mechanism:
+    return mechanism.with_tip(frame)

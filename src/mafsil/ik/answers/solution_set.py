@@ -1,0 +1,279 @@
+"""All answers to one pose: joint vectors, their branches, families and limits, and the reason where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.kernels.lazy import lazy
+from mafsil.messages import say
+
+if TYPE_CHECKING:
+    from mafsil.ik.answers.question import Question
+
+TURN = 2 * np.pi
+
+DEPENDENT = 1e-6
+"""Singular values, relative to the largest, below which joint axes depend on each other."""
+
+
+@dataclass(frozen=True)
+class LimitExcess:
+    """A joint that a solution needs beyond its limit.
+
+    Attributes:
+        joint: its name.
+        value: what the solution needs [rad | m].
+        limit: what is allowed [rad | m].
+        excess: their distance [rad | m].
+    """
+
+    joint: str
+    value: float
+    limit: float
+    excess: float
+
+    def explain(self, language: str | None = None) -> str:
+        """The sentence."""
+        facts = {"joint": self.joint, "value": self.value, "limit": self.limit, "excess": self.excess}
+        return say("ik.limit_excess", language=language, **facts)
+
+
+class SolutionSet:
+    """All solutions of one pose.
+
+    Attributes:
+        q: (k, n) solutions, turning joints wound into their limits where possible [rad | m].
+        residual: (k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger.
+        within: (k,) whether the solution is within the joint limits.
+        complete: whether it is proven that there are no further solutions and families.
+        method: name of the road that was taken: `closed form`, `refined closed form`, `elimination`, `search`.
+        rows: (k,) row of the closed form's table that each solution is; -1 if found otherwise.
+        codes: (k,) branch of each as a number.
+        free: (k,) sum of 2^i over the coordinates that may be chosen.
+    """
+
+    def __init__(
+        self,
+        question: Question,
+        q: JointVector,
+        residual: Floats,
+        within: NDArray[np.bool_],
+        rows: NDArray[np.int64],
+        codes: NDArray[np.int64],
+        free: NDArray[np.int64],
+        *,
+        method: str,
+        complete: bool,
+        isolated: bool,
+    ) -> None:
+        self.q, self.residual, self.within = q, residual, within
+        self.rows, self.codes, self.free = rows, codes, free
+        self.method, self.complete = method, complete
+        self._question, self._isolated = question, isolated
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __repr__(self) -> str:
+        return f"<SolutionSet: {len(self.q)} solutions, {self.status.name.lower()}, {self.method}>"
+
+    @lazy
+    def branches(self) -> tuple[Branch, ...]:
+        """Of each solution."""
+        form = self._question.setting.arm.form
+        pattern = None if form is None else form.pattern
+        return tuple(branch(pattern, int(r), int(c)) for r, c in zip(self.rows, self.codes, strict=True))
+
+    @lazy
+    def families(self) -> tuple[SolutionFamily, ...]:
+        """Continua through some of the solutions."""
+        return () if self._isolated or not len(self.q) else tuple(self._question.families(self.q, self.rows, self.free))
+
+    @lazy
+    def status(self) -> Verdict:
+        """What can be said."""
+        if not len(self.q):
+            return self._question.refusal.verdict
+        if not self.within.any():
+            return Verdict.BEYOND_LIMITS
+        return Verdict.CONTINUUM if self.families else Verdict.SOLVED
+
+    @lazy
+    def facts(self) -> Mapping[str, object]:
+        """What the sentence of the status mentions."""
+        counts = {"count": len(self.q), "allowed": int(self.within.sum()), "families": len(self.families)}
+        if not len(self.q):
+            return {**counts, **self._question.refusal.facts}
+        if self.within.any():
+            return counts
+        worst = max(self.violations(self._least_beyond), key=lambda one: one.excess)
+        return {**counts, "joint": worst.joint, "value": worst.value, "bound": worst.limit, "excess": worst.excess}
+
+    @lazy
+    def q_nearest(self) -> JointVector:
+        """(n,) the best solution; where there is none, the posture of the nearest pose that was found."""
+        if not len(self.q):
+            return self._question.refusal.q
+        return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
+
+    @lazy
+    def T_nearest(self) -> PoseMatrix:
+        """(4, 4) pose of `q_nearest`."""
+        return self._question.setting.robot.forward_kinematics(self.q_nearest)
+
+    @lazy
+    def conditioning(self) -> Floats:
+        """(k,) smallest over largest singular value of the Jacobian, lengths in units of the arm's reach.
+
+        Zero at a singular posture.
+        """
+        if not len(self.q):
+            return np.zeros(0)
+        setting = self._question.setting
+        values = np.linalg.svd(setting.scaled_jacobians(self.q), compute_uv=False)
+        return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], 1e-300)
+
+    @property
+    def lower(self) -> Floats:
+        """(n,) limits."""
+        return self._question.setting.lower
+
+    @property
+    def upper(self) -> Floats:
+        """(n,) limits."""
+        return self._question.setting.upper
+
+    @property
+    def turning(self) -> NDArray[np.bool_]:
+        """(n,) which coordinates are angles."""
+        return self._question.setting.turning
+
+    def violations(self, k: int) -> tuple[LimitExcess, ...]:
+        """The joints that a solution needs beyond their limits; empty if it is within.
+
+        Args:
+            k: index of the solution.
+        """
+        names = self._question.setting.robot.joint_names
+        found: list[LimitExcess] = []
+        for name, x, low, high in zip(names, self.q[k], self.lower, self.upper, strict=True):
+            excess = max(low - x, x - high)
+            if excess > 1e-12:
+                found.append(LimitExcess(name, float(x), float(low if x < low else high), float(excess)))
+        return tuple(found)
+
+    def dependent(self, k: int) -> tuple[str, ...]:
+        """Names of the joints whose axes depend on each other at a solution: it is singular; empty if it is regular.
+
+        Args:
+            k: index of the solution.
+        """
+        setting = self._question.setting
+        _, values, Vt = np.linalg.svd(setting.scaled_jacobians(self.q[k : k + 1])[0])
+        null = Vt[int((values > DEPENDENT * values[0]).sum()) :]
+        excess = max(0, setting.robot.n - int(setting.mask.sum()))
+        if len(null) <= excess:
+            return ()
+        strength = np.linalg.norm(null, axis=0)
+        return tuple(name for name, x in zip(setting.robot.joint_names, strength, strict=True) if x > 1e-3)
+
+    def explain(self, language: str | None = None) -> str:
+        """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""
+        lines = [self.status.sentence(language, **self.facts)]
+        if not len(self.q) and (key := self._question.refusal.step):
+            lines.append(say(key, language=language, **self.facts))
+        alike: dict[tuple[str, str], list[str]] = {}
+        for family in self.families:
+            alike.setdefault((family.joint, ", ".join(family.moving)), []).append(str(family.solution + 1))
+        for (joint, moving), solutions in alike.items():
+            facts = {"joint": joint, "moving": moving, "solutions": ", ".join(solutions)}
+            lines.append(say("ik.family", language=language, **facts))
+        if not self._isolated:
+            lines.extend(self._singular(language))
+        method = say(f"ik.method_{self.method.replace(' ', '_')}", language=language)
+        lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
+        return "\n".join(lines)
+
+    def nearest(self, q: ArrayLike) -> JointVector:
+        """(n,) the solution nearest to a configuration, wound as near as the limits allow; within the limits if any is.
+
+        Raises:
+            InputError: a wrong shape.
+            IndexError: there is no solution.
+        """
+        start = gate("q", q, (self.q.shape[-1],), finite=True)
+        wound = wound_near(self.q, start, self.lower, self.upper, self.turning)
+        allowed = ((wound >= self.lower - 1e-12) & (wound <= self.upper + 1e-12)).all(axis=1)
+        cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
+        return wound[int(cost.argmin())]
+
+    def windings(self, limit: int = 4096) -> JointVector:
+        """(m, n) every solution within the limits, each winding of its turning joints apart.
+
+        Joints without limits are not wound.
+
+        Args:
+            limit: most rows to return.
+        """
+        rows: list[tuple[float, ...]] = []
+        for q in self.q[self.within]:
+            choices = [self._turns(float(x), i) for i, x in enumerate(q)]
+            for row in product(*choices):
+                if len(rows) == limit:
+                    return np.array(rows)
+                rows.append(row)
+        return np.reshape(rows, (-1, self.q.shape[-1]))
+
+    @property
+    def _least_beyond(self) -> int:
+        """The solution that leaves the limits least."""
+        excess = np.maximum(np.maximum(self.lower - self.q, self.q - self.upper), 0.0)
+        return int(excess.max(axis=1).argmin())
+
+    def _singular(self, language: str | None) -> list[str]:
+        """A sentence for every group of joints whose axes depend on each other."""
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for k in range(len(self.q)):
+            if joints := self.dependent(k):
+                alike.setdefault(joints, []).append(str(k + 1))
+        return [
+            say("ik.singular", language=language, solutions=", ".join(which), joints=", ".join(joints))
+            for joints, which in alike.items()
+        ]
+
+    def _turns(self, x: float, i: int) -> list[float]:
+        low, high = self.lower[i], self.upper[i]
+        if not self.turning[i] or not (np.isfinite(low) and np.isfinite(high)):
+            return [x]
+        first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
+        return [x + k * TURN for k in range(first, last + 1)]
+
+
+def wound_near(
+    q: JointVector, near: JointVector, lower: Floats, upper: Floats, turning: NDArray[np.bool_]
+) -> JointVector:
+    """Turning joints moved by whole turns as near to `near` as possible, into the limits where that can be done.
+
+    Args:
+        q, near: (*batch, n) coordinates.
+        lower, upper: (n,) limits.
+        turning: (n) which coordinates are angles.
+    """
+    moved = q - np.where(turning, TURN * np.round((q - near) / TURN), 0.0)
+    up = np.where(turning & (moved < lower), np.ceil((lower - moved) / TURN - 1e-12), 0.0)
+    down = np.where(turning & (moved > upper), np.ceil((moved - upper) / TURN - 1e-12), 0.0)
+    shifted = moved + TURN * (up - down)
+    return np.where((shifted >= lower - 1e-12) & (shifted <= upper + 1e-12), shifted, moved)

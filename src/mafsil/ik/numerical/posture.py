@@ -1,0 +1,110 @@
+"""Null-space goals: what the task leaves free is used to come near a posture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector, gate
+from mafsil.errors import InputError
+from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.search import Plan
+
+STEPS = 200
+"""Most steps of self-motion."""
+
+STILL = 1e-8
+"""Self-motion [rad | m] at which a posture counts as settled."""
+
+LONGEST = 0.2
+"""Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """Minimise the sum of w_i (q_i - posture_i)^2 over the self-motion.
+
+    Attributes:
+        posture: (k, n) or (1, n).
+        weights: (n,) the largest is one.
+    """
+
+    posture: JointVector
+    weights: Floats
+
+    def of(self, rows: slice) -> Wish:
+        """The wish for some rows."""
+        return self if len(self.posture) == 1 else Wish(self.posture[rows], self.weights)
+
+    def cost(self, q: JointVector) -> Floats:
+        """(k,) the sum."""
+        return ((q - self.posture) ** 2 * self.weights).sum(axis=1)
+
+
+def wish_of(problem: PoseProblem, posture: JointVector, weights: ArrayLike | None) -> Wish | None:
+    """The wish of a user, or None.
+
+    Args:
+        problem: the frame.
+        posture: (k, n), or (0, n) for none.
+        weights: (n,) or None.
+
+    Raises:
+        InputError: weights that are negative or all zero.
+    """
+    if not len(posture):
+        return None
+    n = problem.robot.n
+    given = np.ones(n) if weights is None else gate("posture_weights", weights, (n,), finite=True)
+    if (given < 0.0).any() or not given.any():
+        raise InputError("ik.weight", name="posture_weights", value=float(given.min()))
+    return Wish(posture, given / given.max())
+
+
+def settled(
+    plan: Plan, best: Floats, T_sd: Floats, wish: Wish, good: NDArray[np.bool_], deadline: float = np.inf
+) -> None:
+    """Move solutions along their self-motion towards the wish; those that gain by it replace the first ones.
+
+    Args:
+        plan: of the search.
+        best: (k, n + 1) solutions, changed.
+        T_sd: (k, 16).
+        wish: what to be near to.
+        good: (k,) which rows are solutions.
+        deadline: of `perf_counter`.
+    """
+    rows = np.flatnonzero(good)
+    if not len(rows):
+        return
+    local = wish if len(wish.posture) == 1 else Wish(wish.posture[rows], wish.weights)
+    posture = np.broadcast_to(local.posture, (len(rows), best.shape[1] - 1))
+    start = best[rows, :-1].copy()
+    q = _descended(plan, start, T_sd[rows], posture, wish.weights, deadline)
+    once = np.ones(len(rows), np.int64)
+    back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
+    fine = plan.checked(back, T_sd[rows])[3] == 1
+    gains = fine & (local.cost(back[:, :-1]) < local.cost(start))
+    best[rows[gains]] = back[gains]
+
+
+def _descended(
+    plan: Plan, start: JointVector, T_sd: Floats, posture: JointVector, weights: Floats, deadline: float
+) -> JointVector:
+    """(k, n) where the self-motion towards the posture comes to rest."""
+    n = start.shape[1]
+    q, step = start.copy(), plan.problem.step_with_wish(plan.task.one_axis).ufunc
+    moving = np.arange(len(q))
+    for _ in range(STEPS):
+        z = weights * (posture[moving] - q[moving])
+        size = np.linalg.norm(z, axis=1, keepdims=True)
+        z *= np.minimum(1.0, LONGEST / np.maximum(size, LONGEST))
+        out = step(q[moving], T_sd[moving].reshape(-1, 4, 4), plan.vector, z)
+        q[moving] = out[:, :n]
+        moving = moving[np.abs(out[:, n + 6 :]).max(axis=1, initial=0.0) > STILL]
+        if not len(moving) or perf_counter() >= deadline:
+            break
+    return q

@@ -1,0 +1,139 @@
+"""One frame of a robot as the object of a search: bounds, scale, kernels of the iteration and of the check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil import kernels
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.problem import reach_bound
+from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels.lazy import lazy
+from mafsil.model import JointKind, Mechanism
+from mafsil.model.fingerprint import fingerprint
+from mafsil.robot import Robot
+
+RELATIVE_DAMPING = 0.02
+"""Damping relative to the squared error norm. Small enough for long steps, which also leave poor valleys."""
+
+SMALLEST_DAMPING = 1e-14
+"""Keeps the factorisation regular at singular poses without slowing the last steps elsewhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseProblem:
+    """Where a frame of a robot can be, and how it gets there.
+
+    Attributes:
+        robot: whose joints are sought.
+        frame: name of the link, or None for the tip.
+        limits: whether the joints' position limits hold.
+    """
+
+    robot: Robot
+    frame: str | None
+    limits: bool
+
+    @lazy
+    def lower(self) -> Floats:
+        """(n,) bounds, infinite for joints without [rad | m]."""
+        return np.array(self.robot.limits.lower) if self.limits else np.full(self.robot.n, -np.inf)
+
+    @lazy
+    def upper(self) -> Floats:
+        """(n,) bounds, infinite for joints without [rad | m]."""
+        return np.array(self.robot.limits.upper) if self.limits else np.full(self.robot.n, np.inf)
+
+    @lazy
+    def bounded(self) -> bool:
+        """Whether any joint has a bound."""
+        return bool(np.isfinite(self.lower).any() or np.isfinite(self.upper).any())
+
+    @lazy
+    def reach(self) -> tuple[Floats, float]:
+        """A sphere that the frame cannot leave: centre (3,) in {s} [m] and radius [m], infinite if unlimited."""
+        centre, radius = reach_bound(self.robot.mechanism, self.frame)
+        return np.array(centre, order="C"), radius
+
+    @lazy
+    def length(self) -> float:
+        """Scale that makes positions comparable with angles [m]."""
+        _, radius = self.reach
+        return radius if np.isfinite(radius) and radius > 0.0 else 1.0
+
+    @lazy
+    def turning(self) -> NDArray[np.int64]:
+        """(n,) 1 for joints that turn."""
+        return np.array([joint.kind is JointKind.REVOLUTE for joint in self.robot.mechanism.coordinates], np.int64)
+
+    @lazy
+    def middle(self) -> JointVector:
+        """(n,) the middle of the joints' bounds, zero where one is missing."""
+        lower, upper = self.robot.limits.lower, self.robot.limits.upper
+        both = np.isfinite(lower) & np.isfinite(upper)
+        return np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
+
+    def poses(self, q: JointVector) -> PoseMatrix:
+        """(k, 4, 4) poses of the frame."""
+        if self.frame is None:
+            return self.robot.forward_kinematics(q)
+        return self.robot.forward_kinematics(q, frame=self.frame)
+
+    def step(self, one_axis: bool) -> Kernel:
+        """Of (q, T_sd, task) to (q_next, e): one bounded damped step."""
+        return _kernel("step", self.robot.mechanism, self.frame, one_axis)
+
+    def step_with_wish(self, one_axis: bool) -> Kernel:
+        """Of (q, T_sd, task, z) to (q_next, e, self-motion)."""
+        return _kernel("step_with_wish", self.robot.mechanism, self.frame, one_axis)
+
+    def check(self, one_axis: bool) -> Kernel:
+        """Of (q, T_sd, task) to (T_sf, e)."""
+        return _kernel("check", self.robot.mechanism, self.frame, one_axis)
+
+    def sample(self, generator: np.random.Generator, count: int) -> JointVector:
+        """(count, n) uniform configurations within the bounds; within a turn, or the length, where there are none."""
+        span = np.where(self.turning == 1, np.pi, self.length)
+        lower = np.where(np.isfinite(self.lower), self.lower, np.minimum(-span, self.upper - 2 * span))
+        upper = np.where(np.isfinite(self.upper), self.upper, np.maximum(span, self.lower + 2 * span))
+        return generator.uniform(lower, upper, (count, self.robot.n))
+
+
+@lru_cache(maxsize=64)
+def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
+    """The problem of a frame, made once for each robot."""
+    if frame is not None:
+        robot.mechanism.link(frame)
+    return PoseProblem(robot, frame, limits)
+
+
+@lru_cache(maxsize=128)
+def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) -> Kernel:
+    n = mechanism.n
+    inputs = (Port("q", (n,)), Port("T_sd", (4, 4)), Port("task", (9 + 2 * n,)))
+    size = {"check": 22, "step": n + 6, "step_with_wish": 2 * n + 6}[what]
+    if what == "step_with_wish":
+        inputs = (*inputs, Port("z", (n,)))
+    damping = "" if what == "check" else f" {RELATIVE_DAMPING} {SMALLEST_DAMPING}"
+    return kernels.compile(
+        Signature(f"pose_{what}", inputs, (Port("out", (size,)),)),
+        partial(_build, what, mechanism, frame, one_axis),
+        key=f"{fingerprint(mechanism)} pose_{what} {frame!r} {one_axis}{damping}",
+        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+        recipe=(_kernel, (what, mechanism, frame, one_axis)),
+    )
+
+
+def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) -> Any:
+    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    from mafsil.mechanics import pose_task
+
+    if what == "check":
+        return pose_task.check(mechanism, frame, one_axis)
+    build = {"step": pose_task.step, "step_with_wish": pose_task.step_with_wish}[what]
+    return build(mechanism, frame, one_axis, RELATIVE_DAMPING, SMALLEST_DAMPING)

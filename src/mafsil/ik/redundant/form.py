@@ -1,0 +1,293 @@
+"""Seven joints: all postures of a pose at a value of the free parameter, sweeps over it, and the intervals it may take.
+
+The parameter is the arm angle where shoulder and wrist are spherical, else the value of a joint that is held so that
+the six others have a closed form, else that of a joint whose six others are solved by elimination.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
+from mafsil.errors import InputError
+from mafsil.ik.analysis import analysis
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.chain import Chain, chain_of
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.general import GeneralSix
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
+from mafsil.kernels.lazy import lazy
+from mafsil.robot import Robot
+
+ARM_ANGLE = "arm angle"
+"""Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
+
+REACHED = 1e-9
+"""Residual of a posture that counts [rad | m]."""
+
+GRID = 360
+"""Values of the parameter at which intervals are looked for; shorter ones may be missed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Postures:
+    """Postures at values of the free parameter.
+
+    Attributes:
+        values: (*batch, m) of the parameter [rad | m].
+        q: (*batch, m, branches, 7) joint coordinates, wound into the limits where possible; NaN where there is none.
+        residual: (*batch, m, branches) by which forward kinematics misses the pose; NaN where there is none.
+        within: (*batch, m, branches) whether the posture is one, and within the joint limits.
+        labelled: whether a branch keeps its place along the parameter.
+    """
+
+    values: Floats
+    q: JointVector
+    residual: Floats
+    within: NDArray[np.bool_]
+    labelled: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PostureFamily:
+    """Postures of one branch while the parameter goes through an interval, all within the joint limits.
+
+    Attributes:
+        parameter: `arm angle`, or the name of a joint.
+        low, high: ends of the interval [rad | m]; of a full turn, or across pi, `high` exceeds pi.
+        branch: place of the branch in the tables of `Redundancy.solve`.
+        at: posture (7,) at a value of the parameter; NaN where there is none.
+    """
+
+    parameter: str
+    low: float
+    high: float
+    branch: int
+    at: Callable[[float], JointVector]
+
+
+@dataclass(frozen=True, eq=False)
+class Redundancy:
+    """How the postures of a seven-joint arm are counted: by the arm angle, or by the value of a joint.
+
+    Attributes:
+        robot: with seven joints.
+        parameter: `arm angle`, or the name of the held joint.
+        angle_form: of arms with an arm angle.
+        closed: closed form of the other joints.
+        held: coordinate of the held joint; -1 with an arm angle.
+    """
+
+    robot: Robot
+    parameter: str
+    angle_form: ArmAngleForm | None
+    closed: ClosedForm | None
+    held: int
+
+    def solve(self, T: ArrayLike, values: ArrayLike) -> Postures:
+        """All postures of poses at values of the parameter.
+
+        Args:
+            T: (*batch, 4, 4) poses of the tip in {s}.
+            values: (m,) or (*batch, m) of the parameter [rad | m].
+
+        Raises:
+            InputError: a wrong shape, or no poses.
+        """
+        X = _poses(T)
+        given = gate("values", values, (np.shape(values)[-1] if np.ndim(values) else 1,), finite=True)
+        return self._judged(X, np.broadcast_to(given, (*X.shape[:-2], given.shape[-1])))
+
+    def sweep(self, T: ArrayLike, count: int = 16) -> Postures:
+        """All postures of poses at evenly spread values of the parameter: over the turn, or the joint's range.
+
+        Args:
+            T: (*batch, 4, 4) poses of the tip in {s}.
+            count: of values.
+        """
+        return self.solve(T, self.spread(count))
+
+    def value(self, q: ArrayLike) -> Floats:
+        """(*batch,) the parameter of configurations (*batch, 7) [rad | m]."""
+        x = gate("q", q, (7,))
+        return x[..., self.held] if self.angle_form is None else self.angle_form.angle(x)
+
+    def families(self, T: ArrayLike) -> tuple[PostureFamily, ...]:
+        """Intervals of the parameter in which one pose (4, 4) is reached within the limits, branch by branch.
+
+        Ends are found to 1e-9; intervals shorter than the range over `GRID` may be missed. Empty where branches
+        cannot be told apart along the parameter (elimination).
+
+        Raises:
+            InputError: a wrong shape, or no pose.
+        """
+        X = _poses(T)
+        if X.ndim != 2:
+            raise InputError("input.shape", name="T", expected="(4, 4)", got=X.shape, hint="")
+        if self.closed is None and self.angle_form is None:
+            return ()
+        values = self.spread(GRID)
+        good = self._judged(X, values).within
+        runs = [(branch, begin, end) for branch in range(good.shape[1]) for begin, end in self._runs(good[:, branch])]
+        if not runs:
+            return ()
+        step, whole = values[1] - values[0], np.array([begin < 0 for _, begin, _ in runs])
+        branch, begins, ends = np.array(runs).T
+        inside = np.stack([values[begins], values[ends]])
+        outside = inside + np.array([[-step], [step]])
+        if not self._around:
+            outside = np.clip(outside, values[0], values[-1])
+        low, high = self._edges(X, inside, outside, branch)
+        low, high = np.where(whole, -np.pi, low), np.where(whole, np.pi, high + 2 * np.pi * (high < low))
+        return tuple(
+            PostureFamily(self.parameter, float(a), float(b), int(k), partial(self._member, X, int(k)))
+            for a, b, k in zip(low, high, branch, strict=True)
+        )
+
+    def _member(self, X: PoseMatrix, branch: int, value: float) -> JointVector:
+        one = self._judged(X, np.array([value]))
+        return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
+
+    def _edges(self, X: PoseMatrix, inside: Floats, outside: Floats, branch: NDArray[np.int64]) -> Floats:
+        """(2, k) ends of intervals between values inside and outside, all halved together."""
+        columns = np.arange(2 * len(branch)), np.tile(branch, 2)
+        for _ in range(36):
+            middle = (inside + outside) / 2
+            fits = self._judged(X, middle.reshape(-1)).within[columns].reshape(inside.shape)
+            inside, outside = np.where(fits, middle, inside), np.where(fits, outside, middle)
+        return inside
+
+    def _runs(self, good: NDArray[np.bool_]) -> list[tuple[int, int]]:
+        """First and last place of every run of postures; (-1, -1) for a whole turn."""
+        if self._around and good.all():
+            return [(-1, -1)]
+        before = np.roll(good, 1) if self._around else np.append(False, good[:-1])
+        after = np.roll(good, -1) if self._around else np.append(good[1:], False)
+        begins, ends = np.flatnonzero(good & ~before), np.flatnonzero(good & ~after)
+        if len(ends) and ends[0] < begins[0]:
+            ends = np.roll(ends, -1)
+        return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
+
+    @property
+    def _around(self) -> bool:
+        """Whether the parameter comes back to where it was after a turn."""
+        return self.angle_form is not None
+
+    def spread(self, count: int) -> Floats:
+        """Evenly spread values of the parameter, (count,): over the turn, or the range of the joint [rad]."""
+        if self._around:
+            return np.linspace(-np.pi, np.pi, count, endpoint=False)
+        low, high = self.robot.limits.lower[self.held], self.robot.limits.upper[self.held]
+        low, high = (low if np.isfinite(low) else -np.pi), (high if np.isfinite(high) else np.pi)
+        return np.linspace(low, high, count)
+
+    def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
+        limits = self.robot.limits
+        q, residual = self._table(X, values)
+        middle = np.where(np.isfinite(limits.lower + limits.upper), (limits.lower + limits.upper) / 2, 0.0)
+        q = wound_near(q, middle, limits.lower, limits.upper, np.ones(7, dtype=np.bool_))
+        if self.held >= 0:
+            q[..., self.held] = np.where(np.isnan(q[..., self.held]), np.nan, values[..., None])
+        fits = ((q >= limits.lower - 1e-12) & (q <= limits.upper + 1e-12)).all(axis=-1)
+        return Postures(values, q, residual, fits & (residual <= REACHED), self._labelled)
+
+    @property
+    def _labelled(self) -> bool:
+        return self.closed is not None or self.angle_form is not None
+
+    def _table(self, X: PoseMatrix, values: Floats) -> tuple[JointVector, Floats]:
+        """(*batch, m, branches, 7) postures and their residuals."""
+        if self.closed is not None and self.angle_form is None:
+            near = np.zeros((*values.shape, 7))
+            near[..., self.held] = values
+            table = self.closed.solve(np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4)), near)
+            return np.where(table.found(REACHED)[..., None], table.q, np.nan), table.residual
+        q = self.angle_form.solve(X, values) if self.angle_form is not None else self._eliminated(X, values)
+        T = self.robot.forward_kinematics(q.reshape(-1, 7)).reshape(*q.shape[:-1], 4, 4)
+        return q, _misfit(T, X[..., None, None, :, :])
+
+    def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:
+        """Every value gives another arm of six joints; poses with the same value are solved together."""
+        chain = self._chain
+        q = np.full((*values.shape, 16, 7), np.nan)
+        flat, poses = values.reshape(-1), np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4)).reshape(-1, 4, 4)
+        rows = q.reshape(-1, 16, 7)
+        others = [k for k in range(7) if k != self.held]
+        for value in np.unique(flat):
+            same = np.flatnonzero(flat == value)
+            found = GeneralSix(chain.locked(self.held, float(value))).solve_all(poses[same])
+            rows[same[:, None], :, others] = np.moveaxis(found.q, -1, 1)
+            rows[same, :, self.held] = np.where(np.isnan(found.q[..., 0]), np.nan, value)
+        return q
+
+    @lazy
+    def _chain(self) -> Chain:
+        chain = chain_of(self.robot.mechanism)
+        assert chain is not None
+        return chain
+
+
+def redundancy(robot: Robot, parameter: str | None = None) -> Redundancy:
+    """How the postures of a seven-joint arm are counted.
+
+    Args:
+        robot: with seven turning joints.
+        parameter: `arm angle`, or the name of the joint to hold; if None the arm angle where there is one, else the
+            joint whose six others have a closed form, else the third.
+
+    Raises:
+        InputError: not an arm of seven turning joints, or a parameter that it does not have.
+    """
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    return _redundancy(robot, parameter)
+
+
+@lru_cache(maxsize=64)
+def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
+    chain = chain_of(robot.mechanism)
+    if chain is None or len(chain) != 7 or any(chain.slides):
+        raise InputError("redundant.not_seven", joints=robot.n)
+    angle = arm_angle_form(chain)
+    names = [ARM_ANGLE, *robot.joint_names] if angle is not None else list(robot.joint_names)
+    if parameter is not None and parameter not in names:
+        raise InputError("input.choice", name="parameter", value=parameter, known=", ".join(names))
+    if angle is not None and parameter in (None, ARM_ANGLE):
+        return Redundancy(robot, ARM_ANGLE, angle, None, -1)
+    if parameter is None:
+        arm = analysis(robot.mechanism)
+        held = arm.held[0] if arm.form is not None and len(arm.held) == 1 else 2
+        form = arm.form if len(arm.held) == 1 else None
+    else:
+        held = robot.joint_names.index(parameter)
+        form = _holding(chain, held)
+    return Redundancy(robot, robot.joint_names[held], None, form, held)
+
+
+def _holding(chain: Chain, held: int) -> ClosedForm | None:
+    """The closed form of the others whatever value a joint takes."""
+    from mafsil.ik.recognise import recognise_holding
+
+    pattern = recognise_holding(chain, 7, (held,))
+    return ClosedForm(pattern) if pattern is not None else None
+
+
+def _poses(T: ArrayLike) -> PoseMatrix:
+    """Poses that are poses; NaN where they are not numbers."""
+    X = gate("T", T, (4, 4))
+    clean, valid = clean_poses(X.reshape(-1, 4, 4))
+    if not valid.all():
+        raise InputError("ik.no_pose", name="T", limit=ORTHOGONALITY)
+    return clean.reshape(X.shape)
+
+
+def _misfit(T: PoseMatrix, X: PoseMatrix) -> Floats:
+    """Distance [m] and angle [rad] between poses, the larger."""
+    distance = np.linalg.norm(T[..., :3, 3] - X[..., :3, 3], axis=-1)
+    chord = np.linalg.norm(T[..., :3, :3] - X[..., :3, :3], axis=(-2, -1)) / np.sqrt(2.0)
+    return np.maximum(distance, 2 * np.arcsin(np.minimum(1.0, chord / 2)))

@@ -1,0 +1,6 @@
+"""The same tape for other machines: C sources, object files, kernels for graphics processors, each with its proof."""
+
+from mafsil.kernels.export.exported import FORMS as FORMS
+from mafsil.kernels.export.exported import Export as Export
+from mafsil.kernels.export.exported import export as export
+from mafsil.kernels.export.legend import Legend as Legend

@@ -1,0 +1,1 @@
+"""The tape as portable C99, with a program that proves it."""

@@ -1,0 +1,153 @@
+"""A kernel's quantity as files for elsewhere."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from mafsil.errors import FileError, InputError
+from mafsil.kernels.export.c import check, text
+from mafsil.kernels.export.legend import Legend, identifier, symbol
+from mafsil.kernels.export.objects.machines import machine
+from mafsil.kernels.export.objects.object_file import object_file, rows_prototype
+from mafsil.kernels.export.objects.symbols import symbols
+from mafsil.kernels.export.objects.wasm import loadable
+from mafsil.kernels.export.ptx.program import OLDEST, GridProgram, grid_program, launch_notes
+from mafsil.kernels.export.vectors import vectors
+from mafsil.kernels.kernel import Kernel
+from mafsil.kernels.tape import Tape
+
+Form: TypeAlias = Literal["c", "object", "ptx"]
+FORMS: tuple[Form, ...] = ("c", "object", "ptx")
+
+
+@dataclass(frozen=True)
+class Export:
+    """Files, not yet written.
+
+    Attributes:
+        name: of the function or kernel.
+        files: contents by file name.
+        facts: what stands in them: operations, number type, processor, names that a linker must find.
+    """
+
+    name: str
+    files: Mapping[str, bytes]
+    facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def write(self, folder: str | os.PathLike[str] = ".") -> tuple[Path, ...]:
+        """Write the files; each appears whole or not at all.
+
+        Args:
+            folder: made if it is missing.
+
+        Raises:
+            FileError: the folder or a file cannot be written.
+        """
+        place = Path(folder)
+        written: list[Path] = []
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            for name, contents in self.files.items():
+                path, fresh = place / name, place / f".{name}.{os.getpid()}"
+                fresh.write_bytes(contents)
+                fresh.replace(path)
+                written.append(path)
+        except OSError as error:
+            raise FileError("export.unwritable", path=str(place), reason=error.strerror or str(error)) from None
+        return tuple(written)
+
+
+def export(
+    kernel: Kernel, legend: Legend, to: str, *, target: str | None = None, real: str = "double", name: str | None = None
+) -> Export:
+    """Files of a kernel's quantity.
+
+    Args:
+        kernel: the quantity, compiled for this processor.
+        legend: words for the files' comments.
+        to: `c`, `object` or `ptx`.
+        target: processor of an object file, or the oldest generation for PTX.
+        real: `double`, or `float` for C.
+        name: of the function; made from the legend's owner and the kernel's name if None.
+
+    Raises:
+        InputError: an unknown form, number type or processor, a name that C refuses.
+        KernelError: LLVM refuses the module.
+    """
+    if to not in FORMS:
+        raise InputError("export.form", form=to, known=", ".join(FORMS))
+    if real not in ("double", "float") or (real == "float" and to != "c"):
+        raise InputError("export.real", real=real, form=to)
+    if to == "c" and target is not None:
+        raise InputError("export.no_target", target=target)
+    function = symbol(legend.owner, kernel.signature.name, name)
+    tape, reduced = tapes(kernel)
+    match to:
+        case "c":
+            return _c(kernel, tape, reduced, legend, function, "float" if real == "float" else "double")
+        case "object":
+            return _object(kernel, tape, reduced, legend, function, target or "host")
+        case _:
+            return _ptx(kernel, reduced, legend, function, target or OLDEST)
+
+
+def device_program(kernel: Kernel) -> GridProgram:
+    """The kernel as it is launched over arrays on a device."""
+    return grid_program(tapes(kernel)[1], kernel.signature, f"mafsil_{identifier(kernel.signature.name)}")
+
+
+def tapes(kernel: Kernel) -> tuple[Tape, Tape]:
+    """The kernel's expression as it is traced, and reduced as it is compiled."""
+    from mafsil.kernels.reduce import reduce
+    from mafsil.kernels.tape import read
+
+    tape = read(kernel.build())
+    return tape, reduce(tape)
+
+
+def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, real: text.Real) -> Export:
+    signature = kernel.signature
+    stored = vectors(kernel.evaluate, tape, signature, single=real == "float")
+    build = f"cc -std=c99 -O2 {name}.c {name}_test.c -o {name}_test -lm"
+    notes = (f"{reduced.operations} operations, {real}. Proof: {build} && ./{name}_test",)
+    files = {
+        f"{name}.h": text.header(signature, legend, name, real, notes=notes),
+        f"{name}.c": text.source(reduced, signature, name, real),
+        f"{name}_test.c": check.program(signature, name, real, stored),
+    }
+    facts = {"operations": reduced.operations, "real": real, "vectors": stored.rows, "build": build}
+    return Export(name, _bytes(files), facts)
+
+
+def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, target: str) -> Export:
+    signature, chosen = kernel.signature, machine(target)
+    code = object_file(reduced, signature, chosen, name)
+    found = symbols(code)
+    needs = ", ".join(found.needed) or "nothing"
+    notes = (f"Object file for {chosen.name} ({chosen.target.triple}); it needs {needs} from outside.",)
+    more = rows_prototype(text.prototype(signature, name, "double"), name)
+    files = {
+        f"{name}.h": text.header(signature, legend, name, "double", more, notes),
+        f"{name}_test.c": check.program(signature, name, "double", vectors(kernel.evaluate, tape, signature)),
+    }
+    contents = {f"{name}.o": code, **_bytes(files)}
+    if code[:4] == b"\0asm":
+        contents[f"{name}.wasm"] = loadable(code, [name, f"{name}_rows"])
+    facts = {"target": chosen.name, "triple": chosen.target.triple, "machine": found.machine, "bits": found.bits}
+    return Export(name, contents, facts | {"defined": found.defined, "needed": found.needed})
+
+
+def _ptx(kernel: Kernel, reduced: Tape, legend: Legend, name: str, target: str) -> Export:
+    program = grid_program(reduced, kernel.signature, name, target)
+    head = [*legend.lines(kernel.signature), *launch_notes(program)]
+    comment = "".join(f"// {line}".encode("ascii", "replace").decode().rstrip() + "\n" for line in head)
+    facts = {"target": target, "threads": program.plan.threads, "shared_bytes": 8 * program.plan.size}
+    return Export(name, _bytes({f"{name}.ptx": comment + program.text}), facts)
+
+
+def _bytes(files: Mapping[str, str]) -> dict[str, bytes]:
+    return {name: contents.encode() for name, contents in files.items()}

@@ -1,0 +1,1 @@
+"""Object files for processors that LLVM knows, and what stands in them."""

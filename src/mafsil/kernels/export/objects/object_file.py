@@ -1,0 +1,106 @@
+"""An object file for a processor: one evaluation, and all rows of a batch, with every elementary function inside."""
+
+from __future__ import annotations
+
+from mafsil.kernels.export.objects.machines import Machine
+from mafsil.kernels.layout import BATCH, SINGLE, Signature, contiguous_steps
+from mafsil.kernels.lower import lower, point
+from mafsil.kernels.tape import Tape
+from mafsil.kernels.target import translate
+
+
+def object_file(tape: Tape, signature: Signature, machine: Machine, name: str) -> bytes:
+    """Object code with the functions `name` and `name_rows`.
+
+    Args:
+        tape: the program.
+        signature: its ports.
+        machine: the processor.
+        name: of the function.
+
+    Raises:
+        KernelError: LLVM refuses the module.
+    """
+    ir = _with_lanes(tape, signature, machine, name) if machine.lanes else _plain(tape, signature, machine, name)
+    if machine.abi:
+        ir += f'!llvm.module.flags = !{{!99}}\n!99 = !{{i32 1, !"target-abi", !"{machine.abi}"}}\n'
+    return translate(ir, machine.target, "object", reloc="pic" if machine.lanes else "static")
+
+
+def rows_prototype(single: str, name: str) -> str:
+    """The declaration of `name_rows`, from that of `name`."""
+    return single.replace(f"void {name}(", f"void {name}_rows(").removesuffix(")") + ", size_t rows);"
+
+
+def _plain(tape: Tape, signature: Signature, machine: Machine, name: str) -> str:
+    """Row after row."""
+    size = f"i{machine.bits}"
+    ports = _ports(signature)
+    lines = [
+        f'target triple = "{machine.target.triple}"',
+        machine.runtime,
+        point(tape, signature, machine.target, name),
+        f"define dso_local void @{name}_rows({', '.join(f'ptr %{p}' for p, _ in ports)}, {size} %rows) #1 {{",
+        "entry:",
+        f"  %any = icmp ne {size} %rows, 0",
+        "  br i1 %any, label %next, label %done",
+        "next:",
+        f"  %row = phi {size} [ 0, %entry ], [ %following, %next ]",
+    ]
+    for port, count in ports:
+        lines += [
+            f"  %{port}.skip = mul {size} %row, {count}",
+            f"  %{port}.row = getelementptr double, ptr %{port}, {size} %{port}.skip",
+        ]
+    lines += [
+        f"  call void @{name}({', '.join(f'ptr %{p}.row' for p, _ in ports)})",
+        f"  %following = add {size} %row, 1",
+        f"  %more = icmp ult {size} %following, %rows",
+        "  br i1 %more, label %next, label %done",
+        "done:",
+        "  ret void",
+        "}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _with_lanes(tape: Tape, signature: Signature, machine: Machine, name: str) -> str:
+    """The kernel as this package itself calls it, behind two plain C functions."""
+    inside = lower(tape, signature, machine.target).replace("define dso_local void", "define internal void")
+    ports = _ports(signature)
+    given = ", ".join(f"ptr %{port}" for port, _ in ports)
+    cores = sorted({size for port in signature.ports for size in port.shape})
+    steps = [8 * port.size for port in signature.ports]
+    steps += [step for port in signature.ports for step in contiguous_steps(port)]
+    lines = [
+        inside,
+        f"define dso_local void @{name}({given}) #0 {{",
+        f"  call void @{SINGLE}({given})",
+        "  ret void",
+        "}",
+        f"define dso_local void @{name}_rows({given}, i64 %rows) #0 {{",
+        *_stack("args", [f"ptr %{port}" for port, _ in ports]),
+        *_stack("dims", ["i64 %rows", *(f"i64 {core}" for core in cores)]),
+        *_stack("steps", [f"i64 {step}" for step in steps]),
+        f"  call void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr null)",
+        "  ret void",
+        "}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _stack(name: str, values: list[str]) -> list[str]:
+    """An array of these values."""
+    lines = [f"  %{name} = alloca [{len(values)} x i64], align 8"]
+    for k, value in enumerate(values):
+        lines += [f"  %{name}{k} = getelementptr i64, ptr %{name}, i64 {k}", f"  store {value}, ptr %{name}{k}"]
+    return lines
+
+
+def _ports(signature: Signature) -> list[tuple[str, int]]:
+    """(name in IR, numbers of a row) of every port."""
+    count = len(signature.inputs)
+    names = [f"x{k}" if k < count else f"y{k - count}" for k in range(len(signature.ports))]
+    return [(name, port.size) for name, port in zip(names, signature.ports, strict=True)]

@@ -1,0 +1,184 @@
+"""WebAssembly: object files read, and made into modules that a browser loads without a linker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+WASM_RUNTIME = """
+define weak hidden void @__multi3(ptr %result, i64 %a, i64 %a.high, i64 %b, i64 %b.high) #9 {
+  %a0 = and i64 %a, 4294967295
+  %a1 = lshr i64 %a, 32
+  %b0 = and i64 %b, 4294967295
+  %b1 = lshr i64 %b, 32
+  %p00 = mul i64 %a0, %b0
+  %p10 = mul i64 %a1, %b0
+  %p01 = mul i64 %a0, %b1
+  %p11 = mul i64 %a1, %b1
+  %carry = lshr i64 %p00, 32
+  %low10 = and i64 %p10, 4294967295
+  %sum = add i64 %carry, %low10
+  %middle = add i64 %sum, %p01
+  %upper = shl i64 %middle, 32
+  %lower = and i64 %p00, 4294967295
+  %low = or i64 %upper, %lower
+  %high10 = lshr i64 %p10, 32
+  %over = lshr i64 %middle, 32
+  %high0 = add i64 %p11, %high10
+  %high1 = add i64 %high0, %over
+  %cross0 = mul i64 %a, %b.high
+  %cross1 = mul i64 %a.high, %b
+  %high2 = add i64 %high1, %cross0
+  %high = add i64 %high2, %cross1
+  %place = getelementptr i64, ptr %result, i32 1
+  store i64 %low, ptr %result, align 8
+  store i64 %high, ptr %place, align 8
+  ret void
+}
+define weak hidden void @__ashlti3(ptr %result, i64 %low, i64 %high, i32 %count) #9 {
+  %n = zext i32 %count to i64
+  %left = and i64 %n, 63
+  %whole = icmp uge i64 %n, 64
+  %shifted = shl i64 %low, %left
+  %joined = call i64 @llvm.fshl.i64(i64 %high, i64 %low, i64 %left)
+  %new.high = select i1 %whole, i64 %shifted, i64 %joined
+  %new.low = select i1 %whole, i64 0, i64 %shifted
+  %place = getelementptr i64, ptr %result, i32 1
+  store i64 %new.low, ptr %result, align 8
+  store i64 %new.high, ptr %place, align 8
+  ret void
+}
+attributes #9 = { noinline optnone nounwind }
+"""
+"""Products and shifts of 128-bit integers, which LLVM calls from a library that a browser does not have.
+
+They are not optimised: LLVM would see what they are, and let them call themselves.
+"""
+_EXPORTS = 7
+_BEHIND = (8, 9, 10, 11, 12)
+"""Sections that stand behind the exports."""
+
+
+def loadable(code: bytes, names: Iterable[str]) -> bytes:
+    """The object file as a module: the functions of these names exported, what only linkers read left out.
+
+    It imports its memory as env.__linear_memory; its constants lie at address 0.
+    """
+    places = dict(functions(code))
+    rows = b"".join(_named(name) + b"\0" + _leb(places[name]) for name in names)
+    contents = _leb(len(list(names))) + rows
+    section = bytes([_EXPORTS]) + _leb(len(contents)) + contents
+    kept = bytearray(code[:8])
+    done = False
+    for number, begin, end in sections(code):
+        if number == 0:
+            continue
+        if number in _BEHIND and not done:
+            kept += section
+            done = True
+        kept += bytes([number]) + _leb(end - begin) + code[begin:end]
+    return bytes(kept)
+
+
+def _leb(value: int) -> bytes:
+    found = bytearray()
+    while value >= 0x80:
+        found.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*found, value])
+
+
+def _named(name: str) -> bytes:
+    text = name.encode()
+    return _leb(len(text)) + text
+
+
+def sections(code: bytes) -> list[tuple[int, int, int]]:
+    """(number, begin, end) of the contents of every section."""
+    found: list[tuple[int, int, int]] = []
+    at = 8
+    while at < len(code):
+        size, begin = leb(code, at + 1)
+        found.append((code[at], begin, begin + size))
+        at = begin + size
+    return found
+
+
+def imports(code: bytes) -> list[tuple[str, str, int]]:
+    """(module, name, kind) of every import; kind 0 is a function, 1 a table, 2 a memory, 3 a global."""
+    begin = next((b for number, b, _ in sections(code) if number == 2), None)
+    if begin is None:
+        return []
+    count, at = leb(code, begin)
+    found: list[tuple[str, str, int]] = []
+    for _ in range(count):
+        module, at = _text(code, at)
+        name, at = _text(code, at)
+        kind = code[at]
+        at += 1
+        if kind == 0:
+            _, at = leb(code, at)
+        elif kind == 3:
+            at += 2
+        else:
+            at += kind == 1
+            flags, at = leb(code, at)
+            for _ in range(1 + (flags & 1)):
+                _, at = leb(code, at)
+        found.append((module, name, kind))
+    return found
+
+
+def functions(code: bytes) -> list[tuple[str, int]]:
+    """(name, index) of every defined function that others may call, from the linking section."""
+    found: list[tuple[str, int]] = []
+    for number, begin, end in sections(code):
+        if number == 0:
+            title, at = _text(code, begin)
+            if title == "linking":
+                found += _linking(code, at + 1, end)
+    return found
+
+
+def _linking(code: bytes, at: int, end: int) -> list[tuple[str, int]]:
+    """Functions in the symbol table of a linking section."""
+    found: list[tuple[str, int]] = []
+    while at < end:
+        kind = code[at]
+        size, at = leb(code, at + 1)
+        stop = at + size
+        if kind == 8:
+            count, at = leb(code, at)
+            for _ in range(count):
+                what, (flags, at) = code[at], leb(code, at + 1)
+                undefined, local, explicit = flags & 0x10, flags & 0x06, flags & 0x40
+                name = ""
+                index = 0
+                if what == 1:
+                    name, at = _text(code, at)
+                    for _ in range(0 if undefined else 3):
+                        _, at = leb(code, at)
+                    continue
+                index, at = leb(code, at)
+                if what != 3 and (not undefined or explicit):
+                    name, at = _text(code, at)
+                if what == 0 and not undefined and not local:
+                    found.append((name, index))
+        at = stop
+    return found
+
+
+def leb(code: bytes, at: int) -> tuple[int, int]:
+    """An unsigned LEB128 number and the place behind it."""
+    value = shift = 0
+    while True:
+        byte = code[at]
+        at += 1
+        value |= (byte & 0x7F) << shift
+        shift += 7
+        if byte < 0x80:
+            return value, at
+
+
+def _text(code: bytes, at: int) -> tuple[str, int]:
+    size, at = leb(code, at)
+    return code[at : at + size].decode(), at + size

@@ -1,0 +1,1 @@
+"""A batch as one kernel for graphics processors: PTX text, checked without a device."""

@@ -1,0 +1,57 @@
+"""Closed forms as casadi.Functions with one column per port."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.closed_form.geometry import inputs
+from mafsil.mechanics.closed_form.table import Wishes, labelled, raw
+
+
+def table_function(pattern: ArmPattern, near: bool) -> ca.Function:
+    """Of (T_sd[, near]) to the table of branches, row by row.
+
+    Args:
+        pattern: of the arm.
+        near: whether the coordinates of free joints are an input.
+    """
+    T = ca.SX.sym("T_sd", 16)
+    preferred = ca.SX.sym("near", pattern.n)
+    table = raw(pattern, _pose(T), preferred if near else None)
+    return ca.Function("closed_form", [T, preferred] if near else [T], [ca.cse(_column(table))])
+
+
+def structure_function(pattern: ArmPattern) -> ca.Function:
+    """Of (T_sd, numbers) to the table of branches: one function for all arms of the same structure.
+
+    Args:
+        pattern: of one of them; its numbers are not used.
+    """
+    T = ca.SX.sym("T_sd", 16)
+    numbers = ca.SX.sym("numbers", len(pattern.numbers))
+    table = raw(pattern, _pose(T), None, inputs(pattern, numbers))
+    return ca.Function("closed_form", [T, numbers], [ca.cse(_column(table))])
+
+
+def labelled_function(pattern: ArmPattern) -> ca.Function:
+    """Of (T_sd, near, turns, lower, upper) to coordinates, facts and the defect of the pose.
+
+    Args:
+        pattern: of the arm.
+    """
+    n = pattern.n
+    T, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("turns", 2 * n)
+    near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
+    wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
+    q, facts, defect = labelled(pattern, _pose(T), wishes)
+    outputs = ca.cse([_column(q), _column(facts), defect])
+    return ca.Function("labelled_closed_form", [T, near, turns, lower, upper], outputs)
+
+
+def _pose(T: ca.SX) -> ca.SX:
+    return ca.reshape(T, 4, 4).T
+
+
+def _column(table: ca.SX) -> ca.SX:
+    return ca.densify(ca.vec(table.T))

@@ -1,0 +1,119 @@
+"""Joint axes as expressions, their motions, and postures: one motion for every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import casadi as ca
+
+from mafsil.algebra.spatial import cross
+from mafsil.algebra.subproblems import Turn
+
+Motion: TypeAlias = Turn | ca.SX
+"""Of a turning joint its turn, of a sliding one its distance [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A joint axis: unit direction w through r; the joint slides along it or turns about it."""
+
+    slides: bool
+    w: ca.SX
+    r: ca.SX
+
+    @property
+    def opposite(self) -> Line:
+        """The same axis in the other sense: what was q is now -q, moved backwards it is q again."""
+        return Line(self.slides, -self.w, self.r)
+
+    def point(self, x: ca.SX, motion: Motion) -> ca.SX:
+        """(3,) point x carried by the joint."""
+        return self.r + motion.about(self.w, x - self.r) if isinstance(motion, Turn) else x + motion * self.w
+
+    def vector(self, x: ca.SX, motion: Motion) -> ca.SX:
+        """(3,) vector x carried by the joint."""
+        return motion.about(self.w, x) if isinstance(motion, Turn) else x
+
+    def velocity(self, x: ca.SX) -> ca.SX:
+        """(3,) velocity of a point x at unit rate of the joint."""
+        return self.w if self.slides else cross(self.w, x - self.r)
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """One branch.
+
+    Attributes:
+        motions: of every joint.
+        free: one for every joint that may be chosen.
+        shortfall: by how much the worst step missed.
+        reason: number of that step, see `mafsil.mechanics.arm_pattern.Missed`; zero if none did.
+        marks: shoulder, elbow and wrist: numbers whose signs name the branch and which vanish where two branches
+            merge, in units of the arm; None where there is no such choice.
+    """
+
+    motions: tuple[Motion, ...]
+    free: tuple[ca.SX, ...]
+    shortfall: ca.SX
+    reason: ca.SX
+    marks: tuple[ca.SX | None, ca.SX | None, ca.SX | None] = (None, None, None)
+
+    def followed_by(
+        self, motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, reason: ca.SX | float
+    ) -> Posture:
+        """The posture with further joints, whose step missed by `shortfall`."""
+        worse = shortfall > self.shortfall
+        return replace(
+            self,
+            motions=(*self.motions, *motions),
+            free=(*self.free, *free),
+            shortfall=ca.fmax(self.shortfall, shortfall),
+            reason=ca.if_else(worse, reason, self.reason),
+        )
+
+    def reversed(self) -> Posture:
+        """The same with its joints in the opposite order."""
+        return replace(self, motions=self.motions[::-1], free=self.free[::-1])
+
+
+def started(motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, reason: ca.SX | float) -> Posture:
+    """A posture of its first joints."""
+    none = Posture((), (), ca.SX(0), ca.SX(0))
+    return none.followed_by(motions, free, shortfall, reason)
+
+
+def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
+    """A point carried by all joints."""
+    for line, motion in reversed(list(zip(lines, motions, strict=False))):
+        x = line.point(x, motion)
+    return x
+
+
+def backward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
+    """A vector seen before the motions."""
+    for line, motion in zip(lines, motions, strict=True):
+        x = line.opposite.vector(x, motion)
+    return x
+
+
+def norm(x: ca.SX) -> ca.SX:
+    """|x|."""
+    return ca.sqrt(ca.dot(x, x))
+
+
+def across(w: ca.SX, x: ca.SX) -> ca.SX:
+    """The part of x normal to the unit vector w."""
+    return x - ca.dot(w, x) * w
+
+
+def aside(w: ca.SX, other: ca.SX) -> ca.SX:
+    """(3,) a unit vector normal to both."""
+    normal = cross(w, other)
+    return normal / norm(normal)
+
+
+def triple(a: ca.SX, b: ca.SX, c: ca.SX) -> ca.SX:
+    """Triple product a . (b x c)."""
+    return ca.dot(a, cross(b, c))

@@ -1,0 +1,229 @@
+"""How three joints bring a point to a place: all motions, by roads that differ in what is eliminated first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import casadi as ca
+
+from mafsil.algebra import subproblem_quartics as quartics
+from mafsil.algebra.subproblems import (
+    Root,
+    Turn,
+    turn_onto,
+    turns_about_two_axes,
+    turns_to_distance,
+    turns_to_height,
+)
+from mafsil.mechanics.arm_pattern import Missed, PointRoad
+from mafsil.mechanics.closed_form.line import Line, Motion, Posture, across, norm, started, triple
+
+Moved: TypeAlias = tuple[Motion, ca.SX, ca.SX, ca.SX]
+"""A motion, whether it is free, its shortfall and the reason of that."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placing:
+    """Three joints and a point that they shall carry from start to goal.
+
+    Attributes:
+        lines: of the joints.
+        start, goal: (3,) [m].
+        preferred: turns that free joints take.
+        meeting: (3,) where the first two axes meet, for PointRoad.MEET [m].
+        size: of the arm [m].
+    """
+
+    lines: tuple[Line, Line, Line]
+    start: ca.SX
+    goal: ca.SX
+    preferred: tuple[Turn, ...]
+    meeting: ca.SX
+    size: ca.SX
+
+    def backwards(self) -> Placing:
+        """The same seen from the placed point."""
+        one, two, three = self.lines
+        return replace(
+            self,
+            lines=(three.opposite, two.opposite, one.opposite),
+            start=self.goal,
+            goal=self.start,
+            preferred=self.preferred[::-1],
+        )
+
+
+def placed(road: PointRoad, task: Placing, *, reverse: bool) -> list[Posture]:
+    """All motions of three joints that carry the point from start to goal.
+
+    Args:
+        road: which elimination.
+        task: joints and point.
+        reverse: whether the road is walked from the placed point.
+    """
+    walk = _ROADS[road]
+    return [one.reversed() for one in walk(task.backwards())] if reverse else walk(task)
+
+
+def _by_height(task: Placing) -> list[Posture]:
+    """The last two joints keep the height along the second's axis, so the first must give it."""
+    one, two, three = task.lines
+    arms: list[Posture] = []
+    for motion, free, short, why in to_height(one, two.w, task.start, task.goal, task.preferred[0], task.size):
+        place = one.opposite.point(task.goal, motion)
+        shoulder = None if one.slides else triple(one.w, two.w, place - one.r) / task.size
+        side = ca.SX(1) if shoulder is None else ca.if_else(shoulder < 0, -1, 1)
+        for third, free3, short3, why3 in _to_radius_any(three, task.start, two, place, task.preferred[2], task.size):
+            reached = three.point(task.start, third)
+            second = turn_onto(two.w, reached - two.r, place - two.r, task.preferred[1], task.size)
+            if three.slides:
+                elbow = ca.dot(across(two.w, three.w), reached - two.r) / task.size
+            else:
+                elbow = -side * triple(two.w, three.r - two.r, reached - three.r) / task.size**2
+            first = started((motion, second.turn), (free, second.free), short, why)
+            arm = first.followed_by((third,), (free3,), short3, why3)
+            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+    return arms
+
+
+def _by_distance(task: Placing) -> list[Posture]:
+    """The first two joints keep the distance from where their axes meet, so the third must give it."""
+    one, two, three = task.lines
+    arms: list[Posture] = []
+    offset = task.goal - task.meeting
+    square = ca.dot(offset, offset)
+    for third, free, short, why in _to_distance(three, task.start, task.meeting, square, task.preferred[2], task.size):
+        reached = three.point(task.start, third) - task.meeting
+        bend = ca.dot(reached, three.velocity(reached + task.meeting))
+        pairs = turns_about_two_axes(one.w, two.w, reached, offset, (task.preferred[0], task.preferred[1]), task.size)
+        for pair in pairs:
+            shoulder = triple(one.w, two.w, pair.second.turn.about(two.w, reached)) / task.size
+            if three.slides:
+                elbow = bend / task.size
+            else:
+                sense = ca.if_else(ca.dot(two.w, three.w) < -1e-9, -1, 1)
+                elbow = ca.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
+            arm = started((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
+            arm = arm.followed_by((third,), (free,), pair.first.shortfall, Missed.DIRECTION.value)
+            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+    return arms
+
+
+def _by_slides(task: Placing) -> list[Posture]:
+    """Three slides: linear equations."""
+    d = ca.solve(ca.horzcat(*(line.w for line in task.lines)), task.goal - task.start)
+    return [started((d[0], d[1], d[2]), (ca.SX(0),) * 3, ca.SX(0), 0.0)]
+
+
+def _by_slide_across(task: Placing) -> list[Posture]:
+    """The second joint slides across the first's axis, so the third must give the height along that."""
+    one, two, three = task.lines
+    offset = task.goal - one.r
+    arms: list[Posture] = []
+    back = three.opposite
+    for motion, free, short, why in to_height(back, one.w, task.goal, task.start, task.preferred[2], task.size):
+        reached = three.point(task.start, motion) - one.r
+        shoulder = None if three.slides else ca.dot(one.w, three.velocity(reached + one.r)) / task.size
+        for d, short2 in _slide_to(two.w, reached, ca.dot(offset, offset)):
+            first = turn_onto(one.w, reached + d * two.w, offset, task.preferred[0], task.size)
+            arm = started((first.turn, d, motion), (first.free, ca.SX(0), free), short, why)
+            elbow = ca.dot(two.w, reached + d * two.w) / task.size
+            arm = arm.followed_by((), (), short2, Missed.NEAR.value)
+            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+    return arms
+
+
+def _by_quartic(task: Placing) -> list[Posture]:
+    """Nothing special: one equation of fourth degree for the third joint."""
+    one, two, three = task.lines
+    preferred = (task.preferred[0], task.preferred[1], task.preferred[2])
+    hub = two.r if not two.slides else (one.r if not one.slides else ca.SX.zeros(3))
+    if three.slides:
+        course = quartics.sliding(three.w, task.start - hub)
+    else:
+        course = quartics.turning(three.w, task.start - three.r, three.r - hub)
+    if one.slides and two.slides:
+        found = quartics.two_slides(one.w, two.w, task.goal - hub, course, preferred)
+    elif one.slides:
+        found = quartics.slide_then_turn(one.w, two.w, task.goal - hub, course, preferred, task.size)
+    elif two.slides:
+        found = quartics.turn_then_slide(-one.w, two.w, task.goal - one.r, course, preferred, task.size)
+    else:
+        # one.r - two.r + Rot(-w1) (goal - one.r) = Rot(w2) v
+        found = quartics.two_turns(-one.w, two.w, one.r - two.r, task.goal - one.r, course, preferred, task.size)
+    arms: list[Posture] = []
+    turning = sum(not line.slides for line in task.lines)
+    for each in found:
+        motions, free = zip(_split(each.first), _split(each.second), (each.third, each.free), strict=True)
+        reached = three.point(task.start, motions[2])
+        middle = two.point(reached, motions[1])
+        columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
+        determinant = triple(*columns) / task.size**turning
+        miss = norm(one.point(middle, motions[0]) - task.goal)
+        arm = started(motions, free, ca.if_else(miss > 1e-9 * task.size, miss, 0), Missed.FAR.value)
+        arms.append(replace(arm, marks=(None, determinant, None)))
+    return arms
+
+
+def _split(found: Root | ca.SX) -> tuple[Motion, ca.SX]:
+    return (found.turn, found.free) if isinstance(found, Root) else (found, ca.SX(0))
+
+
+_ROADS: dict[PointRoad, Callable[[Placing], list[Posture]]] = {
+    PointRoad.PARALLEL: _by_height,
+    PointRoad.MEET: _by_distance,
+    PointRoad.LINEAR: _by_slides,
+    PointRoad.ACROSS: _by_slide_across,
+    PointRoad.QUARTIC: _by_quartic,
+}
+
+
+def to_height(line: Line, h: ca.SX, start: ca.SX, goal: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
+    """Motions of a joint whose inverse brings `goal` to the height of `start` along h."""
+    if line.slides:
+        return [(ca.dot(h, goal - start) / ca.dot(h, line.w), ca.SX(0), ca.SX(0), ca.SX(0))]
+    roots = turns_to_height(-line.w, h, goal - line.r, ca.dot(h, start - line.r), preferred, size)
+    return [(root.turn, root.free, root.shortfall, ca.SX(Missed.SHOULDER.value)) for root in roots]
+
+
+def to_radius(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn, size: ca.SX) -> tuple[Root, Root]:
+    """Turns that bring `start` as far from a parallel axis as `goal` is."""
+    radius = across(axis.w, goal - axis.r)
+    return turns_to_distance(line.w, start - line.r, axis.r - line.r, ca.dot(radius, radius), preferred, size)
+
+
+def far_or_near(root: Root) -> ca.SX:
+    """The reason of a shortfall in distance."""
+    return ca.if_else(root.inside > 0, Missed.NEAR.value, Missed.FAR.value)
+
+
+def _to_radius_any(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
+    """The same for a parallel turning joint or a slide across the axis."""
+    if not line.slides:
+        roots = to_radius(line, start, axis, goal, preferred, size)
+        return [(root.turn, root.free, root.shortfall, far_or_near(root)) for root in roots]
+    radius = across(axis.w, goal - axis.r)
+    found = _slide_to(across(axis.w, line.w), across(axis.w, start - axis.r), ca.dot(radius, radius))
+    return [(d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in found]
+
+
+def _to_distance(line: Line, start: ca.SX, centre: ca.SX, square: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
+    """Motions that bring `start` to a distance from `centre`."""
+    if line.slides:
+        return [
+            (d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in _slide_to(line.w, start - centre, square)
+        ]
+    height = ca.dot(line.w, start - centre)
+    roots = turns_to_distance(line.w, start - line.r, centre - line.r, square - height**2, preferred, size)
+    return [(root.turn, root.free, root.shortfall, far_or_near(root)) for root in roots]
+
+
+def _slide_to(w: ca.SX, offset: ca.SX, square: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """Both d with |offset + d w|^2 = square, the farther along w first, and by how much they miss."""
+    middle = ca.dot(w, offset)
+    rest = offset - middle * w
+    half = ca.sqrt(ca.fmax(square - ca.dot(rest, rest), 0))
+    short = ca.fmax(norm(rest) - ca.sqrt(ca.fmax(square, 0)), 0)
+    return [(half - middle, short), (-half - middle, short)]

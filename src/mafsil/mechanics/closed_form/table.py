@@ -1,0 +1,176 @@
+"""Postures as rows of numbers: coordinates wound into limits, how far forward kinematics misses, which branch it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import casadi as ca
+
+from mafsil.algebra.subproblems import Turn, unturned
+from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.closed_form.arm import Arm, postures
+from mafsil.mechanics.closed_form.geometry import Geometry, constants
+from mafsil.mechanics.closed_form.line import Posture
+
+MERGED = 1e-7
+"""Marks below which two branches are one."""
+
+FACTS = ("residual", "shortfall", "free", "code", "margin", "excess")
+"""Columns beside the coordinates; see `mafsil.ik.closed_form`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wishes:
+    """What a caller prefers and allows.
+
+    Attributes:
+        near: (n,) coordinates that free and held joints take, and to which turning joints are wound.
+        turns: (n, 2) their cosines and sines.
+        lower, upper: (n,) limits.
+    """
+
+    near: ca.SX
+    turns: ca.SX
+    lower: ca.SX
+    upper: ca.SX
+
+
+def raw(pattern: ArmPattern, T: ca.SX, near: ca.SX | None, geometry: Geometry | None = None) -> ca.SX:
+    """(branches, n + 3) rows (q, residual, shortfall, free) of every branch.
+
+    The residual is the larger of the distances by which the branch's forward kinematics misses the pose: of the placed
+    point [m], and of two unit vectors of the tip [rad]. Free is the sum of 2^i over the free coordinates i.
+
+    Args:
+        pattern: of the arm.
+        T: (4, 4) wanted pose of the tip in {s}.
+        near: (n,) coordinates that free joints take; zero if None.
+        geometry: the arm's numbers, constants of the pattern if None.
+    """
+    turns = None if near is None else ca.horzcat(ca.cos(near), ca.sin(near))
+    found, misses = _solved(pattern, T, near, turns, geometry)
+    rows: list[ca.SX] = []
+    for posture, miss in zip(found, misses, strict=True):
+        values, free = _coordinates(pattern, posture, near)
+        rows.append(ca.horzcat(*values, miss, posture.shortfall, free))
+    return ca.vertcat(*rows)
+
+
+def labelled(
+    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """All branches with what names and judges them.
+
+    Args:
+        pattern: of the arm.
+        T: (4, 4) wanted pose; small errors of its rotation are repaired first.
+        wishes: of the caller.
+        geometry: the arm's numbers, constants of the pattern if None.
+
+    Returns:
+        (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
+    """
+    T, defect = _repaired(T)
+    found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
+    q: list[ca.SX] = []
+    facts: list[ca.SX] = []
+    for posture, miss in zip(found, misses, strict=True):
+        values, free = _coordinates(pattern, posture, wishes.near)
+        turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
+        turning |= {held.joint for held in pattern.held if not held.slides}
+        wound = [_wound(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
+        excess = ca.SX(0)
+        for i, x in enumerate(wound):
+            excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - x, x - wishes.upper[i]))
+        code, margin = _code(posture)
+        q.append(ca.horzcat(*wound))
+        facts.append(ca.horzcat(miss, posture.shortfall, free, code, margin, excess))
+    return ca.vertcat(*q), ca.vertcat(*facts), defect
+
+
+def _solved(
+    pattern: ArmPattern, T: ca.SX, near: ca.SX | None, turns: ca.SX | None, geometry: Geometry | None
+) -> tuple[list[Posture], list[ca.SX]]:
+    numbers = constants(pattern) if geometry is None else geometry
+    R, p = _displacement(pattern, numbers, T)
+    arm = Arm(pattern, numbers, R, p, patient=near is not None)
+    for held, axis, point in reversed(numbers.held):
+        assert near is not None
+        assert turns is not None
+        motion = near[held.joint] if held.slides else Turn(turns[held.joint, 0], turns[held.joint, 1])
+        arm.hold(held, axis, point, motion)
+    preferred = [
+        unturned() if turns is None or joint < 0 else Turn(turns[joint, 0], turns[joint, 1]) for joint in pattern.joints
+    ]
+    return postures(arm, preferred)
+
+
+def _coordinates(pattern: ArmPattern, posture: Posture, near: ca.SX | None) -> tuple[list[ca.SX], ca.SX]:
+    """(n) coordinates, and the sum of 2^i over the free ones."""
+    values: list[ca.SX] = [ca.SX(0)] * pattern.n
+    for held in pattern.held:
+        assert near is not None
+        values[held.joint] = near[held.joint]
+    free = ca.SX(0)
+    for motion, loose, joint in zip(posture.motions, posture.free, pattern.joints, strict=True):
+        if joint >= 0:
+            values[joint] = motion.angle if isinstance(motion, Turn) else motion
+        if joint != -1:
+            free = free + 2.0 ** (joint if joint >= 0 else 20) * loose
+    return values, free
+
+
+def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
+    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done."""
+    turn = 2 * pi
+    lower, upper = wishes.lower[i], wishes.upper[i]
+    moved = x - turn * ca.floor((x - wishes.near[i]) / turn + 0.5)
+    up = ca.if_else(moved < lower, ca.ceil((lower - moved) / turn - 1e-12), 0)
+    down = ca.if_else(moved > upper, ca.ceil((moved - upper) / turn - 1e-12), 0)
+    shifted = moved + turn * (up - down)
+    inside = ca.logic_and(shifted >= lower - 1e-12, shifted <= upper + 1e-12)
+    return ca.if_else(inside, shifted, moved)
+
+
+def _code(posture: Posture) -> tuple[ca.SX, ca.SX]:
+    """The signs of the marks and the reason in one number, and the smallest mark.
+
+    (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each sign -1, 0 or 1.
+    """
+    code, margin = 27 * posture.reason, ca.SX(1)
+    for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
+        if mark is None:
+            code = code + weight
+            continue
+        code = code + weight * ca.if_else(mark > MERGED, 2, ca.if_else(mark < -MERGED, 0, 1))
+        margin = ca.fmin(margin, ca.fabs(mark))
+    return code, margin
+
+
+def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Rotation and translation of T home^-1, or of its inverse for a reversed arm."""
+    R_h, p_h = geometry.home[:3, :3], geometry.home[:3, 3]
+    R = T[:3, :3] @ R_h.T
+    p = T[:3, 3] - R @ p_h
+    return (R.T, -R.T @ p) if pattern.reversed else (R, p)
+
+
+def _repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
+    R = T[:3, :3]
+    gram = R.T @ R
+    defect = ca.SX(0)
+    for i in range(3):
+        defect = ca.fmax(defect, ca.fabs(T[3, i]))
+        for j in range(i, 3):
+            defect = ca.fmax(defect, ca.fabs(gram[i, j] - float(i == j)))
+    defect = ca.fmax(defect, ca.fabs(T[3, 3] - 1))
+    defect = ca.if_else(ca.det(R) > 0, defect, 2)
+    size = ca.sumsqr(T)
+    # NaN and infinity pass no comparison.
+    defect = ca.if_else(size < ca.inf, defect, 2)
+    for _ in range(2):
+        # Newton's iteration for the polar factor: the defect is squared each time.
+        R = R @ (1.5 * ca.SX.eye(3) - 0.5 * (R.T @ R))
+    return ca.vertcat(ca.horzcat(R, T[:3, 3]), ca.SX([[0, 0, 0, 1]])), defect

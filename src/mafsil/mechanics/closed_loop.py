@@ -1,0 +1,207 @@
+"""One step of a closed loop as one expression: measured state and reference in, next state and what is recorded out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import casadi as ca
+
+from mafsil.algebra import so3
+from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
+from mafsil.mechanics.forward_kinematics import forward_kinematics
+from mafsil.mechanics.friction import FrictionLaw, friction_law
+from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.jacobian import jacobian_body
+from mafsil.mechanics.loop_terms import Loop, input_sizes
+from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.placement import Expression, constant
+from mafsil.mechanics.regrouping import regrouped
+from mafsil.model import Mechanism
+
+Row: TypeAlias = tuple[float, ...]
+
+
+def function(loop: Loop) -> ca.Function:
+    """The step as a casadi.Function, inputs and outputs as `input_sizes` and `output_sizes` say, columns in C order.
+
+    Args:
+        loop: what is asked for.
+    """
+    sizes = input_sizes(loop)
+    x = {name: _symbol(name, shape) for name, shape in sizes.items()}
+    n, trees = loop.plant.n, _Trees()
+    q, qd = x["state"][:n], x["state"][n:]
+    measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
+    command, integral = _law(loop, trees, measured_q, measured_qd, x)
+    effort = _clipped(command, x["limit"]) if loop.saturated else command
+    plant = _Plant(loop, trees.of(loop.plant), effort, x.get("push"))
+    here, rate, first = q, qd, ca.SX(n, 1)
+    for count in range(loop.substeps):
+        here, rate, slope = plant.stepped(here, rate, x["step"])
+        first = first if count else slope
+    T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
+    wanted = ca.reshape(x["T_wanted"], 4, 4).T
+    distance = ca.sqrt(ca.sumsqr(wanted[:3, 3] - T[:3, 3]))
+    angle = so3.angle_between(T[:3, :3], wanted[:3, :3])
+    results = [ca.vertcat(here, rate), integral, command, effort, first, ca.vertcat(distance, angle)]
+    columns = [ca.densify(column) for column in results]
+    return ca.Function("closed_loop", list(x.values()), ca.cse(columns))
+
+
+class _Trees:
+    """Trees of mechanisms: equal mechanisms share one, so that their expressions share what they have in common."""
+
+    def __init__(self) -> None:
+        self._full: list[tuple[Mechanism, BodyTree, BodyTree]] = []
+
+    def _both(self, mechanism: Mechanism) -> tuple[BodyTree, BodyTree]:
+        for known, full, short in self._full:
+            if known is mechanism:
+                return full, short
+        full = regauged(lumped(mechanism))
+        self._full.append((mechanism, full, regrouped(full)))
+        return self._full[-1][1:]
+
+    def of(self, mechanism: Mechanism) -> BodyTree:
+        """The shortest tree with the same dynamics."""
+        return self._both(mechanism)[1]
+
+    def true(self, mechanism: Mechanism) -> BodyTree:
+        """The tree with true frames."""
+        return self._both(mechanism)[0]
+
+
+def _symbol(name: str, shape: tuple[int, ...]) -> Expression:
+    size = 1
+    for length in shape:
+        size *= length
+    return ca.SX.sym(name, size)
+
+
+def _law(
+    loop: Loop, trees: _Trees, q: Expression, qd: Expression, x: dict[str, Expression]
+) -> tuple[Expression, Expression]:
+    """Commanded efforts (n,) and the next integrals."""
+    n = loop.plant.n
+    u, v, a = x["reference"][:n], x["reference"][n : 2 * n], x["reference"][2 * n :]
+    total, integrals, row = ca.SX(n, 1), [], 0
+    for term in loop.terms:
+        if term.kind in ("computed_torque", "feedback"):
+            kp, kd, ki = (x["gains"][(3 * row + part) * n : (3 * row + part + 1) * n] for part in range(3))
+            feedback = kp * (u - q) + kd * (v - qd)
+            if loop.integrates:
+                integrals.append(x["integral"][row * n : (row + 1) * n] + ki * (u - q))
+                feedback = feedback + integrals[-1]
+            row += 1
+            effort = feedback if term.model is None else inverse_dynamics(trees.of(term.model), q, qd, a + feedback)
+        elif term.kind == "gravity":
+            assert term.model is not None
+            effort = inverse_dynamics(trees.of(term.model), q, ca.SX(n, 1), ca.SX(n, 1))
+        else:
+            assert term.model is not None
+            effort = inverse_dynamics(trees.of(term.model), u, v, a)
+        total = total + effort
+    return total, ca.vertcat(ca.SX(0, 1), *integrals)
+
+
+def _clipped(command: Expression, limit: Expression) -> Expression:
+    """Clipped elementwise; NaN passes through."""
+    return ca.vertcat(
+        *(
+            ca.if_else(command[i] > limit[i], limit[i], ca.if_else(command[i] < -limit[i], -limit[i], command[i]))
+            for i in range(command.shape[0])
+        )
+    )
+
+
+class _Plant:
+    """Steps of the plant under an effort that is held."""
+
+    def __init__(self, loop: Loop, tree: BodyTree, effort: Expression, push: Expression | None) -> None:
+        self.loop, self.tree, self.effort = loop, tree, effort
+        self.friction = None if loop.friction is None else _Friction(friction_law(loop.plant), loop.friction)
+        self.F_tip = None if push is None else -push
+
+    def stepped(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
+        """State after one step, and the acceleration at its beginning."""
+        scheme: tuple[Any, ...] = self.loop.scheme
+        if scheme[0] == "runge_kutta":
+            return self._runge_kutta(scheme[1], scheme[2], q, v, h)
+        if scheme[0] == "splitting":
+            return self._splitting(scheme[1], scheme[2], q, v, h)
+        acceleration = self._damped(scheme[1], q, v, h)
+        v = v + h * acceleration
+        return q + h * v, v, acceleration
+
+    def _runge_kutta(
+        self, a: Sequence[Row], b: Row, q: Expression, v: Expression, h: Expression
+    ) -> tuple[Expression, Expression, Expression]:
+        rates: list[Expression] = []
+        slopes: list[Expression] = []
+        for row in a:
+            here, rate = _advanced(q, h, row, rates), _advanced(v, h, row, slopes)
+            rates.append(rate)
+            slopes.append(self._acceleration(here, rate))
+        return _advanced(q, h, b, rates), _advanced(v, h, b, slopes), slopes[0]
+
+    def _splitting(
+        self, kicks: Row, drifts: Row, q: Expression, v: Expression, h: Expression
+    ) -> tuple[Expression, Expression, Expression]:
+        first = None
+        for kick, drift in zip(kicks, drifts, strict=True):
+            slope = self._acceleration(q, v)
+            first = slope if first is None else first
+            v = v + (kick * h) * slope
+            q = q + (drift * h) * v
+        return q, v, first
+
+    def _acceleration(self, q: Expression, v: Expression) -> Expression:
+        load = self.effort
+        if self.friction is not None:
+            load = load - self.friction.slope(v) @ v - self.friction.offset
+        return forward_dynamics(self.tree, q, v, load, self.F_tip)
+
+    def _damped(self, iterations: int, q: Expression, v: Expression, h: Expression) -> Expression:
+        """Acceleration with friction at the end of the step, by the secant of its curve."""
+        M, load = mass_matrix(self.tree, q), self.effort - inverse_dynamics(self.tree, q, v, ca.SX(self.tree.n, 1))
+        if self.F_tip is not None:
+            load = load - jacobian_body(self.tree, q, self.tree.tip).T @ self.F_tip
+        after, acceleration = v, ca.SX(self.tree.n, 1)
+        if self.friction is None:
+            return solved(M, load)
+        load = load - self.friction.offset
+        for _ in range(iterations):
+            slope = self.friction.slope(after)
+            acceleration = solved(M + h * slope, load - slope @ v)
+            after = v + h * acceleration
+        return acceleration
+
+
+class _Friction:
+    """Friction as the secants of its curves."""
+
+    def __init__(self, law: FrictionLaw, width: float) -> None:
+        self.law, self.width = law, width
+        self.gain = constant(law.gain)
+        self.offset = constant(law.gain.T @ law.offset)
+
+    def slope(self, v: Expression) -> Expression:
+        """D (n, n): D v + offset is the friction at the rates v (n,)."""
+        law, w, slopes = self.law, self.gain @ v, []
+        for i in range(len(law.viscous)):
+            coulomb = ca.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
+            moving = ca.fabs(w[i]) > 1e-8 * self.width
+            share = ca.if_else(moving, ca.tanh(w[i] / self.width) / ca.if_else(moving, w[i], 1.0), 1.0 / self.width)
+            slopes.append(float(law.viscous[i]) + coulomb * share)
+        return self.gain.T @ ca.diag(ca.vertcat(*slopes)) @ self.gain
+
+
+def _advanced(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:
+    """The sum y + h sum_i w_i k_i."""
+    for weight, slope in zip(weights, slopes, strict=True):
+        if weight:
+            y = y + (h * weight) * slope
+    return y

@@ -1,0 +1,63 @@
+"""The variational integrator of the midpoint rule: a step makes the sum of a discrete Lagrangian stationary.
+
+L_d(q0, q1) = h L((q0 + q1) / 2, (q1 - q0) / h),  p0 = -dL_d/dq0,  p1 = dL_d/dq1
+
+It conserves momenta of symmetries exactly and lets the energy oscillate, but not drift.
+
+Reference: Marsden and West, Discrete mechanics and variational integrators, Acta Numerica 10, 2001.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.hamiltonian import lagrangian_slope
+from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.regrouping import regrouped
+from mafsil.model import Mechanism
+
+
+def function(mechanism: Mechanism) -> ca.Function:
+    """Of (q0, p0, v, load, h) to 3 n numbers: the next v of Newton's iteration, p1, and what is left of the equation.
+
+    r(v) = M(q) v - h/2 (dL/dq(q, v) + load) - p0 at q = q0 + h v / 2; at its zero q1 = q0 + h v and
+    p1 = p0 + h (dL/dq + load).
+
+    Args:
+        mechanism: its numbers become constants.
+    """
+    n = mechanism.n
+    tree = regrouped(regauged(lumped(mechanism)))
+    q0, p0, v, load = (ca.SX.sym(name, n) for name in ("q0", "p0", "v", "load"))
+    h, middle = ca.SX.sym("h", 1), ca.SX.sym("q", n)
+    force = lagrangian_slope(tree, middle, v) + load
+    residual_there = mass_matrix(tree, middle) @ v - (h / 2) * force - p0
+    # The chain rule by hand: q moves by h/2 with v.
+    slope_there = ca.jacobian(residual_there, v) + (h / 2) * ca.jacobian(residual_there, middle)
+    residual, slope, impulse = ca.substitute([residual_there, slope_there, h * force], [middle], [q0 + (h / 2) * v])
+    column = ca.vertcat(v - eliminated(slope, residual), p0 + impulse, residual)
+    return ca.Function("variational_step", [q0, p0, v, load, h], [ca.cse(ca.densify(column))])
+
+
+def eliminated(A: Expression, b: Expression) -> Expression:
+    """X (n,) with A x = b for a matrix (n, n) near a positive definite one: Gauss without exchange of rows."""
+    n = A.shape[0]
+    A, x = ca.SX(A), ca.SX(b)
+    for k in range(n):
+        for i in range(k + 1, n):
+            if A[i, k].is_zero():
+                continue
+            factor = A[i, k] / A[k, k]
+            for j in range(k + 1, n):
+                if not A[k, j].is_zero():
+                    A[i, j] = A[i, j] - factor * A[k, j]
+            x[i] = x[i] - factor * x[k]
+    for k in reversed(range(n)):
+        for j in range(k + 1, n):
+            if not A[k, j].is_zero():
+                x[k] = x[k] - A[k, j] * x[j]
+        x[k] = x[k] / A[k, k]
+    return x

@@ -1,0 +1,53 @@
+"""Motion in coordinates and momenta: Hamilton's equations, in which conserved momenta stay constant to the last bit."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.energy import kinetic_energy
+from mafsil.mechanics.forward_dynamics import solved
+from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.regrouping import regrouped
+from mafsil.model import Mechanism
+
+
+def lagrangian_slope(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
+    """DL/dq (n,) of L = K - P: half of qd' dM/dq_i qd, minus gravity; exactly zero for a cyclic coordinate.
+
+    Args:
+        tree: the bodies.
+        q: (n,) symbols of the coordinates.
+        qd: (n,) rates, any expression: they are held while the derivative is taken.
+    """
+    held = ca.SX.sym("held", tree.n)
+    slope = ca.gradient(kinetic_energy(tree, q, held), q)
+    still = ca.SX(tree.n, 1)
+    return ca.substitute(slope, held, qd) - inverse_dynamics(tree, q, still, still)
+
+
+def hamiltonian_field(tree: BodyTree, q: Expression, p: Expression) -> tuple[Expression, Expression]:
+    """Hamilton's equations without outside efforts: (qd, pd) = (M^-1 p, dL/dq).
+
+    Args:
+        tree: the bodies.
+        q: (n,) symbols of the coordinates.
+        p: (n,) momenta M qd.
+    """
+    qd = solved(mass_matrix(tree, q), p)
+    return qd, lagrangian_slope(tree, q, qd)
+
+
+def function(mechanism: Mechanism) -> ca.Function:
+    """Of (q, p) to the 2 n numbers (qd, pd).
+
+    Args:
+        mechanism: its numbers become constants.
+    """
+    n = mechanism.n
+    q, p = ca.SX.sym("q", n), ca.SX.sym("p", n)
+    column = ca.vertcat(*hamiltonian_field(regrouped(regauged(lumped(mechanism))), q, p))
+    return ca.Function("hamiltonian_field", [q, p], [ca.cse(ca.densify(column))])

@@ -1,0 +1,80 @@
+"""A closed loop as data: what is compiled into one step, and the names and sizes of its inputs and outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mafsil.model import Mechanism
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One summand of a control law.
+
+    Attributes:
+        kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", or "feedforward" (of the model).
+        model: the mechanism the law believes in; None for "feedback".
+    """
+
+    kind: str
+    model: Mechanism | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """What decides the expression of a step.
+
+    Attributes:
+        plant: the mechanism that moves.
+        terms: of the law; each "computed_torque" and "feedback" has gains of its own.
+        shown: the mechanism whose tip is compared with the reference.
+        scheme: ("runge_kutta", a, b), ("splitting", kicks, drifts) or ("implicit_friction", iterations).
+        substeps: integration steps for each evaluation of the law.
+        friction: width of the smoothed Coulomb friction [rad/s | m/s]; None for no friction.
+        pushed, noisy, saturated: whether these inputs exist.
+        integrates: whether the laws have an integral.
+    """
+
+    plant: Mechanism
+    terms: tuple[Term, ...]
+    shown: Mechanism
+    scheme: tuple[object, ...]
+    substeps: int
+    friction: float | None
+    pushed: bool
+    noisy: bool
+    saturated: bool
+    integrates: bool
+
+    @property
+    def gains(self) -> int:
+        """Number of terms that have gains."""
+        return sum(term.kind in ("computed_torque", "feedback") for term in self.terms)
+
+    @property
+    def integrals(self) -> int:
+        """Number of terms that have an integral."""
+        return self.gains if self.integrates else 0
+
+
+def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
+    """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them."""
+    n, gains = loop.plant.n, loop.gains
+    sizes: dict[str, tuple[int, ...]] = {"state": (2, n), "integral": (loop.integrals, n), "reference": (3, n)}
+    sizes |= {"gains": (gains, 3, n), "step": (), "T_wanted": (4, 4)}
+    if loop.saturated:
+        sizes["limit"] = (n,)
+    if loop.pushed:
+        sizes["push"] = (6,)
+    if loop.noisy:
+        sizes["noise"] = (2, n)
+    return sizes
+
+
+def output_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
+    """Names and core shapes of the outputs; the last holds the tip's distance and angle from the reference."""
+    n = loop.plant.n
+    return {
+        "next_state": (2, n), "next_integral": (loop.integrals, n), "command": (n,), "effort": (n,),
+        "acceleration": (n,), "tip_errors": (2,),
+    }  # fmt: skip

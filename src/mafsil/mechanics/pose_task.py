@@ -1,0 +1,158 @@
+"""Iterations towards a pose as functions: the twist that is left, one bounded damped step, one step with a wish."""
+
+from __future__ import annotations
+
+from math import nan, pi
+
+import casadi as ca
+
+from mafsil.algebra import se3, so3
+from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.forward_kinematics import forward_kinematics
+from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.jacobian import jacobian_body
+from mafsil.model import Mechanism
+
+OPPOSITE = 1e-12
+"""Sine below which opposite axes are turned about any normal."""
+
+
+def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ca.Function:
+    """Of (q, T_sd, task) to 16 numbers of T_sf and 6 of the twist e that is left, as in `step`.
+
+    Args:
+        mechanism: its numbers become constants.
+        frame: name of a link; the tip frame if None.
+        one_axis: only the direction of the task's axis counts, not the turn about it.
+    """
+    goal = _Goal(mechanism, frame, one_axis)
+    return ca.Function(
+        "pose_check", goal.inputs, [ca.cse(ca.densify(ca.vertcat(ca.reshape(goal.T_sf.T, 16, 1), goal.twist)))]
+    )
+
+
+def step(mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float) -> ca.Function:
+    """Of (q, T_sd, task) to q_next of n and e of 6 numbers; task = weights (6), axis (3), lower (n), upper (n).
+
+    q_next = clip(q + J' (J J' + lambda I)^-1 e),  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),
+    lambda = relative |e|^2 + least
+
+    Rows of J and e are multiplied by the weights. For one axis the angular part of e is the least turn that brings the
+    axes together. Joints at a bound that the step would push further are held.
+
+    Args:
+        mechanism: its numbers become constants.
+        frame: name of a link; the tip frame if None.
+        one_axis: only the direction of the task's axis counts, not the turn about it.
+        relative: damping relative to the squared error.
+        least: smallest damping.
+
+    Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
+    """
+    goal = _Goal(mechanism, frame, one_axis)
+    J, e = goal.weighted()
+    J = goal.held(J, J.T @ e)
+    dq = _damped(J, e, relative * ca.dot(e, e) + least)
+    return ca.Function("pose_step", goal.inputs, [ca.cse(ca.densify(ca.vertcat(goal.clipped(dq), goal.twist)))])
+
+
+def step_with_wish(
+    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float
+) -> ca.Function:
+    """As `step`, of (q, T_sd, task, z): what the task leaves free moves as wished; then n numbers of that motion.
+
+    dq = z + J# (e - J z),  self-motion = z - J# J z
+
+    Reference: Liegeois, Automatic supervisory control of the configuration and behavior of multibody mechanisms, 1977.
+    """
+    goal = _Goal(mechanism, frame, one_axis)
+    z = ca.SX.sym("z", goal.n)
+    J, e = goal.weighted()
+    J = goal.held(J, J.T @ e)
+    for i in range(goal.n):
+        z[i] = ca.if_else(goal.pushed(i, z[i]), 0, z[i])
+    damping = relative * ca.dot(e, e) + least
+    free = z - _damped(J, J @ z, ca.SX(least))
+    moved = goal.clipped(_damped(J, e, damping) + free)
+    return ca.Function(
+        "pose_step_with_wish", [*goal.inputs, z], [ca.cse(ca.densify(ca.vertcat(moved, goal.twist, free)))]
+    )
+
+
+class _Goal:
+    """A wanted pose of a frame, and what is left to it."""
+
+    def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool) -> None:
+        self.tree: BodyTree = regauged(lumped(mechanism))
+        self.n = mechanism.n
+        self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
+        self.one_axis = one_axis
+        self.q, wanted = ca.SX.sym("q", self.n), ca.SX.sym("T_sd", 16)
+        task = ca.SX.sym("task", 9 + 2 * self.n)
+        self.inputs = [self.q, wanted, task]
+        self.weights, self.axis = task[:6], task[6:9]
+        self.lower, self.upper = task[9 : 9 + self.n], task[9 + self.n :]
+        self.T_sf = forward_kinematics(self.tree, self.q, self.attachment)
+        T_sd = ca.reshape(wanted, 4, 4).T
+        R = se3.rotation(self.T_sf)
+        turn = R.T @ se3.rotation(T_sd)
+        angular = _least_turn(self.axis, turn @ self.axis) if one_axis else so3.log(turn)
+        self.twist = ca.vertcat(angular, R.T @ (se3.translation(T_sd) - se3.translation(self.T_sf)))
+
+    def weighted(self) -> tuple[ca.SX, ca.SX]:
+        """Jacobian (6, n) and twist (6) times the weights."""
+        J = ca.densify(jacobian_body(self.tree, self.q, self.attachment))
+        if self.one_axis:
+            J = ca.vertcat(J[:3, :] - self.axis @ (self.axis.T @ J[:3, :]), J[3:, :])
+        return J * ca.repmat(self.weights, 1, self.n), self.twist * self.weights
+
+    def pushed(self, i: int, change: ca.SX) -> ca.SX:
+        """Whether joint i is at a bound and the change would push it further."""
+        below = ca.logic_and(self.q[i] <= self.lower[i], change < 0)
+        return ca.logic_or(below, ca.logic_and(self.q[i] >= self.upper[i], change > 0))
+
+    def held(self, J: ca.SX, descent: ca.SX) -> ca.SX:
+        """J without the columns of joints that are at a bound and pushed further."""
+        columns = [ca.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
+        return ca.horzcat(*columns) if columns else J
+
+    def clipped(self, dq: ca.SX) -> ca.SX:
+        """Q + dq within the bounds."""
+        return ca.fmin(ca.fmax(self.q + dq, self.lower), self.upper)
+
+
+def _least_turn(a: ca.SX, b: ca.SX) -> ca.SX:
+    """(3,) rotation vector of least length that takes unit vector a to b, normal to a."""
+    normal = ca.cross(a, b)
+    sine, cosine = ca.sqrt(ca.sumsqr(normal)), ca.dot(a, b)
+    small = sine < OPPOSITE
+    ratio = ca.atan2(sine, cosine) / ca.if_else(small, 1, sine)
+    side = ca.if_else(a[2] * a[2] < 0.5, ca.vertcat(a[1], -a[0], 0), ca.vertcat(0, a[2], -a[1]))
+    half = pi * side / ca.sqrt(ca.sumsqr(side))
+    return ca.if_else(small, ca.if_else(cosine < 0, half, normal), ratio * normal)
+
+
+def _damped(J: ca.SX, e: ca.SX, damping: ca.SX) -> ca.SX:
+    """(n,) J' (J J' + damping I)^-1 e, by the smaller of the two matrices."""
+    m, n = J.shape
+    if n < m:
+        return _solved(J.T @ J + damping * ca.SX.eye(n), J.T @ e)
+    return J.T @ _solved(J @ J.T + damping * ca.SX.eye(m), e)
+
+
+def _solved(A: ca.SX, b: ca.SX) -> ca.SX:
+    """X of A x = b by Cholesky's factors; NaN where A is not positive definite."""
+    m = b.shape[0]
+    L = ca.SX.zeros(m, m)
+    for j in range(m):
+        pivot = A[j, j] - ca.sumsqr(L[j, :j]) if j else A[j, j]
+        L[j, j] = 1 / ca.sqrt(ca.if_else(pivot > 0, pivot, nan))
+        for i in range(j + 1, m):
+            rest = A[i, j] - (ca.dot(L[i, :j], L[j, :j]) if j else 0)
+            L[i, j] = rest * L[j, j]
+    x = ca.SX.zeros(m, 1)
+    for j in range(m):
+        x[j] = (b[j] - (ca.dot(L[j, :j].T, x[:j]) if j else 0)) * L[j, j]
+    for j in reversed(range(m)):
+        x[j] = (x[j] - (ca.dot(L[j + 1 :, j], x[j + 1 :]) if j + 1 < m else 0)) * L[j, j]
+    return x

@@ -1,0 +1,143 @@
+"""Inverse dynamics over time: a motion in, the efforts that make it out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_kind
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+from mafsil.simulation.motion.signal import Source, signal
+from mafsil.trajectory import Trajectory
+
+STENCIL = 7
+"""Samples that a derivative uses: exact for polynomials of degree six."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class InverseMotion:
+    """A motion with the efforts it needs, at given times.
+
+    Attributes:
+        t: (k,) times [s].
+        q, qd, qdd: (k, *batch, n) motion [rad | m] and time derivatives.
+        tau: (k, *batch, n) efforts [N m | N].
+    """
+
+    t: Floats
+    q: JointVector
+    qd: JointVector
+    qdd: JointVector
+    tau: JointVector
+
+    @property
+    def power(self) -> Floats:
+        """Mechanical power tau . qd (k, *batch) [W]."""
+        return (self.tau * self.qd).sum(axis=-1)
+
+
+def inverse_dynamics_trajectory(
+    robot: Robot,
+    motion: Trajectory | ArrayLike | Callable[[float], ArrayLike],
+    t: ArrayLike,
+    *,
+    qd: ArrayLike | None = None,
+    qdd: ArrayLike | None = None,
+    tip_wrench: Source = None,
+    friction: bool = False,
+) -> InverseMotion:
+    """The efforts tau(t) that a motion q(t) needs: tau = M qdd + c + g + friction + J' F_tip at each time.
+
+    Rates and accelerations that are not given are found by differentiation: exactly for a trajectory, by formulas of
+    sixth order through seven neighbouring samples otherwise (a function is sampled at the times `t`).
+
+    Args:
+        robot: the arm.
+        motion: a trajectory, a function q(t), or (k, *batch, n) samples at the times `t` [rad | m].
+        t: (k,) increasing times [s].
+        qd, qdd: (k, *batch, n) rates and accelerations of sampled motions, if they are known.
+        tip_wrench: (m, f) that the tip exerts on the world, in the tip frame: None, constant, f(t), f(t, q, qd) or
+            `Sampled` [N m, N].
+        friction: whether the joints' friction counts.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, times that do not increase, fewer than three samples to
+            differentiate.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.3.2.
+    """
+    require_kind("robot", robot, "Robot", "mechanism", "inverse_dynamics")
+    times = require_finite("t", real_array("t", t))
+    if times.ndim != 1 or not (np.diff(times) > 0.0).all():
+        raise InputError("simulation.times", got=times.shape)
+    if isinstance(motion, Trajectory):
+        u, v, a = motion.at(times)
+        gate("motion", u, (robot.n,))
+    else:
+        sampled = np.stack([np.asarray(motion(s)) for s in times.tolist()]) if callable(motion) else motion
+        u, v, a = _differentiated(robot.n, times, sampled, qd, qdd)
+    load = _wrenches(times, u, v, tip_wrench)
+    tau = robot.inverse_dynamics(u, v, a) if load is None else robot.inverse_dynamics(u, v, a, load)
+    if friction:
+        tau = tau + robot.friction_torque(v)
+    return InverseMotion(times, u, v, a, tau)
+
+
+def _wrenches(t: Floats, q: Floats, qd: Floats, source: Source) -> Floats | None:
+    wrench = signal("tip_wrench", source, 6)
+    if wrench is None:
+        return None
+    rows = [wrench(*row) for row in zip(t.tolist(), q, qd, strict=True)]
+    return np.stack([np.broadcast_to(row, (*q.shape[1:-1], 6)) for row in rows])
+
+
+def _differentiated(
+    n: int, t: Floats, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
+) -> tuple[Floats, Floats, Floats]:
+    """Samples with their derivatives, found where they are not given."""
+    u = require_finite("q", gate("q", q, (n,)))
+    if u.ndim < 2 or len(u) != len(t):
+        raise InputError("input.shape", name="q", expected=(len(t), "*batch", n), got=u.shape, hint="")
+    given: list[Floats | None] = []
+    for name, value in (("qd", qd), ("qdd", qdd)):
+        array = None if value is None else require_finite(name, gate(name, value, (n,)))
+        if array is not None and array.shape != u.shape:
+            raise InputError("input.shape", name=name, expected=u.shape, got=array.shape, hint="")
+        given.append(array)
+    v, a = given
+    if (v is None or a is None) and len(t) < 3:
+        raise InputError("simulation.samples", count=len(t))
+    rates = differentiate(t, u, 1) if v is None else v
+    if a is None:
+        a = differentiate(t, u, 2) if v is None else differentiate(t, v, 1)
+    return u, rates, a
+
+
+def differentiate(t: ArrayLike, values: ArrayLike, order: int = 1) -> Floats:
+    """Derivative (k, ...) of samples at any increasing times, through up to seven neighbours of each.
+
+    Args:
+        t: (k,) times [s].
+        values: (k, ...) samples.
+        order: 1 or 2.
+
+    Reference: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Math. Comp. 51, 1988.
+    """
+    times, samples = real_array("t", t), real_array("values", values)
+    count = len(times)
+    width = min(STENCIL, count)
+    first = np.clip(np.arange(count) - width // 2, 0, count - width)
+    rows = first[:, None] + np.arange(width)
+    spacing = (times[rows[:, -1]] - times[rows[:, 0]]) / max(width - 1, 1)
+    offsets = (times[rows] - times[:, None]) / spacing[:, None]
+    powers = np.arange(float(width))[:, None]
+    # Weights that differentiate 1, x, x^2, ... exactly.
+    wanted = np.zeros((count, width, 1))
+    wanted[:, order] = float(order)
+    weights = np.linalg.solve(offsets[:, None, :] ** powers, wanted)[..., 0] / spacing[:, None] ** order
+    return cast(Floats, np.einsum("kw,kw...->k...", weights, samples[rows]))

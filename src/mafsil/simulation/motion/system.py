@@ -1,0 +1,129 @@
+"""A robot under efforts and wrenches over time as a first-order system, in rates or in momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache, partial
+from math import isfinite
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mafsil import kernels
+from mafsil.arrays import Floats, JointVector
+from mafsil.kernels import Kernel, Port, Signature
+from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint
+from mafsil.robot import Robot
+from mafsil.simulation.motion.signal import Signal
+
+Rates: TypeAlias = Callable[[float, Floats], Floats]
+
+
+class DrivenRobot:
+    """Joint efforts, friction and tip wrench over time acting on a robot.
+
+    Args:
+        robot: the arm.
+        tau: efforts of the motors, or None.
+        tip_wrench: what the tip exerts on the world, or None.
+        friction: whether the joints' friction acts.
+    """
+
+    def __init__(self, robot: Robot, tau: Signal | None, tip_wrench: Signal | None, friction: bool) -> None:
+        self.robot, self.n = robot, robot.n
+        self._tau, self._wrench = tau, tip_wrench
+        self._friction = friction and any(j.moves and j.friction is not None for j in robot.mechanism.joints)
+
+    @property
+    def unloaded(self) -> bool:
+        """Whether nothing but gravity acts."""
+        return self._tau is None and self._wrench is None and not self._friction
+
+    def motor_efforts(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        """Tau (*batch, n)."""
+        return np.zeros_like(q) if self._tau is None else self._tau(t, q, qd) + 0.0 * q
+
+    def tip_wrench(self, t: float, q: JointVector, qd: JointVector) -> Floats | None:
+        """(*batch, 6) the tip exerts on the world, or None."""
+        return None if self._wrench is None else self._wrench(t, q, qd)
+
+    def load(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        """Generalized forces (*batch, n) besides gravity: motors, friction, tip wrench."""
+        load = self._joint_load(t, q, qd)
+        wrench = self.tip_wrench(t, q, qd)
+        if wrench is None:
+            return load
+        J = self.robot.jacobian_body(q)
+        return load - np.einsum("...ji,...j->...i", J, wrench)
+
+    def acceleration(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        """Qdd (*batch, n); NaN where the state is not finite."""
+        if q.ndim == 1 and not isfinite(q.dot(q) + qd.dot(qd)):
+            return np.full_like(q, np.nan)
+        load, wrench = self._joint_load(t, q, qd), self.tip_wrench(t, q, qd)
+        if q.ndim == 1 and not isfinite(load.dot(load)):
+            return np.full_like(q, np.nan)
+        if wrench is None:
+            return self.robot.forward_dynamics(q, qd, load)
+        return self.robot.forward_dynamics(q, qd, load, wrench)
+
+    def _joint_load(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        load = self.motor_efforts(t, q, qd)
+        return load - self.robot.friction_torque(qd) if self._friction else load
+
+    def rates(self, t: float, y: Floats) -> Floats:
+        """Derivative (*batch, 2 n) of y = (q, qd)."""
+        q, qd = y[..., : self.n], y[..., self.n :]
+        return np.concatenate([qd, self.acceleration(t, q, qd)], axis=-1)
+
+    def momentum_rates(self, t: float, y: Floats) -> Floats:
+        """Derivative (*batch, 2 n) of y = (q, p), p = M qd: Hamilton's equations."""
+        n = self.n
+        q, p = np.ascontiguousarray(y[..., :n]), np.ascontiguousarray(y[..., n:])
+        if y.ndim == 1 and not isfinite(y.dot(y)):
+            return np.full_like(y, np.nan)
+        slope = hamiltonian_kernel(self.robot.mechanism)(q, p)
+        if self.unloaded:
+            return slope
+        return slope + np.concatenate([0.0 * q, self.load(t, q, slope[..., :n])], axis=-1)
+
+    def momentum(self, q: JointVector, qd: JointVector) -> JointVector:
+        """P (*batch, n) = M qd."""
+        return (self.robot.mass_matrix(q) @ qd[..., None])[..., 0]
+
+    def rate_of(self, q: JointVector, p: JointVector) -> JointVector:
+        """Qd (*batch, n) = M^-1 p."""
+        return np.asarray(np.linalg.solve(self.robot.mass_matrix(q), p[..., None])[..., 0], dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def hamiltonian_kernel(mechanism: Mechanism) -> Kernel:
+    """(q, p) to (qd, pd), 2 n numbers, without outside efforts."""
+    n = mechanism.n
+    return _compiled("hamiltonian_field", mechanism, (Port("q", (n,)), Port("p", (n,))), 2 * n, hamiltonian_kernel)
+
+
+@lru_cache(maxsize=64)
+def variational_kernel(mechanism: Mechanism) -> Kernel:
+    """(q0, p0, v, load, h) to 3 n numbers; see `mechanics.discrete_lagrangian`."""
+    n = mechanism.n
+    inputs = (*(Port(name, (n,)) for name in ("q0", "p0", "v", "load")), Port("h"))
+    return _compiled("variational_step", mechanism, inputs, 3 * n, variational_kernel)
+
+
+def _compiled(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: int, recipe: Any) -> Kernel:
+    return kernels.compile(
+        Signature(name, inputs, (Port(name, (size,)),)),
+        partial(_build, name, mechanism),
+        key=f"{fingerprint(mechanism)} {name}",
+        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+        recipe=(recipe, (mechanism,)),
+    )
+
+
+def _build(name: str, mechanism: Mechanism) -> Any:
+    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    from mafsil.mechanics import discrete_lagrangian, hamiltonian
+
+    return {"hamiltonian_field": hamiltonian, "variational_step": discrete_lagrangian}[name].function(mechanism)

@@ -1,0 +1,170 @@
+"""One integration step of a plant under a held effort, by the name of its method; friction explicit or implicit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.errors import InputError
+from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
+from mafsil.simulation.plant import Plant
+from mafsil.solvers import METHODS, Splitting, method, second_order
+from mafsil.solvers.integrate import State, Step
+
+IMPLICIT_FRICTION = "implicit_friction"
+"""Semi-implicit Euler whose friction acts with the rate at the end of the step: stable for any friction and step."""
+INTEGRATORS = (*METHODS, IMPLICIT_FRICTION)
+DEFAULT = "semi_implicit_euler"
+ITERATIONS = 6
+"""Secant iterations of the implicit friction. Each takes energy away, however few they are."""
+STIFF = 1.0
+"""Step times the fastest decay that friction causes, from which on explicit integration is not to be trusted (2 is the
+stability limit of Euler's method)."""
+
+
+def friction_stiffness(plant: Plant, q: JointVector) -> float:
+    """Fastest decay [1/s] of small joint rates by friction: the largest eigenvalue of M(q)^-1 diag(df/dqd at rest).
+
+    Args:
+        plant: with its friction.
+        q: (k, n) positions to look at.
+    """
+    if not plant.has_friction or not q.size:
+        return 0.0
+    law = plant.friction_law
+    root = np.sqrt(law.viscous + np.maximum(law.positive, law.negative) / SMOOTHING)[:, None] * law.gain
+    M = plant.robot.mass_matrix(q.reshape(-1, q.shape[-1]))
+    try:
+        scaled = root @ np.linalg.solve(M[np.isfinite(M).all(axis=(1, 2))], root.T)
+    except np.linalg.LinAlgError:
+        return np.inf
+    return float(np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2.0)[:, -1].max(initial=0.0))
+
+
+def suitable_integrator(plant: Plant, q: JointVector, step: float, preferred: str = DEFAULT) -> str:
+    """The preferred method, or the one with implicit friction if friction is too stiff for the step.
+
+    Args:
+        plant: with its friction.
+        q: (k, n) positions that the motion passes.
+        step: of the integration [s].
+        preferred: name of a method.
+    """
+    return IMPLICIT_FRICTION if friction_stiffness(plant, q) * step > STIFF else preferred
+
+
+def require_integrator(name: str) -> None:
+    """Refuse a name that is no integrator.
+
+    Raises:
+        InputError: it is not known; the sentence lists the names.
+    """
+    if name not in INTEGRATORS:
+        raise InputError("input.choice", name="integrator", value=name, known=", ".join(INTEGRATORS))
+
+
+@dataclass(slots=True)
+class Stepper:
+    """Steps of a plant.
+
+    Attributes:
+        plant: that moves.
+        name: of the integrator.
+        step: length of a step [s].
+        effort: (*batch, n) that is held [N m | N].
+        push: (*batch, 6) of the world on the tip, or None.
+    """
+
+    plant: Plant
+    name: str
+    step: float
+    effort: JointVector = field(default_factory=lambda: np.zeros(0))
+    push: Vector6 | None = None
+
+    def move(self) -> Step:
+        """The step as a function of (t, state, h)."""
+        if self.name == IMPLICIT_FRICTION:
+            return self._implicit
+        return second_order(method(self.name), self._explicit)
+
+    def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
+        """Qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
+        if self.name == IMPLICIT_FRICTION:
+            return damped_acceleration(self.plant, q, qd, effort, push, self.step)
+        return self.plant.acceleration(q, qd, effort, push)
+
+    def scheme(self) -> tuple[object, ...]:
+        """The method as data for the compiled loop."""
+        if self.name == IMPLICIT_FRICTION:
+            return (IMPLICIT_FRICTION, ITERATIONS)
+        chosen = method(self.name)
+        if isinstance(chosen, Splitting):
+            return ("splitting", chosen.kicks, chosen.drifts)
+        return ("runge_kutta", chosen.a, chosen.b)
+
+    def evaluations(self) -> int:
+        """Evaluations of the dynamics in one step."""
+        if self.name == IMPLICIT_FRICTION:
+            return 2
+        chosen = method(self.name)
+        return len(chosen.kicks) if isinstance(chosen, Splitting) else chosen.stages
+
+    def _explicit(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        return self.plant.acceleration(q, qd, self.effort, self.push)
+
+    def _implicit(self, t: float, state: State, h: float) -> State:
+        q, qd = state
+        qd = qd + h * damped_acceleration(self.plant, q, qd, self.effort, self.push, h)
+        return q + h * qd, qd
+
+
+def damped_acceleration(
+    plant: Plant, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None, h: float
+) -> JointVector:
+    """Mean acceleration (*batch, n) over a step, friction taken at its end: M a = tau - c - g - f(qd + h a).
+
+    The friction curve is replaced by its secant through rest, D v with D >= 0, at the rate found before, several times;
+    (M + h D) a = tau - c - g - D qd.
+
+    Args:
+        plant: that moves.
+        q, qd: (*batch, n) state at the beginning of the step.
+        effort: (*batch, n) that is held [N m | N].
+        push: (*batch, 6) of the world on the tip, in the tip frame, or None.
+        h: length of the step [s].
+    """
+    robot = plant.robot
+    if push is None:
+        load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n))
+    else:
+        load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n), -push)
+    M = robot.mass_matrix(q)
+    if not plant.has_friction:
+        return _solved(M, load)
+    law = plant.friction_law
+    load = load - law.offset @ law.gain
+    after, acceleration = qd, np.zeros_like(qd)
+    for _ in range(ITERATIONS):
+        slope = _secant(law, after)
+        acceleration = _solved(M + h * slope, load - (slope @ qd[..., None])[..., 0])
+        after = qd + h * acceleration
+    return acceleration
+
+
+def _solved(M: Floats, b: Floats) -> Floats:
+    """X with M x = b; NaN where M or b is not finite or M is singular."""
+    try:
+        return np.asarray(np.linalg.solve(M, b[..., None])[..., 0], dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.full_like(b, np.nan)
+
+
+def _secant(law: FrictionLaw, v: Floats) -> Floats:
+    """D (*batch, n, n): D v + offset is the friction at the rates v (*batch, n)."""
+    w = v @ law.gain.T
+    moving = np.abs(w) > 1e-8 * SMOOTHING
+    share = np.where(moving, np.tanh(w / SMOOTHING) / np.where(moving, w, 1.0), 1.0 / SMOOTHING)
+    slope = law.viscous + np.where(w >= 0.0, law.positive, law.negative) * share
+    return law.gain.T @ (slope[..., None] * law.gain)

@@ -1,0 +1,240 @@
+"""Integration with a step chosen by the error estimate: dense output, events, breaks, and an honest ending."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, isfinite
+from time import perf_counter
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.solvers.embedded import EmbeddedPair
+from mafsil.solvers.events import Event, Watch
+from mafsil.solvers.integrate import Field
+from mafsil.solvers.outcome import Outcome
+from mafsil.solvers.solution import Crossing, IntegrationStatus, Solution, SolutionBuilder, cut, value_within
+
+SAFETY, LEAST, MOST = 0.9, 0.2, 8.0
+"""Share of the predicted step that is taken; bounds of the change from step to step."""
+MEMORY = 0.3
+"""Share of the exponent that the previous error has: the P of PI control against hunting step sizes."""
+RESETS = 10_000
+"""Resets after which an integration counts as chattering."""
+CLOSE = 1e-7
+"""Resets closer than this share of the interval, `IN_A_ROW` times, count as chattering."""
+IN_A_ROW = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """Error per step that is accepted: root mean square of e_i / (absolute + relative |y_i|) at most one.
+
+    Attributes:
+        relative: share of each component.
+        absolute: a number or (m,), in units of the state.
+    """
+
+    relative: float = 1e-9
+    absolute: Floats | float = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What an integration may cost.
+
+    Attributes:
+        steps: accepted and rejected ones together.
+        seconds: of wall-clock time.
+        longest: step that may be taken [s].
+    """
+
+    steps: int = 1_000_000
+    seconds: float = inf
+    longest: float = inf
+
+
+def integrate_adaptively(
+    pair: EmbeddedPair,
+    field: Field,
+    start: Floats,
+    interval: tuple[float, float],
+    *,
+    tolerance: Tolerance | None = None,
+    budget: Budget | None = None,
+    events: Sequence[Event] = (),
+    breaks: Sequence[float] = (),
+) -> Outcome[Solution]:
+    """Solve dy/dt = f(t, y) forward in time.
+
+    All states of a batch share the step, which the worst of them decides. A number that is not finite rejects a step;
+    when no step is short enough, the solution up to the last good state is returned with the status BLOWN_UP.
+
+    Args:
+        pair: method, from `embedded.pair`.
+        field: f(t, y), y (*batch, m).
+        start: (*batch, m) state at the beginning.
+        interval: beginning and end [s].
+        tolerance: of the error of a step.
+        budget: of steps and time.
+        events: what to look for.
+        breaks: times at which f is not smooth: steps end there, and f is asked on both sides.
+
+    Returns:
+        The solution, its status, the estimated error of the last step, the number of steps tried.
+    """
+    run = _Adaptive(pair, field, start, interval, tolerance or Tolerance(), budget or Budget(), events)
+    ends = [*sorted(b for b in breaks if interval[0] < b < interval[1]), interval[1]]
+    status = IntegrationStatus.COMPLETED
+    for end in ends:
+        status = run.until(end)
+        if status is not IntegrationStatus.COMPLETED:
+            break
+    facts = {"time": run.t, "end": interval[1], "events": len(run.builder.crossings)}
+    return Outcome(run.builder.finished(), status, run.error, run.tried, facts=facts)
+
+
+class _Adaptive:
+    """State of a running integration."""
+
+    def __init__(
+        self,
+        pair: EmbeddedPair,
+        field: Field,
+        start: Floats,
+        interval: tuple[float, float],
+        tolerance: Tolerance,
+        budget: Budget,
+        events: Sequence[Event],
+    ) -> None:
+        self.pair, self.field, self.tolerance, self.budget, self.events = pair, field, tolerance, budget, events
+        self.t, self.y = interval[0], np.array(start, dtype=np.float64)
+        self.span = interval[1] - interval[0]
+        self.stages = np.empty((len(pair.c), *self.y.shape))
+        self.flat = self.stages.reshape(len(pair.c), -1)
+        self.builder = SolutionBuilder(self.t, self.y)
+        self.watch = Watch(events, self.t, self.y)
+        self.tried, self.resets, self.close = 0, 0, 0
+        self.last_reset = -inf
+        self.error = self.previous = 1.0
+        self.h = 0.0
+        self.deadline = perf_counter() + budget.seconds
+
+    def until(self, end: float) -> IntegrationStatus:
+        """Integrate to a time; the field is smooth up to there."""
+        self.stages[0] = self.field(self.t, self.y)
+        self.h = self._first_step() if not self.h else self.h
+        while self.t < end:
+            if self.tried >= self.budget.steps:
+                return IntegrationStatus.BUDGET_SPENT
+            if perf_counter() > self.deadline:
+                return IntegrationStatus.TIME_SPENT
+            status = self._step(end)
+            if status is not None:
+                return status
+        return IntegrationStatus.COMPLETED
+
+    def _step(self, end: float) -> IntegrationStatus | None:
+        """Try one step; a status if the integration ends with it."""
+        whole = min(self.h, self.budget.longest)
+        last = self.t + whole * (1.0 + 1e-10) >= end
+        h = end - self.t if last else whole
+        if h <= 10.0 * np.spacing(abs(self.t)) and not last:
+            return IntegrationStatus.BLOWN_UP
+        self.tried += 1
+        y = self._stages(h)
+        error = self._error(h, y)
+        if not error <= 1.0:
+            factor = max(LEAST, SAFETY * error ** (-1.0 / self.pair.error_order)) if isfinite(error) else LEAST
+            self.h = h * factor
+            return IntegrationStatus.BLOWN_UP if self.h <= 10.0 * np.spacing(max(abs(self.t), 1e-290)) else None
+        k = self.pair.error_order
+        size = max(error, 1e-10)
+        factor = SAFETY * size ** (-(1.0 - MEMORY) / k) * (max(self.previous, 1e-10) / size) ** (MEMORY / k)
+        wanted = h * min(MOST, max(LEAST, factor))
+        self.h = max(wanted, whole) if last else wanted
+        self.previous = self.error = error
+        return self._accepted(h, y, end if last else self.t + h)
+
+    def _stages(self, h: float) -> Floats:
+        """All stages of the step proper; the result is where the last is asked."""
+        pair, shape, y = self.pair, self.y.shape, self.y
+        for i in range(1, pair.steps):
+            y = self.y + (h * (pair.a[i, :i] @ self.flat[:i])).reshape(shape)
+            self.stages[i] = self.field(self.t + pair.c[i] * h, y)
+        return y
+
+    def _error(self, h: float, y: Floats) -> float:
+        """The largest error of the batch in units of the tolerance."""
+        scale = self.tolerance.absolute + self.tolerance.relative * np.maximum(np.abs(self.y), np.abs(y))
+        estimates = [(e @ self.flat[: self.pair.steps]).reshape(self.y.shape) * (h / scale) for e in self.pair.error]
+        squares = [np.mean(estimate**2, axis=-1) for estimate in estimates]
+        if len(squares) == 2:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mixed = squares[0] / np.sqrt(squares[0] + 0.01 * squares[1])
+            norm = np.where(squares[0] == 0.0, 0.0, mixed)
+        else:
+            norm = np.sqrt(squares[0])
+        return float(norm.max(initial=0.0)) if np.isfinite(norm).all() and np.isfinite(y).all() else inf
+
+    def _accepted(self, h: float, y: Floats, t: float) -> IntegrationStatus | None:
+        """Keep a step, up to the first event that ends it or resets the state."""
+        pair, begin = self.pair, self.t
+        after = self.stages[pair.steps - 1].copy()
+        for i in range(pair.steps, len(pair.c)):
+            inner = self.y + (h * (pair.a[i, :i] @ self.flat[:i])).reshape(self.y.shape)
+            self.stages[i] = self.field(begin + pair.c[i] * h, inner)
+        polynomial = np.tensordot(h * pair.dense.T, self.stages, axes=1)
+        zeros = self.watch.zeros(begin, h, self.y, polynomial) if self.events else []
+        for zero in zeros:
+            event = self.events[zero.event]
+            at, state = begin + zero.theta * h, value_within(self.y, polynomial, zero.theta)
+            batch = tuple(int(i) for i in np.unravel_index(zero.row, self.y.shape[:-1]))
+            self.builder.crossings.append(Crossing(at, zero.event, batch, state))
+            if event.terminal or event.reset is not None:
+                if at > begin:
+                    self.builder.add(at, state, self.y, cut(polynomial, zero.theta))
+                self.t, self.y = at, state
+                return IntegrationStatus.EVENT if event.terminal else self._reset(event)
+        self.builder.add(t, y, self.y, polynomial)
+        self.t, self.y = t, y
+        self.stages[0] = after
+        return None
+
+    def _reset(self, event: Event) -> IntegrationStatus | None:
+        """Go on from the state that an event makes."""
+        assert event.reset is not None
+        self.y = np.array(event.reset(self.t, self.y), dtype=np.float64).reshape(self.y.shape)
+        self.stages[0] = self.field(self.t, self.y)
+        self.h = min(self.h, self._first_step())
+        self.watch.restart(self.t, self.y, self.stages[0], 1e-3 * self.h)
+        self.resets += 1
+        self.close = self.close + 1 if self.t - self.last_reset <= CLOSE * self.span else 0
+        self.last_reset = self.t
+        chattering = self.resets >= RESETS or self.close >= IN_A_ROW
+        return IntegrationStatus.CHATTERING if chattering else None
+
+    def _first_step(self) -> float:
+        """A cautious first step from the sizes of y, f and the change of f along it.
+
+        Reference: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sec. II.4.
+        """
+        scale = self.tolerance.absolute + self.tolerance.relative * np.abs(self.y)
+        rate = self.stages[0]
+        size, speed = _size(self.y / scale), _size(rate / scale)
+        guess = 1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed
+        guess = min(guess, self.span)
+        ahead = self.field(self.t + guess, self.y + guess * rate)
+        bend = _size((ahead - rate) / scale) / guess
+        most = max(speed, bend)
+        if not isfinite(most):
+            return guess
+        power = 1.0 / (self.pair.order + 1.0)
+        careful = max(1e-6, 1e-3 * guess) if most <= 1e-15 else (0.01 / most) ** power
+        return min(100.0 * guess, careful, self.span)
+
+
+def _size(x: Floats) -> float:
+    """Root mean square of the worst state of a batch."""
+    return float(np.sqrt(np.mean(x**2, axis=-1)).max(initial=0.0))

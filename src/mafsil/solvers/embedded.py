@@ -1,0 +1,144 @@
+"""Pairs of Runge-Kutta methods: the difference of the two is the error of a step; a polynomial gives the values within.
+
+Coefficients are data that check themselves when they are first asked for: order conditions by rooted trees, of the
+weights and of the polynomial at several places within the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from mafsil.arrays import Floats, frozen
+from mafsil.errors import InputError
+from mafsil.solvers.rooted_trees import violation
+
+TOLERANCE = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddedPair:
+    """An explicit Runge-Kutta method with an error estimate and a continuous extension.
+
+    k_i = f(t + c_i h, y + h sum_j a_ij k_j); the last stage of the step proper is f at the new point (FSAL); further
+    stages serve the polynomial y(t + theta h) = y + h sum_i k_i sum_d P[i, d] theta^(d+1) alone.
+
+    Attributes:
+        name: as the field calls it.
+        a: (s, s) all stages, lower triangle.
+        steps: number of stages of the step proper, the new point included.
+        order: of the result.
+        error: (e, steps) rows of differences to lower methods: one row, or the two of Dormand and Prince's 853.
+        error_order: of the error estimate: the exponent k with error ~ h^k.
+        dense: (s, d) polynomial P.
+        dense_order: of the polynomial's global error.
+
+    Raises:
+        InputError: an order condition is violated.
+
+    Reference: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sec. II.4 to II.6.
+    """
+
+    name: str
+    a: Floats
+    steps: int
+    order: int
+    error: Floats
+    error_order: int
+    dense: Floats
+    dense_order: int
+    c: Floats = field(init=False)
+    b: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        s = self.steps
+        object.__setattr__(self, "c", frozen(self.a.sum(axis=1)))
+        object.__setattr__(self, "b", frozen(self.a[s - 1, : s - 1]))
+        self._require("b", self.a[: s - 1, : s - 1], self.b, self.order, 1.0)
+        for theta in (0.2, 0.5, 0.9, 1.0):
+            weights = self.dense @ theta ** np.arange(1.0, self.dense.shape[1] + 1.0)
+            self._require("b(theta)", self.a, weights, self.dense_order, theta)
+        ends = self.dense.sum(axis=1)
+        ends[: s - 1] -= self.b
+        if np.abs(ends).max() > TOLERANCE * np.abs(self.dense).max():
+            raise InputError("solvers.tableau", name=self.name, law="b(1) = b", error=float(np.abs(ends).max()))
+        if np.abs(self.error.sum(axis=1)).max() > TOLERANCE:
+            raise InputError("solvers.tableau", name=self.name, law="e 1 = 0", error=float(self.error.sum()))
+
+    def _require(self, law: str, a: Floats, weights: Floats, order: int, theta: float) -> None:
+        worst, tree = violation(a, weights, order, theta)
+        if worst > TOLERANCE:
+            raise InputError("solvers.tableau", name=self.name, law=f"{law} of {tree}", error=worst)
+
+
+@cache
+def bogacki_shampine() -> EmbeddedPair:
+    """Order 3 with an error estimate of order 2: for loose tolerances.
+
+    Reference: Bogacki and Shampine, A 3(2) pair of Runge-Kutta formulas, Appl. Math. Lett. 2, 1989.
+    """
+    a = _lower([], [1 / 2], [0, 3 / 4], [2 / 9, 1 / 3, 4 / 9])
+    hermite = [[1, -4 / 3, 5 / 9], [0, 1, -2 / 3], [0, 4 / 3, -8 / 9], [0, -1, 1]]
+    error = frozen([[5 / 72, -1 / 12, -1 / 9, 1 / 8]])
+    return EmbeddedPair("Bogacki-Shampine 3(2)", a, 4, 3, error, 3, frozen(hermite), 3)
+
+
+@cache
+def dormand_prince() -> EmbeddedPair:
+    """Order 5 with an error estimate of order 4: the usual choice.
+
+    Reference: Dormand and Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6, 1980; the
+    polynomial: Shampine, Some practical Runge-Kutta formulas, Math. Comp. 46, 1986.
+    """
+    a = _lower(
+        [],
+        [1 / 5],
+        [3 / 40, 9 / 40],
+        [44 / 45, -56 / 15, 32 / 9],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    )
+    error = frozen([[71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]])
+    dense = [
+        [1, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0, 0, 0, 0],
+        [0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+    return EmbeddedPair("Dormand-Prince 5(4)", a, 7, 5, error, 5, frozen(dense), 4)
+
+
+def _lower(*rows: list[float]) -> Floats:
+    """A strictly lower triangular matrix from its rows."""
+    a = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        a[i, : len(row)] = row
+    return frozen(a)
+
+
+def _dop853() -> EmbeddedPair:
+    from mafsil.solvers.dormand_prince_853 import dormand_prince_853
+
+    return dormand_prince_853()
+
+
+PAIRS: dict[str, Callable[[], EmbeddedPair]] = {"bs23": bogacki_shampine, "dp45": dormand_prince, "dop853": _dop853}
+"""Adaptive methods by the names that users type."""
+
+
+def pair(name: str) -> EmbeddedPair:
+    """The pair of that name.
+
+    Raises:
+        InputError: there is none; the sentence lists the names.
+    """
+    if name not in PAIRS:
+        raise InputError("input.choice", name="method", value=name, known=", ".join(PAIRS))
+    return PAIRS[name]()

@@ -1,0 +1,144 @@
+"""Events of an integration: zeros of functions of the state, found on the polynomial of each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.errors import InputError
+from mafsil.solvers.solution import value_within
+
+PROBES = 8
+"""Places within a step at which the sign is asked: two zeros of one event closer than that are not seen."""
+
+Function: TypeAlias = Callable[[float, Floats], "Floats | float"]
+Signs: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happens where a function of time and state changes its sign.
+
+    A function that touches zero without changing its sign does not count, nor one that starts at zero and leaves it.
+
+    Attributes:
+        function: g(t, y), one number for each state of the batch (*batch,).
+        direction: +1 counts rising zeros only, -1 falling ones, 0 both.
+        terminal: whether the first zero ends the integration.
+        reset: y_after(t, y_before), such as an impact: the integration goes on from there; None changes nothing.
+        name: for sentences.
+
+    Raises:
+        InputError: a direction other than -1, 0, 1, or a function that cannot be called.
+    """
+
+    function: Function
+    direction: int = 0
+    terminal: bool = False
+    reset: Callable[[float, Floats], Floats] | None = None
+    name: str = "event"
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InputError("input.kind", name="function", expected="g(t, y)", got=type(self.function).__name__)
+        if self.direction not in (-1, 0, 1):
+            raise InputError("input.choice", name="direction", value=self.direction, known="-1, 0, 1")
+
+
+@dataclass(frozen=True, slots=True)
+class Zero:
+    """A zero found within a step: the fraction of the step, the event, the flat index in the batch."""
+
+    theta: float
+    event: int
+    row: int
+
+
+class Watch:
+    """Remembers on which side of zero each event of each state was seen last."""
+
+    def __init__(self, events: Sequence[Event], t: float, y: Floats) -> None:
+        self._events = events
+        self._sides = [np.sign(self._values(event, t, y)) for event in events]
+
+    def zeros(self, t: float, h: float, start: Floats, polynomial: Floats) -> list[Zero]:
+        """Zeros of all events within a step from t of length h, in time; remembers the sides at its end.
+
+        Args:
+            t, h: beginning and length of the step [s].
+            start: (*batch, m) state at its beginning.
+            polynomial: (d, *batch, m) of the step.
+        """
+        found: list[Zero] = []
+        for number, event in enumerate(self._events):
+            sides, before = self._sides[number], 0.0
+            for probe in range(1, PROBES + 1):
+                theta = probe / PROBES
+                values = self._values(event, t + theta * h, value_within(start, polynomial, theta))
+                now = np.sign(values)
+                crossed = np.flatnonzero((now * sides < 0.0) & ((event.direction == 0) | (now == event.direction)))
+                for row in crossed:
+                    place = self._located(event, int(row), (before, theta), (t, h), start, polynomial)
+                    found.append(Zero(place, number, int(row)))
+                sides = np.where(now == 0.0, sides, now)
+                if (now != 0.0).all():
+                    before = theta
+            self._sides[number] = sides
+        return sorted(found, key=lambda zero: zero.theta)
+
+    def restart(self, t: float, y: Floats, rate: Floats, span: float) -> None:
+        """Look at the sides anew after a change of the state; where an event is zero, the side to which it moves."""
+        for number, event in enumerate(self._events):
+            here = self._values(event, t, y)
+            ahead = self._values(event, t + span, y + span * rate)
+            near = np.abs(here) <= 1e-9 * np.maximum(1.0, np.abs(ahead - here) / span)
+            self._sides[number] = np.where(near, np.sign(ahead - here), np.sign(here))
+
+    @staticmethod
+    def _values(event: Event, t: float, y: Floats) -> Floats:
+        values = np.asarray(event.function(t, y), dtype=np.float64)
+        if values.shape != y.shape[:-1]:
+            raise InputError("input.shape", name=event.name, expected=y.shape[:-1], got=values.shape, hint="")
+        return values.ravel()
+
+    def _located(
+        self,
+        event: Event,
+        row: int,
+        bracket: tuple[float, float],
+        clock: tuple[float, float],
+        start: Floats,
+        polynomial: Floats,
+    ) -> float:
+        """The zero between two fractions of a step, to rounding: regula falsi (Illinois) kept in its bracket."""
+        t, h = clock
+
+        def g(theta: float) -> float:
+            return float(self._values(event, t + theta * h, value_within(start, polynomial, theta))[row])
+
+        low, high = bracket
+        g_low, g_high = g(low), g(high)
+        side = 0
+        for count in range(100):
+            if high - low <= 1e-15:
+                break
+            middle = (low * g_high - high * g_low) / (g_high - g_low) if g_low * g_high < 0.0 else high
+            if not low < middle < high or count % 8 == 7:
+                middle = (low + high) / 2.0
+            value = g(middle)
+            if value * g_high > 0.0:
+                high, g_high = middle, value
+                g_low = g_low / 2.0 if side < 0 else g_low
+                side = -1
+            else:
+                low, g_low = middle, value
+                g_high = g_high / 2.0 if side > 0 else g_high
+                side = 1
+                if value == 0.0:
+                    return middle
+        return high

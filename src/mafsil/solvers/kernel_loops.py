@@ -1,0 +1,32 @@
+"""Kernels called from compiled loops: a kernel's batch entry by its address, without Python in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+
+@cast("Callable[[Any], Callable[[int, int, int, int], None]]", intrinsic)
+def call_kernel(_typing: Any, entry: Any, arguments: Any, dimensions: Any, strides: Any) -> Any:
+    """Run a kernel's batch entry: void (char **args, npy_intp *dims, npy_intp *steps, void *data).
+
+    Args:
+        entry: address, `Kernel.addresses.batch`; the caller keeps the kernel alive.
+        arguments: address of an array with the addresses of all ports.
+        dimensions: address of an array that begins with the number of rows.
+        strides: address of an array with the bytes from row to row of every port, then its core strides in bytes.
+    """
+
+    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        pointer = context.get_value_type(types.voidptr)
+        nothing = cgutils.ir.VoidType()  # pyright: ignore[reportPrivateImportUsage]
+        function = type(builder.function.function_type)(nothing, [pointer] * 4)
+        place = builder.inttoptr(values[0], function.as_pointer())
+        given = [builder.inttoptr(value, pointer) for value in values[1:]]
+        builder.call(place, [*given, pointer(None)])
+        return context.get_dummy_value()
+
+    return types.void(types.uintp, types.uintp, types.uintp, types.uintp), generate

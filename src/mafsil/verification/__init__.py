@@ -1,0 +1,5 @@
+"""Every routine of a robot held against independent roads to the same numbers, in one call."""
+
+from mafsil.verification.verification import Check as Check
+from mafsil.verification.verification import Verification as Verification
+from mafsil.verification.verify import verify as verify

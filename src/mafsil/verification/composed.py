@@ -1,0 +1,147 @@
+"""Checks of what a robot makes of its quantities: task-space dynamics, friction, base parameters, the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import ModelError
+from mafsil.robot import Robot
+from mafsil.verification.references import ROADS, States
+from mafsil.verification.sizes import Sizes
+from mafsil.verification.textbook import Textbook, along
+from mafsil.verification.verification import Check
+
+CONDITION = 1e-6
+"""Smallest margin of task-space inertia at which two inversions are compared."""
+
+
+def composed_checks(robot: Robot, book: Textbook, sizes: Sizes, s: States, limit: float) -> list[Check]:
+    """Each with the routine's name and the sentence of its road.
+
+    Args:
+        robot, book, sizes: the robot, its second road and its sizes.
+        s: states.
+        limit: relative error allowed.
+    """
+    checks = [_power(robot, sizes, s, limit), _passivity(robot, sizes, s, limit), *_friction(robot, s, limit)]
+    checks.append(_base_parameters(robot, book, sizes, s, limit))
+    for check in (_round_trip, _task_space):
+        try:
+            checks += check(robot, book, s, limit)
+        except ModelError:
+            continue
+    return checks
+
+
+def _power(robot: Robot, sizes: Sizes, s: States, limit: float) -> Check:
+    """Tau . qd = d(K + P)/dt, the energies of the other road differentiated along the motion."""
+    tau = robot.inverse_dynamics(s.q, s.qd, s.qdd)
+    book = Textbook(robot.mechanism)
+    kinetic = np.einsum("bi,bij,bj->b", s.qd, book.mass_matrix(s.q), s.qdd)
+    kinetic += np.einsum("bi,bij,bj->b", s.qd, along(book.mass_matrix, s.q, s.qd), s.qd) / 2
+    lifted = along(book.potential_energy, s.q, s.qd)
+    power = np.abs(np.einsum("bi,bi->b", tau, s.qd) - kinetic - lifted)
+    size = np.maximum(sizes.mass * 9.81 * sizes.reach * 2, np.einsum("bi,bi->b", np.abs(tau), np.abs(s.qd)))
+    return _check("inverse_dynamics . qd", "verification.power", power / size, limit)
+
+
+def _passivity(robot: Robot, sizes: Sizes, s: States, limit: float) -> Check:
+    """dM/dt - 2 C is skew-symmetric, dM/dt by the complex step."""
+    N = along(Textbook(robot.mechanism).mass_matrix, s.q, s.qd) - 2 * robot.coriolis_matrix(s.q, s.qd)
+    size = sizes.of_quantity("coriolis_matrix")
+    return _check("coriolis_matrix (passivity)", "verification.skew", (N + np.swapaxes(N, 1, 2)) / size, limit)
+
+
+def _friction(robot: Robot, s: States, limit: float) -> list[Check]:
+    """Joint by joint from the description; the regressor times its parameters."""
+    torque, smoothing = np.zeros_like(s.qd), 1e-3
+    numbers, symmetric = np.zeros((3, robot.n)), True
+    for k, joint in enumerate(robot.mechanism.coordinates):
+        if joint.friction is not None:
+            f, rate = joint.friction, s.qd[:, k]
+            below = f.coulomb if f.coulomb_negative is None else f.coulomb_negative
+            sense = np.where(rate > 0, f.coulomb, below) * np.tanh(rate / smoothing)
+            torque[:, k] = f.viscous * rate + sense + f.offset
+            numbers[:, k] = f.viscous, f.coulomb, f.offset
+            symmetric = symmetric and below == f.coulomb
+    size = max(1.0, float(np.abs(torque).max()))
+    ours = robot.friction_torque(s.qd, smoothing=smoothing)
+    checks = [_check("friction_torque", "verification.by_joint", (ours - torque) / size, limit)]
+    if symmetric:
+        product = robot.friction_regressor(s.qd, smoothing=smoothing) @ numbers.ravel()
+        checks.append(_check("friction_regressor", "verification.by_joint", (product - torque) / size, limit))
+    return checks
+
+
+def _base_parameters(robot: Robot, book: Textbook, sizes: Sizes, s: States, limit: float) -> Check:
+    """Efforts from the regressor's independent columns alone, times their combined parameters."""
+    base = robot.base_parameters()
+    resting = replace(s, base_twist=None, base_acceleration=None)
+    Y = ROADS["regressor"].value(book, resting).reshape(len(s.q), robot.n, -1)[..., list(base.columns)]
+    tau = Y @ (base.combination @ robot.inertial_parameters.ravel())
+    rotors = (s.qdd @ book.share.T * book.armature) @ book.share
+    size = sizes.of_quantity("inverse_dynamics")
+    gap = (tau + rotors - robot.inverse_dynamics(s.q, s.qd, s.qdd)) / size
+    return _check("base_parameters", "verification.unit_bodies", gap, limit)
+
+
+def _round_trip(robot: Robot, book: Textbook, s: States, limit: float) -> list[Check]:
+    """Efforts of the accelerations that efforts produce."""
+    assert s.tip_wrench is not None
+    qdd = robot.forward_dynamics(s.q, s.qd, s.tau, s.tip_wrench)
+    back = book.newton_euler(s.q, s.qd, qdd, s.tip_wrench).tau
+    size = np.abs(s.tau) + np.einsum("bij,bj->bi", np.abs(book.mass_matrix(s.q)), np.abs(qdd))
+    ratio = (back - s.tau) / np.maximum(size, 1e-300)
+    return [_check("forward_dynamics (way back)", "verification.newton_euler", ratio, limit)]
+
+
+def _task_space(robot: Robot, book: Textbook, s: States, limit: float) -> list[Check]:
+    """Lambda, mu and p by solving, and F -> dV -> F, in both frames, for as many rows as the arm can move freely."""
+    rows = tuple(range(6)) if robot.n >= 6 else (3, 4, 5)[: max(1, min(robot.n, 3))]
+    M, g = book.mass_matrix(s.q), ROADS["gravity_torque"].value(book, s)
+    c = ROADS["velocity_torque"].value(book, s)
+    checks: list[Check] = []
+    frames: tuple[tuple[Literal["body", "space"], Callable[..., Floats]], ...] = (
+        ("body", book.jacobian_body),
+        ("space", book.jacobian_space),
+    )
+    for name, jacobian in frames:
+        task = robot.task_space(s.q, s.qd, expressed_in=name, rows=rows)
+        good = ~task.singular & (task.margin > CONDITION)
+        if not good.any():
+            continue
+        J, dJ = jacobian(s.q)[:, rows][good], along(jacobian, s.q, s.qd)[:, rows][good]
+        Minv: Floats = np.linalg.inv(M[good]).astype(np.float64, copy=False)
+        inverse = J @ Minv @ np.swapaxes(J, 1, 2)
+        Lambda: Floats = np.linalg.inv(inverse).astype(np.float64, copy=False)
+        back = Lambda @ J @ Minv
+        drift = np.einsum("bij,bj->bi", dJ, s.qd[good])
+        eta = np.einsum("bij,bj->bi", back, (c + g)[good]) - np.einsum("bij,bj->bi", Lambda, drift)
+        gaps = [
+            _relative(task.Lambda[good], Lambda),
+            _relative(task.eta[good], eta),
+            _relative(task.mu[good] + task.p[good], eta),
+            _relative(task.J_bar[good], np.swapaxes(back, 1, 2)),
+        ]
+        dV = np.ones((len(s.q), len(rows)))
+        gaps.append(_relative(task.acceleration(task.force(dV))[good], dV[good]))
+        worst = np.max(gaps, axis=0) * task.margin[good]
+        checks.append(_check(f"task_space({name})", "verification.khatib", worst, limit))
+    return checks
+
+
+def _relative(a: Floats, b: Floats) -> Floats:
+    """(b,) largest difference of each state over the largest entry."""
+    core = tuple(range(1, b.ndim))
+    return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), 1e-300)
+
+
+def _check(routine: str, road: str, ratio: Floats, limit: float) -> Check:
+    flat = np.abs(ratio).reshape(len(ratio), -1).max(axis=1)
+    flat = np.where(np.isfinite(flat), flat, np.inf)
+    return Check(routine, road, float(flat.max()), limit, int(flat.argmax()))

@@ -1,0 +1,53 @@
+"""Peers as a further road, where they are installed: the same mechanism built in their memory, the same states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+from mafsil.verification.references import States
+from mafsil.verification.sizes import Sizes
+from mafsil.verification.verification import Check
+
+PEERS = {"pinocchio": "mafsil.verification.pinocchio_road", "mujoco": "mafsil.verification.mujoco_road"}
+"""Their names as Python imports them, and the module that knows how to ask them."""
+
+
+def peer_checks(
+    name: str, robot: Robot, sizes: Sizes, s: States, limit: float, error: Callable[[str, Floats, Floats], Floats]
+) -> tuple[list[Check], list[tuple[str, str]]]:
+    """Checks of all that the peer computes too, and what was left out.
+
+    Args:
+        name: of the peer.
+        robot, sizes: the robot and its sizes.
+        s: states.
+        limit: relative error allowed.
+        error: how far two arrays of a quantity are apart, per state.
+
+    Raises:
+        InputError: the peer is not installed.
+    """
+    if find_spec(name) is None:
+        raise InputError("verification.not_installed", peer=name)
+    answers, missing = import_module(PEERS[name]).answers(robot.mechanism, s)
+    checks: list[Check] = []
+    for routine, theirs in answers.items():
+        ours = _ours(robot, routine, s)
+        gaps = error(routine.partition("(")[0], ours, np.asarray(theirs))
+        checks.append(Check(routine, f"verification.{name}", float(gaps.max()), limit, int(gaps.argmax())))
+    return checks, missing
+
+
+def _ours(robot: Robot, routine: str, s: States) -> Floats:
+    from mafsil.mechanics.quantities import quantity
+
+    name, _, with_wrench = routine.partition("(")
+    inputs = [getattr(s, key) for key in quantity(name).inputs]
+    return np.asarray(getattr(robot, name)(*inputs, *([s.tip_wrench] if with_wrench else [])))

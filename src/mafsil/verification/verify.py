@@ -1,0 +1,173 @@
+"""One call that holds every routine of a robot against an independent road to the same number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import InputError, ModelError
+from mafsil.mechanics.quantities import CATALOGUE, Quantity
+from mafsil.robot import Robot
+from mafsil.verification.composed import composed_checks
+from mafsil.verification.peers import PEERS, peer_checks
+from mafsil.verification.references import ROADS, States, random_states
+from mafsil.verification.sizes import Sizes
+from mafsil.verification.textbook import Textbook
+from mafsil.verification.verification import Check, Verification
+
+LIMIT = 1e-11
+"""Largest error, relative to the natural size: rounding of both roads."""
+MOST_STATES = 10_000
+SINGULAR = 1e-11
+"""Smallest eigenvalue of a mass matrix of unit diagonal below which a refusal to invert it is right."""
+
+
+def verify(
+    robot: Robot,
+    against: Literal["pinocchio", "mujoco"] | None = None,
+    *,
+    states: int = 8,
+    seed: int = 0,
+    limit: float = LIMIT,
+) -> Verification:
+    """Every routine of the robot against a second road to the same number, at random states.
+
+    The roads are the textbooks' formulas in NumPy (sums over links, virtual work, energies and Jacobians differentiated
+    by the complex step, the recursion of Newton and Euler), which share no code with the compiled routines.
+
+    Args:
+        robot: any.
+        against: also a peer that is installed, `pinocchio` or `mujoco`.
+        states: how many random states.
+        seed: of the states.
+        limit: relative error that counts as rounding.
+
+    Returns:
+        One check per routine and way of calling it; `ok`, `failed`, `explain()`.
+
+    Raises:
+        InputError: not a robot, no such peer, or not installed, or not a number of states.
+        ModelError: the robot has no joints.
+    """
+    if not isinstance(robot, Robot):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError("verification.robot", got=type(robot).__name__)
+    if against is not None and against not in PEERS:
+        raise InputError("input.choice", name="against", value=against, known=", ".join(PEERS))
+    if not 1 <= states <= MOST_STATES:
+        raise InputError("verification.states", count=states, most=MOST_STATES)
+    if not robot.n:
+        raise ModelError("robot.no_joints", robot=robot.name)
+    sizes, book = Sizes.of(robot.mechanism), Textbook(robot.mechanism)
+    drawn = random_states(robot.mechanism, sizes, states, seed)
+    judge = Judge(book, sizes, drawn, limit)
+    checks: list[Check] = []
+    left_out: list[tuple[str, str]] = []
+    for row in CATALOGUE.values():
+        if row.name not in ROADS:
+            left_out.append((row.name, "verification.no_road"))
+            continue
+        checks += [judge.check(robot, row, called) for called in ways(row, drawn, robot)]
+    checks += composed_checks(robot, book, sizes, drawn, limit)
+    if against is not None:
+        found, missing = peer_checks(against, robot, sizes, drawn, limit, judge.error)
+        checks, left_out = checks + found, left_out + missing
+    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out))
+
+
+def ways(row: Quantity, drawn: States, robot: Robot) -> Iterator[States]:
+    """The ways in which a routine is called: plain, with all it may take, and for another frame."""
+    plain = replace(drawn, tip_wrench=None, base_twist=None, base_acceleration=None)
+    yield plain
+    if row.optional:
+        yield replace(plain, **{name: getattr(drawn, name) for name in row.optional})
+    if row.framed:
+        yield replace(plain, frame=middle_link(robot))
+
+
+def middle_link(robot: Robot) -> str:
+    """A link halfway to the tip."""
+    names = robot.mechanism.link_names
+    return names[len(names) // 2]
+
+
+class Judge:
+    """Holds a routine against its road.
+
+    Attributes:
+        book: the second road.
+        sizes: of the robot.
+        drawn: the states.
+        limit: relative error allowed.
+    """
+
+    def __init__(self, book: Textbook, sizes: Sizes, drawn: States, limit: float) -> None:
+        self.book, self.sizes, self.drawn, self.limit = book, sizes, drawn, limit
+
+    def check(self, robot: Robot, row: Quantity, s: States) -> Check:
+        """One routine called in one way."""
+        road, name = ROADS[row.name], call_name(row, s)
+        try:
+            ours = call(robot, row, s)
+        except ModelError as refusal:
+            return self._refused(name, road.key, refusal)
+        errors = self.error(row.name, ours, road.value(self.book, s))
+        return Check(name, road.key, float(errors.max()), self.limit, int(errors.argmax()))
+
+    def error(self, name: str, ours: Floats, reference: Floats) -> Floats:
+        """(b,) largest error of each state; infinite where a number is missing."""
+        if name.startswith("forward_dynamics"):
+            size = self._accelerations(reference) if name == "forward_dynamics" else self._slopes(reference)
+            ratio = np.abs(ours - reference) / size
+            return _worst(ratio)
+        size = self.sizes.of_quantity(name)
+        largest = np.maximum(1.0, _worst(np.abs(reference) / size))
+        return _worst(np.abs(ours - reference) / size) / largest
+
+    def _accelerations(self, qdd: Floats) -> Floats:
+        """What a relative error of one in the robot's numbers would change: |M^-1| (|M| |qdd| + weight x reach)."""
+        M = self.book.mass_matrix(self.drawn.q)
+        size = self.sizes.of_quantity("inverse_dynamics")
+        driving = np.einsum("bij,bj->bi", np.abs(M), np.abs(qdd)) + size + np.abs(self.drawn.tau)
+        return np.einsum("bij,bj->bi", np.abs(np.linalg.inv(M)), driving)
+
+    def _slopes(self, reference: Floats) -> Floats:
+        """The same for each block of the derivatives."""
+        M = np.abs(self.book.mass_matrix(self.drawn.q))[:, None]
+        inverse = np.abs(np.linalg.inv(self.book.mass_matrix(self.drawn.q)))[:, None]
+        qdd = self.book.accelerations_of(self.drawn.q, self.drawn.qd, self.drawn.tau)
+        slope = np.abs(self.sizes.of_quantity("inverse_dynamics_derivatives"))
+        driven = M @ np.abs(reference) + slope * (1.0 + np.abs(qdd / self.sizes.unit).max(axis=1)[:, None, None, None])
+        return inverse @ driven
+
+    def _refused(self, name: str, road: str, refusal: ModelError) -> Check:
+        """A refusal to invert is right where the mass matrix of the other road is singular too."""
+        M = self.book.mass_matrix(self.drawn.q)
+        size = np.sqrt(np.maximum(np.einsum("bii->bi", M), 1e-300))
+        margins = np.linalg.eigvalsh(M / (size[:, :, None] * size[:, None, :]))[:, 0]
+        error = 0.0 if float(margins.min()) < SINGULAR else float("inf")
+        return Check(name, road, error, self.limit, reason=str(refusal))
+
+
+def call(robot: Robot, row: Quantity, s: States) -> Floats:
+    """The routine's numbers for a set of states."""
+    routine: Callable[..., Any] = getattr(robot, row.name)
+    named = {name: getattr(s, name) for name in row.optional if getattr(s, name) is not None}
+    frame = {"frame": s.frame} if s.frame is not None else {}
+    return np.asarray(routine(*(getattr(s, name) for name in row.inputs), **named, **frame))
+
+
+def call_name(row: Quantity, s: States) -> str:
+    """`inverse_dynamics(tip_wrench)`."""
+    named = [name for name in row.optional if getattr(s, name) is not None]
+    named += [f"frame={s.frame!r}"] if s.frame is not None else []
+    return f"{row.name}({', '.join(named)})" if named else row.name
+
+
+def _worst(ratio: Floats) -> Floats:
+    """(b,) largest entry of each state; infinite where it is NaN."""
+    flat = ratio.reshape(len(ratio), -1).max(axis=1, initial=0.0)
+    return np.where(np.isfinite(flat), flat, np.inf)

@@ -1,0 +1,177 @@
+"""R6: every planted configuration is found, nothing is wrong, nothing twice, in every family with a closed form.
+
+python -m tests.reliability.ik_complete --cases 1000000 [--seed S] [--family puma ...] [--resume DIR]
+
+Cases are poses. Half of them are of the library's arms by the public call on batches, half of random arms of every
+family (ten poses each, a quarter of the arms with round axes and offsets) by the kernel that all arms of a structure
+share. In three poses of ten each joint is 0, +-pi/2 or pi with probability one half.
+
+How far may a planted configuration be from the one found? Poses are rounded by delta, some units of 2^-52. Where the
+Jacobian (lengths in units of the arm) has the least singular value s, that moves a regular solution by delta / s at
+most, to first order. Where s is small two solutions merge, and near there the distance is that of the roots of
+x^2 = delta: sqrt(delta) times a factor of the curvature. The bound is the smaller of both with delta = 2^-52 x 256,
+the second factor taken as 64. Where the solution found is a member of a continuum it need not be the planted one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.ik import closed_form, inverse_kinematics
+from mafsil.ik.chain import Chain, chain_of
+from mafsil.ik.closed_form import structure_kernel
+from mafsil.ik.recognise import EXACT, recognise
+from mafsil.model.library import names
+from mafsil.robot import Robot, load
+from tests.reliability import figures
+from tests.reliability.arm_families import FAMILIES, forward, jacobian
+
+DELTA = 256 * 2.0**-52
+RESIDUAL = 1e-9
+POSES_EACH = 10
+TURN = 2 * np.pi
+
+
+def bound(J: np.ndarray, n: int) -> np.ndarray:
+    """(k,) how far rounding moves a solution; see above."""
+    values = np.linalg.svd(J, compute_uv=False)
+    least = values[..., min(6, n) - 1] if n <= 6 else values[..., 5]
+    return np.minimum(DELTA / np.maximum(least, 1e-300), 64 * np.sqrt(DELTA))
+
+
+def sample(rng: np.random.Generator, count: int, n: int) -> np.ndarray:
+    """(count, n) configurations, thirty in a hundred of them round."""
+    q = rng.uniform(-np.pi, np.pi, (count, n))
+    rounded = (rng.random((count, 1)) < 0.3) & (rng.random((count, n)) < 0.5)
+    return np.where(rounded, rng.integers(-1, 3, (count, n)) * (np.pi / 2), q)
+
+
+def apart(q: np.ndarray, other: np.ndarray, slides: tuple[bool, ...]) -> np.ndarray:
+    """(...) largest difference of coordinates, angles up to whole turns."""
+    d = q - other
+    return np.abs(np.where(np.array(slides), d, (d + np.pi) % TURN - np.pi)).max(axis=-1)
+
+
+def library() -> dict[str, Robot]:
+    """Arms of the library with an exact closed form of their own, by name."""
+    found: dict[str, Robot] = {}
+    for name in names():
+        robot = load(name)
+        if 0 < robot.n <= 6 and chain_of(robot.mechanism) is not None:
+            form = closed_form(robot)
+            if form is not None and form.pattern.defect <= EXACT and not form.pattern.held:
+                found[name] = robot
+    return found
+
+
+def of_library(robot: Robot, rng: np.random.Generator, count: int) -> dict[str, int]:
+    """Planted poses of one arm by the public call."""
+    chain = chain_of(robot.mechanism)
+    assert chain is not None
+    q = sample(rng, count, robot.n)
+    T = forward(chain, q)
+    answer = inverse_kinematics(robot, T)
+    free = np.array([s.name == "CONTINUUM" for s in map(answer.status, range(count))])
+    return _judged(chain, q, T, answer.q, answer.valid, free, repeats=True)
+
+
+def of_family(name: str, rng: np.random.Generator, count: int) -> dict[str, int]:
+    """Planted poses of random arms of one family."""
+    total: dict[str, int] = {"arms": 0, "not_recognised": 0}
+    for _ in range(max(1, count // POSES_EACH)):
+        rounded = rng.random() < 0.25
+        chain = FAMILIES[name](rng, rounded)
+        q = sample(rng, POSES_EACH, len(chain))
+        if rounded and np.linalg.svd(jacobian(chain, q), compute_uv=False)[:, min(6, len(chain)) - 1].max() < 1e-3:
+            continue
+        pattern = recognise(chain, len(chain))
+        total["arms"] += 1
+        if pattern is None or pattern.defect > EXACT:
+            total["not_recognised"] += 1
+            total["bad_not_recognised"] = total.get("bad_not_recognised", 0) + (not rounded)
+            continue
+        T = forward(chain, q)
+        table = structure_kernel(pattern)(T, pattern.numbers)
+        found, residual, free = table[..., :-3], table[..., -3], table[..., -1]
+        valid = residual <= RESIDUAL
+        flags = (np.nan_to_num(free) > 0).any(axis=1)
+        for key, value in _judged(chain, q, T, found, valid, flags, repeats=False, name=name).items():
+            total[key] = total.get(key, 0) + value
+    return total
+
+
+def _judged(
+    chain: Chain,
+    q: np.ndarray,
+    T: np.ndarray,
+    found: np.ndarray,
+    valid: np.ndarray,
+    free: np.ndarray,
+    *,
+    repeats: bool,
+    name: str = "",
+) -> dict[str, int]:
+    """Counts of what is right and wrong."""
+    n = len(chain)
+    clean = np.where(valid[..., None], found, 0.0)
+    reached = forward(chain, clean)
+    wrong = valid & ~(np.abs(reached - T[:, None]).max(axis=(-2, -1)) <= 4 * RESIDUAL * max(1.0, chain.size))
+    distance = np.where(valid, apart(clean, q[:, None], chain.slides), np.inf).min(axis=1)
+    allowed = bound(jacobian(chain, q), n)
+    lost = ~(distance <= np.maximum(allowed, 1e-9)) & ~free
+    twice = np.zeros(len(q), dtype=bool)
+    for k in range(1, found.shape[1]):
+        for j in range(k):
+            same = valid[:, k] & valid[:, j] & (apart(clean[:, k], clean[:, j], chain.slides) < 1e-9)
+            if not repeats and same.any():
+                # Where roots merge the table holds them twice; the public answer merges them.
+                rows = np.flatnonzero(same)
+                values = np.linalg.svd(jacobian(chain, clean[rows, k]), compute_uv=False)[:, min(6, n) - 1]
+                same[rows] = values > 1e-5
+            twice |= same
+    for i in np.flatnonzero(lost | wrong.any(axis=1) | twice)[:1]:
+        print(f"# {name} q={q[i]!r} distance {distance[i]:.2e} bound {allowed[i]:.2e}", file=sys.stderr)
+    return {
+        "cases": len(q),
+        "solutions": int(valid.sum()),
+        "continua": int(free.sum()),
+        "bad_wrong": int(wrong.sum()),
+        "bad_lost": int(lost.sum()),
+        "bad_twice": int(twice.sum()),
+        "bad_nan": int((~np.isfinite(found) & valid[..., None]).any(axis=(1, 2)).sum()),
+    }
+
+
+def work(chosen: list[str], seed: int, cases: int) -> dict[str, int]:
+    """A shard: every chosen family and arm gets the same number of poses."""
+    robots = library()
+    families = [name for name in FAMILIES if not chosen or name in chosen]
+    arms = [name for name in robots if not chosen or name in chosen]
+    total: dict[str, int] = {}
+    each = max(POSES_EACH, cases // max(1, len(families) + len(arms)))
+    for k, name in enumerate([*families, *arms]):
+        rng = np.random.default_rng([seed, k])
+        part = of_family(name, rng, each) if name in FAMILIES else of_library(robots[name], rng, each)
+        for key, value in part.items():
+            total[key] = total.get(key, 0) + value
+    return total
+
+
+def main() -> int:
+    """Run all shards and write the figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", dest="count", type=int, default=100_000)
+    parser.add_argument("--shard", type=int, default=1_000_000, help="cases per shard")
+    parser.add_argument("--seed", type=int, default=0, help="first shard")
+    parser.add_argument("--family", nargs="*", default=[], help="families or robots; all if none")
+    parser.add_argument("--resume", type=Path, default=None, help="directory of the shard files; finished ones are kept")
+    options = parser.parse_args()
+    return int(not figures.run("R6", options, lambda seed, count: work(options.family, seed, count))["passed"])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,192 @@
+"""`verify`: agrees on sound robots, catches every wrong operation, says what it did, in both languages."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.cli.main import main
+from mafsil.errors import InputError, ModelError
+from mafsil.mechanics import articulated_body, inverse_dynamics, jacobian, link_motion
+from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.model import Friction, Inertial, Joint, JointKind, Link, Mechanism, library
+from mafsil.robot import Robot
+from mafsil.verification import Check, verify
+from mafsil.verification.references import ROADS
+from mafsil.verification.sizes import Sizes
+from mafsil.verification.verify import ways
+from tests.oracles.random_tree import random_tree
+from tests.verification.mutants import Mutant, Way, evaluated, mutated, places
+
+MUTANTS_EACH = 3
+ARM = "stanford_arm"
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return mf.load(ARM)
+
+
+def named_ways() -> list[Way]:
+    """Every routine in every way in which `verify` calls it."""
+    robot = mf.load(ARM)
+    from mafsil.verification.references import random_states
+
+    drawn = random_states(robot.mechanism, Sizes.of(robot.mechanism), 1, 0)
+    found: list[Way] = []
+    for row in CATALOGUE.values():
+        for s in ways(row, drawn, robot):
+            optional = tuple(name for name in row.optional if getattr(s, name) is not None)
+            found.append(Way(row.name, optional, s.frame))
+    return found
+
+
+WAYS = named_ways()
+
+
+@pytest.mark.capability("09-5", "09-9", "09-59")
+@pytest.mark.parametrize("name", [ARM, "panda", "planar2r_point_masses", "tree"])
+def test_sound_robots_agree(name: str) -> None:
+    mechanism = random_tree(np.random.default_rng(4), most_joints=6) if name == "tree" else library.load(name)
+    report = mf.verify(Robot(mechanism), states=4, seed=1)
+    assert report.ok, report.explain()
+    assert not report.left_out
+    assert {check.routine.partition("(")[0] for check in report.checks} >= set(CATALOGUE)
+    assert report.worst.error < 1e-11
+
+
+def test_every_quantity_has_a_road() -> None:
+    assert set(ROADS) == set(CATALOGUE)
+
+
+@pytest.mark.parametrize("way", WAYS, ids=[f"{w.routine}-{'+'.join(w.optional)}-{w.frame or 'tip'}" for w in WAYS])
+def test_every_injected_slip_is_caught(arm: Robot, way: Way) -> None:
+    """One sign or one sine exchanged in a routine's expression; slips that change no number are none."""
+    mechanism, tape = arm.mechanism, way.tape(arm.mechanism)
+    rng = np.random.default_rng(sum(map(ord, way.routine)))
+    row = CATALOGUE[way.routine]
+    sizes = {"q": arm.n, "qd": arm.n, "qdd": arm.n, "tau": arm.n}
+    probe = [rng.uniform(-1, 1, (3, sizes.get(name, 6))) for name in (*row.inputs, *way.optional)]
+    truth = evaluated(mechanism, way, tape, probe)
+    caught = 0
+    for number in rng.permutation(places(tape)):
+        wrong = mutated(tape, int(number))
+        if np.abs(evaluated(mechanism, way, wrong, probe) - truth).max() <= 1e-9:
+            continue
+        report = verify(Mutant(mechanism, way, wrong), states=3)
+        assert way.routine in {check.routine.partition("(")[0] for check in report.failed}, (way, number)
+        assert not report.ok
+        caught += 1
+        if caught == MUTANTS_EACH:
+            break
+    assert caught, "no operation whose exchange shows"
+
+
+def shared_slips():
+    """Slips in the builders that many routines share: gravity, the tip wrench, the velocity terms."""
+    yield "gravity", (inverse_dynamics, "gravity_torque"), lambda f: lambda tree, q: -f(tree, q)
+    yield "tip wrench", (inverse_dynamics, "_add_tip_wrench"), _reversed_wrench
+    yield "bracket", (jacobian, "bracket"), lambda f: lambda a, b: -f(a, b)
+    yield "point acceleration", (link_motion, "spin_acceleration"), _no_centripetal
+    yield "drift", (articulated_body, "_add_tip_wrench"), _reversed_wrench
+
+
+def _reversed_wrench(f):
+    return lambda tree, F, *lists: f(tree, -F, *lists)
+
+
+def _no_centripetal(f):
+    return lambda omega, alpha: f(ca.SX(3, 1), alpha)
+
+
+@pytest.mark.parametrize("slip", list(shared_slips()), ids=lambda slip: slip[0])
+def test_slips_in_shared_builders_are_caught(arm: Robot, slip, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, (module, function), wrong = slip
+    if name == "drift":
+        pytest.skip("short arms do not use articulated bodies")
+    monkeypatch.setattr(module, function, wrong(getattr(module, function)))
+    tapes = {}
+    for way in WAYS:
+        changed = way.tape(arm.mechanism)
+        if way.routine in ("gravity_torque", "inverse_dynamics", "velocity_torque", "jacobian_space_rate"):
+            tapes[way] = changed
+    monkeypatch.undo()
+    failed = [way for way, tape in tapes.items() if not verify(Mutant(arm.mechanism, way, tape), states=2).ok]
+    assert failed, f"{name} went unnoticed"
+
+
+@pytest.mark.parametrize("peer", ["pinocchio", "mujoco"])
+@pytest.mark.parametrize("name", [ARM, "tree"])
+def test_against_a_peer(peer: str, name: str) -> None:
+    pytest.importorskip(peer)
+    mechanism = random_tree(np.random.default_rng(2), most_joints=7, helical=False) if name == "tree" else None
+    report = verify(mf.load(name) if mechanism is None else Robot(mechanism), against=peer, states=3)
+    assert report.ok, report.explain()
+    assert any(check.road == f"verification.{peer}" for check in report.checks)
+    assert any(peer in routine for routine, _ in report.left_out)
+
+
+def test_mujoco_is_not_asked_about_helical_joints() -> None:
+    pytest.importorskip("mujoco")
+    body = Inertial(1.0, np.array([0.2, 0.0, 0.1]), np.eye(3) * 0.1)
+    joint = Joint("screw", JointKind.HELICAL, "base", "nut", pitch=0.1, friction=Friction(0.1, 0.2, 0.3))
+    robot = Robot(Mechanism.assemble("screw", [Link("base"), Link("nut", body)], [joint]))
+    report = verify(robot, against="mujoco", states=2)
+    assert report.ok, report.explain()
+    assert "helical" in report.explain("en")
+    assert "لولبية" in report.explain("ar")
+
+
+def test_a_refusal_is_right_only_where_the_mass_matrix_is_singular() -> None:
+    joints = [Joint(f"joint{k}", JointKind.REVOLUTE, f"link{k - 1}", f"link{k}") for k in (1, 2)]
+    links = [Link("link0"), Link("link1"), Link("link2", Inertial(1.0, np.array([0.1, 0, 0]), np.eye(3) * 0.01))]
+    report = verify(Robot(Mechanism.assemble("coaxial", links, joints)), states=2)
+    assert report.ok, report.explain()
+    assert any(check.reason for check in report.checks)
+    assert "joint1" in report.explain()
+
+
+def test_wrong_arguments(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    for call, key in (
+        (lambda: verify("panda"), "verification.robot"),
+        (lambda: verify(arm, against="drake"), "input.choice"),
+        (lambda: verify(arm, states=0), "verification.states"),
+        (lambda: verify(Robot(Mechanism.assemble("table", [Link("top")], []))), "robot.no_joints"),
+    ):
+        with pytest.raises((InputError, ModelError)) as caught:
+            call()
+        assert caught.value.key == key
+        assert caught.value.message("ar") != caught.value.message("en")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr("mafsil.verification.peers.find_spec", lambda name: None)
+    with pytest.raises(InputError, match="not installed"):
+        verify(arm, against="pinocchio")
+
+
+def test_the_report_says_what_differs(arm: Robot) -> None:
+    way = Way("gravity_torque")
+    tape = way.tape(arm.mechanism)
+    report = verify(Mutant(arm.mechanism, way, mutated(tape, places(tape)[-1])), states=2)
+    assert not report.ok
+    for language, word in (("en", "DIFFERS"), ("ar", "يخالف")):
+        assert word in report.explain(language)
+    assert any(row[0] == "gravity_torque" for row in report.table("en"))
+    data = report.as_dict()
+    assert not data["ok"]
+    json.dumps(replace(report, checks=report.checks[:1]).as_dict())
+    assert not Check("x", "verification.screws", float("nan"), 1.0).passed
+
+
+def test_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", "planar2r", "--states", "3"]) == 0
+    out = capsys.readouterr().out
+    assert "inverse_dynamics" in out
+    assert main(["verify", "planar2r", "--json", "--lang", "ar"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"]
+    assert main(["verify", "planar2r", "--against", "drake"]) == 2
