@@ -31,7 +31,12 @@ from mafsil.ik.chain import chain_of  # noqa: E402
 from mafsil.ik.general import GeneralSix  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 
-SIX = {"jaco2": "kinova.jaco2_ik", "crx10ia": "fanuc.crx10ia_ik", "hc10": "yaskawa.hc10_ik", "xarm6": "ufactory.xarm6_ik"}
+SIX = {
+    "jaco2": "kinova.jaco2_ik",
+    "crx10ia": "fanuc.crx10ia_ik",
+    "hc10": "yaskawa.hc10_ik",
+    "xarm6": "ufactory.xarm6_ik",
+}
 TARGET = 30.0
 
 

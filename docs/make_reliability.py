@@ -110,6 +110,22 @@ ROWS = (
         "One Python version and one processor.",
     ),
     Row(
+        "R12",
+        "Force closure by three methods (linear program, exact integers or growing polytope, the proof read back) on "
+        "plane and spatial grasps; planted boundaries are marginal.",
+        "grasps",
+        11_000_000,
+        "grasps --grasps 11000000",
+    ),
+    Row(
+        "R14",
+        "The linear program core, random and degenerate: residuals to 1e-10, certificates hold, verdicts as HiGHS.",
+        "programs",
+        10_000_000,
+        "programs --programs 10000000",
+        "There is no quadratic program of our own.",
+    ),
+    Row(
         "R8",
         "Exponentials and logarithms of rotations and motions: round trip to 8 eps away from pi, to 1e-8 at pi, "
         "never NaN.",

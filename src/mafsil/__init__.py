@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mafsil import control as control
     from mafsil import derivation as derivation
     from mafsil import geometry as geometry
+    from mafsil import ik as ik
     from mafsil import performance as performance
     from mafsil import trajectory as trajectory
     from mafsil.errors import FileError as FileError
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
     from mafsil.model import library as library
     from mafsil.model import urdf as urdf
     from mafsil.model.denavit_hartenberg import DHRow as DHRow
+    from mafsil.model.lint import lint as lint
+    from mafsil.model.lint import mend as mend
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
     from mafsil.robot.exporting import export as export
@@ -71,6 +74,7 @@ _HOME_OF = {
     "control": "mafsil.control",
     "derivation": "mafsil.derivation",
     "geometry": "mafsil.geometry",
+    "ik": "mafsil.ik",
     "library": "mafsil.model.library",
     "performance": "mafsil.performance",
     "trajectory": "mafsil.trajectory",
@@ -118,7 +122,9 @@ _HOME_OF = {
     "Wrench": "mafsil.geometry:Wrench",
     "device_array": "mafsil.kernels.device:device_array",
     "export": "mafsil.robot.exporting:export",
+    "lint": "mafsil.model.lint:lint",
     "load": "mafsil.robot:load",
+    "mend": "mafsil.model.lint:mend",
     "simulate": "mafsil.simulation:simulate",
     "solve_ik": "mafsil.ik:solve_ik",
     "Verification": "mafsil.verification:Verification",

@@ -93,9 +93,13 @@ def test_mass_matrix_is_symmetric_and_c_is_its_slope_in_letters() -> None:
     for i in range(3):
         for j in range(3):
             assert same(road.M[i][j], road.M[j][i])
-            slope = sum(
-                (road.M[i][j].derivative(f"theta{k + 1}") * road.rates[k] for k in range(3)), start=road.C[0][0] * road.C[0][0]
-            ) - road.C[0][0] * road.C[0][0]
+            slope = (
+                sum(
+                    (road.M[i][j].derivative(f"theta{k + 1}") * road.rates[k] for k in range(3)),
+                    start=road.C[0][0] * road.C[0][0],
+                )
+                - road.C[0][0] * road.C[0][0]
+            )
             skew = slope - road.C[i][j] - road.C[j][i]
             assert simplified(skew).is_zero or skew.multiplied_out().is_zero
 
@@ -134,7 +138,7 @@ def test_formats_parse(name: str, language: str) -> None:
     page = to_html(derivation, language)
     for formula_ in re.findall(r"<math.*?</math>", page, re.S):
         ElementTree.fromstring(formula_)
-    assert ("dir=\"rtl\"" in page) == (language == "ar")
+    assert ('dir="rtl"' in page) == (language == "ar")
 
 
 def test_what_has_no_equations_says_why() -> None:

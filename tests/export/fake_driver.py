@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from mafsil.kernels import target
 from mafsil.kernels.export.exported import device_program, tapes
 from mafsil.kernels.export.ptx.grid import host_module
+from mafsil.kernels.export.ptx.program import GridProgram
 from mafsil.kernels.export.ptx.tiles import plan
 from mafsil.kernels.export.ptx.well_formed import inspect
 from mafsil.kernels.kernel import Kernel
@@ -23,13 +25,14 @@ PADDING = 64
 INVALID, NO_MEMORY, NO_DEVICE = 1, 2, 100
 
 
-def emulated(kernel: Kernel) -> tuple[Any, Any]:
-    """(what one block does as a C function, what keeps its code)."""
+@cache
+def emulated(kernel: Kernel) -> tuple[tuple[Any, Any], GridProgram]:
+    """((what one block does as a C function, what keeps its code), the same as PTX)."""
     _, reduced = tapes(kernel)
     host = target.host()
     ir = host_module(reduced, kernel.signature, host, plan(kernel.signature), "mafsil_block")
     code = target.load(target.translate(ir, host, "object", reloc="pic"), ("mafsil_block",))
-    return ctypes.CFUNCTYPE(None)(code.addresses["mafsil_block"]), code
+    return (ctypes.CFUNCTYPE(None)(code.addresses["mafsil_block"]), code), device_program(kernel)
 
 
 class FakeLibrary:
@@ -53,8 +56,8 @@ class FakeLibrary:
 
     def learn(self, kernel: Kernel) -> None:
         """Know the code behind the PTX of a kernel."""
-        program = device_program(kernel)
-        self.kernels[program.text] = (emulated(kernel), program)
+        found = emulated(kernel)
+        self.kernels[found[1].text] = found
 
     def intact(self) -> bool:
         """No write went beyond the end of an allocation."""

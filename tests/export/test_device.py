@@ -18,9 +18,9 @@ from mafsil.kernels.device.array import DeviceArray, device_array
 from mafsil.kernels.device.batch import DeviceEvaluator, source
 from mafsil.kernels.device.driver import Driver
 from mafsil.kernels.export.exported import device_program
-from tests.export.fake_driver import FakeLibrary
+from tests.export.fake_driver import FakeLibrary, emulated
 
-ROBOT = mf.load("panda")
+ROBOT, SMALL = mf.load("panda"), mf.load("puma560")
 rng = np.random.default_rng(5)
 
 
@@ -50,10 +50,10 @@ class Foreign:
         return {key: value for key, value in facts.items() if value != "absent"}
 
 
-def evaluator(library: FakeLibrary, quantity: str) -> DeviceEvaluator:
-    kernel = ROBOT.kernel(quantity)
+def evaluator(library: FakeLibrary, quantity: str, robot: mf.Robot = ROBOT) -> DeviceEvaluator:
+    kernel = robot.kernel(quantity)
     library.learn(kernel)
-    return DeviceEvaluator(kernel.signature, lambda: device_program(kernel))
+    return DeviceEvaluator(kernel.signature, lambda: emulated(kernel)[1])
 
 
 @pytest.mark.parametrize("rows", [1, 2, 31, 32, 33, 127, 128, 129, 255, 256, 257, 1000])
@@ -72,9 +72,10 @@ def test_rows_of_every_tail_have_the_bits_of_the_processor(library: FakeLibrary,
 )
 def test_rows_of_every_size(library: FakeLibrary, quantity: str) -> None:
     """Even rows, single numbers, and rows too long for shared memory."""
-    evaluate = evaluator(library, quantity)
-    q = rng.uniform(-3, 3, (70, 7))
-    assert np.array_equal(evaluate(device_array(q)).numpy(), getattr(ROBOT, quantity)(q))
+    evaluate = evaluator(library, quantity, SMALL)
+    q = rng.uniform(-3, 3, (70, 6))
+    assert np.array_equal(evaluate(device_array(q)).numpy(), getattr(SMALL, quantity)(q))
+    assert np.array_equal(evaluate(device_array(q[0])).numpy(), getattr(SMALL, quantity)(q[0]))
     assert library.intact()
 
 

@@ -17,7 +17,7 @@ from mafsil.kernels.export.ptx.well_formed import inspect
 from mafsil.kernels.layout import Port, Signature
 
 ROBOT = mf.load("panda")
-QUANTITIES = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian_body", "christoffel_symbols"]
+QUANTITIES = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian_body", "inverse_dynamics_derivatives"]
 
 
 def text_of(quantity: str, processor: str | None = None) -> str:

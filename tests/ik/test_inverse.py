@@ -172,7 +172,7 @@ def test_seven_joints_by_a_held_one(name):
     assert one.families
     assert not one.complete
     family = one.families[0]
-    member = family.member(one.q[family.solution][robot.joint_names.index(family.joint)] + 0.02)
+    member = family.at(one.q[family.solution][robot.joint_names.index(family.joint)] + 0.02)
     assert np.abs(robot.forward_kinematics(member) - robot.forward_kinematics(q[0])).max() < 1e-8
 
 
@@ -186,7 +186,7 @@ def test_families_can_be_walked():
     assert family.joint == "joint4"
     assert family.moving == ("joint4", "joint6")
     for value in (-1.0, 0.4, 2.0):
-        member = family.member(value)
+        member = family.at(value)
         assert member[3] == pytest.approx(value)
         assert np.abs(robot.forward_kinematics(member) - T).max() < 1e-9
     assert "joint4" in answer.explain("en")
@@ -201,7 +201,11 @@ def test_branches_have_different_labels():
     answer = inverse_kinematics(robot, robot.forward_kinematics(q))
     assert len(answer.q) == 8
     assert len({str(branch) for branch in answer.branches}) == 8
-    assert {branch.elbow for branch in answer.branches} == {"+", "-"}
+    assert {branch.elbow for branch in answer.branches} == {"up", "down"}
+    assert {branch.shoulder for branch in answer.branches} == {"left", "right"}
+    assert {branch.wrist for branch in answer.branches} == {"flip", "noflip"}
+    assert answer.branches[0].label("en").startswith("shoulder")
+    assert answer.branches[0].label("ar").startswith("الكتف")
 
 
 @pytest.mark.capability("07-3")
@@ -293,7 +297,7 @@ def test_what_is_no_pose_is_refused():
     with pytest.raises(InputError):
         inverse_kinematics(robot, np.full((4, 4), np.nan))
     with pytest.raises(InputError):
-        inverse_kinematics(robot, np.eye(4)[None])
+        inverse_kinematics(robot, np.eye(3))
     with pytest.raises(InputError, match="task"):
         inverse_kinematics(robot, np.eye(4), task="planar")
     rows = closed_form(robot).solve(np.stack([np.full((4, 4), np.nan), robot.forward_kinematics(np.ones(6))]))

@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import integrate_rates, joint_rates, newton_ik, prioritised_rates, task_jacobian, track
+from mafsil.ik import bounded_rates, integrate_rates, joint_rates, newton_ik, prioritised_rates, task_jacobian, track
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_paths_keep_their_branch(iiwa):
 def test_switches_and_ends_are_named():
     robot = mf.load("planar2r")
     start = np.array([0.3, 0.6])
-    goal = np.array([0.3, -0.6])
+    goal = np.array([1.5, -0.6])
     jump = np.stack([robot.forward_kinematics(start), robot.forward_kinematics(goal)])
     done = track(robot, jump, start)
     assert done.reached == 2
@@ -121,3 +121,99 @@ def test_switches_and_ends_are_named():
     out[1, 0, 3] += 50.0
     assert track(robot, out, start).reached == 1
     assert not track(robot, out, start).continuous
+
+
+@pytest.mark.capability("07-50")
+def test_a_turn_about_the_elbow_goes_through_the_stretched_arm():
+    robot = mf.load("planar2r")
+    ends = robot.forward_kinematics(np.array([[0.3, 0.6], [0.3, -0.6]]))
+    done = track(robot, ends, [0.3, 0.6])
+    assert done.continuous
+    np.testing.assert_allclose(done.q[-1], [0.3, -0.6], atol=1e-8)
+
+
+def test_limits_end_a_branch_and_name_the_joint_and_the_time():
+    robot = mf.load("puma560")
+    q = np.array([0.2, 0.3, -1.0, 0.5, 0.6, 0.3])
+    turned = np.repeat(q[None], 80, axis=0)
+    turned[:, 0] += np.linspace(0.0, 4.0, 80)
+    times = np.linspace(10.0, 14.0, 80)
+    done = track(robot, robot.forward_kinematics(turned), q, times=times)
+    (switch,) = done.switches
+    assert (switch.reason, switch.joint) == ("limit", "joint1")
+    assert switch.time == pytest.approx(10.0 + robot.limits.upper[0] - 0.2, abs=2e-3)
+    assert not done.continuous
+    assert ((done.q >= robot.limits.lower) & (done.q <= robot.limits.upper)).all()
+    for language in ("en", "ar"):
+        assert "joint1" in done.explain(language)
+
+
+def test_singular_passages_are_named_with_the_lost_twist():
+    robot = mf.load("puma560")
+    way = np.repeat(np.array([[0.2, 0.3, -1.0, 0.5, 0.0, 0.3]]), 61, axis=0)
+    way[:, 4] = np.linspace(-0.6, 0.6, 61)
+    done = track(robot, robot.forward_kinematics(way), way[0])
+    assert done.continuous
+    (passage,) = done.passages
+    assert passage.index == 30
+    J = robot.jacobian_body(done.q[30])
+    # A lost twist is normal to all columns, in the product that scales lengths by the reach.
+    scale = np.repeat([1.0, 1.0 / 0.8641], 3)
+    assert np.linalg.svd(scale[:, None] * J, compute_uv=False)[-1] < 1e-6
+    for language in ("en", "ar"):
+        assert passage.explain(language)
+
+
+def test_closed_paths_report_their_drift(iiwa):
+    a = np.linspace(0, 2 * np.pi, 40)
+    T = np.repeat(iiwa.forward_kinematics(Q)[None], 40, axis=0)
+    T[:, 0, 3] += 0.1 * (np.cos(a) - 1)
+    T[:, 1, 3] += 0.1 * np.sin(a)
+    done = track(iiwa, T, Q)
+    q = Q.copy()
+    for X in T:
+        for _ in range(5):
+            q = q + np.linalg.pinv(iiwa.jacobian_body(q)) @ pose.error(iiwa.forward_kinematics(q), X)
+    assert done.closed
+    np.testing.assert_allclose(done.drift, q - Q, atol=2e-2)
+    for language in ("en", "ar"):
+        assert f"{np.abs(done.drift).max():.3g}" in done.explain(language)
+    with pytest.raises(InputError, match="times"):
+        track(iiwa, T, Q, times=np.zeros(40))
+    with pytest.raises(InputError, match="times"):
+        track(iiwa, T, Q, times=np.arange(3.0))
+
+
+@pytest.mark.capability("07-49")
+@pytest.mark.row("R7")
+def test_planted_singularities_have_bounded_rates_and_the_right_rank():
+    robot = mf.load("iiwa7")
+    rng = np.random.default_rng(3)
+    q = rng.uniform(robot.limits.lower, robot.limits.upper, (1500, 7))
+    q[:, 5] = 0.0  # axes 5 and 7 fall together: still rank 6 by the elbow's freedom
+    q[500:, 3] = 0.0  # the arm is stretched
+    q[1000:, 1] = 0.0
+    V = rng.normal(size=(1500, 6))
+    rates = bounded_rates(robot, q, V, limits=np.full(7, 2.0))
+    assert np.isfinite(rates.qd).all()
+    assert np.abs(rates.qd).max() <= 2.0 + 1e-12
+    J = robot.jacobian_body(q)
+    np.testing.assert_array_equal(rates.rank, np.linalg.matrix_rank(J, tol=1e-8))
+    assert set(rates.rank[1000:]) <= {3, 4, 5}
+    for k in (600, 1200):
+        assert np.abs(rates.lost(k).T @ J[k]).max() < 1e-8
+        assert rates.lost(k).shape == (6, 6 - rates.rank[k])
+
+
+def test_bounded_rates_are_exact_where_the_arm_is_regular(iiwa):
+    V = np.array([0.1, -0.2, 0.05, 0.03, 0.04, -0.02])
+    rates = bounded_rates(iiwa, Q, V, region=1e-4)
+    np.testing.assert_allclose(rates.qd, joint_rates(iiwa, Q, V).qd, atol=1e-12)
+    assert rates.miss < 1e-12
+    assert (rates.scale, rates.damped, rates.rank) == (1.0, 0, 6)
+    slow = bounded_rates(iiwa, Q, V, region=1e-4, limits=np.full(7, 1e-3))
+    np.testing.assert_allclose(slow.qd, slow.scale * rates.qd)
+    assert np.abs(slow.qd).max() == pytest.approx(1e-3)
+    for wrong in ({"region": 0.0}, {"damping": -1.0}, {"limits": np.zeros(7)}):
+        with pytest.raises(InputError):
+            bounded_rates(iiwa, Q, V, **wrong)

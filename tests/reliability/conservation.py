@@ -2,13 +2,16 @@
 
 `python -m tests.reliability.conservation --cases 1000 --seed 0 --resume DIR`
 
-Each tree (one to six joints of all kinds, branches, followers, massless links) moves for 100 s without efforts, half of
-them without gravity. The method is Dormand and Prince's of order 8 in coordinates and momenta at the step that the
-error estimate chooses. Energy counts relative to the largest kinetic energy. Momentum: without gravity, that of every
-coordinate whose joint alone carries its whole tree from the ground; relative to the largest momentum of the tree.
-Orders up to six: every fourth tree (up to four joints), by halving the step against a solution of tolerance 1e-14
-where the order has settled before the errors drown in rounding. Higher ones drown too early; `tests/solvers`
-has them.
+Each tree (one to six joints of all kinds, branches, followers, massless links) moves for 100 s without efforts, half
+of them without gravity. The method is Dormand and Prince's of order 8 at the step that the error estimate chooses: in
+rates under gravity, in coordinates and momenta without. Energy counts relative to the largest kinetic energy.
+Momentum: without gravity, that of every coordinate whose joint alone carries its whole tree from the ground; relative
+to the largest momentum of the tree. Trees that fall ever faster may need more than a million steps or a minute: these
+are counted as unfinished.
+
+Orders up to six: every fourth tree (up to four joints), by halving the step against a solution of tolerance 1e-14 where
+the order has settled before the errors drown in rounding. A higher order than the nominal one, as symmetries make, is
+counted apart. Orders above six drown too early; `tests/solvers` and `tests/simulation` have them.
 """
 
 from __future__ import annotations
@@ -27,7 +30,16 @@ from mafsil.simulation import ForwardMotion, forward_dynamics_trajectory
 from mafsil.simulation.motion.fixed_step import fixed_step_solution
 from mafsil.simulation.motion.system import DrivenRobot
 from mafsil.simulation.motion.variational import COMPOSITIONS
-from mafsil.solvers import METHODS, Tableau, Tolerance, first_order, integrate, integrate_adaptively, pair
+from mafsil.solvers import (
+    METHODS,
+    IntegrationStatus,
+    Tableau,
+    Tolerance,
+    first_order,
+    integrate,
+    integrate_adaptively,
+    pair,
+)
 from mafsil.solvers.embedded import PAIRS
 from tests.oracles.random_tree import random_tree
 from tests.reliability import figures
@@ -35,7 +47,7 @@ from tests.reliability import figures
 DURATION, TOLERANCE = 100.0, 1e-13
 SETTLED = 0.04
 ENERGY_LIMIT, MOMENTUM_LIMIT, ORDER_LIMIT = 1e-9, 1e-12, 0.1
-SECONDS_EACH = 120.0
+SECONDS_EACH = 60.0
 ORDERS = {name: m.order for name, m in METHODS.items()} | {
     name: order for name, (_, order) in COMPOSITIONS.items() if order < 8
 }
@@ -46,7 +58,12 @@ def tree(number: int) -> Mechanism:
     """The random mechanism of that number; odd ones are free of gravity."""
     rng = np.random.default_rng([10, number])
     mechanism = random_tree(rng, most_joints=int(rng.integers(1, 7)))
-    return replace(mechanism, gravity=np.zeros(3)) if number % 2 else mechanism
+    return replace(mechanism, gravity=np.zeros(3)) if is_free(number) else mechanism
+
+
+def is_free(number: int) -> bool:
+    """Whether the tree of that number has no gravity."""
+    return number % 2 == 1
 
 
 def cyclic(mechanism: Mechanism) -> list[int]:
@@ -75,7 +92,12 @@ def motion(number: int, duration: float = DURATION) -> ForwardMotion:
     """The free motion of a tree; ModelError if some joint moves no inertia."""
     robot = Robot(tree(number))
     return forward_dynamics_trajectory(
-        robot, *start(number, robot.n), duration=duration, tolerance=TOLERANCE, momenta=True, seconds=SECONDS_EACH
+        robot,
+        *start(number, robot.n),
+        duration=duration,
+        tolerance=TOLERANCE,
+        momenta=is_free(number),
+        seconds=SECONDS_EACH,
     )
 
 
@@ -85,12 +107,14 @@ def judged(number: int, duration: float = DURATION) -> dict[str, int]:
         moved = motion(number, duration)
     except ModelError:
         return {"singular": 1}
+    if moved.outcome.status in (IntegrationStatus.TIME_SPENT, IntegrationStatus.BUDGET_SPENT):
+        return {"unfinished": 1}
     if not moved.succeeded:
-        return {"out_of_time" if moved.outcome.status.name == "TIME_SPENT" else "bad_end": 1}
+        return {"bad_end": 1}
     energy = moved.energy_drift
     counts = {"joints": moved.n, "steps": len(moved.t), **_decade("energy", energy)}
     counts["bad_energy"] = int(not energy <= ENERGY_LIMIT)
-    chosen = cyclic(moved.robot.mechanism) if number % 2 else []
+    chosen = cyclic(moved.robot.mechanism) if is_free(number) else []
     if chosen:
         p = moved.outcome.value.y[:, moved.n :]
         drift = float(np.abs(p - p[0])[:, chosen].max() / np.abs(p).max())
@@ -160,8 +184,8 @@ def _order(error: Callable[[int], float]) -> float:
 
 def work(seed: int, count: int) -> dict[str, int]:
     """Trees seed, seed + 1, ..., counted by what became of them."""
-    total = {"trees": count, "singular": 0, "out_of_time": 0, "bad_end": 0, "bad_energy": 0, "bad_momentum": 0}
-    total |= {"momenta": 0, "orders": 0, "orders_unsettled": 0, "bad_order": 0}
+    total = {"trees": count, "singular": 0, "unfinished": 0, "bad_end": 0, "bad_energy": 0, "bad_momentum": 0}
+    total |= {"momenta": 0, "orders": 0, "orders_unsettled": 0, "orders_above": 0, "bad_order": 0}
     for number in range(seed * 1000, seed * 1000 + count):
         for name, value in judged(number).items():
             total[name] = total.get(name, 0) + value
@@ -173,7 +197,8 @@ def work(seed: int, count: int) -> dict[str, int]:
             known = {name: gap for name, gap in measured.items() if np.isfinite(gap)}
             total["orders"] += len(known)
             total["orders_unsettled"] += len(measured) - len(known)
-            wrong = {name: gap for name, gap in known.items() if abs(gap) > ORDER_LIMIT}
+            total["orders_above"] += sum(gap > ORDER_LIMIT for gap in known.values())
+            wrong = {name: gap for name, gap in known.items() if gap < -ORDER_LIMIT}
             total["bad_order"] += len(wrong)
             if wrong:
                 print(f"tree {number}: orders {wrong}", file=sys.stderr)

@@ -6,11 +6,12 @@ Cases are poses. Half of them are of the library's arms by the public call on ba
 family (ten poses each, a quarter of the arms with round axes and offsets) by the kernel that all arms of a structure
 share. In three poses of ten each joint is 0, +-pi/2 or pi with probability one half.
 
-How far may a planted configuration be from the one found? Poses are rounded by delta, some units of 2^-52. Where the
-Jacobian (lengths in units of the arm) has the least singular value s, that moves a regular solution by delta / s at
-most, to first order. Where s is small two solutions merge, and near there the distance is that of the roots of
-x^2 = delta: sqrt(delta) times a factor of the curvature. The bound is the smaller of both with delta = 2^-52 x 256,
-the second factor taken as 64. Where the solution found is a member of a continuum it need not be the planted one.
+How far may a planted configuration be from the one found? Both reach the pose but for delta: the residual that
+forward kinematics shows, and the rounding of the pose, some units of 2^-52. Where the Jacobian (lengths in units of
+the arm) has the least singular value s, that is a distance of delta / s at most, to first order. Where s is small two
+solutions merge, and near there the distance is that of the roots of x^2 = delta: sqrt(delta) times a factor of the
+curvature. The bound is the smaller of both, with 2^-52 x 256 for the rounding and 64 for the second factor. Where the
+solution found is a member of a continuum it need not be the planted one.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ POSES_EACH = 10
 TURN = 2 * np.pi
 
 
-def bound(J: np.ndarray, n: int) -> np.ndarray:
-    """(k,) how far rounding moves a solution; see above."""
-    values = np.linalg.svd(J, compute_uv=False)
-    least = values[..., min(6, n) - 1] if n <= 6 else values[..., 5]
-    return np.minimum(DELTA / np.maximum(least, 1e-300), 64 * np.sqrt(DELTA))
+def bound(J: np.ndarray, n: int, residual: np.ndarray) -> np.ndarray:
+    """(k,) how far a solution with a residual may be from the planted one; see above."""
+    least = np.linalg.svd(J, compute_uv=False)[..., min(6, n) - 1]
+    delta = DELTA + residual
+    return np.minimum(delta / np.maximum(least, 1e-300), 64 * np.sqrt(delta))
 
 
 def sample(rng: np.random.Generator, count: int, n: int) -> np.ndarray:
@@ -75,8 +76,8 @@ def of_library(robot: Robot, rng: np.random.Generator, count: int) -> dict[str, 
     q = sample(rng, count, robot.n)
     T = forward(chain, q)
     answer = inverse_kinematics(robot, T)
-    free = np.array([s.name == "CONTINUUM" for s in map(answer.status, range(count))])
-    return _judged(chain, q, T, answer.q, answer.valid, free, repeats=True)
+    free = (answer.free > 0).any(axis=1)
+    return _judged(chain, q, T, answer.q, answer.valid, free, repeats=True, name=robot.name)
 
 
 def of_family(name: str, rng: np.random.Generator, count: int) -> dict[str, int]:
@@ -98,7 +99,7 @@ def of_family(name: str, rng: np.random.Generator, count: int) -> dict[str, int]
         table = structure_kernel(pattern)(T, pattern.numbers)
         found, residual, free = table[..., :-3], table[..., -3], table[..., -1]
         valid = residual <= RESIDUAL
-        flags = (np.nan_to_num(free) > 0).any(axis=1)
+        flags = ((np.nan_to_num(free) > 0) & (residual <= 1e-6)).any(axis=1)
         for key, value in _judged(chain, q, T, found, valid, flags, repeats=False, name=name).items():
             total[key] = total.get(key, 0) + value
     return total
@@ -120,15 +121,20 @@ def _judged(
     clean = np.where(valid[..., None], found, 0.0)
     reached = forward(chain, clean)
     wrong = valid & ~(np.abs(reached - T[:, None]).max(axis=(-2, -1)) <= 4 * RESIDUAL * max(1.0, chain.size))
-    distance = np.where(valid, apart(clean, q[:, None], chain.slides), np.inf).min(axis=1)
-    allowed = bound(jacobian(chain, q), n)
+    distance = np.where(valid, apart(clean, q[:, None], chain.slides), np.inf)
+    nearest = distance.argmin(axis=1)
+    distance = distance.min(axis=1)
+    residual = np.abs(reached - T[:, None]).max(axis=(-2, -1))[np.arange(len(q)), nearest]
+    allowed = bound(jacobian(chain, q), n, residual)
     lost = ~(distance <= np.maximum(allowed, 1e-9)) & ~free
     twice = np.zeros(len(q), dtype=bool)
     for k in range(1, found.shape[1]):
         for j in range(k):
             same = valid[:, k] & valid[:, j] & (apart(clean[:, k], clean[:, j], chain.slides) < 1e-9)
+            if not repeats and any(chain.slides):
+                same[:] = False
             if not repeats and same.any():
-                # Where roots merge the table holds them twice; the public answer merges them.
+                # Where roots merge, or the degree is lower, the table holds them twice; the public answer merges them.
                 rows = np.flatnonzero(same)
                 values = np.linalg.svd(jacobian(chain, clean[rows, k]), compute_uv=False)[:, min(6, n) - 1]
                 same[rows] = values > 1e-5
@@ -168,7 +174,7 @@ def main() -> int:
     parser.add_argument("--shard", type=int, default=1_000_000, help="cases per shard")
     parser.add_argument("--seed", type=int, default=0, help="first shard")
     parser.add_argument("--family", nargs="*", default=[], help="families or robots; all if none")
-    parser.add_argument("--resume", type=Path, default=None, help="directory of the shard files; finished ones are kept")
+    parser.add_argument("--resume", type=Path, default=None, help="directory of the shard files, which are kept")
     options = parser.parse_args()
     return int(not figures.run("R6", options, lambda seed, count: work(options.family, seed, count))["passed"])
 

@@ -144,3 +144,44 @@ def test_robot_from_a_table_and_from_screws() -> None:
     same = mf.Robot.from_screws(screws, home)
     q = np.random.default_rng(2).uniform(-3, 3, (50, 3))
     np.testing.assert_allclose(same.forward_kinematics(q), table.forward_kinematics(q), atol=1e-14)
+
+
+@pytest.mark.parametrize("of_tip", [True, False])
+@pytest.mark.parametrize("jacobian", ["jacobian_body", "jacobian_space"])
+def test_quantities_together_equal_those_apart(of_tip: bool, jacobian: str) -> None:
+    robot = mf.load("stanford_arm")
+    frame = None if of_tip else robot.mechanism.links[2].name
+    q = np.random.default_rng(3).uniform(-1, 1, (3, 7, robot.n))
+    routine = robot.together("forward_kinematics", jacobian, frame=frame)
+    T, J = routine(q)
+    np.testing.assert_allclose(T, robot.forward_kinematics(q, frame=frame), atol=2e-15)
+    np.testing.assert_allclose(J, getattr(robot, jacobian)(q, frame=frame), atol=2e-15)
+    alone = routine(q[1, 2])
+    assert (alone[0] == T[1, 2]).all()
+    assert (alone[1] == J[1, 2]).all()
+    out = (np.empty_like(T), np.empty_like(J))
+    assert routine(q, out=out)[1] is out[1]
+    assert (out[0] == T).all()
+    assert (pickle.loads(pickle.dumps(routine))(q)[0] == T).all()
+
+
+def test_dynamics_together(arm: mf.Robot) -> None:
+    q, qd, qdd, F = (np.random.default_rng(5).uniform(-1, 1, (9, size)) for size in (arm.n, arm.n, arm.n, 6))
+    M, tau = arm.together("mass_matrix", "inverse_dynamics", optional=("tip_wrench",))(q, qd, qdd, F)
+    np.testing.assert_allclose(M, arm.mass_matrix(q), rtol=1e-13)
+    np.testing.assert_allclose(tau, arm.inverse_dynamics(q, qd, qdd, F), rtol=1e-12, atol=1e-12)
+
+
+def test_together_says_what_is_wrong(arm: mf.Robot) -> None:
+    for key, names, options in (
+        ("robot.together", ("mass_matrix",), {}),
+        ("robot.together", ("mass_matrix", "mass_matrix"), {}),
+        ("input.choice", ("mass_matrix", "mass"), {}),
+        ("input.choice", ("mass_matrix", "inverse_dynamics"), {"optional": ("tip",)}),
+        ("robot.no_frame", ("mass_matrix", "gravity_torque"), {"frame": "link1"}),
+        ("robot.frame_name", ("mass_matrix", "jacobian_body"), {"frame": 3}),
+    ):
+        with pytest.raises(mf.InputError) as caught:
+            arm.together(*names, **options)
+        assert caught.value.key == key
+        assert caught.value.message("ar") != caught.value.message("en")

@@ -17,6 +17,9 @@ from mafsil.algebra.subproblems import Root, Turn
 POLISH = 2
 """Newton steps on the equation itself, after the lines."""
 
+NEARLY = 1e-6
+"""Relative distance of a line from the curve up to which it may touch it but for rounding."""
+
 NOTHING = 1e-12
 """Coefficients, relative to those they are made of, below which an equation says nothing."""
 
@@ -39,7 +42,7 @@ def turns_on_conic(C: ca.SX, preferred: Turn, scale: ca.SX) -> tuple[Root, Root,
         along = ca.fmin(ca.fmax(-line[2] * factor, -1), 1)
         aside = ca.sqrt((1 - along) * (1 + along))
         for side in (1.0, -1.0):
-            turn = _polished(C, middle.then(Turn(along, side * aside)))
+            turn = _polished(C, middle.then(Turn(along, side * aside)), ca.fabs(line[2]) <= size * (1 + NEARLY))
             turn = Turn(ca.if_else(free, preferred.c, turn.c), ca.if_else(free, preferred.s, turn.s))
             roots.append(Root(turn, free, ca.SX(0)))
     return roots[0], roots[1], roots[2], roots[3]
@@ -58,9 +61,10 @@ def lengths_on_conic(C: ca.SX, scale: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX
         # line: a d + b d^2 + c = 0
         b, a, c = line[0] / 2, line[1], line[2]
         far = -(b + ca.if_else(b < 0, -1, 1) * ca.sqrt(ca.fmax(b * b - a * c, 0)))
+        real = b * b * (1 + NEARLY) >= a * c
         for top, below in ((far, a), (c, far)):
             d = top / ca.if_else(below == 0, 1e-300, below)
-            roots.append(_polished_length(C, d))
+            roots.append(_polished_length(C, d, real))
     return roots[0], roots[1], roots[2], roots[3]
 
 
@@ -136,8 +140,11 @@ def _cubic_roots(a: ca.SX, b: ca.SX, c: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     return roots[0], roots[1], roots[2]
 
 
-def _polished(C: ca.SX, turn: Turn) -> Turn:
-    """Newton steps for x' C x = 0 along the circle, kept only where they help."""
+def _polished(C: ca.SX, turn: Turn, real: ca.SX) -> Turn:
+    """Newton steps for x' C x = 0 along the circle, kept only where they help and the line meets the circle.
+
+    Else they would lead to a root that another line has.
+    """
     miss = _value(C, ca.vertcat(turn.c, turn.s, 1))
     for _ in range(POLISH):
         x = ca.vertcat(turn.c, turn.s, 1)
@@ -147,20 +154,20 @@ def _polished(C: ca.SX, turn: Turn) -> Turn:
         half = step / 2
         rotated = turn.then(Turn((1 - half * half) / (1 + half * half), step / (1 + half * half)))
         after = _value(C, ca.vertcat(rotated.c, rotated.s, 1))
-        better = ca.fabs(after) < ca.fabs(miss)
+        better = ca.logic_and(real, ca.fabs(after) < ca.fabs(miss))
         turn = Turn(ca.if_else(better, rotated.c, turn.c), ca.if_else(better, rotated.s, turn.s))
         miss = ca.if_else(better, after, miss)
     return turn
 
 
-def _polished_length(C: ca.SX, d: ca.SX) -> ca.SX:
+def _polished_length(C: ca.SX, d: ca.SX, real: ca.SX) -> ca.SX:
     """The same along the parabola."""
     miss = _value(C, ca.vertcat(d, d * d, 1))
     for _ in range(POLISH):
         slope = 2 * ca.dot(C @ ca.vertcat(d, d * d, 1), ca.vertcat(1, 2 * d, 0))
         moved = d - miss / ca.if_else(slope == 0, 1.0, slope)
         after = _value(C, ca.vertcat(moved, moved * moved, 1))
-        better = ca.fabs(after) < ca.fabs(miss)
+        better = ca.logic_and(real, ca.fabs(after) < ca.fabs(miss))
         d, miss = ca.if_else(better, moved, d), ca.if_else(better, after, miss)
     return d
 

@@ -64,7 +64,13 @@ class Triple(NamedTuple):
 
 
 def two_turns(
-    k1: ca.SX, k2: ca.SX, p0: ca.SX, p1: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: float = 1.0
+    k1: ca.SX,
+    k2: ca.SX,
+    p0: ca.SX,
+    p1: ca.SX,
+    course: Course,
+    preferred: tuple[Turn, Turn, Turn],
+    scale: ca.SX | float = 1.0,
 ) -> list[Triple]:
     """Subproblem 5: p0 + Rot(k1, q1) p1 = Rot(k2, q2) v, v on a course; axes neither parallel nor meeting.
 
@@ -90,7 +96,7 @@ def two_turns(
     e1 = (k1 - k * k2) / sine
     e2 = cross(k2, e1)
     m = ca.dot(p0, e2)
-    one = ca.vertcat(0, 0, 1)
+    one = ca.SX([0, 0, 1])
     height = (k2.T @ V).T
     X1 = (ca.dot(k1, p1) * one - k * height) / sine
     X2m = (square + (m * m - ca.dot(p1, p1)) * one) / 2
@@ -108,7 +114,7 @@ def two_turns(
 
 
 def slide_then_turn(
-    w1: ca.SX, k2: ca.SX, goal: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: float = 1.0
+    w1: ca.SX, k2: ca.SX, goal: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: ca.SX | float = 1.0
 ) -> list[Triple]:
     """Goal - d w1 = Rot(k2, q2) v, v on a course; w1 not normal to k2.
 
@@ -120,7 +126,7 @@ def slide_then_turn(
         scale: size of the arm [m].
     """
     k = ca.dot(w1, k2)
-    one = ca.vertcat(0, 0, 1)
+    one = ca.SX([0, 0, 1])
     height = (k2.T @ course.point).T
     kd = ca.dot(k2, goal) * one - height
     X = k * (goal @ one.T) - w1 @ kd.T
@@ -133,7 +139,7 @@ def slide_then_turn(
 
 
 def turn_then_slide(
-    k1: ca.SX, w2: ca.SX, p1: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: float = 1.0
+    k1: ca.SX, w2: ca.SX, p1: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: ca.SX | float = 1.0
 ) -> list[Triple]:
     """Rot(k1, q1) p1 = v + d w2, v on a course; w2 not normal to k1.
 
@@ -145,7 +151,7 @@ def turn_then_slide(
         scale: size of the arm [m].
     """
     k = ca.dot(k1, w2)
-    one = ca.vertcat(0, 0, 1)
+    one = ca.SX([0, 0, 1])
     kd = ca.dot(k1, p1) * one - (k1.T @ course.point).T
     X = k * course.point + w2 @ kd.T
     C = _squares(X) - k * k * ca.dot(p1, p1) * _outer(one)
@@ -166,11 +172,10 @@ def two_slides(w1: ca.SX, w2: ca.SX, goal: ca.SX, course: Course, preferred: tup
         preferred: the turns taken where every one solves.
     """
     normal = cross(w1, w2)
-    one = ca.vertcat(0, 0, 1)
+    one = ca.SX([0, 0, 1])
     line = (normal.T @ course.point).T - ca.dot(normal, goal) * one
-    # A line times a line that never meets the curve in a place of its own: the parabola's at infinity, or far away.
-    other = one if course.slides else ca.vertcat(0, 0, 1)
-    C = (line @ other.T + other @ line.T) / 2
+    # The line times that at infinity, which meets no point of the curve that counts.
+    C = (line @ one.T + one @ line.T) / 2
     triples: list[Triple] = []
     for motion, x, free in course.solutions(C, course.size + ca.sqrt(ca.sumsqr(goal)), preferred[2]):
         rest = goal - course.point @ x
@@ -200,7 +205,7 @@ def linked_circles(A: ca.SX, B: ca.SX, b: ca.SX, preferred: tuple[Turn, Turn]) -
     det = B[0, 0] * B[1, 1] - B[0, 1] * B[1, 0]
     adj = ca.vertcat(ca.horzcat(B[1, 1], -B[0, 1]), ca.horzcat(-B[1, 0], B[0, 0]))
     X = adj @ ca.horzcat(-A, b)
-    C = _squares(X) - det * det * _outer(ca.vertcat(0, 0, 1))
+    C = _squares(X) - det * det * _outer(ca.SX([0, 0, 1]))
     scale = ca.sumsqr(adj) * (ca.sumsqr(A) + ca.sumsqr(b)) + det * det
     found: list[Linked] = []
     for root in turns_on_conic(C, preferred[0], scale):

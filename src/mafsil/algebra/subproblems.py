@@ -65,7 +65,7 @@ def unturned() -> Turn:
     return Turn(ca.SX(1), ca.SX(0))
 
 
-def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: float = 1.0) -> Root:
+def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0) -> Root:
     """Subproblem 1: the turn about w that brings p nearest to z; any turn where one of them lies on the axis.
 
     Args:
@@ -80,7 +80,7 @@ def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: float = 1.0)
 
 
 def turns_to_distance(
-    w: ca.SX, p: ca.SX, o: ca.SX, square: ca.SX, preferred: Turn, scale: float = 1.0
+    w: ca.SX, p: ca.SX, o: ca.SX, square: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0
 ) -> tuple[Root, Root]:
     """Subproblem 3: the turns about w that bring p to a given distance from o, both seen along the axis.
 
@@ -107,7 +107,7 @@ def turns_to_distance(
 
 
 def turns_to_height(
-    w: ca.SX, h: ca.SX, p: ca.SX, height: ca.SX, preferred: Turn, scale: float = 1.0
+    w: ca.SX, h: ca.SX, p: ca.SX, height: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0
 ) -> tuple[Root, Root]:
     """Subproblem 4: the turns about w that bring p to a given height along h: h . Rot(w, q) p = height.
 
@@ -136,7 +136,7 @@ class Pair(NamedTuple):
 
 
 def turns_about_two_axes(
-    w1: ca.SX, w2: ca.SX, p: ca.SX, z: ca.SX, preferred: tuple[Turn, Turn], scale: float = 1.0
+    w1: ca.SX, w2: ca.SX, p: ca.SX, z: ca.SX, preferred: tuple[Turn, Turn], scale: ca.SX | float = 1.0
 ) -> tuple[Pair, Pair]:
     """Subproblem 2: Rot(w1, q1) Rot(w2, q2) p = z for crossing axes through the origin and |p| = |z|.
 
@@ -165,7 +165,14 @@ def turns_about_two_axes(
 
 
 def _pair(
-    w1: ca.SX, w2: ca.SX, p: ca.SX, z: ca.SX, y: ca.SX, preferred: tuple[Turn, Turn], shortfall: ca.SX, scale: float
+    w1: ca.SX,
+    w2: ca.SX,
+    p: ca.SX,
+    z: ca.SX,
+    y: ca.SX,
+    preferred: tuple[Turn, Turn],
+    shortfall: ca.SX,
+    scale: ca.SX | float,
 ) -> Pair:
     first, second = turn_onto(w1, y, z, preferred[0], scale), turn_onto(w2, p, y, preferred[1], scale)
     return Pair(first._replace(shortfall=shortfall), second)
@@ -185,7 +192,7 @@ def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX, inside: ca
     )
 
 
-def _direction(c: ca.SX, s: ca.SX, preferred: Turn, least: float) -> Root:
+def _direction(c: ca.SX, s: ca.SX, preferred: Turn, least: ca.SX | float) -> Root:
     """The turn along (c, s), or the preferred one where that has no direction."""
     size = ca.sqrt(c * c + s * s)
     known = size > least

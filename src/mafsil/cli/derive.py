@@ -1,19 +1,45 @@
-"""`mafsil derive`: forward kinematics, Jacobians and equations of motion as formulas, in numbered steps."""
+"""`mafsil derive`: forward and inverse kinematics, Jacobians and equations of motion as formulas, in numbered steps."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.cli.answer import Answer
-from mafsil.derivation import Derivation, derive_dynamics, derive_fk, derive_jacobian, to_html, to_latex, to_text
+from mafsil.derivation import (
+    Derivation,
+    derive_dynamics,
+    derive_fk,
+    derive_ik,
+    derive_jacobian,
+    to_html,
+    to_latex,
+    to_text,
+)
 from mafsil.derivation.document import Side, is_matrix
 from mafsil.derivation.text import formula, side_text, step_sentence
 from mafsil.errors import FileError
 from mafsil.messages import say
-from mafsil.robot import load_mechanism
+from mafsil.model import Mechanism
+from mafsil.robot import Robot, load_mechanism
 
-_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian, "dynamics": derive_dynamics}
+
+def _ik(mechanism: Mechanism) -> Derivation:
+    """Inverse kinematics, as what the arm is recognised."""
+    from mafsil.ik import closed_form
+
+    form = closed_form(Robot(mechanism))
+
+    def solutions(T: PoseMatrix) -> Floats:
+        assert form is not None
+        rows = form.solve(T)
+        return rows.q[rows.found()]
+
+    return derive_ik(mechanism, None if form is None else form.pattern, solutions)
+
+
+_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian, "ik": _ik, "dynamics": derive_dynamics}
 _WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
 _ENDINGS = {".tex": "latex", ".html": "html", ".htm": "html"}
 
@@ -22,7 +48,7 @@ def derive(what: str, robot: str, tip: str | None, format: str | None, out: str 
     """A derivation on the screen or in a file.
 
     Args:
-        what: `fk`, `jacobian` or `dynamics`.
+        what: `fk`, `jacobian`, `ik` or `dynamics`.
         robot: name or file.
         tip: another tip link.
         format: `text`, `latex` or `html`; by the ending of `out` if None.

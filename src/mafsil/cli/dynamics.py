@@ -96,6 +96,4 @@ def _require_finite(arm: Robot, results: dict[str, Floats]) -> None:
     for quantity, result in results.items():
         for index in np.argwhere(~np.isfinite(result)):
             joint = arm.joint_names[int(index[0])] if result.shape[:1] == (arm.n,) else quantity
-            raise InputError(
-                "cli.dynamics_overflow", quantity=quantity, joint=joint, value=float(result[tuple(index)])
-            )
+            raise InputError("cli.dynamics_overflow", quantity=quantity, joint=joint, value=float(result[tuple(index)]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 
 import numpy as np
 
@@ -17,11 +18,19 @@ from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.messages import say
 from mafsil.robot import Robot, load
 
+PICTURES = (".png", ".svg", ".pdf")
 PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def ik(
-    robot: str, pose: list[str], all: bool, task: str | None, frame: str | None, tip: str | None, degrees: bool
+    robot: str,
+    pose: list[str],
+    all: bool,
+    task: str | None,
+    frame: str | None,
+    tip: str | None,
+    degrees: bool,
+    picture: str | None,
 ) -> Answer:
     """Joint coordinates that bring the tip to a pose.
 
@@ -33,14 +42,18 @@ def ik(
         frame: a link; the tip frame if None.
         tip: another tip link.
         degrees: whether bare angles are degrees, and angles are printed so.
+        picture: file for a picture of the postures printed, or None.
 
     Raises:
         MafsilError: no such robot or frame, not three or six finite numbers.
     """
+    if picture is not None and Path(picture).suffix.lower() not in PICTURES:
+        raise InputError("cli.picture_kind", path=picture, known=", ".join(PICTURES))
     arm = load(robot, tip=tip)
     T = _pose(pose, degrees=degrees)
     asked = task or ("position" if len(pose) == 3 else "pose")
     answer = inverse_kinematics(arm, T, frame=frame, task=asked)  # pyright: ignore[reportArgumentType]
+    assert isinstance(answer, SolutionSet)
     explanation = answer.explain().splitlines()
     rows = _chosen(answer, all)
     lines = [say("cli.ik_title", robot=arm.name), *_rows(arm, answer, rows, degrees=degrees), *explanation]
@@ -59,12 +72,21 @@ def ik(
                 "residual": float(answer.residual[k]),
                 "conditioning": float(answer.conditioning[k]),
                 "within_limits": bool(answer.within[k]),
+                "beyond": [vars(one) for one in answer.violations(k)],
             }
             for k in rows
         ],
         "families": [{"solution": f.solution, "joint": f.joint, "moving": f.moving} for f in answer.families],
         "nearest": None if answer else {"q": answer.q_nearest, "pose": answer.T_nearest},
     }
+    if picture is not None and rows:
+        from mafsil.figures import save_postures
+
+        save_postures(
+            arm, answer.q[rows], Path(picture), [answer.branches[k].label() for k in rows], answer.within[rows]
+        )
+        data["picture"] = picture
+        lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if answer else explanation[0])
 
 
@@ -107,7 +129,7 @@ def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) ->
 
     body = [
         [
-            str(answer.branches[k]),
+            answer.branches[k].label(),
             *cells(answer.q[k]),
             f"{answer.residual[k]:.1e}",
             f"{answer.conditioning[k]:.3f}",

@@ -40,6 +40,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("frame", "text"),
             _TIP,
             _DEGREES,
+            Parameter("picture", "path"),
         ),
     ),
     Operation(
@@ -59,7 +60,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "derive",
         "mafsil.cli.derive:derive",
         (
-            Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian", "dynamics")),
+            Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian", "ik", "dynamics")),
             _ROBOT,
             _TIP,
             Parameter("format", "text", choices=("text", "latex", "html")),
@@ -92,6 +93,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("picture", "path"),
         ),
     ),
+    Operation("lint", "mafsil.cli.lint:lint", (_ROBOT, Parameter("fix", "path"))),
     Operation(
         "verify",
         "mafsil.cli.verify:verify",

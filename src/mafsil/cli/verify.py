@@ -29,9 +29,7 @@ def verify(robot: str, tip: str | None, against: str | None, states: str | None,
         MafsilError: no such robot, no such peer.
     """
     peer = cast("Literal['pinocchio', 'mujoco'] | None", against)
-    report = verified(
-        load(robot, tip=tip), peer, states=_whole("states", states, STATES), seed=_whole("seed", seed, 0)
-    )
+    report = verified(load(robot, tip=tip), peer, states=_whole("states", states, STATES), seed=_whole("seed", seed, 0))
     head = [say(f"verification.{name}") for name in ("routine", "road", "error", "limit", "verdict")]
     lines = [*table(head, report.table()), "", *report.explain().split("\n")]
     return Answer(report.as_dict(), tuple(lines), None if report.ok else report.explain().split("\n")[0])

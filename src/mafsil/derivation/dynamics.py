@@ -204,7 +204,7 @@ def _named(road: Lagrange, i: int, j: int, k: int) -> tuple[Side, ...]:
 
 
 def _determinant(judge: DynamicsJudge, road: Lagrange, M: Floats) -> list[Line]:
-    """det M of two joints, and of three where it is short."""
+    """Det M of two joints, and of three where it is short."""
     rows = road.M
     if len(rows) == 1:
         return []
@@ -226,9 +226,7 @@ def _minor(rows: tuple[Row, ...], k: int) -> Polynomial:
 
 
 def _vector(judge: DynamicsJudge, letter: str, formulas: Row, truth: Floats) -> list[Line]:
-    return [
-        judge.line((Name(letter, str(i + 1)),), formula, truth=truth[:, i]) for i, formula in enumerate(formulas)
-    ]
+    return [judge.line((Name(letter, str(i + 1)),), formula, truth=truth[:, i]) for i, formula in enumerate(formulas)]
 
 
 def _recursion(judge: DynamicsJudge, road: Lagrange, other: NewtonEuler) -> list[Step]:

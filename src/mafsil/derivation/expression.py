@@ -164,7 +164,7 @@ def _written(node: Expression, style: _Style, outer: int = 0) -> str:
     if node.kind == "/" and style.fraction is not None:
         return style.fraction(*(_written(part, style) for part in node.parts))
     if node.kind == "neg":
-        text = style.between["−"] + _written(node.parts[0], style, 2)
+        text = style.between["−"].strip() + _written(node.parts[0], style, 2)
     else:
         # The right operand of a difference, a quotient or a vector product needs brackets at equal strength.
         right = strength + (node.kind in ("−", "/", "×", "·", "±"))

@@ -1,4 +1,4 @@
-"""Formulas of dynamics as a person writes them: terms that share everything but the mass together, then one bracket a mass.
+"""Formulas of dynamics as a person writes them: terms that share all but the mass together, one bracket a mass.
 
 (m1 + m2) L1^2 + m2 (L2^2 + 2 L1 L2 c2) rather than factors in the order of their frequency.
 """

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
 from mafsil.derivation.expression import Expression, function, named, number, plus_minus
-from mafsil.derivation.ik_judge import AngleJudge, angle_name
+from mafsil.derivation.ik_judge import AngleJudge, vector_text
 from mafsil.errors import ModelError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
 from mafsil.model import Mechanism
@@ -53,7 +51,11 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
     """What was found, and the axes it was found from."""
     head = (Name("i"), Name("w", "i"), Name("r", "i"))
     rows = tuple(
-        (str(judge.index(k)), _vector(judge.axes[k]), _vector(judge.points[k]) if not pattern.slides[k] else "—")
+        (
+            str(judge.index(k)),
+            vector_text(judge.axes[k]),
+            vector_text(judge.points[k]) if not pattern.slides[k] else "—",
+        )
         for k in range(len(pattern.axes))
         if pattern.joints[k] >= 0
     )
@@ -65,22 +67,24 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
         "b": judge.index(1),
         "c": judge.index(2),
         "last": ", ".join(str(judge.index(k)) for k in range(3, len(pattern.axes))),
+        "parallel": ", ".join(str(judge.index(k)) for k in (1, 2, 3)),
+        "meeting": ", ".join(str(judge.index(k)) for k in range(4, len(pattern.axes))),
     }
     kind = pattern.family.value
     if pattern.family is Family.SPHERICAL_WRIST:
         kind += "_" + pattern.road.value + ("_slide" if pattern.slides[2] else "")
-    lines = [Line((Name("m"),), (_vector(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
+    lines = [Line((Name("m"),), (vector_text(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
     if pattern.road is PointRoad.MEET and pattern.family is Family.SPHERICAL_WRIST:
-        lines.append(Line((Name("o"),), (_vector(pattern.meeting) + " m",)))
+        lines.append(Line((Name("o"),), (vector_text(pattern.meeting) + " m",)))
     return Step(f"derivation.ik_{kind}", facts, tuple(lines), Grid(head, rows))
 
 
 def _displacement(judge: AngleJudge) -> Step:
     """The motion from the zero pose, and where it takes the point that the first joints place."""
+    if judge.pattern.family is Family.PLANAR:
+        return Step("derivation.ik_displacement_plane")
     key = "ik_displacement_reversed" if judge.pattern.reversed else "ik_displacement"
-    lines: tuple[Line, ...] = ()
-    if judge.pattern.family is not Family.PLANAR:
-        lines = (judge.define("p", named("R") * named("m") + named("t")),)
+    lines = (judge.define("p", named("R") * named("m") + named("t")),)
     return Step(f"derivation.{key}", {}, lines)
 
 
@@ -93,12 +97,12 @@ def _wrist_arm(judge: AngleJudge) -> list[Step]:
     for turn in turns[1:]:
         product = product * turn
     lines = [judge.define("Q", product * named("R"))]
-    beside = w4.dot(w5) * w5.dot(w6)
+    beside = (w4.dot(w5), w5.dot(w6))
     lines += judge.elementary(
         4,
-        w4.dot(w6) - beside,
+        judge.less(w4.dot(w6), *beside),
         w4.dot(w5.cross(w6)),
-        w4.dot(named("Q") * w6) - beside,
+        judge.less(w4.dot(named("Q") * w6), *beside),
     )
     middle = Step("derivation.ik_wrist_middle", judge.facts(3, 4, 5), tuple(lines))
     first = judge.turn(3, function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
@@ -111,13 +115,13 @@ def _wrist_arm(judge: AngleJudge) -> list[Step]:
 def _first_by_height(judge: AngleJudge) -> Step:
     """The height along the next axes does not change when they turn: one equation for the first joint."""
     w1, w2, v = judge.w(0), judge.w(1), named(judge.letter("v", 0))
-    beside = w1.dot(w2) * w1.dot(v)
+    beside = (w1.dot(w2), w1.dot(v))
     lines = [judge.define(judge.letter("v", 0), named("p") - judge.r(0))]
     lines += judge.elementary(
         0,
-        w2.dot(v) - beside,
+        judge.less(w2.dot(v), *beside),
         w1.dot(w2.cross(v)),
-        w2.dot(named("m") - judge.r(0)) - beside,
+        judge.less(w2.dot(named("m") - judge.r(0)), *beside),
     )
     return Step("derivation.ik_height", judge.facts(0, 1, 2), tuple(lines))
 
@@ -136,12 +140,12 @@ def _meeting_road(judge: AngleJudge) -> list[Step]:
     third = _distance(judge, 2, o, named("m"), named("p"), ())
     u, v = judge.letter("u", 1), judge.letter("v", 1)
     lines = [judge.define(u, named("g") - o), judge.define(v, named("p") - o)]
-    beside = w1.dot(w2) * w2.dot(named(u))
+    beside = (w1.dot(w2), w2.dot(named(u)))
     lines += judge.elementary(
         1,
-        w1.dot(named(u)) - beside,
+        judge.less(w1.dot(named(u)), *beside),
         w1.dot(w2.cross(named(u))),
-        w1.dot(named(v)) - beside,
+        judge.less(w1.dot(named(v)), *beside),
     )
     second = Step("derivation.ik_two_axes", judge.facts(0, 1), tuple(lines))
     first = judge.turn(0, function("Rot", w2, judge.angle(1)) * named(u), named(v))
@@ -162,12 +166,12 @@ def _distance(
         lines.append(judge.define("g", moved + judge.angle(k) * judge.w(k)))
         return Step("derivation.ik_slide", judge.facts(k, k - 1), tuple(lines))
     lines += [judge.define(x, moved - judge.r(k)), judge.define(y, judge.r(k) - centre)]
-    along = judge.w(k).dot(named(x)) * judge.w(k).dot(named(y))
+    along = (judge.w(k).dot(named(x)), judge.w(k).dot(named(y)))
     lines += judge.elementary(
         k,
-        named(x).dot(named(y)) - along,
+        judge.less(named(x).dot(named(y)), *along),
         named(y).dot(judge.w(k).cross(named(x))),
-        (reach - function("square", named(x)) - function("square", named(y))) / number(2.0) - along,
+        judge.less((reach - function("square", named(x)) - function("square", named(y))) / number(2.0), *along),
     )
     lines.append(judge.define("g", judge.r(k) + function("Rot", judge.w(k), judge.angle(k)) * named(x)))
     return Step("derivation.ik_distance", judge.facts(k, k - 1), tuple(lines))
@@ -176,13 +180,13 @@ def _distance(
 def _parallel_arm(judge: AngleJudge) -> list[Step]:
     """One joint, three parallel axes, two that meet."""
     w2, w5, w6 = judge.w(1), judge.w(4), judge.w(5)
-    beside = w2.dot(w5) * w5.dot(w6)
+    beside = (w2.dot(w5), w5.dot(w6))
     fifth = [judge.define("Q", function("Rot", judge.w(0), -judge.angle(0)) * named("R"))]
     fifth += judge.elementary(
         4,
-        w2.dot(w6) - beside,
+        judge.less(w2.dot(w6), *beside),
         w2.dot(w5.cross(w6)),
-        w2.dot(named("Q") * w6) - beside,
+        judge.less(w2.dot(named("Q") * w6), *beside),
     )
     sixth = judge.turn(5, function("transpose", named("Q")) * w2, function("Rot", w5, -judge.angle(4)) * w2)
     total = judge.total((1, 2, 3), function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
@@ -199,7 +203,7 @@ def _parallel_arm(judge: AngleJudge) -> list[Step]:
     second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
     return [
         _first_by_height(judge),
-        Step("derivation.ik_fifth", judge.facts(1, 4, 5), tuple(fifth)),
+        Step("derivation.ik_fifth", {**judge.facts(1, 4, 5), "first": judge.index(0)}, tuple(fifth)),
         Step("derivation.ik_sixth", judge.facts(5, 4), tuple(sixth)),
         Step("derivation.ik_sum", judge.facts(1, 2, 3), tuple(total)),
         third,
@@ -229,19 +233,9 @@ def _planar_arm(judge: AngleJudge) -> list[Step]:
 
 
 def _end(judge: AngleJudge) -> list[Step]:
-    """The coordinates themselves, how many solutions there are, and where the road breaks down."""
-    lines: list[Line] = []
-    for k, joint in enumerate(judge.pattern.joints):
-        if joint >= 0 and judge.pattern.reversed:
-            lines.append(Line((Name(angle_name("theta", "d", judge.pattern.slides[k], joint)),), (-judge.angle(k),)))
-    steps = [Step("derivation.ik_reversed", {}, tuple(lines))] if lines else []
+    """How many solutions there are, and where the road breaks down."""
     most = 2 ** len(judge.signed)
-    steps.append(Step("derivation.ik_branches", {"joints": ", ".join(judge.signed), "most": most}))
+    steps = [Step("derivation.ik_branches", {"joints": ", ".join(sorted(judge.signed)), "most": most})]
     steps.append(Step("derivation.ik_limits", {}))
     steps += [Step(f"derivation.ik_singular_{case}", facts) for case, facts in judge.singular()]
     return steps
-
-
-def _vector(values: Floats) -> str:
-    shown = [0.0 if abs(x) < 1e-12 else float(x) for x in values]
-    return "(" + ", ".join(f"{x:.6g}".replace("-", "−") for x in shown) + ")"

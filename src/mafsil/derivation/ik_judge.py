@@ -19,11 +19,6 @@ LIMIT = 1e-7
 """Largest error of a line [rad | m]: an angle from a cosine near one has half the digits."""
 
 
-def angle_name(turning: str, sliding: str, slides: bool, joint: int) -> str:
-    """Letter and number of a coordinate of the robot."""
-    return f"{sliding if slides else turning}{joint + 1}"
-
-
 class AngleJudge:
     """Values of all names at all solutions of random poses.
 
@@ -41,18 +36,17 @@ class AngleJudge:
         self.poses, self.signed = POSES, list[str]()
         robot = Robot(mechanism)
         q, T = _solutions(robot, solve, np.random.default_rng(seed))
-        X = T @ np.linalg.inv(pattern.home)
+        X: Floats = np.asarray(T @ np.linalg.inv(pattern.home), np.float64)
         if pattern.reversed:
-            X = np.linalg.inv(X)
+            X = np.asarray(np.linalg.inv(X), np.float64)
         self._count = len(q)
         self.values: dict[str, Floats] = {"R": X[:, :3, :3], "t": X[:, :3, 3]}
-        sense = -1.0 if pattern.reversed else 1.0
         self.constant("m", pattern.centre)
         self.constant("o", pattern.meeting)
         for k, joint in enumerate(pattern.joints):
             self.constant(self.letter("w", k), self.axes[k])
             self.constant(self.letter("r", k), self.points[k])
-            self.values[self._unknown(k)] = sense * q[:, joint] if joint >= 0 else np.zeros(len(q))
+            self.values[self._unknown(k)] = q[:, joint] if joint >= 0 else np.zeros(len(q))
 
     def constant(self, name: str, vector: Floats) -> None:
         """A vector that does not depend on the pose."""
@@ -90,9 +84,17 @@ class AngleJudge:
         return side / np.linalg.norm(side)
 
     def define(self, name: str, formula: Expression) -> Line:
-        """A definition: its value is that of its formula."""
-        self.values[name] = np.asarray(formula.evaluate(self.values))
-        return Line((Name(name),), (formula,))
+        """A definition: its value is that of its formula, printed where the arm alone decides it."""
+        value = np.asarray(formula.evaluate(self.values))
+        self.values[name] = value
+        if value.ndim > 2 or np.ptp(value, axis=0).max(initial=0.0) > 1e-12 * max(1.0, self.pattern.size):
+            return Line((Name(name),), (formula,))
+        return Line((Name(name),), (formula, vector_text(value[0]) if value.ndim == 2 else number_text(value[0])))
+
+    def less(self, whole: Expression, one: Expression, other: Expression) -> Expression:
+        """Whole - one other, or the whole where one of them is zero at all states."""
+        zero = any(np.abs(each.evaluate(self.values)).max(initial=0.0) < 1e-12 for each in (one, other))
+        return whole if zero else whole - one * other
 
     def elementary(self, k: int, a: Expression, b: Expression, c: Expression) -> list[Line]:
         """A cos x + b sin x = c for the unknown of joint k, checked, and both its solutions, checked."""
@@ -116,8 +118,6 @@ class AngleJudge:
     def total(self, joints: tuple[int, ...], start: Expression, goal: Expression) -> list[Line]:
         """The sum of the turns about parallel axes, as one turn about the first of them."""
         name = "theta" + "".join(str(self.index(k)) for k in joints)
-        if self.pattern.reversed:
-            name = name.replace("theta", "phi")
         self._total = name
         first = joints[0]
         u, v = self.letter("e", first), self.letter("f", first)
@@ -170,8 +170,7 @@ class AngleJudge:
 
     def _unknown(self, k: int) -> str:
         joint = self.pattern.joints[k]
-        turning, sliding = ("phi", "e") if self.pattern.reversed else ("theta", "d")
-        return angle_name(turning, sliding, self.pattern.slides[k], joint if joint >= 0 else k)
+        return f"{'d' if self.pattern.slides[k] else 'theta'}{(joint if joint >= 0 else k) + 1}"
 
     def _sense(self, k: int, first: int) -> float:
         return float(np.sign(self.axes[k] @ self.axes[first]))
@@ -186,6 +185,16 @@ def _wrapped(gap: Floats, slides: bool) -> Floats:
     return gap if slides else gap - 2 * np.pi * np.round(gap / (2 * np.pi))
 
 
+def vector_text(values: Floats) -> str:
+    """(x, y, z) with six digits."""
+    return "(" + ", ".join(number_text(float(x)) for x in values) + ")"
+
+
+def number_text(value: float) -> str:
+    """Six digits; rounding dust is zero."""
+    return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
+
+
 def _plain(name: str) -> str:
     return named(name).text()
 
@@ -194,10 +203,12 @@ def _solutions(robot: Robot, solve: Callable[[PoseMatrix], Floats], rng: np.rand
     """(k, n) all solutions of random poses that stay clear of singular ones, and (k, 4, 4) their poses."""
     sliding = np.array([joint.kind.value == "prismatic" for joint in robot.mechanism.coordinates])
     rows: list[Floats] = []
+    poses: list[PoseMatrix] = []
     while len(rows) < POSES:
         planted = np.where(sliding, rng.uniform(0.2, 0.6, robot.n), rng.uniform(-np.pi, np.pi, robot.n))
         values = np.linalg.svd(robot.jacobian_body(planted), compute_uv=False)
         if values[-1] > 1e-2 * values[0]:
-            rows.append(solve(robot.forward_kinematics(planted)))
-    q = np.concatenate(rows)
-    return q, np.asarray(robot.forward_kinematics(q))
+            T = np.asarray(robot.forward_kinematics(planted))
+            rows.append(solve(T))
+            poses.append(np.broadcast_to(T, (len(rows[-1]), 4, 4)))
+    return np.concatenate(rows), np.concatenate(poses)

@@ -67,9 +67,7 @@ def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
     """
     names, qd, qdd = coordinate_names(arm), rates(arm), rates(arm, 2)
     poses = arm.poses()[1:-1]
-    positions = tuple(
-        plus(pose.p, transform(pose.R, body.com)) for pose, body in zip(poses, bodies.links, strict=True)
-    )
+    positions = tuple(plus(pose.p, transform(pose.R, body.com)) for pose, body in zip(poses, bodies.links, strict=True))
     columns = [[tuple(simplified(x.derivative(name)) for x in p) for name in names] for p in positions]
     velocities = tuple(
         tuple(_sum(column[axis] * rate for column, rate in zip(each, qd, strict=True)) for axis in range(3))
@@ -91,7 +89,7 @@ def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
 
 
 def _share(arm: SymbolicArm, bodies: Bodies, k: int, columns: list[Row]) -> Entries:
-    """m J' J + W' I W of link k, W its angular columns in {k}; its motor on the diagonal."""
+    """M J' J + W' I W of link k, W its angular columns in {k}; its motor on the diagonal."""
     body, n = bodies.links[k], arm.n
     spins = [_axis(arm, j, k) for j in range(n)]
     turned = [transform(body.inertia, spin) for spin in spins]

@@ -10,8 +10,8 @@ from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, s
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.derivation.text import formula as plain_formula
 from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
+from mafsil.derivation.text import formula as plain_formula
 from mafsil.messages import language as current_language
 from mafsil.messages import say
 

@@ -9,4 +9,5 @@ from mafsil.figures.gimbals import save_gimbals as save_gimbals
 from mafsil.figures.mechanism import save_mechanism as save_mechanism
 from mafsil.figures.motion import save_motion as save_motion
 from mafsil.figures.pole import save_pole as save_pole
+from mafsil.figures.postures import save_postures as save_postures
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion

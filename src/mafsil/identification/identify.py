@@ -195,7 +195,7 @@ def _listed(log: Log | Sequence[Log]) -> list[Log]:
     Raises:
         InputError: none.
     """
-    logs = cast("list[Log]", list(log)) if isinstance(log, list | tuple) else [cast("Log", log)]
+    logs = list(log) if isinstance(log, list | tuple) else [cast("Log", log)]
     if not logs:
         raise InputError("identification.no_log")
     return logs

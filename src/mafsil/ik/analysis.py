@@ -25,7 +25,7 @@ class Analysis:
     Attributes:
         chain: of the arm; None if it is none of turning and sliding joints.
         form: its closed form, if it has one.
-        general: elimination for the general six-joint arm, where there is no closed form.
+        general: elimination for the general six-joint arm, where there is no exact closed form.
         held: coordinates whose values are chosen, because the arm has more joints than the task needs.
     """
 
@@ -62,9 +62,28 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
             else recognise(seen, n, orientation=orientation)
         )
         if pattern is not None:
-            return Analysis(chain, ClosedForm(pattern), None, tuple(seen.joints[k] for k in held))
+            near = pattern.defect > EXACT and task == "pose" and not held
+            general = GeneralSix(seen) if near and 3 <= len(seen) <= 6 else None
+            return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in held))
     general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
+
+
+def elimination(robot: Robot) -> GeneralSix | None:
+    """The elimination of a robot's tip, for whole batches of poses; None where it has another number of joints.
+
+    Args:
+        robot: with three to six turning or sliding joints, of any shape.
+    """
+    chain = chain_of(robot.mechanism)
+    return None if chain is None or not 3 <= len(chain) <= 6 else _elimination(robot.mechanism)
+
+
+@lru_cache(maxsize=64)
+def _elimination(mechanism: Mechanism) -> GeneralSix:
+    chain = chain_of(mechanism)
+    assert chain is not None
+    return GeneralSix(chain)
 
 
 def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:

@@ -55,7 +55,7 @@ def inverse_kinematics(
     Raises:
         InputError: a wrong shape, no pose, an unknown frame or task.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and task in MASKS and isinstance(robot, Robot):
+    if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and task in MASKS and type(robot) is Robot:
         asked = setting(robot, frame, task)
         if asked.kernel is not None and near is None and free is None and T_sd.dtype == np.float64:
             return _quick(asked, T_sd, tolerance)

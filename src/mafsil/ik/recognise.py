@@ -166,6 +166,13 @@ def _spherical_wrist(chain: Chain, n: int, *, general: bool, shifted: bool) -> I
     w4, w5, w6 = chain.axes[3:]
     if min(_sine(w4, w5), _sine(w5, w6)) < 1e-3:
         return
+    if (
+        not shifted
+        and not chain.slides[2]
+        and distance_to_line(chain.axes[2], chain.points[2], centre) < 1e-6 * chain.size
+    ):
+        # Four axes through one point: the third joint does not move it.
+        return
     for road in _roads(_part(chain, 0, 3), centre, general=general, carried=shifted):
         defect = max(road.defect, miss / chain.size)
         yield _pattern(Family.SPHERICAL_WRIST, chain, n, centre, road, defect, shifted=shifted)
@@ -336,8 +343,12 @@ def _padded(chain: Chain) -> Iterator[Chain]:
         yield from _sixth(chain.with_joint(_normal(w), place))
         yield from _sixth(chain.with_joint(_normal(w), _tip(chain)))
     elif len(chain) <= 3:
+        w_last = chain.axes[-1]
         for arm in _three_joints(chain):
             place = _tip(chain)
+            if not chain.slides[-1] and distance_to_line(w_last, chain.points[-1], place) < 1e-3 * chain.size:
+                # A point on the last axis would not see that joint turn; any other of the tip will do.
+                place = place + 0.5 * chain.size * _normal(w_last)
             w = _normal(arm.axes[2] + np.array([0.1, 0.2, 0.3]))
             five = arm.with_joint(w, place).with_joint(_normal(w), place)
             yield five.with_joint(_third(w), place)

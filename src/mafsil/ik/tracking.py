@@ -1,4 +1,4 @@
-"""Along a path of poses: the same branch as long as it lasts, every switch named."""
+"""Along a path of poses: the same branch as long as it lasts, every switch and every singular passage named."""
 
 from __future__ import annotations
 
@@ -7,11 +7,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive
+from mafsil.errors import InputError
+from mafsil.geometry import pose
+from mafsil.ik.answers import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
-from mafsil.ik.refine import refined
+from mafsil.ik.numerical import solve_ik
+from mafsil.ik.numerical.problem import problem_of
 from mafsil.messages import say
 from mafsil.robot import Robot
+from mafsil.solvers import Status
+
+FINEST = 2.0**-14
+"""Smallest part of the way between two poses that is tried before the branch is given up."""
+
+NEARLY_SINGULAR = 1e-3
+"""Conditioning below which a passage is named."""
+
+ROUNDING = 1e-9
+"""Distance from a bound at which a joint counts as being there [rad | m]."""
+
+
+class TrackStatus(Status):
+    """How a path was followed."""
+
+    FOLLOWED = ("ik.track_followed", True)
+    SWITCHED = ("ik.track_switched", False)
+    STOPPED = ("ik.track_stopped", False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +41,8 @@ class Switch:
     """A place where the branch could not be kept.
 
     Attributes:
-        index: sample of the path.
+        index: sample of the path that was reached on the new branch.
+        time: where the old branch ended, in the path's times.
         jump: (n,) change of the coordinates there [rad | m].
         conditioning: of the posture before: near zero, the branch ended at a singular posture.
         reason: `limit` or `singular`.
@@ -27,6 +50,7 @@ class Switch:
     """
 
     index: int
+    time: float
     jump: JointVector
     conditioning: float
     reason: str
@@ -34,8 +58,31 @@ class Switch:
 
     def explain(self, language: str | None = None) -> str:
         """The switch in a sentence."""
-        facts = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max())}
+        facts = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max()), "time": self.time}
         return say(f"ik.switch_{self.reason}", language=language, **facts, conditioning=self.conditioning)
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A nearly singular posture on the way.
+
+    Attributes:
+        index: sample of the path.
+        time: of it.
+        conditioning: there.
+        lost: (6,) unit body twist that the arm can hardly make there.
+    """
+
+    index: int
+    time: float
+    conditioning: float
+    lost: Floats
+
+    def explain(self, language: str | None = None) -> str:
+        """The passage in a sentence."""
+        turn, shift = (", ".join(f"{x:.3g}" for x in part) for part in (self.lost[:3], self.lost[3:]))
+        facts = {"index": self.index, "time": self.time, "conditioning": self.conditioning}
+        return say("ik.passage", language=language, **facts, turn=f"({turn})", shift=f"({shift})")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,68 +91,199 @@ class Track:
 
     Attributes:
         q: (k, n) coordinates; rows after the last pose that could be reached are NaN.
+        times: (k,) of the poses.
         residual: (k,) larger of position and rotation error [m | rad].
+        conditioning: (k,) smallest over largest singular value of the Jacobian, lengths in units of the reach.
         switches: where the branch was left.
+        passages: nearly singular postures, one for each visit.
         reached: number of poses reached, from the first on.
+        stopped_at: time at which the path had to be given up; NaN if it was not.
+        refusal: what inverse kinematics says of the pose that stopped it, or None.
+        closed: whether the path ends at the pose where it began.
+        drift: (n,) by how much the coordinates differ at the end of a closed path; NaN if it is open or not done.
     """
 
     q: JointVector
+    times: Floats
     residual: Floats
+    conditioning: Floats
     switches: tuple[Switch, ...]
+    passages: tuple[Passage, ...]
     reached: int
+    stopped_at: float
+    refusal: SolutionSet | None
+    closed: bool
+    drift: JointVector
+
+    @property
+    def status(self) -> TrackStatus:
+        """Followed on one branch, with switches, or not to the end."""
+        if self.reached < len(self.q):
+            return TrackStatus.STOPPED
+        return TrackStatus.SWITCHED if self.switches else TrackStatus.FOLLOWED
 
     @property
     def continuous(self) -> bool:
         """Whether the whole path was followed on one branch."""
-        return self.reached == len(self.q) and not self.switches
+        return self.status is TrackStatus.FOLLOWED
+
+    def explain(self, language: str | None = None) -> str:
+        """How it went, every switch and passage, and the drift of a closed path."""
+        facts = {"reached": self.reached, "count": len(self.q), "switches": len(self.switches)}
+        reason = "" if self.refusal is None else self.refusal.explain(language).split("\n")[0]
+        lines = [self.status.sentence(language, **facts, time=self.stopped_at, reason=reason)]
+        lines += [place.explain(language) for place in (*self.switches, *self.passages)]
+        if self.closed and self.reached == len(self.q):
+            drift = float(np.abs(self.drift).max(initial=0.0))
+            lines.append(say("ik.track_drift" if drift > 1e-6 else "ik.track_closed", language=language, drift=drift))
+        return "\n".join(lines)
 
 
 def track(
-    robot: Robot, T_path: ArrayLike, start: ArrayLike, *, tolerance: float = 1e-9, largest_step: float = 0.5
+    robot: Robot,
+    T_path: ArrayLike,
+    start: ArrayLike,
+    *,
+    times: ArrayLike | None = None,
+    tolerance: float = 1e-9,
+    largest_step: float = 0.1,
 ) -> Track:
     """Joint coordinates along a path of poses, each from the one before.
 
-    Every pose is reached by Newton's method from the coordinates before it, with steps of least norm, so that the
-    branch is kept. Where that fails, jumps, or leaves the limits, the nearest of all other solutions is taken, and the
-    switch is named.
+    Between two poses the tip follows one screw motion. Steps that would change a coordinate by more than `largest_step`
+    are halved, so that the arm cannot jump to another branch unseen; joints at their limits are held if the others can
+    do the motion. Where the branch ends, at a limit or a singular posture, the nearest other solution of the next pose
+    is taken, and the switch is named with its time and reason.
 
     Args:
         robot: any arm.
         T_path: (k, 4, 4) poses of the tip in {s}.
         start: (n,) coordinates near the first pose.
+        times: (k,) increasing; 0, 1, 2, ... if None.
         tolerance: largest residual [m | rad].
-        largest_step: change of a coordinate between neighbours that counts as a jump [rad | m].
+        largest_step: largest change of a coordinate in one step [rad | m].
 
     Raises:
-        InputError: wrong shapes, numbers that are not finite.
+        InputError: wrong shapes, numbers that are not finite, times that do not increase.
     """
     poses = gate("T_path", T_path, (4, 4), finite=True).reshape(-1, 4, 4)
-    q = gate("start", start, (robot.n,), finite=True)
-    rows = np.full((len(poses), robot.n), np.nan)
-    residual = np.full(len(poses), np.nan)
-    switches: list[Switch] = []
-    whole = np.ones(6, dtype=np.bool_)
-    for k, T in enumerate(poses):
-        found, size = refined(robot, q[None], T, whole, None, steps=12)
-        new, error = found[0], float(size[0])
-        jumps = bool(np.abs(new - q).max() > largest_step) and k > 0
-        outside = (new < robot.limits.lower - 1e-12) | (new > robot.limits.upper + 1e-12)
-        if error > tolerance or jumps or outside.any():
-            others = inverse_kinematics(robot, T, near=q, tolerance=tolerance)
-            if not others:
-                break
-            new = others.nearest(q)
-            error = float(others.residual.max())
-            if k > 0 and np.abs(new - q).max() > largest_step:
-                switches.append(_switch(robot, k, q, new, outside))
-        rows[k], residual[k], q = new, error, new
-    reached = int(np.isfinite(residual).sum())
-    return Track(rows, residual, tuple(switches), reached)
+    begin = gate("start", start, (robot.n,), finite=True)
+    clock = np.arange(len(poses), dtype=np.float64) if times is None else gate("times", times, (), finite=True)
+    if clock.shape != (len(poses),):
+        raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")
+    if (np.diff(clock) <= 0.0).any():
+        raise InputError("ik.times", name="times", index=int((np.diff(clock) <= 0.0).argmax()) + 1)
+    return _Tracker(robot, poses, clock, positive("tolerance", tolerance), positive("largest_step", largest_step)).run(
+        begin
+    )
 
 
-def _switch(robot: Robot, index: int, q: JointVector, new: JointVector, outside: ArrayLike) -> Switch:
-    left = np.asarray(outside)
-    values = np.linalg.svd(robot.jacobian_body(q), compute_uv=False)
-    j = int(left.argmax()) if left.any() else int(np.abs(new - q).argmax())
-    reason = "limit" if left.any() else "singular"
-    return Switch(index, new - q, float(values[min(6, robot.n) - 1] / values[0]), reason, robot.joint_names[j])
+class _Tracker:
+    """The state of a walk along a path."""
+
+    def __init__(self, robot: Robot, poses: PoseMatrix, times: Floats, tolerance: float, largest: float) -> None:
+        self.robot, self.poses, self.times, self.tolerance, self.largest = robot, poses, times, tolerance, largest
+        self.q = np.full((len(poses), robot.n), np.nan)
+        self.residual = np.full(len(poses), np.nan)
+        self.switches: list[Switch] = []
+        problem = problem_of(robot, None, True)
+        self._scale = np.repeat([1.0, 1.0 / problem.length], 3)[:, None]
+
+    def run(self, start: JointVector) -> Track:
+        """Walk as far as possible."""
+        stopped_at, refusal = np.nan, None
+        q = start
+        for k, T in enumerate(self.poses):
+            done, q_end = (0.0, q) if k == 0 else self._walk(q, self.poses[k - 1], T)
+            if k == 0 and (found := self._near(q, T)) is not None:
+                done, q_end = 1.0, found
+            if done < 1.0:
+                others = inverse_kinematics(self.robot, T, near=q_end, tolerance=self.tolerance)
+                time = float(self.times[max(k - 1, 0)] + done * (self.times[k] - self.times[max(k - 1, 0)]))
+                assert isinstance(others, SolutionSet)
+                if not others or not others.within.any():
+                    stopped_at, refusal = time, others
+                    break
+                new = others.nearest(q_end)
+                if k > 0:
+                    self.switches.append(self._switch(k, time, q_end, new))
+                q_end = new
+            self.q[k], self.residual[k], q = q_end, self._miss(q_end, T), q_end
+        return self._track(stopped_at, refusal)
+
+    def _walk(self, q: JointVector, T_0: PoseMatrix, T_1: PoseMatrix) -> tuple[float, JointVector]:
+        """How far of the screw motion between two poses the branch lasts, and the coordinates there."""
+        at, step = 0.0, 1.0
+        while at < 1.0:
+            ahead = min(at + step, 1.0)
+            T = T_1 if ahead == 1.0 else pose.interpolate_screw(T_0, T_1, ahead)
+            found = self._near(q, T)
+            if found is None:
+                step /= 2.0
+                if step < FINEST:
+                    return at, q
+            else:
+                at, q, step = ahead, found, 2.0 * step
+        return 1.0, q
+
+    def _near(self, q: JointVector, T: PoseMatrix) -> JointVector | None:
+        """The solution that Newton's method finds from q, within the limits, if it is a step away."""
+        found = solve_ik(self.robot, T, q, tolerance=self.tolerance, restarts=0)
+        near = bool(found.solved) and bool(np.abs(found.q - q).max(initial=0.0) <= self.largest)
+        return found.q if near else None
+
+    def _miss(self, q: JointVector, T: PoseMatrix) -> float:
+        e = pose.error(self.robot.forward_kinematics(q), T)
+        return float(max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])))
+
+    def _switch(self, k: int, time: float, q: JointVector, new: JointVector) -> Switch:
+        """Why the branch ended: a joint at its limit that has to go on, or a singular posture."""
+        limits = self.robot.limits
+        J = self.robot.jacobian_body(q)
+        ahead = np.linalg.pinv(J, rcond=1e-6) @ pose.error(self.robot.forward_kinematics(q), self.poses[k])
+        reach = q + np.sign(ahead) * 1e-2 * self.largest
+        pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > 1e-9)
+        reason = "limit" if pushed.any() else "singular"
+        joint = int(np.where(pushed, np.abs(ahead), 0.0).argmax()) if pushed.any() else int(np.abs(new - q).argmax())
+        return Switch(k, time, new - q, float(self._conditioning(q[None])[0]), reason, self.robot.joint_names[joint])
+
+    def _conditioning(self, q: JointVector) -> Floats:
+        """(k,) smallest over largest singular value."""
+        values = np.linalg.svd(self._scale * self.robot.jacobian_body(q), compute_uv=False)
+        return values[:, -1] / values[:, 0]
+
+    def _track(self, stopped_at: float, refusal: SolutionSet | None) -> Track:
+        reached = int(np.isfinite(self.residual).sum())
+        conditioning = np.full(len(self.poses), np.nan)
+        if reached:
+            conditioning[:reached] = self._conditioning(self.q[:reached])
+        closed = len(self.poses) > 1 and bool(np.abs(self.poses[0] - self.poses[-1]).max() <= 1e-9)
+        drift = np.full(self.robot.n, np.nan)
+        if closed and reached == len(self.poses):
+            drift = self.q[-1] - self.q[0]
+        return Track(
+            self.q,
+            self.times,
+            self.residual,
+            conditioning,
+            tuple(self.switches),
+            self._passages(conditioning, reached),
+            reached,
+            stopped_at,
+            refusal,
+            closed,
+            drift,
+        )
+
+    def _passages(self, conditioning: Floats, reached: int) -> tuple[Passage, ...]:
+        """The worst sample of every visit to nearly singular postures."""
+        inside = np.flatnonzero(conditioning[:reached] < NEARLY_SINGULAR)
+        visits = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1) if len(inside) else []
+        found: list[Passage] = []
+        for visit in visits:
+            k = int(visit[conditioning[visit].argmin()])
+            U, _, _ = np.linalg.svd(self._scale * self.robot.jacobian_body(self.q[k]))
+            lost = U[:, min(6, self.robot.n) - 1]
+            lost = lost * np.sign(lost[np.abs(lost).argmax()])
+            found.append(Passage(k, float(self.times[k]), float(conditioning[k]), lost))
+        return tuple(found)

@@ -108,7 +108,12 @@ def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]
 def poses_inward(
     tree: BodyTree, steps: Sequence[Placement], frame: Attachment
 ) -> dict[int, tuple[Expression, Expression]]:
-    """Rotation and origin of an attached frame in every body on its path, from its own body back to the base {0}."""
+    """Rotation and origin of an attached frame in every body on its path, from its own body back to the base {0}.
+
+    Args:
+        tree: of the bodies.
+        steps: pose of each body in its parent.
+    """
     R, p = constant(frame.R), constant(frame.p)
     poses: dict[int, tuple[Expression, Expression]] = {}
     for i in reversed(tree.path(frame.body)):

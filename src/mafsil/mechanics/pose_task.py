@@ -64,15 +64,17 @@ def step_with_wish(
     dq = z + J# (e - J z),  self-motion = z - J# J z
 
     Reference: Liegeois, Automatic supervisory control of the configuration and behavior of multibody mechanisms, 1977.
+
+    Args:
+        mechanism, frame, one_axis, relative, least: as of the step without a wish.
     """
     goal = _Goal(mechanism, frame, one_axis)
     z = ca.SX.sym("z", goal.n)
     J, e = goal.weighted()
     J = goal.held(J, J.T @ e)
-    for i in range(goal.n):
-        z[i] = ca.if_else(goal.pushed(i, z[i]), 0, z[i])
+    allowed = ca.vertcat(*(ca.if_else(goal.pushed(i, z[i]), 0, z[i]) for i in range(goal.n)))
     damping = relative * ca.dot(e, e) + least
-    free = z - _damped(J, J @ z, ca.SX(least))
+    free = allowed - _damped(J, J @ allowed, ca.SX(least))
     moved = goal.clipped(_damped(J, e, damping) + free)
     return ca.Function(
         "pose_step_with_wish", [*goal.inputs, z], [ca.cse(ca.densify(ca.vertcat(moved, goal.twist, free)))]

@@ -22,6 +22,7 @@ from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.serial import ArmParts
+from mafsil.robot.arguments import arranged
 from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.routine import (
     ForwardDynamics,
@@ -289,8 +290,7 @@ class Robot:
         """(*batch, n, 3 n): efforts per viscous coefficient (n), Coulomb effort (n, equal both ways), offset (n).
 
         Args:
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            smoothing: as in `friction_torque`.
+            qd, smoothing: as in `friction_torque`.
         """
         columns = friction_columns(gate("qd", qd, (self.n,)), smoothing)
         return np.concatenate([columns[..., k, None] * np.eye(self.n) for k in range(3)], axis=-1)
@@ -427,7 +427,7 @@ class Robot:
         """Any call: inputs by position or name, optional inputs, frames, batches."""
         if frame is None and not named and len(arrays) == len(row.inputs):
             return evaluate(*arrays, out=out, threads=threads)
-        inputs = _arranged(row, arrays, named)
+        inputs = arranged(row, arrays, named)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             evaluate = self.kernel(row.name, frame, optional).evaluate
@@ -448,19 +448,3 @@ def _routine_kernel(robot: Robot, name: str) -> Kernel:
     """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
     fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
     return compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
-
-
-def _arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """Inputs by name in the order of the catalogue, optional ones at the end only if given."""
-    names = (*row.inputs, *row.optional)
-    if len(arrays) > len(names):
-        raise InputError("robot.too_many", name=row.name, count=len(arrays), inputs=", ".join(names))
-    given: dict[str, Any] = dict(zip(names, arrays, strict=False))
-    for name, value in named.items():
-        if name not in names or name in given:
-            raise InputError("robot.unexpected", routine=row.name, name=name, inputs=", ".join(names))
-        given[name] = value
-    missing = [name for name in row.inputs if name not in given]
-    if missing:
-        raise InputError("robot.missing", name=row.name, missing=", ".join(missing), inputs=", ".join(names))
-    return {name: given[name] for name in names if name in row.inputs or given.get(name) is not None}

@@ -201,7 +201,7 @@ class _FusedRun(_Run):
         ticks, last = len(self.t), len(self.t) - 1
         piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
         every = max(1, last // 100)
-        piece = piece if progress is None else max(every, piece // every * every)
+        piece = piece if progress is None else min(piece, every)
         first = 0
         while first < ticks:
             end = min(first + piece, ticks)

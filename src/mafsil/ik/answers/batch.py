@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ APART = 1e-4
 """Marks below which rows are looked at for being the same solution."""
 
 
+MERGED = 1e-7
+"""Marks up to which a solution may be a member of a continuum."""
+
 SAME = 1e-6
 """Difference of coordinates up to which rows are one solution [rad | m]."""
 
@@ -46,6 +50,7 @@ class SolutionBatch:
         within: (*batch, k) which of them are within the joint limits.
         residual: (*batch, k) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
         codes: (*batch, k) branches as numbers; see `branch`.
+        free: (*batch, k) sum of 2^i over the coordinates i that may be chosen: the solution is a member of a continuum.
         status_codes: (*batch,) index into `Verdict`'s members, in order.
     """
 
@@ -54,6 +59,7 @@ class SolutionBatch:
     within: NDArray[np.bool_]
     residual: Floats
     codes: NDArray[np.int16]
+    free: NDArray[np.int32]
     status_codes: NDArray[np.int8]
     setting: Setting
     T: PoseMatrix
@@ -71,7 +77,7 @@ class SolutionBatch:
     @property
     def solved(self) -> NDArray[np.bool_]:
         """(*batch,) which poses have a solution within the limits."""
-        return self.within.any(axis=-1)
+        return np.asarray(self.within.any(axis=-1), dtype=np.bool_)
 
     @property
     def labels(self) -> NDArray[np.str_]:
@@ -137,19 +143,19 @@ def solved_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
     else:
         parts = _one_by_one(setting, flat, near, tolerance)
     shape = T.shape[:-2]
-    q, valid, within, residual, codes, status = (part.reshape(*shape, *part.shape[1:]) for part in parts)
-    return SolutionBatch(q, valid, within, residual, codes, status, setting, T, near, tolerance)
+    q, valid, within, residual, codes, free, status = (part.reshape(*shape, *part.shape[1:]) for part in parts)
+    return SolutionBatch(q, valid, within, residual, codes, free, status, setting, T, near, tolerance)
 
 
 def _compiled(
     setting: Setting, kernel: Kernel, rows: int, T: PoseMatrix, near: JointVector, tolerance: float
-) -> tuple[NDArray[np.generic], ...]:
+) -> tuple[NDArray[Any], ...]:
     """By the labelled closed form, chunk by chunk."""
     count, n = len(T), setting.robot.n
     q, residual = np.empty((count, rows, n)), np.empty((count, rows))
     valid, within = np.empty((count, rows), dtype=np.bool_), np.empty((count, rows), dtype=np.bool_)
     codes, status = np.empty((count, rows), dtype=np.int16), np.empty(count, dtype=np.int8)
-    turns = turns_of(near)
+    turns, loose = turns_of(near), np.empty((count, rows), dtype=np.int32)
     for begin in range(0, count, CHUNK):
         part = slice(begin, min(begin + CHUNK, count))
         out, facts, defect = kernel(_finite(T[part]), near, turns, *setting.bounds)
@@ -157,7 +163,7 @@ def _compiled(
         good = (facts[..., 0] <= tolerance) & poses[:, None]
         inside = facts[..., 5] <= 1e-12
         free = facts[..., 2] > 0
-        odd = ((facts[..., 0] <= CANDIDATE) & (facts[..., 0] > CLEAR)) | (good & free)
+        odd = ((facts[..., 0] <= CANDIDATE) & (facts[..., 0] > CLEAR)) | (good & (free | (facts[..., 4] <= MERGED)))
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful
@@ -168,9 +174,9 @@ def _compiled(
             question = Question(setting, clean_poses(T[begin + i][None])[0][0], near, tolerance)
             _careful(question, int(i), out, facts, good, inside)
         q[part], residual[part], valid[part], within[part] = out, facts[..., 0], good, good & inside
-        codes[part] = np.nan_to_num(facts[..., 3])
+        codes[part], loose[part] = np.nan_to_num(facts[..., 3]), np.where(good, facts[..., 2], 0.0)
         status[part] = _statuses(setting, facts, good, within[part], poses)
-    return q, valid, within, residual, codes, status
+    return q, valid, within, residual, codes, loose, status
 
 
 def _merge(setting: Setting, poses: NDArray[np.intp], q: Floats, good: NDArray[np.bool_]) -> None:
@@ -186,7 +192,8 @@ def _merge(setting: Setting, poses: NDArray[np.intp], q: Floats, good: NDArray[n
 
 def _finite(T: PoseMatrix) -> PoseMatrix:
     """Rows with NaN or infinities as zeros, which are no poses either."""
-    return T if np.isfinite(T).all() else np.where(np.isfinite(T).all(axis=(1, 2))[:, None, None], T, 0.0)
+    finite = np.asarray(np.isfinite(T).all(axis=(1, 2)), dtype=np.bool_)
+    return T if finite.all() else np.where(finite[:, None, None], T, 0.0)
 
 
 def _careful(
@@ -198,6 +205,10 @@ def _careful(
     rows = answer.rows
     q[i, rows], facts[i, rows, 0], facts[i, rows, 3] = answer.q, answer.residual, answer.codes
     facts[i, rows, 2] = answer.free
+    names = question.setting.robot.joint_names
+    for family in answer.families:
+        bit = 1 << names.index(family.joint)
+        facts[i, rows[family.solution], 2] = int(facts[i, rows[family.solution], 2]) | bit
     good[i, rows], inside[i, rows] = True, answer.within
 
 
@@ -217,9 +228,7 @@ def _statuses(
     return status.astype(np.int8)
 
 
-def _one_by_one(
-    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float
-) -> tuple[NDArray[np.generic], ...]:
+def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
     """Arms without an exact closed form of their own."""
     clean, valid = clean_poses(_finite(T))
     answers = [
@@ -230,10 +239,12 @@ def _one_by_one(
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
     good, within = np.zeros((count, most), dtype=np.bool_), np.zeros((count, most), dtype=np.bool_)
     codes = np.full((count, most), 13, dtype=np.int16)
+    loose = np.zeros((count, most), dtype=np.int32)
     status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
     for i, one in enumerate(answers):
         if one is not None:
             k = len(one)
             q[i, :k], residual[i, :k], within[i, :k], codes[i, :k] = one.q, one.residual, one.within, one.codes
+            loose[i, :k] = one.free
             good[i, :k], status[i] = True, VERDICTS.index(one.status)
-    return q, good, within, residual, codes, status
+    return q, good, within, residual, codes, loose, status

@@ -88,13 +88,14 @@ class Question:
         q = candidates.q
         if len(q):
             q = wound_near(q, self.near, setting.lower, setting.upper, setting.turning)
-        within = ((q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)).all(axis=1)
+        inside = (q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)
+        within = np.asarray(inside.all(axis=1), dtype=np.bool_)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
-        return arm.form is None and arm.general is not None and arm.general.proves(self.T, count)
+        return arm.general is not None and arm.general.proves(self.T, count)
 
     def _method(self, arm: Analysis) -> tuple[str, bool]:
         if arm.form is None:
@@ -112,6 +113,12 @@ class Question:
             usable &= facts[:, 0] <= CANDIDATE
         rows = np.flatnonzero(usable)
         codes, free = (np.nan_to_num(facts[rows, i]).astype(np.int64) for i in (3, 2))
+        if arm.general is not None:
+            # The ideal arm gives the names; what it misses near folds is found by elimination.
+            more = unlabelled(arm.general.solve(self.T))
+            q, rows = np.concatenate([q[rows], more.q]), np.concatenate([rows, more.rows])
+            codes, free = np.concatenate([codes, more.codes]), np.concatenate([free, more.free])
+            return Rows(q, rows, codes, free), None
         return Rows(q[rows], rows, codes, free), Branches(np.concatenate([q, facts[:, :3]], axis=1))
 
     def labelled(self, form: ClosedForm, near: JointVector) -> tuple[Floats, Floats, Floats]:

@@ -12,6 +12,7 @@ from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_pattern import PointRoad
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
@@ -59,9 +60,10 @@ class Setting:
 
     @lazy
     def plain(self) -> bool:
-        """Whether rows of the closed form with marks far from zero are distinct and isolated: no turning joint was added."""
+        """Whether rows with marks far from zero are distinct and isolated: no turning joint was added."""
         form = self.arm.form
-        if form is None:
+        if form is None or (form.pattern.road is PointRoad.QUARTIC and any(form.pattern.slides[:3])):
+            # Where the equation is of lower degree, the table repeats roots.
             return False
         return all(j >= 0 or slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True))
 

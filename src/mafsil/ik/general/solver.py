@@ -150,7 +150,8 @@ class _Machine:
         )
 
     def _run(self, P: PoseMatrix, threads: int = 1) -> GeneralSolutions:
-        from mafsil.ik.general.elimination_loops import MOST, solved
+        from mafsil.ik.general.polish_loops import MOST
+        from mafsil.ik.general.solution_loops import Arm, solved
 
         b = len(P)
         Q = pose.inverse(P)
@@ -158,13 +159,14 @@ class _Machine:
         proof, taken = np.zeros(b, np.int64), np.zeros(b, np.int64)
         count = -(-b // CHUNK)
 
+        arm = Arm(
+            self.numbers, self.backwards, self.before, self.lines, self.after, self.products, self.left, self.unit,
+            self.frames, self.slides, self.fourier, self.degree, TWIST, TURNS,
+        )  # fmt: skip
+
         def part(i: int) -> None:
             s = slice(i * CHUNK, min(b, (i + 1) * CHUNK))
-            solved(
-                P[s], Q[s], self.order, self.numbers, self.backwards, self.before, self.lines, self.after,
-                self.products, self.left, self.unit, self.frames, self.slides, self.fourier, self.degree, TWIST, TURNS,
-                q[s], size[s], proof[s], taken[s],
-            )  # fmt: skip
+            solved(P[s], Q[s], self.order, arm, q[s], size[s], proof[s], taken[s])
 
         if len(self.order):
             pool.run(part, count, threads)

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.search import Plan
 
-STEPS = 200
+STEPS = 600
 """Most steps of self-motion."""
 
 STILL = 1e-8

@@ -106,7 +106,11 @@ class PoseProblem:
 
 @lru_cache(maxsize=64)
 def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
-    """The problem of a frame, made once for each robot."""
+    """The problem of a frame, made once for each robot.
+
+    Args:
+        limits: whether joint limits are respected.
+    """
     if frame is not None:
         robot.mechanism.link(frame)
     return PoseProblem(robot, frame, limits)

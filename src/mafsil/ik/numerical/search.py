@@ -122,5 +122,10 @@ def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
 
 @lru_cache(maxsize=32)
 def cached_plan(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
-    """As `plan_of`, made once."""
+    """As `plan_of`, made once.
+
+    Args:
+        problem, task: for which the plan is made.
+        rng: source of seeds.
+    """
     return plan_of(problem, task, rng)

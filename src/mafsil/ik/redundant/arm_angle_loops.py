@@ -87,28 +87,31 @@ def postures(P, angles, axes, places, upright, frames, turns, q_out):
                     for j in range(3):
                         Rs[k, j] = want[0, k] * have[0, j] + side * have[1, j] + normal * have[2, j]
                 _euler(Rs, frames[0], turns[0], Q, triple)
-                for shoulder in range(2):
-                    for wrist in range(2):
-                        row = q_out[b, m, 4 * elbow + 2 * shoulder + wrist]
-                        row[0], row[1], row[2] = triple[shoulder, 0], triple[shoulder, 1], triple[shoulder, 2]
-                        row[3] = q4 - 2 * pi * np.round(q4 / (2 * pi))
-                for k in range(3):
-                    for j in range(3):
-                        total = 0.0
-                        for i in range(3):
-                            total += Rs[k, i] * R4[i, j]
-                        R0[k, j] = total
-                for k in range(3):
-                    for j in range(3):
-                        total = 0.0
-                        for i in range(3):
-                            total += R0[i, k] * P[b, i, j]
-                        Rs[k, j] = total
+                for branch in range(4):
+                    row = q_out[b, m, 4 * elbow + branch]
+                    row[:3] = triple[branch // 2]
+                    row[3] = _wrapped(q4)
+                _product(Rs, R4, R0)
+                _remaining(R0, P[b], Rs)
                 _euler(Rs, frames[1], turns[1], Q, triple)
-                for shoulder in range(2):
-                    for wrist in range(2):
-                        row = q_out[b, m, 4 * elbow + 2 * shoulder + wrist]
-                        row[4], row[5], row[6] = triple[wrist, 0], triple[wrist, 1], triple[wrist, 2]
+                for branch in range(4):
+                    q_out[b, m, 4 * elbow + branch, 4:] = triple[branch % 2]
+
+
+@compiled
+def _product(A, B, out):
+    """A B."""
+    for k in range(3):
+        for j in range(3):
+            out[k, j] = A[k, 0] * B[0, j] + A[k, 1] * B[1, j] + A[k, 2] * B[2, j]
+
+
+@compiled
+def _remaining(A, P, out):
+    """A' P: the rotation that is left for the wrist."""
+    for k in range(3):
+        for j in range(3):
+            out[k, j] = A[0, k] * P[0, j] + A[1, k] * P[1, j] + A[2, k] * P[2, j]
 
 
 @compiled

@@ -190,7 +190,8 @@ class Redundancy:
     def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
         limits = self.robot.limits
         q, residual = self._table(X, values)
-        middle = np.where(np.isfinite(limits.lower + limits.upper), (limits.lower + limits.upper) / 2, 0.0)
+        both = np.isfinite(limits.lower) & np.isfinite(limits.upper)
+        middle = (np.where(both, limits.lower, 0.0) + np.where(both, limits.upper, 0.0)) / 2
         q = wound_near(q, middle, limits.lower, limits.upper, np.ones(7, dtype=np.bool_))
         if self.held >= 0:
             q[..., self.held] = np.where(np.isnan(q[..., self.held]), np.nan, values[..., None])

@@ -79,20 +79,39 @@ class Posture:
 
 
 def started(motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, reason: ca.SX | float) -> Posture:
-    """A posture of its first joints."""
+    """A posture of its first joints.
+
+    Args:
+        motions: of its joints.
+        free: joints that any value fits.
+        shortfall: how far the pose is out of reach.
+        reason: number of the cause, 0 if none.
+    """
     none = Posture((), (), ca.SX(0), ca.SX(0))
     return none.followed_by(motions, free, shortfall, reason)
 
 
 def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
-    """A point carried by all joints."""
+    """A point carried by all joints.
+
+    Args:
+        lines: axes of the joints, from the base.
+        motions: of each.
+        x: (3,) the point.
+    """
     for line, motion in reversed(list(zip(lines, motions, strict=False))):
         x = line.point(x, motion)
     return x
 
 
 def backward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
-    """A vector seen before the motions."""
+    """A vector seen before the motions.
+
+    Args:
+        lines: axes of the joints, from the base.
+        motions: of each.
+        x: (3,) the point.
+    """
     for line, motion in zip(lines, motions, strict=True):
         x = line.opposite.vector(x, motion)
     return x

@@ -156,7 +156,8 @@ def _by_quartic(task: Placing) -> list[Posture]:
     arms: list[Posture] = []
     turning = sum(not line.slides for line in task.lines)
     for each in found:
-        motions, free = zip(_split(each.first), _split(each.second), (each.third, each.free), strict=True)
+        first, second = _split(each.first), _split(each.second)
+        motions, free = (first[0], second[0], each.third), (first[1], second[1], each.free)
         reached = three.point(task.start, motions[2])
         middle = two.point(reached, motions[1])
         columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
@@ -181,7 +182,13 @@ _ROADS: dict[PointRoad, Callable[[Placing], list[Posture]]] = {
 
 
 def to_height(line: Line, h: ca.SX, start: ca.SX, goal: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
-    """Motions of a joint whose inverse brings `goal` to the height of `start` along h."""
+    """Motions of a joint whose inverse brings `goal` to the height of `start` along h.
+
+    Args:
+        line: axis about which the point turns.
+        preferred: angle where every one fits.
+        size: length by which the arm is measured.
+    """
     if line.slides:
         return [(ca.dot(h, goal - start) / ca.dot(h, line.w), ca.SX(0), ca.SX(0), ca.SX(0))]
     roots = turns_to_height(-line.w, h, goal - line.r, ca.dot(h, start - line.r), preferred, size)
@@ -189,7 +196,13 @@ def to_height(line: Line, h: ca.SX, start: ca.SX, goal: ca.SX, preferred: Turn, 
 
 
 def to_radius(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn, size: ca.SX) -> tuple[Root, Root]:
-    """Turns that bring `start` as far from a parallel axis as `goal` is."""
+    """Turns that bring `start` as far from a parallel axis as `goal` is.
+
+    Args:
+        line: axis about which the point turns.
+        preferred: angle where every one fits.
+        size: length by which the arm is measured.
+    """
     radius = across(axis.w, goal - axis.r)
     return turns_to_distance(line.w, start - line.r, axis.r - line.r, ca.dot(radius, radius), preferred, size)
 

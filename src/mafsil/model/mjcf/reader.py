@@ -45,7 +45,7 @@ def read(
     Raises:
         FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
     """
-    return FileReader.of(_build, packages, limits).read(source, repair=repair)
+    return file_reader(packages, limits).read(source, repair=repair)
 
 
 def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> Report:
@@ -57,7 +57,7 @@ def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: Rea
     Returns:
         Coded diagnostics in the order of the file; never raises for what stands in the file.
     """
-    return FileReader.of(_build, packages, limits).diagnose(source)
+    return file_reader(packages, limits).diagnose(source)
 
 
 def repair(
@@ -74,7 +74,12 @@ def repair(
     Raises:
         FileError: the source cannot be read at all (missing, too large, not in its encoding).
     """
-    return FileReader.of(_build, packages, limits).repair(source)
+    return file_reader(packages, limits).repair(source)
+
+
+def file_reader(packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
+    """The reader itself, for what works on MJCF files beside reading them; arguments as for `read`."""
+    return FileReader.of(_build, packages, limits)
 
 
 def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -> Mechanism | None:

@@ -1,0 +1,65 @@
+"""`mafsil lint`: what is wrong or looks wrong in a robot description, and a corrected file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mafsil.cli.answer import Answer
+from mafsil.errors import FileError
+from mafsil.messages import say
+from mafsil.model.diagnostics import Diagnostic, Report, Severity
+from mafsil.model.lint import lint as linted
+from mafsil.model.lint import mend
+from mafsil.model.repairing import Change
+
+
+def lint(robot: str, fix: str | None) -> Answer:
+    """The remarks about a description; with `fix` a corrected copy and the list of what was changed.
+
+    Args:
+        robot: name or file.
+        fix: the file to write the corrected URDF to, or None.
+
+    Raises:
+        MafsilError: no such robot or file, `fix` for another format than URDF, a file that cannot be written.
+    """
+    report = linted(robot)
+    data = {
+        "source": report.source,
+        "ok": not report.errors,
+        "diagnostics": [item.as_dict() for item in report],
+    }
+    lines = [*(_line(item) for item in report), *([""] if len(report.codes) else []), _summary(report)]
+    if fix is None:
+        refusal = say("lint.refused", robot=report.source, errors=len(report.errors)) if report.errors else None
+        return Answer(data, tuple(lines), refusal)
+    text, changes = mend(robot)
+    _write(Path(fix), text)
+    data["fixed"] = fix
+    data["changes"] = [{code: change.sentence(code) for code in ("en", "ar")} for change in changes]
+    return Answer(data, (*lines, "", *_changed(fix, changes)))
+
+
+def _line(item: Diagnostic) -> str:
+    return f"  {say(f'lint.severity_{item.severity.value}')}: {item.line_of_text()}"
+
+
+def _summary(report: Report) -> str:
+    if not report.diagnostics:
+        return say("lint.clean", robot=report.source)
+    notes = sum(item.severity is Severity.INFO for item in report)
+    counts = {"errors": len(report.errors), "warnings": len(report.warnings), "notes": notes}
+    return say("lint.summary", robot=report.source, **counts)
+
+
+def _changed(path: str, changes: tuple[Change, ...]) -> list[str]:
+    if not changes:
+        return [say("lint.nothing_fixed", path=path)]
+    return [say("lint.fixed", path=path, count=len(changes)), *(f"  {change.sentence()}" for change in changes)]
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

@@ -1,0 +1,142 @@
+"""All postures of an arm for one pose: one small picture for each branch, and all of them over each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.errors import InputError
+from mafsil.figures import space
+from mafsil.messages import say
+from mafsil.messages.visible import visible
+from mafsil.model.exponentials import chain_to_tip
+from mafsil.robot import Robot
+
+MOST = 24
+"""Postures in one picture; more would be too small to see."""
+
+_COLOURS = ("#2f6fd0", "#d9702a", "#2f9e57", "#7a4fb5", "#c2455d", "#16899a", "#9a7a16", "#5b6770")
+
+
+def save_postures(
+    robot: Robot,
+    q: ArrayLike,
+    path: Path,
+    names: Sequence[str] | None = None,
+    within: ArrayLike | None = None,
+) -> None:
+    """Draw configurations that reach the same pose into a file.
+
+    Args:
+        robot: whose postures they are.
+        q: (k, n) configurations [rad | m].
+        path: .png, .svg or .pdf.
+        names: of the branches, one for each; numbers alone if None.
+        within: (k,) whether they are within the joint limits; others are drawn with broken lines.
+
+    Raises:
+        InputError: no configuration at all, wrong shapes.
+    """
+    rows = gate("q", q, (robot.n,), finite=True).reshape(-1, robot.n)
+    if not len(rows):
+        raise InputError("pictures.no_postures", name="q")
+    labels = [""] * len(rows) if names is None else list(names)
+    inside = np.ones(len(rows), np.bool_) if within is None else np.asarray(within, np.bool_)
+    shown = slice(0, MOST)
+    space.save(lambda: draw_postures(robot, rows[shown], labels[shown], inside[shown], len(rows)), path)
+
+
+def draw_postures(robot: Robot, q: Floats, names: Sequence[str], within: Any, count: int) -> Any:
+    """A matplotlib figure: all postures over each other first, then one panel for each.
+
+    Args:
+        robot: whose postures they are.
+        q: (k, n).
+        names: of the branches.
+        within: (k,) whether they are within the limits.
+        count: number of postures that there are in all.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    bones = [_bones(robot, row) for row in q]
+    tip = np.asarray(robot.forward_kinematics(q[0]))
+    points = np.concatenate(bones)
+    length = 0.16 * max(float(np.ptp(points, axis=0).max()), 1e-6)
+    columns = min(len(q) + 1, 3 if len(q) < 9 else 5)
+    lines = ceil((len(q) + 1) / columns)
+    figure = Figure(figsize=(2.6 * columns, 2.7 * lines + 0.5))
+    FigureCanvasAgg(figure)
+    top = 1.0 - 0.5 / (2.7 * lines + 0.5)
+    for k in range(len(q) + 1):
+        column, line = k % columns, k // columns
+        place = (column / columns, top * (1 - (line + 1) / lines), 1 / columns, 0.84 * top / lines)
+        axes = space.panel(figure, place)
+        for j in range(len(q)) if k == 0 else (k - 1,):
+            _skeleton(axes, bones[j], _COLOURS[j % len(_COLOURS)], inside=bool(within[j]), width=1.6 if k == 0 else 2.4)
+        if k > 0:
+            _axes(axes, robot, q[k - 1], 0.45 * length)
+        space.frame(axes, tip, length)
+        _floor(axes, points)
+        # One cube for all panels, so that sizes compare.
+        space.view(axes, points, zoom=1.35)
+        words = say("pictures.postures_all") if k == 0 else _words(k, names[k - 1])
+        colour = space.INK if k == 0 else _COLOURS[(k - 1) % len(_COLOURS)]
+        figure.text(
+            place[0] + place[2] / 2,
+            place[1] + place[3] + 0.005,
+            words,
+            ha="center",
+            va="bottom",
+            fontsize=9,
+            color=colour,
+        )
+    key = "pictures.postures" if bool(np.all(within)) else "pictures.postures_outside"
+    space.title(figure, visible(say(key, robot=robot.name, count=count)), y=0.995)
+    return figure
+
+
+def _words(k: int, name: str) -> str:
+    """Number and name of a branch, in short lines."""
+    return "\n".join(wrap(visible(f"{k}: {name}" if name else str(k)), 30))
+
+
+def _bones(robot: Robot, q: Floats) -> Floats:
+    """(j, 3) base, joints on the way, tip: the corners of the skeleton."""
+    mechanism = robot.mechanism
+    poses: PoseMatrix = np.asarray(robot.link_poses(q))
+    order = mechanism.link_names
+    path = [np.asarray(mechanism.T_sb)[:3, 3]]
+    for joint in chain_to_tip(mechanism):
+        path.append(poses[order.index(joint.child)][:3, 3])
+    path.append(np.asarray(robot.forward_kinematics(q))[:3, 3])
+    return np.array(path)
+
+
+def _skeleton(axes: Any, bones: Floats, colour: str, *, inside: bool, width: float) -> None:
+    space.line(axes, bones, colour, "-" if inside else (0, (3, 2)), width)  # pyright: ignore[reportArgumentType]
+    axes.plot(*bones.T, linestyle="none", marker="o", color=colour, markersize=1.6 * width, zorder=4)
+
+
+def _axes(axes: Any, robot: Robot, q: Floats, length: float) -> None:
+    """A tick along the positive axis of every joint: it tells a flipped wrist from the other."""
+    mechanism = robot.mechanism
+    poses, J = np.asarray(robot.link_poses(q)), np.asarray(robot.jacobian_space(q))
+    for column, joint in enumerate(mechanism.coordinates):
+        place, axis = poses[mechanism.link_names.index(joint.child)][:3, 3], J[:3, column]
+        space.line(axes, np.stack([place, place + length * axis]), space.INK, "-", 1.2)
+
+
+def _floor(axes: Any, points: Floats) -> None:
+    """A square under the base, to tell up from down."""
+    half = 0.18 * float(np.ptp(points, axis=0).max())
+    x, y, z = points[0]
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
+    axes.plot(x + corners[:, 0], y + corners[:, 1], np.full(5, z), color=space.PALE, linewidth=1.0, zorder=1)

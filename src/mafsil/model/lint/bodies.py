@@ -1,0 +1,217 @@
+"""Rules about links: mass against room, centre of mass, inertia, units, copies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.model.faults import ZERO_MASS
+from mafsil.model.inertia_check import inertia_fault, mass_fault
+from mafsil.model.link import Inertial, Link
+from mafsil.model.lint.catalogue import (
+    ABOUT_FRAME,
+    COM_MIRRORED,
+    COM_OUTSIDE,
+    COPIED,
+    GRAMS,
+    INERTIA_TOO_LARGE,
+    INERTIA_TOO_SMALL,
+    INERTIA_UNIT,
+    MASS_RATIO,
+    MILLIMETRES,
+    NO_COLLISION,
+    PLACEHOLDER,
+    TOO_HEAVY,
+    TOO_LIGHT,
+)
+from mafsil.model.lint.finding import Finding, Put
+from mafsil.model.lint.solids import Solid, solids
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.numbers import written
+
+LIGHTEST, HEAVIEST = 50.0, 25_000.0
+"""Densities [kg/m^3] of foam and of tungsten-like metal: what links are made of lies between."""
+MARGIN = 0.05
+"""Share of a link's size by which its centre of mass may lie outside the shapes: covers and cables are left out."""
+LARGE = 1.5
+"""Share of the largest possible inertia beyond which it is said: shapes leave out cables and covers."""
+SMALL = 2e-3
+"""Share of the inertia of evenly spread matter below which a link would be a point."""
+RATIO = 2e3
+"""Masses of neighbours whose ratio makes the mass matrix ill-conditioned."""
+UNIT_FACTORS = (1e3, 1e6, 1e9)
+"""From kg mm^2 (1e6), g m^2 (1e3), g mm^2 (1e9) to kg m^2."""
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_ALL_MOMENTS = tuple(Put(("inertial", "inertia"), key) for key in MOMENTS)
+
+
+def bodies(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
+    """All remarks about links.
+
+    Args:
+        mechanism: the robot.
+        from_file: the reader has judged mass and moments already.
+    """
+    rooms = solids(mechanism)
+    for link in mechanism.links:
+        if link.inertial is None:
+            continue
+        if not from_file:
+            yield from _impossible(link, link.inertial)
+        yield from _placeholder(link, link.inertial)
+        if link.name in rooms and link.inertial.mass > 0:
+            yield from _against_room(link, link.inertial, rooms[link.name])
+    yield from _copies(mechanism)
+    yield from _ratios(mechanism)
+    yield from _collisions(mechanism)
+
+
+def _impossible(link: Link, inertial: Inertial) -> Iterator[Finding]:
+    """The readers' judgement, for links made by hand."""
+    moments = np.asarray(inertial.inertia)
+    facts: dict[str, object] = {"link": link.name, "mass": inertial.mass}
+    fault = mass_fault(inertial.mass, moments)
+    if fault is not None and fault is not ZERO_MASS:
+        yield Finding(fault, "link", link.name, facts)
+    fault = inertia_fault(inertial.mass, moments)
+    if fault is not None:
+        numbers = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(moments))
+        yield Finding(fault, "link", link.name, {"link": link.name, "moments": numbers})
+
+
+def _placeholder(link: Link, inertial: Inertial) -> Iterator[Finding]:
+    """Mass 1 and unit inertia: what editors write before anybody has filled in numbers."""
+    if inertial.mass == 1.0 and np.array_equal(inertial.inertia, np.eye(3)):
+        yield Finding(PLACEHOLDER, "link", link.name, {"link": link.name}, ("inertial",))
+
+
+def _against_room(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+    """Rules that need the shapes; where the size of the shapes is wrong, nothing else is said."""
+    unit = _shapes_in_millimetres(link, inertial, room)
+    if unit is not None:
+        yield unit
+        return
+    yield from _density(link, inertial, room)
+    yield from _centre(link, inertial, room)
+    yield from _inertia(link, inertial, room)
+
+
+def _shapes_in_millimetres(link: Link, inertial: Inertial, room: Solid) -> Finding | None:
+    """Meshes a thousand times too large: metres were meant where millimetres stand."""
+    density = inertial.mass / max(room.room, 1e-300)
+    if not room.meshes or room.size < 20.0 or not LIGHTEST / 100 < density * 1e9 < HEAVIEST:
+        return None
+    puts = tuple(Put((tag, "geometry", "mesh"), "scale", factor=1e-3) for tag in ("visual", "collision"))
+    facts: dict[str, object] = {"link": link.name, "size": f"{room.size:.4g}", "density": f"{density:.2g}"}
+    return Finding(MILLIMETRES, "link", link.name, facts, ("visual",), None, puts, "lint.scale_meshes")
+
+
+def _density(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+    """Mass over the room there is at most, and over the solids themselves."""
+    least = inertial.mass / max(room.room, 1e-300)
+    facts: dict[str, object] = {"link": link.name, "mass": f"{inertial.mass:.4g}", "most": f"{HEAVIEST:.0f}"}
+    place = ("inertial", "mass")
+    if least > HEAVIEST:
+        facts |= {"volume": f"{room.room:.3g}", "density": f"{least:.3g}"}
+        if LIGHTEST < least / 1e3 < HEAVIEST / 2 and inertial.mass > 50.0:
+            puts = (Put(place, "value", factor=1e-3), *(Put(p.path, p.attribute, factor=1e-3) for p in _ALL_MOMENTS))
+            yield Finding(GRAMS, "link", link.name, facts, place, "value", puts, "lint.divide_mass")
+        else:
+            yield Finding(TOO_HEAVY, "link", link.name, facts, place, "value")
+    elif room.volume is not None and inertial.mass < LIGHTEST * room.volume:
+        density = inertial.mass / room.volume
+        facts |= {"volume": f"{room.volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
+        yield Finding(TOO_LIGHT, "link", link.name, facts, place, "value")
+
+
+def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+    """The centre of mass of matter lies inside the hull of the matter."""
+    com, limit = np.asarray(inertial.com), MARGIN * room.size
+    distance = room.outside(com)
+    if distance <= limit:
+        return
+    facts: dict[str, object] = {
+        "link": link.name,
+        "com": ", ".join(f"{x:.4g}" for x in com),
+        "distance": f"{distance:.3g}",
+        "size": f"{room.size:.3g}",
+    }
+    place = ("inertial", "origin")
+    for axis in range(3):
+        mirrored = com * np.where(np.arange(3) == axis, -1.0, 1.0)
+        if room.outside(mirrored) == 0.0:
+            puts = (Put(place, "xyz", " ".join(written(float(x)) for x in mirrored)),)
+            facts["axis"] = "xyz"[axis]
+            yield Finding(COM_MIRRORED, "link", link.name, facts, place, "xyz", puts, "lint.mirror_com")
+            return
+    yield Finding(COM_OUTSIDE, "link", link.name, facts, place, "xyz")
+
+
+def _inertia(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+    """Trace of the inertia, twice the second moment of matter, against what the shapes allow."""
+    mass, com, I = inertial.mass, np.asarray(inertial.com), np.asarray(inertial.inertia)
+    trace, even = float(np.trace(I)), mass * room.gyration
+    most = 2 * mass * room.reach_from(com) ** 2
+    if trace <= 0 or even <= 0:
+        return
+    facts: dict[str, object] = {"link": link.name, "ratio": f"{trace / even:.3g}", "inertia": f"{trace / 3:.3g}"}
+    place = ("inertial", "inertia")
+    shifted = I - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    if trace > 2 * even and 0.2 < np.trace(shifted) / even < 2 and inertia_fault(mass, shifted) is None:
+        yield Finding(ABOUT_FRAME, "link", link.name, facts, place, None, _written(shifted), "lint.shift_inertia")
+    elif trace > LARGE * most or trace < SMALL * even:
+        factor = next((f for f in UNIT_FACTORS for f in (1 / f, f) if 0.2 < trace * f / even < 2), None)
+        if factor is not None:
+            facts["factor"] = f"{factor:g}"
+            puts = tuple(Put(p.path, p.attribute, factor=factor) for p in _ALL_MOMENTS)
+            yield Finding(INERTIA_UNIT, "link", link.name, facts, place, None, puts, "lint.scale_inertia")
+        else:
+            kind = INERTIA_TOO_LARGE if trace > even else INERTIA_TOO_SMALL
+            yield Finding(kind, "link", link.name, facts, place)
+
+
+def _written(inertia: Floats) -> tuple[Put, ...]:
+    """An inertia in the axes of the link, and the turn of its frame taken out."""
+    i, j = np.triu_indices(3)
+    moments = tuple(
+        Put(("inertial", "inertia"), key, written(float(inertia[a, b])))
+        for key, a, b in zip(MOMENTS, i, j, strict=True)
+    )
+    return (Put(("inertial", "origin"), "rpy", "0 0 0"), *moments)
+
+
+def _copies(mechanism: Mechanism) -> Iterator[Finding]:
+    """A link with its parent's mass properties, but other shapes: pasted and forgotten."""
+    by_name = {link.name: link for link in mechanism.links}
+    for joint in mechanism.joints:
+        one, two = by_name[joint.parent], by_name[joint.child]
+        if one.inertial is None or two.inertial is None or not (one.visuals and two.visuals):
+            continue
+        same = (
+            one.inertial.mass == two.inertial.mass
+            and np.array_equal(one.inertial.com, two.inertial.com)
+            and np.array_equal(one.inertial.inertia, two.inertial.inertia)
+        )
+        looks = [[repr(shape.geometry) for shape in link.visuals] for link in (one, two)]
+        if same and looks[0] != looks[1]:
+            yield Finding(COPIED, "link", two.name, {"link": two.name, "other": one.name}, ("inertial",))
+
+
+def _ratios(mechanism: Mechanism) -> Iterator[Finding]:
+    by_name = {link.name: link for link in mechanism.links}
+    for joint in mechanism.joints:
+        one, two = by_name[joint.parent].inertial, by_name[joint.child].inertial
+        if joint.moves and one is not None and two is not None and min(one.mass, two.mass) > 0:
+            ratio = max(one.mass / two.mass, two.mass / one.mass)
+            if ratio > RATIO:
+                facts: dict[str, object] = {"link": joint.child, "other": joint.parent, "ratio": f"{ratio:.3g}"}
+                yield Finding(MASS_RATIO, "link", joint.child, facts, ("inertial", "mass"))
+
+
+def _collisions(mechanism: Mechanism) -> Iterator[Finding]:
+    """Shapes to be seen on the links, but none to collide on any."""
+    if any(link.collisions for link in mechanism.links) or not any(link.visuals for link in mechanism.links):
+        return
+    yield Finding(NO_COLLISION, "robot", mechanism.name, {"robot": mechanism.name})

@@ -1,0 +1,114 @@
+"""Inverse kinematics on paper: every line held against the solver, in both languages and all formats."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.cli.main import main
+from mafsil.derivation import DerivationError, derive_ik, to_html, to_latex, to_text
+from mafsil.derivation.expression import function, named, number, plus_minus
+from mafsil.errors import ModelError
+from mafsil.ik import closed_form
+
+ARMS = {
+    "puma560": ("spherical_wrist", 8),
+    "ur5e": ("three_parallel", 8),
+    "stanford_arm": ("spherical_wrist", 8),
+    "generalized_puma": ("spherical_wrist", 8),
+    "arm6r": ("three_parallel", 8),
+    "scara_rrrp": ("planar", 2),
+    "cobra600": ("planar", 2),
+    "planar2r": ("planar", 2),
+    "planar3r": ("planar", 2),
+}
+
+
+def derived(name, spoil=0.0):
+    robot = mf.load(name)
+    form = closed_form(robot)
+
+    def solutions(T):
+        rows = form.solve(T)
+        return rows.q[rows.found()] + spoil
+
+    return derive_ik(robot.mechanism, form.pattern, solutions)
+
+
+@pytest.mark.capability("07-14", "07-16", "07-17", "07-21")
+@pytest.mark.parametrize("name", ARMS)
+def test_every_line_agrees_with_the_solver(name):
+    derivation = derived(name)
+    assert derivation.worst_error < 1e-9
+    family, most = ARMS[name]
+    keys = [step.key for step in derivation.steps]
+    assert keys[0].startswith(f"derivation.ik_{family}")
+    branches = next(step for step in derivation.steps if step.key == "derivation.ik_branches")
+    assert branches.facts["most"] == most
+    # Every joint of the arm has its own line.
+    solved = {line.left[0].letter for line in derivation.lines if line.left and line.error is not None}
+    robot = mf.load(name)
+    assert {int(re.sub(r"\D", "", letter)) for letter in solved if re.fullmatch(r"(theta|d)\d", letter)} == set(
+        range(1, robot.n + 1)
+    )
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "planar3r"])
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_all_formats_in_both_languages(name, language):
+    derivation = derived(name)
+    text, latex, html = (write(derivation, language) for write in (to_text, to_latex, to_html))
+    assert "atan2" in text
+    assert latex.count("{") == latex.count("}")
+    assert r"\operatorname{atan2}" in latex
+    assert "<msqrt>" in html
+    for math in re.findall(r"<math.*?</math>", html, re.S):
+        ET.fromstring(math)
+    if language == "ar":
+        assert 'dir="rtl"' in html
+        assert not re.search(r"Structure|Joint ", text)
+
+
+def test_wrong_solutions_are_never_printed():
+    with pytest.raises(DerivationError, match="differs"):
+        derived("puma560", spoil=np.array([0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]))
+
+
+def test_arms_without_a_short_road_are_refused():
+    panda = mf.load("panda")
+    with pytest.raises(ModelError, match="panda"):
+        derive_ik(panda.mechanism, closed_form(panda).pattern, lambda _T: np.zeros((0, 7)))
+    with pytest.raises(ModelError, match="rrrp"):
+        derive_ik(mf.load("rrrp").mechanism, None, lambda _T: np.zeros((0, 4)))
+
+
+def test_expressions_evaluate_and_print_the_same_formula():
+    rng = np.random.default_rng(2)
+    u, w = rng.normal(size=(2, 5, 3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    a = rng.normal(size=5)
+    values = {"u": u, "w_1": w, "theta1": a}
+    turned = (function("Rot", named("w_1"), named("theta1")) * named("u")).evaluate(values)
+    expected = u * np.cos(a)[:, None] + np.cross(w, u) * np.sin(a)[:, None]
+    expected += w * ((w * u).sum(axis=1) * (1 - np.cos(a)))[:, None]
+    np.testing.assert_allclose(turned, expected, atol=1e-14)
+    both = plus_minus(number(1.0), function("sqrt", function("square", named("theta1"))))
+    np.testing.assert_allclose(both.evaluate(values, -1.0), 1 - np.abs(a))
+    assert both.text() == "1 ± √(θ1²)"
+    tree = named("a") - (named("b") - named("c"))
+    assert tree.text() == "a − (b − c)"
+    assert r"\left(b - c\right)" in tree.latex()
+    assert (-(named("a") + named("b"))).text() == "−(a + b)"
+    assert (named("u").cross(named("v")).dot(named("w_1"))).text() == "(u × v)·w1" or "u × v" in (
+        named("u").cross(named("v")).dot(named("w_1"))
+    ).text()
+
+
+def test_the_command_derives(capsys):
+    assert main(["derive", "ik", "puma560"]) == 0
+    assert "θ5" in capsys.readouterr().out
+    assert main(["derive", "ik", "panda"]) != 0

@@ -1,0 +1,180 @@
+"""Tasks that ask for less than a pose, wishes for what is free, time limits, and honest refusals."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.errors import InputError
+from mafsil.ik import IKStatus, solve_ik
+from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.solve import BLOCK
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return mf.load("panda")
+
+
+def poses(robot, count, seed=1):
+    lower = np.where(np.isfinite(robot.limits.lower), robot.limits.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.limits.upper), robot.limits.upper, np.pi)
+    return robot.forward_kinematics(np.random.default_rng(seed).uniform(lower, upper, (count, robot.n)))
+
+
+@pytest.mark.capability("07-1", "07-11")
+@pytest.mark.parametrize("name", ["panda", "puma560", "planar3r", "spatial3r"])
+def test_position_alone(name):
+    robot = mf.load(name)
+    T = poses(robot, 100)
+    answer = solve_ik(robot, T, task="position")
+    assert answer.all_solved
+    reached = robot.forward_kinematics(answer.q)
+    assert np.linalg.norm(reached[:, :3, 3] - T[:, :3, 3], axis=1).max() <= 1e-10
+    assert np.abs(reached[:, :3, :3] - T[:, :3, :3]).max() > 0.1
+    assert answer.rotation_error.max() == 0.0
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (1.0, 2.0, -2.0)])
+def test_position_and_direction_of_one_axis(panda, axis):
+    T = poses(panda, 100)
+    answer = solve_ik(panda, T, task="axis", axis=axis)
+    assert answer.all_solved
+    reached = panda.forward_kinematics(answer.q)
+    a = np.array(axis) / np.linalg.norm(axis)
+    assert np.abs(reached[:, :3, :3] @ a - T[:, :3, :3] @ a).max() <= 2e-10
+    assert np.abs(reached[:, :3, 3] - T[:, :3, 3]).max() <= 1e-10
+
+
+def test_direction_and_orientation_leave_the_place_free(panda):
+    T = poses(panda, 50)
+    T[:, :3, 3] += 100.0
+    for task in ("orientation", "direction"):
+        answer = solve_ik(panda, T, task=task)
+        assert answer.all_solved
+        R = panda.forward_kinematics(answer.q)[:, :3, :3]
+        wanted = T[:, :3, :3]
+        gap = R - wanted if task == "orientation" else R[:, :, 2] - wanted[:, :, 2]
+        assert np.abs(gap).max() <= 2e-10
+
+
+def test_opposite_axes_are_no_solution_and_not_a_trap(panda):
+    q = np.array([0.0, 0.3, 0.0, -2.0, 0.0, 2.0, 0.0])
+    T = panda.forward_kinematics(q)
+    T[:3, :3] = T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+    answer = solve_ik(panda, T, q, task="direction")
+    assert answer.solved
+    assert np.abs(panda.forward_kinematics(answer.q)[:3, 2] - T[:3, 2]).max() <= 2e-10
+
+
+def test_weights_of_zero_set_components_free(panda):
+    T = poses(panda, 50)
+    answer = solve_ik(panda, T, weights=(1, 1, 1, 1, 1, 0))
+    assert answer.all_solved
+    reached = panda.forward_kinematics(answer.q)
+    local = np.einsum("kji,kj->ki", reached[:, :3, :3], T[:, :3, 3] - reached[:, :3, 3])
+    assert np.abs(local[:, :2]).max() <= 1e-10
+    assert np.abs(local[:, 2]).max() > 1e-3
+
+
+def test_weights_balance_what_cannot_vanish():
+    robot = mf.load("spatial3r")
+    T = poses(mf.load("spatial3r"), 1)[0]
+    T[:3, :3] = T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+    heavy = solve_ik(robot, T, weights=(1, 1, 1, 100, 100, 100), restarts=7)
+    light = solve_ik(robot, T, weights=(100, 100, 100, 1, 1, 1), restarts=7)
+    assert heavy.status() is not IKStatus.SOLVED
+    assert heavy.position_error < light.position_error
+    assert light.rotation_error < heavy.rotation_error
+
+
+def test_tolerances_apart(panda):
+    T = poses(panda, 50)
+    answer = solve_ik(panda, T, tolerance=1e-3, rotation_tolerance=1e-1)
+    assert answer.all_solved
+    assert answer.position_error.max() <= 1e-3
+    assert answer.iterations.mean() < solve_ik(panda, T).iterations.mean()
+
+
+@pytest.mark.capability("07-45", "07-48")
+def test_postures_are_approached_in_the_self_motion(panda):
+    T = poses(panda, 60)
+    middle = problem_of(panda, None, True).middle
+    plain, wished = solve_ik(panda, T), solve_ik(panda, T, posture=middle)
+    assert wished.all_solved
+    before = ((plain.q - middle) ** 2).sum(axis=1)
+    after = ((wished.q - middle) ** 2).sum(axis=1)
+    assert (after <= before + 1e-9).all()
+    assert (after < before - 1e-3).mean() > 0.5
+    # At rest: the wish has no part along the self-motion, unless a joint is at its limit.
+    free = ((wished.q > panda.limits.lower + 1e-6) & (wished.q < panda.limits.upper - 1e-6)).all(axis=1)
+    J = panda.jacobian_body(wished.q[free])
+    z = middle - wished.q[free]
+    along = z - np.einsum("kij,kj->ki", np.linalg.pinv(J) @ J, z)
+    assert np.quantile(np.linalg.norm(along, axis=1), 0.9) < 1e-3
+
+
+def test_posture_weights_choose_the_joints(panda):
+    T = poses(panda, 30)
+    posture = np.array([0.0, 0, 0, -1.5, 0, 1.5, 0])
+    first = solve_ik(panda, T, posture=posture, posture_weights=[1, 0, 0, 0, 0, 0, 0])
+    plain = solve_ik(panda, T)
+    assert np.abs(first.q[:, 0]).sum() < np.abs(plain.q[:, 0]).sum()
+
+
+@pytest.mark.row("T1")
+def test_time_limits_are_kept_and_nothing_is_said_unchecked(panda):
+    T = poses(panda, 1)[0]
+    T[:3, 3] = [0.0, 0.0, 0.9]
+    T[:3, :3] = np.diag([1.0, 1.0, 1.0])
+    solve_ik(panda, T, seconds=1.0, restarts=3)
+    for seconds in (1e-4, 1e-3, 1e-2):
+        begin = perf_counter()
+        answer = solve_ik(panda, T, seconds=seconds, restarts=1_000_000)
+        assert perf_counter() - begin < seconds + 0.05
+        assert answer.status() in (IKStatus.TIME_SPENT, IKStatus.SOLVED)
+        if answer.status() is IKStatus.SOLVED:
+            assert answer.residual <= 1e-10
+    for language in ("en", "ar"):
+        assert answer.explain(language=language)
+
+
+def test_blocks_do_not_change_results(panda):
+    T = poses(panda, BLOCK + 37)
+    whole = solve_ik(panda, T)
+    np.testing.assert_array_equal(whole.q[BLOCK:], solve_ik(panda, T[BLOCK:]).q)
+    assert whole.all_solved
+
+
+@pytest.mark.capability("07-3")
+def test_zero_joints_and_too_few_joints():
+    robot = mf.load("planar2r")
+    T = np.eye(4)
+    T[:3, 3] = [0.3, 0.2, 0.4]
+    answer = solve_ik(robot, T, restarts=15)
+    assert answer.status() in (IKStatus.BUDGET_SPENT, IKStatus.OUT_OF_REACH)
+    assert answer.residual > 1e-3
+    assert np.isfinite(answer.q).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"task": "nose"}, "task"),
+        ({"task": "axis", "axis": (0, 0, 0)}, "axis"),
+        ({"weights": (0, 0, 0, 0, 0, 0)}, "weights"),
+        ({"weights": (1, 1, 1, 1, 1, -1)}, "weight"),
+        ({"task": "position", "weights": (1, 1, 1, 0, 0, 0)}, "position"),
+        ({"rotation_tolerance": -1.0}, "rotation_tolerance"),
+        ({"seconds": 0.0}, "seconds"),
+        ({"posture": np.zeros(3)}, "posture"),
+        ({"posture": np.zeros(7), "posture_weights": np.zeros(7)}, "posture_weights"),
+    ],
+)
+def test_wrong_settings_are_named(panda, given, words):
+    T = panda.forward_kinematics(np.array([0.0, 0.3, 0.0, -2.0, 0.0, 2.0, 0.0]))
+    with pytest.raises(InputError, match=words):
+        solve_ik(panda, T, **given)
