@@ -133,6 +133,16 @@ ROWS = (
         1_000_000_000,
         "lie_groups --cases 1000000000",
     ),
+    Row(
+        "R10",
+        "Free motion of random trees for 100 s at the step chosen by the error estimate: energy to 1e-9 of the largest "
+        "kinetic energy, momenta to 1e-12; orders of the integrators within 0.1 of the nominal ones on step halving.",
+        "trees",
+        1_000,
+        "conservation --cases 1000",
+        "Trees that need over a million steps or a minute are counted as unfinished; orders above six are shown on "
+        "single problems, for on random trees they drown in rounding.",
+    ),
 )
 ELSEWHERE = (
     ("R2", "Compiled kernels equal the reference path", "`tests/reliability/test_random_trees.py`, `tests/kernels`"),

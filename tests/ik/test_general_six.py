@@ -100,7 +100,7 @@ def test_the_count_is_that_of_many_newton_starts():
 
 @pytest.mark.capability("07-44")
 def test_sixteen_real_solutions():
-    """Manocha and Canny, 1994, example 1 (after Wampler and Morgan); sixteen real solutions, and no pose beyond that."""
+    """Manocha and Canny, 1994, example 1 (after Wampler and Morgan): sixteen real solutions, no more beyond it."""
     r = np.deg2rad(1.0)
     robot = dh_arm((H, r, H, r, H, r), (0.3, 1, 0, 1.5, 0, 0), (0, 0, 0.2, 0, 0, 0))
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (300, 6))

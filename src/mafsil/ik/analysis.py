@@ -104,3 +104,14 @@ def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
     for held in combinations(reversed(real), excess):
         yield tuple(sorted(held))
+
+
+@lru_cache(maxsize=256)
+def general(mechanism: Mechanism) -> GeneralSix | None:
+    """Elimination for an arm of six joints, also where it has a closed form; None for other arms.
+
+    Args:
+        mechanism: with its tip.
+    """
+    chain = chain_of(mechanism)
+    return GeneralSix(chain) if chain is not None and len(chain) == 6 else None

@@ -149,4 +149,5 @@ class Scenario:
         q, qd = (
             require_finite(name, gate(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
-        return np.broadcast_arrays(q, qd)
+        shape = np.broadcast_shapes(q.shape, qd.shape)
+        return np.broadcast_to(q, shape), np.broadcast_to(qd, shape)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch, branch, missed
-from mafsil.ik.answers.question import CANDIDATE, Question
+from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
@@ -163,7 +163,9 @@ def _compiled(
         good = (facts[..., 0] <= tolerance) & poses[:, None]
         inside = facts[..., 5] <= 1e-12
         free = facts[..., 2] > 0
-        odd = ((facts[..., 0] <= CANDIDATE) & (facts[..., 0] > CLEAR)) | (good & (free | (facts[..., 4] <= MERGED)))
+        odd = ((facts[..., 0] <= setting.candidate) & (facts[..., 0] > CLEAR)) | (
+            good & (free | (facts[..., 4] <= MERGED))
+        )
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful
@@ -202,7 +204,10 @@ def _careful(
     """One pose with refinement, merging and free joints; its rows are written back."""
     answer = question.answer()
     good[i] = False
-    rows = answer.rows
+    # Solutions found otherwise take the rows that are left.
+    rows, left = answer.rows.copy(), iter(np.setdiff1d(np.arange(len(good[i])), answer.rows))
+    for k in np.flatnonzero(rows < 0):
+        rows[k] = next(left)
     q[i, rows], facts[i, rows, 0], facts[i, rows, 3] = answer.q, answer.residual, answer.codes
     facts[i, rows, 2] = answer.free
     names = question.setting.robot.joint_names

@@ -25,9 +25,6 @@ SELF_MOTION = 1e-6
 SCAN = 24
 """Values of a free or held joint that are tried where the preferred one leads nowhere."""
 
-CANDIDATE = 1e-5
-"""Residual up to which a row of an exact closed form is a solution to be refined."""
-
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -48,6 +45,12 @@ class Rows:
     def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
         """Some of them, with new coordinates for all."""
         return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
+
+    def joined(self, other: Rows) -> Rows:
+        """These, then others."""
+        pairs = ((self.q, other.q), (self.rows, other.rows), (self.codes, other.codes), (self.free, other.free))
+        q, rows, codes, free = (np.concatenate(pair) for pair in pairs)
+        return Rows(q, rows, codes, free)
 
 
 def unlabelled(q: JointVector) -> Rows:
@@ -76,7 +79,8 @@ class Question:
         method, proven = self._method(arm)
         if table is None and not len(candidates.q) and not self._proven(arm, 0):
             method, proven = "search", False
-        q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held)
+        steps = 40 if setting.quartic else 8
+        q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
         if not len(good) and not arm.exact and not self._proven(arm, 0):
@@ -100,7 +104,10 @@ class Question:
     def _method(self, arm: Analysis) -> tuple[str, bool]:
         if arm.form is None:
             return "elimination", False
-        return ("closed form", not arm.held) if arm.exact else ("refined closed form", False)
+        # Where an equation of fourth degree may have lost merged roots, elimination has to prove the list.
+        return (
+            ("closed form", not arm.held and not self.setting.quartic) if arm.exact else ("refined closed form", False)
+        )
 
     def _candidates(self, arm: Analysis) -> tuple[Rows, Branches | None]:
         if arm.form is None:
@@ -110,7 +117,7 @@ class Question:
         q, facts, _ = self.labelled(arm.form, near)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:
-            usable &= facts[:, 0] <= CANDIDATE
+            usable &= facts[:, 0] <= self.setting.candidate
         rows = np.flatnonzero(usable)
         codes, free = (np.nan_to_num(facts[rows, i]).astype(np.int64) for i in (3, 2))
         if arm.general is not None:
@@ -145,16 +152,16 @@ class Question:
         found = form.solve(self.T, tries)
         count = self._allowed(found).sum(axis=1)
         if not count.max():
-            if (table.residual <= CANDIDATE).any():
+            if (table.residual <= self.setting.candidate).any():
                 return self.near
-            count = (found.residual <= CANDIDATE).sum(axis=1)
+            count = (found.residual <= self.setting.candidate).sum(axis=1)
         return tries[int(np.where(count == count.max(), -np.abs(tries - self.near).max(axis=1), -np.inf).argmax())]
 
     def _allowed(self, table: Branches) -> NDArray[np.bool_]:
         """(*batch, branches) which rows are solutions within the limits."""
         low, high = self.setting.lower, self.setting.upper
         q = wound_near(table.q, self.near, low, high, self.setting.turning)
-        return (table.residual <= CANDIDATE) & ((q >= low) & (q <= high)).all(axis=-1)
+        return (table.residual <= self.setting.candidate) & ((q >= low) & (q <= high)).all(axis=-1)
 
     def _searched(self) -> tuple[JointVector, Floats]:
         """Solutions from many starts; nothing is proven."""

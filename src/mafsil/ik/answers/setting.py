@@ -12,7 +12,7 @@ from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_pattern import PointRoad
+from mafsil.mechanics.arm_pattern import Family, PointRoad
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
@@ -57,6 +57,23 @@ class Setting:
         """The labelled closed form, where it is exact and nothing is held: its rows are the answer."""
         arm = self.arm
         return arm.form.labelled if arm.form is not None and arm.exact and not arm.held else None
+
+    @lazy
+    def quartic(self) -> bool:
+        """Whether the closed form solves an equation of fourth degree, whose roots may merge by three or four."""
+        form = self.arm.form
+        if form is None:
+            return False
+        places = form.pattern.family in (Family.SPHERICAL_WRIST, Family.POINT)
+        return form.pattern.family is Family.LINKED or (places and form.pattern.road is PointRoad.QUARTIC)
+
+    @lazy
+    def candidate(self) -> float:
+        """Residual up to which a row of an exact closed form may become a solution by refinement.
+
+        Rounding splits merged roots: two by its square root, four by its fourth root.
+        """
+        return 1e-2 if self.quartic else 1e-5
 
     @lazy
     def plain(self) -> bool:

@@ -109,13 +109,14 @@ def polished(frames, slides, P, q, steps, w_J, w_T):
         w_J[0, 6], w_J[1, 6], w_J[2, 6] = 0.5 * e0, 0.5 * e1, 0.5 * e2
         for r in range(3):
             w_J[3 + r, 6] = P[r, 3] - T[r, 3]
-        before = size
-        size = 0.0
+        before, size, total = size, 0.0, trace
         for r in range(6):
             size = max(size, abs(w_J[r, 6]))
+            total += abs(w_J[r, 6])
         if trace < 1.0:
             size = max(size, 1.0)
-        if not size < 1e6:
+        # The sum tells NaN, which the maximum may pass over.
+        if not total < 1e6:
             return 1e300
         if size < 1e-14 or (size < CLOSED and size > 0.25 * before):
             return size

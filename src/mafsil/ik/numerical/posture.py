@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.search import Plan
 
-STEPS = 600
+STEPS = 300
 """Most steps of self-motion."""
 
 STILL = 1e-8
@@ -21,6 +21,10 @@ STILL = 1e-8
 
 LONGEST = 0.2
 """Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
+
+
+LEAST_GAIN = 1e-4
+"""Part of a step below which nothing is gained any more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +101,20 @@ def _descended(
     """(k, n) where the self-motion towards the posture comes to rest."""
     n = start.shape[1]
     q, step = start.copy(), plan.problem.step_with_wish(plan.task.one_axis).ufunc
-    moving = np.arange(len(q))
+    moving, gain, cost = np.arange(len(q)), np.ones(len(q)), np.full(len(q), np.inf)
     for _ in range(STEPS):
-        z = weights * (posture[moving] - q[moving])
-        size = np.linalg.norm(z, axis=1, keepdims=True)
-        z *= np.minimum(1.0, LONGEST / np.maximum(size, LONGEST))
-        out = step(q[moving], T_sd[moving].reshape(-1, 4, 4), plan.vector, z)
+        gap = posture[moving] - q[moving]
+        now = (weights * gap * gap).sum(axis=1)
+        # A step that did not pay was too long for the curvature of the self-motion.
+        gain[moving] = np.where(now < cost[moving], np.minimum(1.0, 1.3 * gain[moving]), 0.5 * gain[moving])
+        cost[moving] = now
+        z = weights * gap
+        size = np.linalg.norm(z, axis=1)
+        pace = gain[moving] * np.minimum(1.0, LONGEST / np.maximum(size, LONGEST))
+        out = step(q[moving], T_sd[moving].reshape(-1, 4, 4), plan.vector, pace[:, None] * z)
         q[moving] = out[:, :n]
-        moving = moving[np.abs(out[:, n + 6 :]).max(axis=1, initial=0.0) > STILL]
+        still = np.abs(out[:, n + 6 :]).max(axis=1, initial=0.0) <= STILL * pace
+        moving = moving[~still & (gain[moving] > LEAST_GAIN)]
         if not len(moving) or perf_counter() >= deadline:
             break
     return q
