@@ -48,8 +48,9 @@ def _summary(report: Report) -> str:
     if not report.diagnostics:
         return say("lint.clean", robot=report.source)
     notes = sum(item.severity is Severity.INFO for item in report)
-    counts = {"errors": len(report.errors), "warnings": len(report.warnings), "notes": notes}
-    return say("lint.summary", robot=report.source, **counts)
+    return say(
+        "lint.summary", robot=report.source, errors=len(report.errors), warnings=len(report.warnings), notes=notes
+    )
 
 
 def _changed(path: str, changes: tuple[Change, ...]) -> list[str]:

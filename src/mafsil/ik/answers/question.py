@@ -48,9 +48,12 @@ class Rows:
 
     def joined(self, other: Rows) -> Rows:
         """These, then others."""
-        pairs = ((self.q, other.q), (self.rows, other.rows), (self.codes, other.codes), (self.free, other.free))
-        q, rows, codes, free = (np.concatenate(pair) for pair in pairs)
-        return Rows(q, rows, codes, free)
+        return Rows(
+            np.concatenate((self.q, other.q)),
+            np.concatenate((self.rows, other.rows)),
+            np.concatenate((self.codes, other.codes)),
+            np.concatenate((self.free, other.free)),
+        )
 
 
 def unlabelled(q: JointVector) -> Rows:
