@@ -72,6 +72,22 @@ def shard(name: str, count: int, seed: int = 0) -> dict[str, float]:
     return {**found, f"median_us_{name}": np.median(times) * 1e6, f"mean_processor_us_{name}": worked / count * 1e6}
 
 
+def summary(sums: dict[str, object]) -> dict[str, object]:
+    """The sums with the arms in a table of their own, and the largest of their times."""
+    arms: dict[str, dict[str, int]] = {}
+    kept: dict[str, object] = {}
+    for key, value in sums.items():
+        for stem in ("median_us", "mean_processor_us"):
+            if key.startswith(stem + "_"):
+                arms.setdefault(key.removeprefix(stem + "_"), {})[stem] = round(float(str(value)))
+                break
+        else:
+            kept[key] = value
+    for stem in ("median_us", "mean_processor_us"):
+        kept[f"largest_{stem}"] = max((row[stem] for row in arms.values()), default=0)
+    return {**kept, "arms": json.dumps(arms)}
+
+
 def main() -> None:
     """All arms asked for, one shard each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -82,7 +98,8 @@ def main() -> None:
     given = parser.parse_args()
     folder = given.resume or Path(tempfile.mkdtemp(prefix="mafsil-R5-"))
     options = argparse.Namespace(count=len(given.robots), shard=1, seed=0, resume=folder)
-    figures.run("R5", options, lambda k, _: shard(given.robots[k], given.cases, given.seed))
+    sums = figures.run("R5", options, lambda k, _: shard(given.robots[k], given.cases, given.seed))
+    (folder / "R5.json").write_text(json.dumps(summary(sums), indent=1))
     print(json.dumps({"published": PUBLISHED}))
 
 
