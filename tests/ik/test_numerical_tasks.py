@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.ik import IKStatus, solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.solve import BLOCK
+from mafsil.model import Joint, JointKind, Link, Mechanism
 
 
 @pytest.fixture(scope="module")
@@ -149,8 +150,17 @@ def test_blocks_do_not_change_results(panda):
     assert whole.all_solved
 
 
+def test_robots_without_joints_are_refused_by_name():
+    T = np.eye(4)
+    T[0, 3] = 0.5
+    weld = Joint("weld", JointKind.FIXED, "base", "tip", T_pj=T)
+    post = mf.Robot(Mechanism.assemble("post", [Link("base"), Link("tip")], [weld]))
+    with pytest.raises(ModelError, match="post"):
+        solve_ik(post, T)
+
+
 @pytest.mark.capability("07-3")
-def test_zero_joints_and_too_few_joints():
+def test_too_few_joints_say_how_near_they_come():
     robot = mf.load("planar2r")
     T = np.eye(4)
     T[:3, 3] = [0.3, 0.2, 0.4]
