@@ -226,7 +226,11 @@ def _details(found: dict[str, Any]) -> str:
     others = {
         name: value
         for name, value in found.items()
-        if name not in plain | {"scenarios"} and not name.endswith("eps") and not name.startswith("bad_") and value
+        if name not in plain | {"scenarios", "trees"}
+        and not name.endswith("eps")
+        and not name.startswith("bad_")
+        and "_below_" not in name
+        and value
     }
     text = ", ".join(f"{value:,} {name.replace('_', ' ')}" for name, value in others.items())
     return f" ({text})" if text else ""

@@ -89,7 +89,7 @@ def test_the_count_is_that_of_many_newton_starts():
             error = pose.error(robot.forward_kinematics(q), np.broadcast_to(T, (len(q), 4, 4)))
             J = robot.jacobian_body(q)
             step = np.linalg.solve(J.swapaxes(1, 2) @ J + 1e-9 * np.eye(6), J.swapaxes(1, 2) @ error[..., None])[..., 0]
-            q = q + step * np.minimum(1.0, 0.8 / np.abs(step).max(axis=1, keepdims=True))
+            q = q + step * np.minimum(1.0, 0.8 / (1e-300 + np.abs(step).max(axis=1, keepdims=True)))
         error = pose.error(robot.forward_kinematics(q), np.broadcast_to(T, (len(q), 4, 4)))
         hits = q[np.abs(error).max(axis=1) < 1e-9]
         assert len(hits) > 50

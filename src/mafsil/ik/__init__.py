@@ -32,6 +32,9 @@ from mafsil.ik.result import IKStatus as IKStatus
 from mafsil.ik.singular_rates import BoundedRates as BoundedRates
 from mafsil.ik.singular_rates import bounded_rates as bounded_rates
 from mafsil.ik.subproblems import distances as distances
+from mafsil.ik.subproblems import heights as heights
+from mafsil.ik.subproblems import linked_circles as linked_circles
+from mafsil.ik.subproblems import three_axes as three_axes
 from mafsil.ik.subproblems import two_axes as two_axes
 from mafsil.ik.subproblems import wrist_angles as wrist_angles
 from mafsil.ik.tracking import Passage as Passage

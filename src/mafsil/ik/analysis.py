@@ -62,7 +62,8 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
             else recognise(seen, n, orientation=orientation)
         )
         if pattern is not None:
-            near = pattern.defect > EXACT and task == "pose" and not held
+            # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
+            near = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not held
             general = GeneralSix(seen) if near and 3 <= len(seen) <= 6 else None
             return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in held))
     general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
@@ -104,14 +105,3 @@ def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
     for held in combinations(reversed(real), excess):
         yield tuple(sorted(held))
-
-
-@lru_cache(maxsize=256)
-def general(mechanism: Mechanism) -> GeneralSix | None:
-    """Elimination for an arm of six joints, also where it has a closed form; None for other arms.
-
-    Args:
-        mechanism: with its tip.
-    """
-    chain = chain_of(mechanism)
-    return GeneralSix(chain) if chain is not None and len(chain) == 6 else None

@@ -11,7 +11,7 @@ from mafsil.arrays import PoseMatrix, gate, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
-from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
@@ -94,6 +94,7 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
     good = residual <= CLEAR
     chosen = facts[good]
     clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
+    clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
     if not clear or chosen[:, 4].min() < APART or chosen[:, 2].any() or tolerance < CLEAR:
         return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
     return SolutionSet(

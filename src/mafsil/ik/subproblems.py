@@ -18,10 +18,12 @@ _distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance",
 _two_axes = Declared("subproblem_angles.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")
 _heights = Declared("subproblem_angles.heights", "w:3 h:3 p:3 height", "table:2,3")
 _wrist = Declared("subproblem_angles.wrist", "w4:3 w5:3 w6:3 R:3,3", "table:2,5")
+_three_axes = Declared("subproblem_angles.three_axes", "k1:3 k2:3 k3:3 p0:3 p1:3 p2:3 p3:3", "table:4,5")
+_circles = Declared("subproblem_angles.circles", "A:2,2 B:2,2 b:2", "table:4,4")
 
 
 class Angles(NamedTuple):
-    """Both roots of a subproblem.
+    """The roots of a subproblem, two or four.
 
     Attributes:
         angles: (*batch, 2) or (*batch, 2, k) angles [rad].
@@ -92,3 +94,30 @@ def wrist_angles(w4: ArrayLike, w5: ArrayLike, w6: ArrayLike, R: ArrayLike) -> A
     names = ("w4", "w5", "w6")
     table = _wrist(*(gate(n, x, (3,)) for n, x in zip(names, (w4, w5, w6), strict=True)), gate("R", R, (3, 3)))
     return Angles(table[..., :3], table[..., 3], table[..., 4] > 0)
+
+
+def three_axes(
+    k1: ArrayLike, k2: ArrayLike, k3: ArrayLike, p0: ArrayLike, p1: ArrayLike, p2: ArrayLike, p3: ArrayLike
+) -> Angles:
+    """All (q1, q2, q3) with p0 + Rot(k1, q1) p1 = Rot(k2, q2) (p2 + Rot(k3, q3) p3) (subproblem 5).
+
+    Args:
+        k1, k2, k3: (*batch, 3) unit axes through the origin; the first two not parallel.
+        p0: (*batch, 3) with a part along k1 x k2 [m].
+        p1, p2, p3: (*batch, 3) [m].
+    """
+    names = ("k1", "k2", "k3", "p0", "p1", "p2", "p3")
+    table = _three_axes(*(gate(n, x, (3,)) for n, x in zip(names, (k1, k2, k3, p0, p1, p2, p3), strict=True)))
+    return Angles(table[..., :3], table[..., 3], table[..., 4] > 0)
+
+
+def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
+    """All (q1, q2) with A (cos q1, sin q1) + B (cos q2, sin q2) = b (subproblem 6).
+
+    Args:
+        A: (*batch, 2, 2).
+        B: (*batch, 2, 2), not singular.
+        b: (*batch, 2).
+    """
+    table = _circles(gate("A", A, (2, 2)), gate("B", B, (2, 2)), gate("b", b, (2,)))
+    return Angles(table[..., :2], table[..., 2], table[..., 3] > 0)

@@ -137,6 +137,12 @@ class ArmPattern:
                 return self._roads
 
     @property
+    def quartic(self) -> bool:
+        """Whether an equation of fourth degree is solved, whose roots may merge by three or four."""
+        places = self.family in (Family.SPHERICAL_WRIST, Family.POINT)
+        return self.family is Family.LINKED or (places and self.road is PointRoad.QUARTIC)
+
+    @property
     def _roads(self) -> int:
         """Solutions of the first three joints."""
         ends = (self.slides[2], self.slides[0]) if self.road_reversed else (self.slides[0], self.slides[2])

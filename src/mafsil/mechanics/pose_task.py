@@ -72,9 +72,14 @@ def step_with_wish(
     z = ca.SX.sym("z", goal.n)
     J, e = goal.weighted()
     J = goal.held(J, J.T @ e)
-    allowed = ca.vertcat(*(ca.if_else(goal.pushed(i, z[i]), 0, z[i]) for i in range(goal.n)))
     damping = relative * ca.dot(e, e) + least
-    free = allowed - _damped(J, J @ allowed, ca.SX(least))
+    free = z
+    # Joints that the self-motion would push through their bounds are held, then those that the rest pushes.
+    for _ in range(2):
+        free = free - _damped(J, J @ free, ca.SX(least))
+        J = goal.held(J, free)
+        free = ca.vertcat(*(ca.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
+    free = free - _damped(J, J @ free, ca.SX(least))
     moved = goal.clipped(_damped(J, e, damping) + free)
     return ca.Function(
         "pose_step_with_wish", [*goal.inputs, z], [ca.cse(ca.densify(ca.vertcat(moved, goal.twist, free)))]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch, branch, missed
-from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
@@ -166,6 +166,8 @@ def _compiled(
         odd = ((facts[..., 0] <= setting.candidate) & (facts[..., 0] > CLEAR)) | (
             good & (free | (facts[..., 4] <= MERGED))
         )
+        if setting.quartic:
+            odd |= facts[..., 4] <= FOLD
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful

@@ -22,6 +22,9 @@ from mafsil.kernels.lazy import lazy
 SELF_MOTION = 1e-6
 """Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
 
+FOLD = 1e-6
+"""Marks below which roots of an equation of fourth degree may have merged."""
+
 SCAN = 24
 """Values of a free or held joint that are tried where the preferred one leads nowhere."""
 
@@ -45,15 +48,6 @@ class Rows:
     def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
         """Some of them, with new coordinates for all."""
         return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
-
-    def joined(self, other: Rows) -> Rows:
-        """These, then others."""
-        return Rows(
-            np.concatenate((self.q, other.q)),
-            np.concatenate((self.rows, other.rows)),
-            np.concatenate((self.codes, other.codes)),
-            np.concatenate((self.free, other.free)),
-        )
 
 
 def unlabelled(q: JointVector) -> Rows:
@@ -80,7 +74,7 @@ class Question:
         arm, setting = self.setting.arm, self.setting
         candidates, table = self._candidates(arm)
         method, proven = self._method(arm)
-        if table is None and not len(candidates.q) and not self._proven(arm, 0):
+        if table is None and not len(candidates.q) and not arm.exact and not self._proven(arm, 0):
             method, proven = "search", False
         steps = 40 if setting.quartic else 8
         q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
@@ -108,9 +102,9 @@ class Question:
         if arm.form is None:
             return "elimination", False
         # Where an equation of fourth degree may have lost merged roots, elimination has to prove the list.
-        return (
-            ("closed form", not arm.held and not self.setting.quartic) if arm.exact else ("refined closed form", False)
-        )
+        if arm.exact:
+            return "closed form", not arm.held and not self.setting.quartic
+        return "refined closed form", False
 
     def _candidates(self, arm: Analysis) -> tuple[Rows, Branches | None]:
         if arm.form is None:
@@ -120,7 +114,9 @@ class Question:
         q, facts, _ = self.labelled(arm.form, near)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:
-            usable &= facts[:, 0] <= self.setting.candidate
+            # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
+            folded = (facts[:, 4] <= FOLD) if self.setting.quartic else False
+            usable &= (facts[:, 0] <= self.setting.candidate) | folded
         rows = np.flatnonzero(usable)
         codes, free = (np.nan_to_num(facts[rows, i]).astype(np.int64) for i in (3, 2))
         if arm.general is not None:

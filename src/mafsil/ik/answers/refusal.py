@@ -68,7 +68,7 @@ def refusal(
     facts: dict[str, object] = {"position_error": position, "rotation_error": rotation, "shortfall": position}
     centre, radius = reach_bound(setting.robot.mechanism, None)
     distance = float(np.linalg.norm(T[:3, 3] - centre))
-    proven = exact or (arm.form is None and arm.general is not None and arm.general.proves(T, 0))
+    proven = exact or (arm.general is not None and arm.general.proves(T, 0))
     step = STEPS.get(kind, "")
     if distance > radius * (1 + 1e-12):
         facts["shortfall"] = distance - radius if not exact else max(position, distance - radius)

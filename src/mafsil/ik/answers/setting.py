@@ -12,7 +12,7 @@ from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_pattern import Family, PointRoad
+from mafsil.mechanics.arm_pattern import PointRoad
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
@@ -62,10 +62,7 @@ class Setting:
     def quartic(self) -> bool:
         """Whether the closed form solves an equation of fourth degree, whose roots may merge by three or four."""
         form = self.arm.form
-        if form is None:
-            return False
-        places = form.pattern.family in (Family.SPHERICAL_WRIST, Family.POINT)
-        return form.pattern.family is Family.LINKED or (places and form.pattern.road is PointRoad.QUARTIC)
+        return form is not None and form.pattern.quartic
 
     @lazy
     def candidate(self) -> float:

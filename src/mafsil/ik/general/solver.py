@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.roads import TWIST, roads
+from mafsil.ik.problem import clean_poses
 from mafsil.kernels import threads as pool
 from mafsil.kernels.lazy import lazy
 
@@ -63,13 +64,18 @@ class GeneralSix:
         return found.q[: int(found.count)]
 
     def solve_all(self, T: ArrayLike, *, threads: int | None = None) -> GeneralSolutions:
-        """All solutions of a batch of poses.
+        """All solutions of a batch of poses; none, and no proof, for rows that are no poses.
 
         Args:
             T: (*batch, 4, 4) poses of the tip in {s}.
             threads: how many work at once; all available if None.
+
+        Raises:
+            InputError: a wrong shape.
         """
-        return self._machine.solve(np.asarray(T, dtype=np.float64), pool.available() if threads is None else threads)
+        wanted = gate("T", T, (4, 4))
+        clean, valid = clean_poses(wanted.reshape(-1, 4, 4))
+        return self._machine.solve(clean, valid, wanted.shape[:-2], pool.available() if threads is None else threads)
 
     def proves(self, T: PoseMatrix, count: int) -> bool:
         """Whether it is proven that a pose (4, 4) has so many solutions and no more."""
@@ -125,15 +131,13 @@ class _Machine:
         self.order = np.array([int(road) for _, road in sorted(score)], dtype=np.int64)
         self.score = [s for s, _ in sorted(score)]
 
-    def solve(self, T: PoseMatrix, threads: int = 1) -> GeneralSolutions:
-        """All solutions of poses (*batch, 4, 4)."""
-        batch = T.shape[:-2]
-        P = (T @ pose.inverse(self.home)).reshape(-1, 4, 4)
+    def solve(self, T: PoseMatrix, valid: NDArray[np.bool_], batch: tuple[int, ...], threads: int) -> GeneralSolutions:
+        """All solutions of those of the poses (k, 4, 4) that are valid, as a batch of a shape."""
+        P = T @ pose.inverse(self.home)
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
+        P[~valid] = np.nan
         out = self._run(P, threads)
-        where = [
-            int(np.flatnonzero(np.array(self.filled.joints) == j)[0]) for j in sorted(j for j in self.joints if j >= 0)
-        ]
+        where = [self.filled.joints.index(j) for j in sorted(j for j in self.joints if j >= 0)]
         q, error = out.q * np.where(self.slides, self.size, 1.0), out.error
         added = [k for k in range(6) if k not in where]
         if added:
@@ -142,10 +146,10 @@ class _Machine:
             order = np.argsort(stray, axis=1, kind="stable")
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
         return GeneralSolutions(
-            q[..., where].reshape(*batch, q.shape[1], len(where)),
+            q[..., where].reshape(*batch, *q.shape[1:2], len(where)),
             (~np.isnan(error)).sum(axis=1).reshape(batch),
             out.complete.reshape(batch),
-            error.reshape(*batch, -1),
+            error.reshape(*batch, *error.shape[1:]),
             out.roads.reshape(batch),
         )
 

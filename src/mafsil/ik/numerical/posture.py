@@ -23,7 +23,7 @@ LONGEST = 0.2
 """Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
 
 
-LEAST_GAIN = 1e-4
+LEAST_GAIN = 1e-6
 """Part of a step below which nothing is gained any more."""
 
 

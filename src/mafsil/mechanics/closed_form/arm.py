@@ -124,7 +124,7 @@ def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
         begun = started((motion,), (free,), short, why)
         for pair in turns_about_two_axes(h, w5, w6, tip, (preferred[1], preferred[4])):
             if arm.patient:
-                total = _within_reach(arm, pair.first.turn, pair.first.free, hub)
+                total = _within_reach(arm, pair.first.turn, pair.first.free, hub, arm.centre)
                 pair = pair._replace(first=pair.first._replace(turn=total))
             wrist = triple(w5, four.w, pair.second.turn.about(w5, w6))
             _complete(arm, preferred, begun, pair, (shoulder, wrist), (found, misses))
@@ -146,7 +146,12 @@ def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
         motion = first.turn if isinstance(first, Root) else first
         free = first.free if isinstance(first, Root) else ca.SX(0)
         begun = started((motion,), (free,), short, why)
-        total = turn_onto(h, fifth.turn.about(w5, w6), one.opposite.vector(seen, motion), preferred[1])
+        # Joints 1 and 5 are known to the square root of the rounding where axis 6 comes to be parallel to the three.
+        total = turn_onto(h, fifth.turn.about(w5, w6), one.opposite.vector(seen, motion), preferred[1], 30.0)
+        if arm.patient:
+            hub = one.opposite.point(target, motion)
+            turn = _within_reach(arm, total.turn, total.free, hub, five.point(arm.centre, fifth.turn))
+            total = total._replace(turn=turn)
         pair = Pair(total, fifth)
         _complete(arm, preferred, begun, pair, (None, mark), (found, misses))
     return found, misses
@@ -233,14 +238,15 @@ def _complete(
         out[1].append(_miss(arm, posture, starts, goals, at=at))
 
 
-def _within_reach(arm: Arm, total: Turn, free: ca.SX, hub: ca.SX) -> Turn:
+def _within_reach(arm: Arm, total: Turn, free: ca.SX, hub: ca.SX, centre: ca.SX) -> Turn:
     """Where the sixth axis is parallel to the three and the turn of joint 4's link is free: one that can be reached.
 
-    The link turns about `hub`, the placed meeting point; if joint 4 comes too far from axis 2 or too near, back within.
+    The link turns about `hub`, the placed point of axis 6, `centre` before; if joint 4 comes too far from axis 2 or too
+    near, back within.
     """
     two, three, four = arm.lines[1:4]
     h = two.w
-    hinge = hub + total.about(h, across(h, four.r - arm.centre))
+    hinge = hub + total.about(h, across(h, four.r - centre))
     distance = norm(across(h, hinge - two.r))
     upper, lower = (norm(across(h, x)) for x in (three.r - two.r, four.r - three.r))
     least, most = ca.fabs(upper - lower), upper + lower

@@ -55,6 +55,7 @@ def bodies(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
         from_file: the reader has judged mass and moments already.
     """
     rooms = solids(mechanism)
+    unit = _common_unit(mechanism, rooms)
     for link in mechanism.links:
         if link.inertial is None:
             continue
@@ -62,7 +63,7 @@ def bodies(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
             yield from _impossible(link, link.inertial)
         yield from _placeholder(link, link.inertial)
         if link.name in rooms and link.inertial.mass > 0:
-            yield from _against_room(link, link.inertial, rooms[link.name])
+            yield from _against_room(link, link.inertial, rooms[link.name], unit)
     yield from _copies(mechanism)
     yield from _ratios(mechanism)
     yield from _collisions(mechanism)
@@ -87,15 +88,15 @@ def _placeholder(link: Link, inertial: Inertial) -> Iterator[Finding]:
         yield Finding(PLACEHOLDER, "link", link.name, {"link": link.name}, ("inertial",))
 
 
-def _against_room(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+def _against_room(link: Link, inertial: Inertial, room: Solid, unit: float | None) -> Iterator[Finding]:
     """Rules that need the shapes; where the size of the shapes is wrong, nothing else is said."""
-    unit = _shapes_in_millimetres(link, inertial, room)
-    if unit is not None:
-        yield unit
+    too_large = _shapes_in_millimetres(link, inertial, room)
+    if too_large is not None:
+        yield too_large
         return
     yield from _density(link, inertial, room)
     yield from _centre(link, inertial, room)
-    yield from _inertia(link, inertial, room)
+    yield from _inertia(link, inertial, room, unit)
 
 
 def _shapes_in_millimetres(link: Link, inertial: Inertial, room: Solid) -> Finding | None:
@@ -139,37 +140,60 @@ def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
         "size": f"{room.size:.3g}",
     }
     place = ("inertial", "origin")
-    for axis in range(3):
-        mirrored = com * np.where(np.arange(3) == axis, -1.0, 1.0)
-        if room.outside(mirrored) == 0.0:
-            puts = (Put(place, "xyz", " ".join(written(float(x)) for x in mirrored)),)
-            facts["axis"] = "xyz"[axis]
-            yield Finding(COM_MIRRORED, "link", link.name, facts, place, "xyz", puts, "lint.mirror_com")
-            return
+    inside = [axis for axis in range(3) if room.outside(com * np.where(np.arange(3) == axis, -1.0, 1.0)) == 0.0]
+    if len(inside) == 1:
+        mirrored = com * np.where(np.arange(3) == inside[0], -1.0, 1.0)
+        puts = (Put(place, "xyz", " ".join(written(float(x)) for x in mirrored)),)
+        facts["axis"] = "xyz"[inside[0]]
+        yield Finding(COM_MIRRORED, "link", link.name, facts, place, "xyz", puts, "lint.mirror_com")
+        return
     yield Finding(COM_OUTSIDE, "link", link.name, facts, place, "xyz")
 
 
-def _inertia(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
-    """Trace of the inertia, twice the second moment of matter, against what the shapes allow."""
+def _inertia(link: Link, inertial: Inertial, room: Solid, unit: float | None) -> Iterator[Finding]:
+    """Trace of the inertia, twice the second moment of matter, against what the shapes allow.
+
+    A repair is offered only where the numbers leave no choice: an inertia that is impossible as it stands but right
+    about the other point, or the same factor on most links.
+    """
     mass, com, I = inertial.mass, np.asarray(inertial.com), np.asarray(inertial.inertia)
     trace, even = float(np.trace(I)), mass * room.gyration
-    most = 2 * mass * room.reach_from(com) ** 2
     if trace <= 0 or even <= 0:
         return
+    impossible = _is_impossible(inertial, room)
     facts: dict[str, object] = {"link": link.name, "ratio": f"{trace / even:.3g}", "inertia": f"{trace / 3:.3g}"}
     place = ("inertial", "inertia")
     shifted = I - mass * (com @ com * np.eye(3) - np.outer(com, com))
     if trace > 2 * even and 0.2 < np.trace(shifted) / even < 2 and inertia_fault(mass, shifted) is None:
-        yield Finding(ABOUT_FRAME, "link", link.name, facts, place, None, _written(shifted), "lint.shift_inertia")
-    elif trace > LARGE * most or trace < SMALL * even:
-        factor = next((f for f in UNIT_FACTORS for f in (1 / f, f) if 0.2 < trace * f / even < 2), None)
-        if factor is not None:
-            facts["factor"] = f"{factor:g}"
-            puts = tuple(Put(p.path, p.attribute, factor=factor) for p in _ALL_MOMENTS)
-            yield Finding(INERTIA_UNIT, "link", link.name, facts, place, None, puts, "lint.scale_inertia")
-        else:
-            kind = INERTIA_TOO_LARGE if trace > even else INERTIA_TOO_SMALL
-            yield Finding(kind, "link", link.name, facts, place)
+        puts = _written(shifted) if impossible else ()
+        yield Finding(ABOUT_FRAME, "link", link.name, facts, place, None, puts, "lint.shift_inertia")
+    elif impossible and unit is not None and 0.1 < trace * unit / even < 3:
+        facts["factor"] = f"{unit:g}"
+        puts = tuple(Put(p.path, p.attribute, factor=unit) for p in _ALL_MOMENTS)
+        yield Finding(INERTIA_UNIT, "link", link.name, facts, place, None, puts, "lint.scale_inertia")
+    elif impossible:
+        kind = INERTIA_TOO_LARGE if trace > even else INERTIA_TOO_SMALL
+        yield Finding(kind, "link", link.name, facts, place)
+
+
+def _is_impossible(inertial: Inertial, room: Solid) -> bool:
+    """More inertia than all mass at the farthest point would have, or as little as one point."""
+    trace = float(np.trace(inertial.inertia))
+    most = 2 * inertial.mass * room.reach_from(np.asarray(inertial.com)) ** 2
+    return trace > LARGE * most or trace < SMALL * inertial.mass * room.gyration
+
+
+def _common_unit(mechanism: Mechanism, rooms: dict[str, Solid]) -> float | None:
+    """The factor that most links' inertias lack, as when a drawing program wrote kg mm^2; None if there is none."""
+    factors: list[float | None] = []
+    for link in mechanism.links:
+        inertial, room = link.inertial, rooms.get(link.name)
+        if inertial is None or room is None or inertial.mass <= 0 or not np.trace(inertial.inertia) > 0:
+            continue
+        ratio = float(np.trace(inertial.inertia)) / max(inertial.mass * room.gyration, 1e-300)
+        factors.append(next((f for u in UNIT_FACTORS for f in (1 / u, u) if 0.1 < ratio * f < 3), None))
+    best = max(set(factors), key=factors.count, default=None)
+    return best if best is not None and 2 * factors.count(best) > len(factors) else None
 
 
 def _written(inertia: Floats) -> tuple[Put, ...]:

@@ -111,9 +111,7 @@ def _axis(joint: Joint) -> Iterator[Finding]:
     miss = float(np.linalg.norm(np.delete(axis, k)))
     if 1e-6 < miss < ALMOST:
         facts: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(miss):.3g}", "axis": "xyz"[k]}
-        meant = " ".join(("0" if i != k else "1" if axis[k] > 0 else "-1") for i in range(3))
-        puts = (Put(("axis",), "xyz", meant),)
-        yield Finding(NEARLY_ALONG, "joint", joint.name, facts, ("axis",), "xyz", puts, "lint.straighten")
+        yield Finding(NEARLY_ALONG, "joint", joint.name, facts, ("axis",), "xyz")
 
 
 def _mimics(mechanism: Mechanism) -> Iterator[Finding]:

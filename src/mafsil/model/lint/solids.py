@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -122,6 +123,7 @@ def _placed(shape: Shape) -> Surface | None:
     return Surface(surface.vertices @ T[:3, :3].T + T[:3, 3], surface.faces)
 
 
+@lru_cache(maxsize=16)
 def _read(mesh: Mesh) -> Surface | None:
     try:
         if mesh.path is None or mesh.path.stat().st_size > MOST_BYTES:
