@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
-from benchmarks.stopwatch import machine, race  # noqa: E402
+from benchmarks.stopwatch import BRIEF, BRIEFER, machine, race, verdict  # noqa: E402
 from mafsil.kernels.reduce import reduce  # noqa: E402
 from mafsil.kernels.tape import read  # noqa: E402
 from mafsil.mechanics.quantities import quantity  # noqa: E402
@@ -53,7 +53,7 @@ def rival(robot: Robot, name: str, states: States) -> Callable[[], object]:
     return lambda: compute(model, data, a, b, c)
 
 
-def measured(robot: Robot, name: str, repeats: int) -> tuple[float, float, float]:
+def measured(robot: Robot, name: str, quick: bool) -> tuple[float, float, float]:
     """Seconds of one evaluation in a batch, of one call, of Pinocchio's call."""
     states = sample(robot.mechanism, ROWS, np.random.default_rng(1))
     arguments = states.arguments(QUANTITIES[name])
@@ -65,30 +65,34 @@ def measured(robot: Robot, name: str, repeats: int) -> tuple[float, float, float
         "call": lambda: call(a, b, c),
         "pinocchio": rival(robot, name, states),
     }
-    times = race(tasks, repeats=repeats)
+    times = race(tasks, **(BRIEFER if quick else BRIEF))
     return times["batch"].least / ROWS, times["call"].least, times["pinocchio"].least
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS)
-    parser.add_argument("--quick", action="store_true", help="3 repeats instead of 9")
+    parser.add_argument("--quick", action="store_true", help="a quarter of the repeats")
     options = parser.parse_args()
     print(" | ".join(f"{key} {value}" for key, value in machine("mafsil", "numpy", "casadi", "pin").items()))
     head = f"{'robot':9}{'quantity':30}{'operations':>11}{'batch ns':>10}{'times':>7}"
     print(head + f"{'call ns':>9}{'pin ns':>8}{'times':>7}")
+    batches: list[float] = []
+    calls: list[float] = []
     for robot_name in options.robots:
         robot = Robot(library.load(robot_name))
         for name in QUANTITIES:
-            batch, call, pinocchio = measured(robot, name, 3 if options.quick else 9)
+            batch, call, pinocchio = measured(robot, name, options.quick)
+            batches.append(pinocchio / batch)
+            calls.append(pinocchio / call)
             print(
                 f"{robot_name:9}{name:30}{operations(robot, name):11}{1e9 * batch:10.0f}{pinocchio / batch:7.1f}"
                 f"{1e9 * call:9.0f}{1e9 * pinocchio:8.0f}{pinocchio / call:7.2f}",
                 flush=True,
             )
-    print(
-        f"targets: batch {BATCH_TARGET} times, single call {SINGLE_TARGET} times, {OPERATIONS_TARGET} operations (ID)"
-    )
+    print(verdict("batch", batches, BATCH_TARGET))
+    print(verdict("single", calls, SINGLE_TARGET))
+    print(f"operations of the Panda's inverse dynamics derivatives: target {OPERATIONS_TARGET}")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
 from benchmarks.floor import bytes_per_ns, floor_ns, products_per_ns  # noqa: E402
-from benchmarks.stopwatch import Timing, machine, race  # noqa: E402
+from benchmarks.stopwatch import BRIEF, BRIEFER, Timing, machine, race, verdict  # noqa: E402
 from mafsil.model import Mechanism, library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.pinocchio_model import model_of  # noqa: E402
@@ -52,9 +52,6 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "Coriolis matrix": (("coriolis_matrix",), ("q", "qd")),
 }
 """Title -> routines of Robot, inputs."""
-
-TURNS = {False: {"repeats": 60, "seconds": 0.003}, True: {"repeats": 15, "seconds": 0.003}}
-"""Many turns shorter than a time slice: the least of them is undisturbed even on a busy machine."""
 
 
 def mechanism_named(name: str) -> Mechanism:
@@ -86,12 +83,10 @@ def measured(name: str, quick: bool) -> Iterator[dict[str, Any]]:
     mechanism = mechanism_named(name)
     robot, states = Robot(mechanism), sample(mechanism, ROWS, np.random.default_rng(1))
     rivals = Rivals(mechanism, states)
-    first = starts(name)
+    first, turns = starts(name), BRIEFER if quick else BRIEF
     for title, (routines, inputs) in QUANTITIES.items():
-        batch = race(_batch_tasks(robot, states, routines, inputs) | rivals.parallel(title), **TURNS[quick])
-        single = race(
-            _single_tasks(robot, states, routines, inputs) | {"pinocchio": rivals.call(title)}, **TURNS[quick]
-        )
+        batch = race(_batch_tasks(robot, states, routines, inputs) | rivals.parallel(title), **turns)
+        single = race(_single_tasks(robot, states, routines, inputs) | {"pinocchio": rivals.call(title)}, **turns)
         yield {
             "robot": name,
             "joints": mechanism.n,
@@ -268,8 +263,7 @@ def verdicts(rows: list[dict[str, Any]]) -> Iterator[str]:
     for kind, target in (("batch", BATCH_TARGET), ("parallel", PARALLEL_TARGET), ("single", SINGLE_TARGET)):
         ratios = [ratios_of(row)[kind] for row in rows if kind in ratios_of(row)]
         if ratios:
-            reached = sum(ratio >= target for ratio in ratios)
-            yield f"{kind}: {reached} of {len(ratios)} rows reach {target:g} times; worst {min(ratios):.1f} times"
+            yield verdict(kind, ratios, target)
 
 
 def shortfalls(rows: list[dict[str, Any]]) -> Iterator[str]:
@@ -295,7 +289,7 @@ def _parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS)
     parser.add_argument("--json", type=Path, help="file for the figures")
-    parser.add_argument("--quick", action="store_true", help="3 repeats instead of 9")
+    parser.add_argument("--quick", action="store_true", help="a quarter of the repeats")
     parser.add_argument("--first-calls", choices=ROBOTS, help=argparse.SUPPRESS)
     return parser.parse_args()
 

@@ -21,6 +21,10 @@ MOTIONS = {
 """Pictures of docs/rigid-motions.md, and the motion of each as `mafsil convert` takes it."""
 
 
+POSTURES = {"postures_ur5e.png": "ur5e --pose 0.4 0.1 0.3 180 0 90 --degrees --all"}
+"""Pictures of docs/inverse-kinematics.md, and the pose of each as `mafsil ik` takes it."""
+
+
 def main() -> int:
     """Run the demo in both languages and photograph its reports."""
     mafsil = [sys.executable, "-m", "mafsil.cli"]
@@ -29,8 +33,10 @@ def main() -> int:
         subprocess.run(
             [*mafsil, "show", robot, "--picture", str(IMAGES / f"{robot}.png")], check=True, stdout=subprocess.DEVNULL
         )
-    for picture, motion in MOTIONS.items():
-        words = ["convert", *motion.split(), "--picture", str(IMAGES / picture)]
+    pictures = [(picture, f"convert {motion}") for picture, motion in MOTIONS.items()]
+    pictures += [(picture, f"ik {pose}") for picture, pose in POSTURES.items()]
+    for picture, question in pictures:
+        words = [*question.split(), "--picture", str(IMAGES / picture)]
         subprocess.run([*mafsil, *words], check=True, stdout=subprocess.DEVNULL)
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:

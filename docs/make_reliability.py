@@ -41,6 +41,22 @@ ROWS = (
         "MuJoCo has no helical joints and no chained couplings: those robots have one oracle.",
     ),
     Row(
+        "R3",
+        "Derivative kernels on library arms and random trees: equal to the complex step through textbook mechanics to "
+        "1e-11, forward mode equal to reverse mode to 1e-12, relative to the robot's natural size.",
+        "cases",
+        1_000_000,
+        "derivatives --cases 1000000 --resume DIR",
+    ),
+    Row(
+        "V1",
+        "Slips of the pen: every sum, product, sine and cosine of every routine exchanged in turn; `mafsil.verify` "
+        "finds each that changes a number.",
+        "mutants",
+        100_000,
+        "slips --robots 6",
+    ),
+    Row(
         "R4",
         "Real robot files load, or are refused with a code, a line and a column.",
         "files",
@@ -149,7 +165,7 @@ ROWS = (
         "trees",
         1_000,
         "conservation --cases 1000",
-        "Trees that need over a million steps or a minute are counted as unfinished; orders above six are shown on "
+        "Trees that need over 100,000 steps are counted as unfinished and judged so far; orders above six are shown on "
         "single problems, for on random trees they drown in rounding.",
     ),
 )

@@ -63,6 +63,23 @@ def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = F
     return require_finite(name, array) if finite else array
 
 
+def single(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """`value` as a float64 array of finite numbers, of this very shape: no batch.
+
+    Args:
+        name: the argument's name, for the error.
+        value: what the user gave.
+        shape: of the whole array.
+
+    Raises:
+        InputError: not real numbers, another shape, a NaN or infinity.
+    """
+    array = real_array(name, value)
+    if array.shape != shape:
+        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
+    return require_finite(name, array)
+
+
 def require_finite(name: str, array: Floats) -> Floats:
     """The array itself, if all its numbers are finite.
 
@@ -97,10 +114,49 @@ def positive(name: str, value: object) -> float:
     Raises:
         InputError: it is not.
     """
+    if type(value) is float and 0.0 < value < np.inf:
+        return value
     number = real_array(name, cast("ArrayLike", value))
     if number.ndim or not np.isfinite(number) or number <= 0.0:
         raise InputError("input.positive", name=name, value=value)
     return float(number)
+
+
+def whole(name: str, value: object, least: int = 0, most: int = 2**31 - 1) -> int:
+    """The value itself, if it is a whole number between two bounds.
+
+    Raises:
+        InputError: it is not.
+    """
+    if (type(value) is not int and not isinstance(value, np.integer)) or not least <= value <= most:
+        raise InputError("input.whole", name=name, value=value, low=least, high=most)
+    return int(value)
+
+
+def require_function(name: str, value: object, form: str, count: int) -> None:
+    """Refuse what cannot be called with `count` arguments.
+
+    Args:
+        name: the argument's name, for the sentence.
+        value: what the user gave.
+        form: how it is called, such as "function g(t, y)".
+        count: number of arguments.
+
+    Raises:
+        InputError: it is no function, or one of other arguments.
+    """
+    import inspect
+
+    if not callable(value):
+        raise InputError("input.kind", name=name, expected=form, got=type(value).__name__)
+    try:
+        taken = inspect.signature(value)
+    except ValueError:  # some functions written in C do not tell
+        return
+    try:
+        taken.bind(*range(count))
+    except TypeError:
+        raise InputError("input.kind", name=name, expected=form, got=f"function of {taken}") from None
 
 
 def frozen(array: ArrayLike) -> Floats:

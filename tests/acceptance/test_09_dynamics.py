@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import mafsil as mf
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
 from mafsil.mechanics.lagrange import christoffel_of, euler_lagrange, mass_matrix_of
@@ -263,6 +264,38 @@ def test_planar_2r_in_free_fall(planar):
     assert abs(errors[2] / errors[3] - 2.0) < 0.05, "first order"
 
 
+@pytest.mark.capability("09-8", "09-22")
+def test_a_robot_as_a_system_of_efforts_and_motion(planar):
+    """Efforts assembled from M, c and g, as a controller does, make errors die as those of unit masses."""
+    wanted, omega = np.array([0.4, -0.9]), 8.0
+
+    def tau(t, q, qd):
+        a = omega**2 * (wanted - q) - 2 * omega * qd
+        return planar.mass_matrix(q) @ a + planar.velocity_torque(q, qd) + planar.gravity_torque(q)
+
+    start = np.array([0.1, 0.3])
+    motion = mf.forward_dynamics_trajectory(planar, start, tau=tau, duration=1.0, tolerance=1e-11)
+    t = np.array([0.2, 0.7, 1.0])
+    error = (1 + omega * t) * np.exp(-omega * t)
+    close(motion.at(t)[0], wanted + error[:, None] * (start - wanted), atol=1e-8)
+
+
+@pytest.mark.capability("09-71")
+def test_task_space_terms_of_a_pose():
+    """Lambda and eta belong to a pose and a twist once a branch of the inverse kinematics is chosen: V = J qd."""
+    robot = mf.load("ur5e")
+    X, V = robot.forward_kinematics([0.3, -1.1, 1.4, -0.6, 0.9, 0.2]), np.array([0.2, -0.1, 0.3, 0.05, 0.1, -0.2])
+    branches = mf.inverse_kinematics(robot, X).q
+    assert len(branches) > 1
+    rates = np.linalg.solve(robot.jacobian_body(branches), V)
+    task = robot.task_space(branches, rates)
+    dV = np.array([0.1, 0.2, -0.3, 0.4, -0.5, 0.6])
+    for q, qd, F in zip(branches, rates, task.force(np.broadcast_to(dV, (len(branches), 6))), strict=True):
+        J, drift = robot.jacobian_body(q), robot.jacobian_body_rate(q, qd) @ qd
+        tau = robot.inverse_dynamics(q, qd, np.linalg.solve(J, dV - drift))
+        close(J.T @ F, tau, atol=1e-9)
+
+
 @pytest.mark.capability("09-30", "09-31")
 def test_free_body_about_its_intermediate_axis():
     numbers, expect = CASES["9-16"]["input"], CASES["9-16"]["expect"]
@@ -286,7 +319,9 @@ def test_degenerate_mass_matrix():
     M = robot.mass_matrix(q)
     close(M, case["expect"]["M"])
     close(np.linalg.det(M), case["expect"]["detM"])
-    assert np.isnan(robot.forward_dynamics(q, [0, 0], [1, 0])).all(), "no accelerations"
+    with pytest.raises(ModelError, match=r"joint1.*moves no inertia"):
+        robot.forward_dynamics(q, [0, 0], [1, 0])
+    assert np.isnan(robot.forward_dynamics([q], [0, 0], [1, 0])).all(), "no accelerations in batches"
     report = robot.degeneracy(q)
     assert report.singular
     assert report.joints == robot.joint_names

@@ -20,9 +20,48 @@ def test_all_solutions_as_json(capsys):
     assert data["complete"]
     assert len(data["solutions"]) == 8
     robot = mf.load("ur5e")
+    assert [solution["windings"] for solution in data["solutions"]] == [64] * 8
     for solution in data["solutions"]:
         T = robot.forward_kinematics(np.array(solution["q"]))
         np.testing.assert_allclose(T, data["pose"], atol=1e-9)
+
+
+def test_rows_have_the_numbers_that_the_explanation_speaks_of(capsys):
+    arguments = ["ik", "puma560", "--pose", "0.4", "0.1", "0.3", "0", "0", "0"]
+    assert main([*arguments, "--all"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[2:10]]
+    assert [row[0] for row in rows] == [str(k) for k in range(1, 9)]
+    inside = [row for row in rows if row[-2] == "inside"]
+    assert [row[-1] for row in rows if row[-2] == "outside"] == ["0"] * 7
+    assert main(arguments) == 0
+    assert capsys.readouterr().out.splitlines()[2].split() == inside[0]
+
+
+def test_many_members_of_a_continuum_are_told_as_ranges(capsys):
+    assert main(["ik", "panda", "--pose", "0.4", "0.1", "0.3", "3.1", "0", "0", "--all"]) == 0
+    assert "solutions 1-8;" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_pictures_of_all_postures(capsys, tmp_path, language):
+    path = tmp_path / "postures.png"
+    assert main(["ik", "ur5e", "--pose", *POSE, "--all", "--picture", str(path), "--lang", language]) == 0
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert str(path) in capsys.readouterr().out
+    for place, told in ((tmp_path / "none" / "p.png", "p.png"), (tmp_path / "p.bmp", ".svg")):
+        assert main(["ik", "ur5e", "--pose", *POSE, "--picture", str(place), "--lang", language]) == 2
+        (line,) = capsys.readouterr().err.strip().splitlines()
+        assert told in line
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--pose"], ["--pose", "1", "2"], ["--pose", "a", "b", "c"], ["--pose", "nan", "0", "0"]]
+    + [["--pose", "0", "0", "0", *more] for more in (["--task", "x"], ["--frame", "x"], ["--tip", "x"])],
+)
+def test_wrong_arguments_are_one_sentence(capsys, words):
+    assert main(["ik", "ur5e", *words]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
 @pytest.mark.parametrize("language", ["en", "ar"])

@@ -47,8 +47,46 @@ def slider() -> Mechanism:
     return Mechanism.assemble("rrp", [Link("base"), *(Link(name, body) for name in "abc")], joints)
 
 
+def two_joints(name: str, first: JointKind, axis: tuple, second: JointKind, then: tuple, com: tuple) -> Mechanism:
+    bodies = [Inertial(5.0, np.zeros(3), np.eye(3) * 0.1), Inertial(2.0, np.array(com), np.diag([0.02, 0.03, 0.04]))]
+    joints = [
+        Joint("one", first, "base", "a", axis=np.array(axis, float)),
+        Joint("two", second, "a", "b", axis=np.array(then, float)),
+    ]
+    return Mechanism.assemble(name, [Link("base"), Link("a", bodies[0]), Link("b", bodies[1])], joints)
+
+
+SLIDE, TURN = JointKind.PRISMATIC, JointKind.REVOLUTE
+BUILT = {
+    "rrp": slider,
+    "cartpole": lambda: two_joints("cartpole", SLIDE, (1, 0, 0), TURN, (0, 1, 0), (0, 0, 0.5)),
+    "rp": lambda: two_joints("rp", TURN, (0, 1, 0), SLIDE, (1, 0, 0), (0, 0, 0)),
+}
+
+
 def arm_named(name: str) -> Mechanism:
-    return slider() if name == "rrp" else library.load(name)
+    return BUILT[name]() if name in BUILT else library.load(name)
+
+
+@pytest.mark.capability("09-13", "09-17", "09-19", "09-20")
+def test_a_pole_on_a_cart() -> None:
+    """The textbook's equations, the pole upright at zero: F on the cart, the moment at the pivot."""
+    found = lines_of(derive_dynamics(arm_named("cartpole")))
+    assert found["M_11"] == "m1 + m2"
+    assert found["M_12"] == "m2 r2 c2"
+    assert found["Γ_122"] == "−m2 r2 s2"
+    assert found["τ_1"] == "(m1 + m2) q̈1 + m2 r2 c2 θ̈2 − m2 r2 s2 θ̇2²"
+    assert found["τ_2"] == "m2 r2 c2 q̈1 + (I2zz + m2 r2²) θ̈2 − m2 g r2 s2"
+
+
+@pytest.mark.capability("09-13", "09-17", "09-19", "09-20")
+def test_a_slide_on_a_turning_joint() -> None:
+    """Centrifugal and Coriolis terms of polar coordinates."""
+    found = lines_of(derive_dynamics(arm_named("rp")))
+    assert found["det M"] == "m2 (I1zz + I2yy + m2 q2²)"
+    assert found["Γ_211"] == "−m2 q2"
+    assert found["τ_1"] == "(I1zz + I2yy + m2 q2²) θ̈1 + 2 m2 q2 θ̇1 q̇2 − m2 g q2 c1"
+    assert found["τ_2"] == "m2 q̈2 − m2 q2 θ̇1² − m2 g s1"
 
 
 @pytest.mark.capability("09-15", "09-16", "09-18", "09-20", "09-21")
@@ -73,7 +111,7 @@ def test_point_masses_at_the_ends_of_the_links() -> None:
 
 
 @pytest.mark.capability("09-9", "09-10", "09-13", "09-19", "09-59")
-@pytest.mark.parametrize("name", [*ARMS, "rrp", "rrrp"])
+@pytest.mark.parametrize("name", [*ARMS, *BUILT, "rrrp", "scara_rrrp"])
 def test_two_roads_and_the_compiled_robot_agree(name: str) -> None:
     """Term by term in letters, and every line in numbers."""
     mechanism = arm_named(name)

@@ -12,7 +12,9 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.derivation import DerivationError, derive_ik, to_html, to_latex, to_text
 from mafsil.derivation.expression import function, named, number, plus_minus
+from mafsil.derivation.ik_judge import between
 from mafsil.errors import ModelError
+from mafsil.geometry import pose
 from mafsil.ik import closed_form
 
 ARMS = {
@@ -65,6 +67,7 @@ def test_all_formats_in_both_languages(name, language):
     assert "atan2" in text
     assert latex.count("{") == latex.count("}")
     assert r"\operatorname{atan2}" in latex
+    assert not re.search(r"\\mathrm\{[^}]*,", latex)
     assert "<msqrt>" in html
     for math in re.findall(r"<math.*?</math>", html, re.S):
         ET.fromstring(math)
@@ -106,6 +109,29 @@ def test_expressions_evaluate_and_print_the_same_formula():
     assert (named("u").cross(named("v")).dot(named("w_1"))).text() == "(u × v)·w1" or "u × v" in (
         named("u").cross(named("v")).dot(named("w_1"))
     ).text()
+
+
+@pytest.mark.capability("07-26")
+def test_turns_are_signed_angles_between_projected_vectors():
+    rng = np.random.default_rng(4)
+    w, u, lift = (rng.normal(size=(200, 3)) for _ in range(3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    a = rng.uniform(-np.pi, np.pi, 200)
+    turned = pose.act(pose.exp(np.concatenate([w * a[:, None], np.zeros((200, 3))], axis=1)), u)
+    # What lies along the axis does not count.
+    v = turned + (w * lift).sum(axis=1, keepdims=True) * w
+    formula = between(named("w"), named("u"), named("v"))
+    np.testing.assert_allclose(formula.evaluate({"w": w, "u": u, "v": v}), a, atol=1e-12)
+
+
+@pytest.mark.capability("07-24")
+def test_the_wrist_leaves_its_centre_where_it_is():
+    robot = mf.load("puma560")
+    m = closed_form(robot).pattern.centre
+    bent = np.zeros((50, 6))
+    bent[:, 3:] = np.random.default_rng(5).uniform(-3, 3, (50, 3))
+    moved = robot.forward_kinematics(bent) @ np.linalg.inv(robot.forward_kinematics(np.zeros(6)))
+    np.testing.assert_allclose(pose.act(moved, m), np.broadcast_to(m, (50, 3)), atol=1e-14)
 
 
 def test_the_command_derives(capsys):

@@ -9,7 +9,9 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.figures import save_postures
+from mafsil.figures.planar_postures import draw_planar_postures, plane
 from mafsil.figures.postures import MOST, draw_postures
+from mafsil.model.denavit_hartenberg import DHRow
 
 
 def test_every_posture_has_a_panel(tmp_path: Path) -> None:
@@ -28,6 +30,29 @@ def test_every_posture_has_a_panel(tmp_path: Path) -> None:
         finally:
             mf.language("en")
         assert (tmp_path / f"{language}.png").stat().st_size > 20_000
+
+
+@pytest.mark.capability("07-10", "07-18")
+def test_arms_in_a_plane_are_drawn_in_it_with_their_reach(tmp_path: Path) -> None:
+    robot = mf.Robot.from_dh([DHRow(a=1.0), DHRow(a=0.6)], "classic", name="two")
+    assert plane(robot) is not None
+    assert plane(mf.load("ur5e")) is None
+    T = robot.forward_kinematics(np.array([0.3, 1.2]))
+    answer = mf.inverse_kinematics(robot, T, task="position")
+    assert len(answer) == 2
+    names = [branch.label() for branch in answer.branches]
+    figure = draw_planar_postures(robot, answer.q, names, answer.within, 2, ["red", "blue"])
+    (axes,) = figure.axes
+    assert {round(circle.get_radius(), 9) for circle in axes.patches} == {0.4, 1.6}
+    r = float(np.linalg.norm(T[:2, 3]))
+    alpha = np.degrees(np.arccos((r * r + 1.0 - 0.36) / (2 * r)))
+    beta = np.degrees(np.arccos((1.0 + 0.36 - r * r) / 1.2))
+    words = [text.get_text() for text in axes.texts]
+    assert [text for text in words if "elbow" in text] == [f"{k + 1}: {name}" for k, name in enumerate(names)]
+    assert any(f"alpha$ = {alpha:.1f}" in text for text in words)
+    assert any(f"beta$ = {beta:.1f}" in text for text in words)
+    save_postures(robot, answer.q, tmp_path / "two.png", names, answer.within)
+    save_postures(mf.load("planar3r"), np.zeros((1, 3)), tmp_path / "three.png")
 
 
 def test_same_postures_same_bytes(tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ from mafsil.errors import InputError, ModelError
 from mafsil.ik import IKStatus, solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.solve import BLOCK
-from mafsil.model import Joint, JointKind, Link, Mechanism
+from mafsil.ik.result import STATUSES
+from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +144,85 @@ def test_time_limits_are_kept_and_nothing_is_said_unchecked(panda):
         assert answer.explain(language=language)
 
 
+def test_poses_that_nobody_began_in_time_say_so_with_a_configuration(panda):
+    answer = solve_ik(panda, poses(panda, 5 * BLOCK), seconds=1e-3)
+    late = answer.codes == STATUSES.index(IKStatus.TIME_SPENT)
+    assert late.any()
+    assert np.isfinite(answer.q).all()
+    assert np.isfinite(answer.residual).all()
+
+
+def arm_of(*joints):
+    """Links in a row: (kind, axis, offset, limits)."""
+    links = [Link("l0"), *(Link(f"l{k + 1}") for k in range(len(joints)))]
+    rows = []
+    for k, (kind, axis, offset, limits, *mimic) in enumerate(joints):
+        T = np.eye(4)
+        T[:3, 3] = offset
+        follows = mimic[0] if mimic else None
+        rows.append(Joint(f"j{k + 1}", kind, f"l{k}", f"l{k + 1}", T, axis, limits=Limits(*limits), mimic=follows))
+    return mf.Robot(Mechanism.assemble("row", links, rows))
+
+
+X, Y, Z = np.eye(3)
+TURN, SLIDE = JointKind.REVOLUTE, JointKind.PRISMATIC
+WRIST = [(TURN, Z, (0, 0, 0.1), (-3, 3)), (TURN, Y, (0, 0, 0.1), (-3, 3)), (TURN, X, (0.1, 0, 0), (-3, 3))]
+
+
+@pytest.mark.parametrize("stroke", [1e-3, 1.0, 1e3, 1e6, np.inf])
+def test_strokes_of_any_length(stroke):
+    robot = arm_of(*((SLIDE, axis, (0, 0, 0), (-stroke, stroke)) for axis in (X, Y, Z)), *WRIST)
+    span = stroke if np.isfinite(stroke) else 1e3
+    q = np.random.default_rng(3).uniform(-1, 1, (100, 6)) * [span, span, span, 3, 3, 3]
+    answer = solve_ik(robot, robot.forward_kinematics(q))
+    assert answer.all_solved
+    assert answer.residual.max() <= 1e-10
+
+
+def test_limits_narrower_than_the_tolerance():
+    for width in (0.0, 1e-12):
+        robot = arm_of(*((TURN, Z, (0.3, 0, 0), (0.3, 0.3 + width)) for _ in range(3)), *WRIST)
+        q = np.array([0.3, 0.3, 0.3, 0.5, -0.4, 0.2])
+        assert solve_ik(robot, robot.forward_kinematics(q)).solved
+        q[0] += 0.2
+        beyond = solve_ik(robot, robot.forward_kinematics(q))
+        assert beyond.status() is IKStatus.BEYOND_LIMITS
+
+
+def test_joints_that_follow_others():
+    robot = arm_of(
+        (TURN, Z, (0, 0, 0.1), (-3, 3)),
+        (TURN, Z, (0.3, 0, 0), (-2, 2)),
+        (TURN, Z, (0.3, 0, 0), (-1.1, 1.1), Mimic("j2", -0.5, 0.1)),
+        (SLIDE, X, (0.1, 0, 0), (-0.3, 0.3), Mimic("j1", 0.1)),
+    )
+    q = np.random.default_rng(0).uniform(robot.limits.lower, robot.limits.upper, (200, 2))
+    answer = solve_ik(robot, robot.forward_kinematics(q))
+    assert answer.all_solved
+    np.testing.assert_allclose(answer.q, q, atol=1e-8)
+
+
+@pytest.mark.capability("07-3")
+def test_five_joints_asked_for_six_conditions():
+    five = arm_of(WRIST[0], (TURN, Y, (0, 0, 0.3), (-3, 3)), (TURN, Y, (0.4, 0, 0), (-3, 3)), *WRIST[1:])
+    reachable = poses(five, 100)
+    assert solve_ik(five, reachable).all_solved
+    T = poses(mf.load("panda"), 20)
+    answer = solve_ik(five, T)
+    assert {answer.status(k) for k in range(20)} <= {IKStatus.FEW_JOINTS, IKStatus.OUT_OF_REACH}
+    missed = int(np.flatnonzero(answer.codes == STATUSES.index(IKStatus.FEW_JOINTS))[0])
+    for language in ("en", "ar"):
+        assert "'axis'" in answer.explain(missed, language=language)
+
+
+def test_poses_too_far_for_numbers(panda):
+    T = np.eye(4)
+    T[0, 3] = 1e300
+    answer = solve_ik(panda, T)
+    assert answer.status() is IKStatus.OUT_OF_REACH
+    assert np.isfinite(answer.q).all()
+
+
 def test_blocks_do_not_change_results(panda):
     T = poses(panda, BLOCK + 37)
     whole = solve_ik(panda, T)
@@ -165,7 +245,7 @@ def test_too_few_joints_say_how_near_they_come():
     T = np.eye(4)
     T[:3, 3] = [0.3, 0.2, 0.4]
     answer = solve_ik(robot, T, restarts=15)
-    assert answer.status() in (IKStatus.BUDGET_SPENT, IKStatus.OUT_OF_REACH)
+    assert answer.status() is IKStatus.FEW_JOINTS
     assert answer.residual > 1e-3
     assert np.isfinite(answer.q).all()
 
@@ -179,7 +259,18 @@ def test_too_few_joints_say_how_near_they_come():
         ({"weights": (1, 1, 1, 1, 1, -1)}, "weight"),
         ({"task": "position", "weights": (1, 1, 1, 0, 0, 0)}, "position"),
         ({"rotation_tolerance": -1.0}, "rotation_tolerance"),
+        ({"tolerance": "tight"}, "tolerance"),
+        ({"tolerance": None}, "tolerance"),
         ({"seconds": 0.0}, "seconds"),
+        ({"restarts": 1.5}, "restarts"),
+        ({"restarts": np.nan}, "restarts"),
+        ({"restarts": 10**30}, "restarts"),
+        ({"rng": "a"}, "rng"),
+        ({"rng": np.random.default_rng(0)}, "rng"),
+        ({"frame": ["link5"]}, "frame"),
+        ({"task": ["pose"]}, "task"),
+        ({"axis": "z"}, "axis"),
+        ({"weights": "w"}, "weights"),
         ({"posture": np.zeros(3)}, "posture"),
         ({"posture": np.zeros(7), "posture_weights": np.zeros(7)}, "posture_weights"),
     ],

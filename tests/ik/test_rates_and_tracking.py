@@ -9,6 +9,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik import bounded_rates, integrate_rates, joint_rates, newton_ik, prioritised_rates, task_jacobian, track
+from mafsil.model import Mechanism
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +74,41 @@ def test_priorities_are_strict(iiwa):
     assert np.linalg.norm(qd - second) < np.linalg.norm(np.linalg.pinv(J[3:]) @ first - second)
 
 
+WRONG = {
+    "robot": (lambda r, q, T: joint_rates("iiwa7", q, np.ones(6)), "robot"),
+    "rows": (lambda r, q, T: joint_rates(r, q, np.ones(1), rows=[6]), "rows"),
+    "no rows": (lambda r, q, T: bounded_rates(r, q, np.ones(0), rows=[]), "rows"),
+    "rows twice": (lambda r, q, T: joint_rates(r, q, np.ones(2), rows=[1, 1]), "rows"),
+    "cost of words": (lambda r, q, T: joint_rates(r, q, np.ones(6), cost="heavy"), "cost"),
+    "cost askew": (lambda r, q, T: joint_rates(r, q, np.ones(6), cost=np.triu(np.ones((7, 7)))), "transpose"),
+    "batches": (lambda r, q, T: joint_rates(r, np.stack([q] * 3), np.ones((2, 6))), "batch"),
+    "goal": (lambda r, q, T: joint_rates(r, np.stack([q] * 3), np.ones(6), goal=np.ones((2, 7))), "batch"),
+    "tasks": (lambda r, q, T: prioritised_rates(r, q, None), "tasks"),
+    "no pair": (lambda r, q, T: prioritised_rates(r, q, [(np.eye(7),)]), "tasks"),
+    "no Jacobian": (lambda r, q, T: prioritised_rates(r, q, [(np.eye(6), np.ones(6))]), "tasks"),
+    "twist": (lambda r, q, T: integrate_rates(r, q, None, 1.0, 0.1), "twist"),
+    "steps": (lambda r, q, T: integrate_rates(r, q, lambda t, x: np.ones(6), 1e300, 1e-300), "duration"),
+    "newton's robot": (lambda r, q, T: newton_ik("iiwa7", T, q), "robot"),
+    "newton's batch": (lambda r, q, T: newton_ik(r, np.stack([T, T]), q), "T_sd"),
+    "newton's start": (lambda r, q, T: newton_ik(r, T, np.stack([q, q])), "start"),
+    "newton's steps": (lambda r, q, T: newton_ik(r, T, q, max_steps=-1), "max_steps"),
+    "newton's tolerance": (lambda r, q, T: newton_ik(r, T, q, rotation_tolerance=0.0), "rotation_tolerance"),
+    "newton's damping": (lambda r, q, T: newton_ik(r, T, q, damping=-1.0), "damping"),
+    "track's robot": (lambda r, q, T: track("iiwa7", T[None], q), "robot"),
+    "one pose": (lambda r, q, T: track(r, T, q), "T_path"),
+    "no number": (lambda r, q, T: track(r, np.stack([T, T * np.nan]), q), "T_path"),
+    "no pose": (lambda r, q, T: track(r, np.stack([T, T * [2, 2, 2, 1]]), q), r"T_path\[1\]"),
+    "starts": (lambda r, q, T: track(r, T[None], np.stack([q, q])), "start"),
+}
+
+
+@pytest.mark.parametrize("call", WRONG)
+def test_wrong_input_is_refused_by_name(iiwa, call):
+    function, words = WRONG[call]
+    with pytest.raises(InputError, match=words):
+        function(iiwa, Q, iiwa.forward_kinematics(Q))
+
+
 def test_costs_must_be_positive(iiwa):
     with pytest.raises(InputError, match="positive definite"):
         joint_rates(iiwa, Q, np.zeros(6), cost=[1, 1, 1, 1, 1, 1, -1])
@@ -106,21 +142,34 @@ def test_paths_keep_their_branch(iiwa):
     assert np.abs(np.diff(done.q, axis=0)).max() < 0.1
 
 
-def test_switches_and_ends_are_named():
+def test_arms_of_few_joints_follow_what_lies_between_as_well_as_they_can():
     robot = mf.load("planar2r")
     start = np.array([0.3, 0.6])
-    goal = np.array([1.5, -0.6])
-    jump = np.stack([robot.forward_kinematics(start), robot.forward_kinematics(goal)])
-    done = track(robot, jump, start)
-    assert done.reached == 2
-    (switch,) = done.switches
-    assert switch.index == 1
+    ends = robot.forward_kinematics(np.stack([start, [1.5, -0.6]]))
+    done = track(robot, ends, start)
+    assert done.continuous
+    np.testing.assert_allclose(done.q[-1], [1.5, -0.6], atol=1e-8)
+    whole = mf.load("puma560").mechanism
+    joints = [joint for joint in whole.joints if joint.name != "joint6"]
+    links = [link for link in whole.links if link.name in {end for j in joints for end in (j.parent, j.child)}]
+    five = mf.Robot(Mechanism.assemble("puma5", links, joints))
+    way = np.linspace([0.2, 0.3, -1.0, 0.5, 0.6], [0.9, -0.3, -0.6, -0.2, 1.0], 9)
+    done = track(five, five.forward_kinematics(way), way[0])
+    assert done.continuous
+    np.testing.assert_allclose(done.q, way, atol=1e-7)
+
+
+def test_paths_that_leave_the_reach_end_there_with_a_reason(iiwa):
+    T = np.repeat(iiwa.forward_kinematics(Q)[None], 12, axis=0)
+    T[4:7, 0, 3] += 5.0
+    done = track(iiwa, T, Q)
+    assert (done.reached, done.continuous) == (4, False)
+    assert 3.0 < done.stopped_at < 4.0
+    assert np.isnan(done.q[4:]).all()
     for language in ("en", "ar"):
-        assert str(switch.index) in switch.explain(language)
-    out = jump.copy()
-    out[1, 0, 3] += 50.0
-    assert track(robot, out, start).reached == 1
-    assert not track(robot, out, start).continuous
+        assert done.refusal.explain(language).split("\n")[0] in done.explain(language)
+    assert track(iiwa, T[4:], Q).reached == 0
+    assert track(iiwa, np.empty((0, 4, 4)), Q).reached == 0
 
 
 @pytest.mark.capability("07-50")
@@ -144,8 +193,12 @@ def test_limits_end_a_branch_and_name_the_joint_and_the_time():
     assert switch.time == pytest.approx(10.0 + robot.limits.upper[0] - 0.2, abs=2e-3)
     assert not done.continuous
     assert ((done.q >= robot.limits.lower) & (done.q <= robot.limits.upper)).all()
+    before, after = switch.branches
+    assert (before.shoulder, after.shoulder) == ("right", "left")
     for language in ("en", "ar"):
         assert "joint1" in done.explain(language)
+        assert before.label(language) in done.explain(language)
+        assert after.label(language) in done.explain(language)
 
 
 def test_singular_passages_are_named_with_the_lost_twist():

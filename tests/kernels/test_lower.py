@@ -19,11 +19,11 @@ from mafsil.errors import KernelError
 from mafsil.kernels import target
 from mafsil.kernels.audit import Program, audit, casadi_rows, ulps
 from mafsil.kernels.layout import Port, Signature
-from mafsil.kernels.lower import lower
+from mafsil.kernels.lower import ROOM, lower
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate
 from mafsil.kernels.segments import segments
-from mafsil.kernels.tape import read
+from mafsil.kernels.tape import Node, Tape, read
 
 LEVELS = {
     "host": "",
@@ -291,6 +291,13 @@ def test_wrong_ports_are_refused() -> None:
     tape = read(ca.Function("f", [x], [x]))
     with pytest.raises(KernelError, match="elements"):
         lower(tape, Signature("f", (Port("x", (3,)),), (Port("y", (4,)),)), target.host())
+
+
+def test_what_does_not_fit_the_stack_is_refused() -> None:
+    machine = target.host(lanes=4)
+    tape = Tape((Node("const", (), 1.0),), (), ((0,) * (ROOM // 32 + 1),))
+    with pytest.raises(KernelError, match=f"{ROOM // 32 + 1} numbers"):
+        lower(tape, Signature("wide", (), (Port("y", (ROOM // 32 + 1,)),)), machine)
 
 
 def test_broken_ir_is_refused() -> None:

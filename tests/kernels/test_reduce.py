@@ -123,6 +123,31 @@ def test_products_and_sums_are_fused_with_their_signs() -> None:
         assert ops(reduce(Tape(nodes, (3,), ((len(nodes) - 1,),)))) == [expected]
 
 
+def test_sums_of_products_with_other_terms_leave_no_product_unfused() -> None:
+    a, b, c, d, e = (ca.SX.sym(name) for name in "abcde")
+    for total, expected in (
+        (a + (b * c + d * e), {"fma": 2}),
+        (a - (b * c - d * e), {"fma": 1, "fnma": 1}),
+        ((b * c - d * e) - a, {"fms": 1, "fnma": 1}),
+        ((a + (b * c + d * e)) + e, {"fma": 2, "add": 1}),
+        (-(b * c + d * e) - a, {"fma": 1, "fnms": 1}),
+        ((a * b + c * d) + (b * c + d * e), {"mul": 1, "fma": 3}),
+        (b * c + d * e, {"mul": 1, "fma": 1}),
+    ):
+        f = ca.Function("f", [ca.vertcat(a, b, c, d, e)], [total])
+        reduced = reduce(read(f))
+        assert reduced.counts() == expected, total
+        point = [1.5, -2.25, 3.0, 0.75, 5.0]
+        assert exact(reduced, [point])[0][0] == float(f(point))
+
+
+def test_a_sum_that_others_use_stays_whole() -> None:
+    a, b, c, d, e = (ca.SX.sym(name) for name in "abcde")
+    shared = b * c + d * e
+    f = ca.Function("f", [ca.vertcat(a, b, c, d, e)], [ca.vertcat(a + shared, e - shared)])
+    assert reduce(read(f)).counts() == {"add": 1, "fma": 1, "mul": 1, "sub": 1}
+
+
 def test_a_product_used_elsewhere_is_not_computed_twice() -> None:
     nodes = (*(Node("input", (0, k)) for k in range(3)), Node("mul", (0, 1)), Node("add", (3, 2)))
     assert ops(reduce(Tape(nodes, (3,), ((3, 4),)))) == ["mul", "add"]

@@ -9,8 +9,8 @@ import time
 
 import pytest
 
+from mafsil import threads
 from mafsil.errors import InputError
-from mafsil.kernels import threads
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 7, 100])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mafsil.errors import ModelError
 from mafsil.mechanics.quantities import CATALOGUE
-from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, Mimic
+from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, Mimic, library
 from mafsil.robot import Robot
+from mafsil.robot.regularity import Answered
 
 BRICK = Inertial(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3) * 0.01)
 POINT = Inertial(1.0)
@@ -49,6 +53,32 @@ def test_joints_that_move_no_inertia_are_named(robot: Robot, named: list[str]) -
     assert all(name in str(caught.value) for name in named)
     assert caught.value.message("ar") != str(caught.value)
     assert np.isfinite(robot.inverse_dynamics(zero, zero, zero)).all()
+
+
+def elbow_without_mass() -> Robot:
+    """The planar arm with a point mass at its end only: stretched out or folded, one motion moves nothing."""
+    arm = library.load("planar2r_point_masses")
+    return Robot(replace(arm, links=tuple(replace(x, inertial=None) if x.name == "link1" else x for x in arm.links)))
+
+
+@pytest.mark.capability("09-5", "09-63")
+@pytest.mark.parametrize(("angle", "motion"), [(0.0, "joint1: -0.5, joint2: 1"), (np.pi, "joint1: 1")])
+def test_a_position_without_an_answer_gives_the_reason(angle: float, motion: str) -> None:
+    """One state raises and names the motion that moves no inertia; in batches that row is NaN and the others stay."""
+    robot, rest = elbow_without_mass(), np.zeros(2)
+    for routine in (robot.forward_dynamics, pickle.loads(pickle.dumps(robot.forward_dynamics_derivatives))):
+        with pytest.raises(ModelError, match=motion) as caught:
+            routine([0.3, angle], rest, [1.0, 0.0])
+        assert caught.value.key == "dynamics.degenerate"
+        assert np.isfinite(routine(np.array([0.3, 0.5]), rest, np.array([1.0, 0.0]))).all()
+    rows = robot.forward_dynamics([[0.3, 0.5], [0.3, angle]], rest, [1.0, 0.0])
+    np.testing.assert_array_equal(np.isnan(rows), [[False] * 2, [True] * 2])
+
+
+def test_only_arms_that_can_be_singular_are_watched() -> None:
+    """A rod turned about its end moves matter of its own."""
+    assert not any(isinstance(Robot(library.load(name)).forward_dynamics, Answered) for name in ("panda", "planar2r"))
+    assert isinstance(elbow_without_mass().forward_dynamics, Answered)
 
 
 def test_an_armature_is_inertia_enough() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil import messages
 from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Limits, Link, Mechanism, Mimic, library
@@ -67,9 +68,9 @@ def shifted() -> np.ndarray:
 
 
 MISTAKES = {
-    "P0801": {"mass": 200.0, "inertia": moments(box_inertia(200.0))},
+    "P0801": {"mass": 100.0, "inertia": moments(box_inertia(100.0))},
     "P0802": {"mass": 0.05, "inertia": moments(box_inertia(0.05))},
-    "P0803": {"mass": 4000.0 * 10, "inertia": moments(box_inertia(4000.0 * 10))},
+    "P0803": {"mass": 1e3 * MASS, "inertia": moments(box_inertia(1e3 * MASS))},
     "P0810": {"com": "0.9 0 0"},
     "P0811": {"com": "-0.2 0 0"},
     "P0812": {"inertia": moments(shifted())},
@@ -125,6 +126,37 @@ def test_each_mistake_is_found_at_its_place(tmp_path, code: str) -> None:
         assert "{" not in english + arabic
 
 
+FROM_THE_READER = {
+    "I0502": (
+        f'<mass value="4.0"/><inertia {moments(box_inertia())}/>',
+        f'<mass value="0"/><inertia {moments(np.zeros((3, 3)))}/>',
+    ),
+    "I0508": ('<mass value="4.0"/>', '<mass value="0"/>'),
+    "I0506": (moments(box_inertia()), moments(np.diag([1e-2, 1e-2, 5e-2]))),
+    "J0410": ('    <limit lower="-2.0" upper="2.0" velocity="3.0" effort="20"/>\n', ""),
+    "J0411": ('lower="-2.0" upper="2.0" ', ""),
+}
+
+
+@pytest.mark.capability("09-29")
+@pytest.mark.parametrize("code", FROM_THE_READER)
+def test_masses_moments_and_limits_of_files(tmp_path, code: str) -> None:
+    """Mass 0, the triangle inequality, missing limits: the reader's own remarks, each with a place and what to do."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace(*FROM_THE_READER[code], 1))
+    item = next(item for item in lint(path) if item.code == code)
+    assert item.line > 0
+    assert ";" in item.sentence("en")
+    assert "؛" in item.sentence("ar")
+
+
+def test_every_remark_says_what_to_do() -> None:
+    """A name for the part, what is wrong with its numbers, and after that what to do about it."""
+    for fault in FAULTS.values():
+        for language, marks in (("en", ";:,"), ("ar", "؛:،")):
+            assert any(mark in messages.template(fault.key, language) for mark in marks), fault.code
+
+
 @pytest.mark.parametrize("code", REPAIRED)
 def test_repairs_take_the_mistake_away(tmp_path, code: str) -> None:
     path = write(tmp_path, **MISTAKES[code])
@@ -164,11 +196,23 @@ def test_an_impossible_inertia_about_the_frame_is_shifted(tmp_path) -> None:
     assert all(item.repair is None for item in near if item.code == "P0812")
 
 
+def test_one_number_copied_to_all_links_is_no_unit(tmp_path) -> None:
+    """Two links with the same stand-in are one witness, and another sound inertia outvotes it."""
+    third = replace(hand_built().links[2], name="three", inertial=Inertial(MASS, np.array([0.2, 0, 0]), box_inertia()))
+    stand_in = Inertial(MASS, np.array([0.2, 0, 0]), 1e3 * box_inertia())
+    built = hand_built(two={"inertial": stand_in})
+    links = [built.links[0], replace(built.links[1], inertial=stand_in), built.links[2], third]
+    joints = [*built.joints, replace(built.joints[1], name="third", parent="two", child="three")]
+    codes = lint(Mechanism.assemble("stand-ins", links, joints)).codes
+    assert "P0813" in codes
+    assert "P0815" not in codes
+
+
 def test_meshes_in_millimetres(tmp_path) -> None:
     corners = np.array([[x, y, z] for x in (0, 400) for y in (-50, 50) for z in (-30, 30)], float)
-    faces = "1 2 4 1 4 3 5 7 8 5 8 6 1 5 6 1 6 2 3 4 8 3 8 7 1 3 7 1 7 5 2 6 8 2 8 4".split()
+    quads = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
     obj = [f"v {x} {y} {z}" for x, y, z in corners]
-    obj += [f"f {' '.join(faces[k : k + 3])}" for k in range(0, 36, 3)]
+    obj += [f"f {a} {b} {c}\nf {a} {c} {d}" for a, b, c, d in quads]
     (tmp_path / "arm.obj").write_text("\n".join(obj) + "\n")
     text = urdf(shape='<mesh filename="arm.obj"/>').replace('<origin xyz="0.2 0 0"/><geometry', "<geometry")
     path = tmp_path / "arm.urdf"
@@ -179,6 +223,9 @@ def test_meshes_in_millimetres(tmp_path) -> None:
     path.write_text(corrected)
     assert plausible(lint(path)) == []
     assert 'scale="0.001 0.001 0.001"' in corrected
+
+
+LIGHT = Inertial(1e-3, np.array([0.2, 0, 0]), box_inertia(1e-3))
 
 
 def hand_built(**options) -> Mechanism:
@@ -208,7 +255,8 @@ def hand_built(**options) -> Mechanism:
         ("P0905", {"second": {"limits": Limits()}}),
         ("P0906", {"second": {"limits": Limits(-1, 1, 0.0)}}),
         ("P0914", {"two": {"inertial": None}}),
-        ("P0822", {"two": {"inertial": Inertial(1e-3, np.array([0.2, 0, 0]), box_inertia(1e-3)), "visuals": (), "collisions": ()}}),
+        ("P0914", {"two": {"inertial": Inertial(1.0, np.array([0, 0.1, 0]), np.diag([0.01, 0.0, 0.01]))}}),
+        ("P0822", {"two": {"inertial": LIGHT, "visuals": (), "collisions": ()}}),
         ("P1001", {"gravity": (0, 0, 9.81)}),
         ("P1002", {"gravity": (0, 0, -9810.0)}),
     ],
@@ -267,7 +315,7 @@ def pair(right_axis, right_limits: Limits, kind: JointKind = JointKind.REVOLUTE)
     ],
 )
 def test_mirror_images(axis, limits: Limits, wrong: bool) -> None:
-    """A turn reflects as an axial vector: mirrored axes have equal ranges, equal axes along the mirror reversed ones."""
+    """A turn reflects as an axial vector: mirrored axes have equal ranges, equal ones along the mirror reversed."""
     assert ("P0912" in lint(pair(axis, limits)).codes) is wrong
 
 
@@ -333,12 +381,9 @@ def test_all_published_files() -> None:
 
 
 def test_every_code_has_both_languages_and_is_raised_here() -> None:
-    import mafsil.messages as messages
-
     for fault in FAULTS.values():
         assert messages.template(fault.key, "en") != messages.template(fault.key, "ar")
-    raised = {
-        *MISTAKES,
+    by_hand = {
         "P0804",
         "P0821",
         "P0822",
@@ -350,8 +395,9 @@ def test_every_code_has_both_languages_and_is_raised_here() -> None:
         "P0914",
         "P1001",
         "P1002",
+        "P1003",
     }
-    assert set(FAULTS) == raised | {"P1003"}
+    assert set(FAULTS) == {*MISTAKES, *by_hand}
 
 
 def test_wrong_arguments(tmp_path) -> None:
@@ -369,7 +415,8 @@ def test_wrong_arguments(tmp_path) -> None:
 
 def test_mesh_that_cannot_be_read_says_nothing(tmp_path) -> None:
     shape = (Shape(Mesh("gone.stl", tmp_path / "gone.stl")),)
-    assert list(findings(hand_built(two={"visuals": shape, "collisions": shape}))) == []
+    own = Inertial(2 * MASS, np.array([0.2, 0, 0]), box_inertia(2 * MASS))
+    assert list(findings(hand_built(two={"inertial": own, "visuals": shape, "collisions": shape}))) == []
 
 
 def test_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -383,7 +430,7 @@ def test_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lint", str(path), "--json", "--lang", "ar"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["diagnostics"][0]["sentence"]["ar"]
-    assert main(["lint", "iiwa7"]) == 0
+    assert main(["lint", "iiwa7", "--lang", "en"]) == 0
     assert "nothing looks wrong" in capsys.readouterr().out
     path.write_text(urdf(mass=-1.0))
     assert main(["lint", str(path)]) == 1

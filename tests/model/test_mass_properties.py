@@ -92,6 +92,18 @@ def test_parts_together():
 
 
 @pytest.mark.capability("09-29")
+def test_bodies_united_with_massless_ones():
+    body, rotor = mp.particles([2.0], [[1.0, 0, 0]]), Inertial(0.0, np.zeros(3), np.diag([1.0, 2, 3]))
+    assert mp.united() is None
+    assert mp.united(None, body) is body
+    close(mp.united(rotor, None, body), Inertial(2.0, body.com, rotor.inertia))
+    close(mp.united(rotor, rotor), Inertial(0.0, np.zeros(3), 2 * rotor.inertia))
+    close(mp.united(body, mp.particles([2.0], [[-1.0, 0, 0]])), Inertial(4.0, np.zeros(3), np.diag([0.0, 4, 4])))
+    with pytest.raises(ModelError):
+        mp.combined([(rotor, np.eye(4))])
+
+
+@pytest.mark.capability("09-29")
 def test_what_no_body_can_have():
     for body in (mp.box(1.0, [1, 2, 3]), mp.rod(1.0, 1.0), mp.particles([1.0], [[1, 2, 3]])):
         assert mp.require_physical(body) is body

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mafsil.kernels.reference import evaluate
+from mafsil.kernels.reference import _VALUES, evaluate
 from mafsil.kernels.tape import Node, Tape, read
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.quantities import CATALOGUE, quantity
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import signature, trace
+from mafsil.verification.references import States, random_states
+from mafsil.verification.sizes import Sizes
+from mafsil.verification.verify import ways
 
 EXCHANGED = {"add": "sub", "sub": "add", "sin": "cos", "cos": "sin"}
 """Operations and what a slip of the pen makes of them."""
+STATES = 8
+"""What `verify` draws unless told otherwise."""
 
 
 @dataclass(frozen=True)
@@ -84,3 +90,33 @@ def _shifted(node: Node, number: int) -> Node:
 def places(tape: Tape) -> list[int]:
     """Operations that can be got wrong."""
     return [k for k, node in enumerate(tape.nodes) if node.op in (*EXCHANGED, "mul", "neg", "div")]
+
+
+def outputs_of(tape: Tape, columns: list[Any], numbers: list[int]) -> Any:
+    """(mutants * b, outputs): the same inputs for every mutant, each with its own operation exchanged."""
+    rows, count = len(columns[0]), max(1, len(numbers))
+    inputs = [np.tile(column, (count, 1)) for column in columns]
+    values: list[Any] = []
+    with np.errstate(all="ignore"):
+        for k, node in enumerate(tape.nodes):
+            if node.op == "input":
+                value = inputs[node.args[0]][:, node.args[1]]
+            elif node.op == "const":
+                value = np.full(rows * count, node.value)
+            else:
+                xs = [values[a] for a in node.args]
+                value = np.array(_VALUES[node.op](*xs), dtype=float)
+            if k in numbers:
+                mine = slice(numbers.index(k) * rows, (numbers.index(k) + 1) * rows)
+                other = EXCHANGED.get(node.op)
+                value[mine] = -value[mine] if other is None else _VALUES[other](*(x[mine] for x in xs))
+            values.append(value)
+    return np.stack([values[i] for i in tape.outputs[0]], axis=1)
+
+
+def calls(robot: Robot) -> Iterator[tuple[Way, States]]:
+    """Every routine in every way in which `verify` calls it."""
+    drawn = random_states(robot.mechanism, Sizes.of(robot.mechanism), STATES, 0)
+    for row in CATALOGUE.values():
+        for s in ways(row, drawn, robot):
+            yield Way(row.name, tuple(name for name in row.optional if getattr(s, name) is not None), s.frame), s

@@ -19,10 +19,9 @@ from mafsil.model import Friction, Inertial, Joint, JointKind, Link, Mechanism, 
 from mafsil.robot import Robot
 from mafsil.verification import Check, verify
 from mafsil.verification.references import ROADS
-from mafsil.verification.sizes import Sizes
-from mafsil.verification.verify import ways
-from tests.oracles.random_tree import random_tree
-from tests.verification.mutants import Mutant, Way, evaluated, mutated, places
+from tests.oracles.random_tree import branched_tree, random_tree
+from tests.reliability.slips import Survey
+from tests.verification.mutants import Mutant, Way, calls, evaluated, mutated, places
 
 MUTANTS_EACH = 3
 ARM = "stanford_arm"
@@ -33,21 +32,7 @@ def arm() -> Robot:
     return mf.load(ARM)
 
 
-def named_ways() -> list[Way]:
-    """Every routine in every way in which `verify` calls it."""
-    robot = mf.load(ARM)
-    from mafsil.verification.references import random_states
-
-    drawn = random_states(robot.mechanism, Sizes.of(robot.mechanism), 1, 0)
-    found: list[Way] = []
-    for row in CATALOGUE.values():
-        for s in ways(row, drawn, robot):
-            optional = tuple(name for name in row.optional if getattr(s, name) is not None)
-            found.append(Way(row.name, optional, s.frame))
-    return found
-
-
-WAYS = named_ways()
+WAYS = [way for way, _ in calls(mf.load(ARM))]
 
 
 @pytest.mark.capability("09-5", "09-9", "09-59")
@@ -88,37 +73,41 @@ def test_every_injected_slip_is_caught(arm: Robot, way: Way) -> None:
     assert caught, "no operation whose exchange shows"
 
 
-def shared_slips():
-    """Slips in the builders that many routines share: gravity, the tip wrench, the velocity terms."""
-    yield "gravity", (inverse_dynamics, "gravity_torque"), lambda f: lambda tree, q: -f(tree, q)
-    yield "tip wrench", (inverse_dynamics, "_add_tip_wrench"), _reversed_wrench
-    yield "bracket", (jacobian, "bracket"), lambda f: lambda a, b: -f(a, b)
-    yield "point acceleration", (link_motion, "spin_acceleration"), _no_centripetal
-    yield "drift", (articulated_body, "_add_tip_wrench"), _reversed_wrench
+SHARED_SLIPS = {
+    "gravity": (inverse_dynamics, "gravity_torque", lambda f: lambda tree, q: -f(tree, q)),
+    "tip wrench": (inverse_dynamics, "_add_tip_wrench", lambda f: lambda tree, F, *lists: f(tree, -F, *lists)),
+    "bracket": (jacobian, "bracket", lambda f: lambda a, b: -f(a, b)),
+    "centripetal": (link_motion, "spin_acceleration", lambda f: lambda omega, alpha: f(ca.SX(3, 1), alpha)),
+}
+"""Slips in the builders that many routines share."""
 
 
-def _reversed_wrench(f):
-    return lambda tree, F, *lists: f(tree, -F, *lists)
-
-
-def _no_centripetal(f):
-    return lambda omega, alpha: f(ca.SX(3, 1), alpha)
-
-
-@pytest.mark.parametrize("slip", list(shared_slips()), ids=lambda slip: slip[0])
-def test_slips_in_shared_builders_are_caught(arm: Robot, slip, monkeypatch: pytest.MonkeyPatch) -> None:
-    name, (module, function), wrong = slip
-    if name == "drift":
-        pytest.skip("short arms do not use articulated bodies")
+@pytest.mark.parametrize("slip", SHARED_SLIPS)
+def test_slips_in_shared_builders_are_caught(arm: Robot, slip: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In every routine whose expression changes by it."""
+    module, function, wrong = SHARED_SLIPS[slip]
+    sound = {way: way.tape(arm.mechanism) for way in WAYS}
     monkeypatch.setattr(module, function, wrong(getattr(module, function)))
-    tapes = {}
-    for way in WAYS:
-        changed = way.tape(arm.mechanism)
-        if way.routine in ("gravity_torque", "inverse_dynamics", "velocity_torque", "jacobian_space_rate"):
-            tapes[way] = changed
+    changed = {way: way.tape(arm.mechanism) for way in WAYS}
     monkeypatch.undo()
-    failed = [way for way, tape in tapes.items() if not verify(Mutant(arm.mechanism, way, tape), states=2).ok]
-    assert failed, f"{name} went unnoticed"
+    touched = {way for way in WAYS if repr(changed[way].nodes) != repr(sound[way].nodes)}
+    assert touched, f"nothing depends on {function}"
+    unnoticed = [way for way, s in calls(arm) if way in touched and not Survey(arm, way, s, changed[way]).is_caught]
+    assert not unnoticed
+
+
+def test_slips_in_articulated_bodies_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long chains have a forward dynamics of their own."""
+    snake = Robot(branched_tree(40, np.random.default_rng(2)))
+    way, s = next((way, s) for way, s in calls(snake) if way == Way("forward_dynamics", ("tip_wrench",)))
+    assert not Survey(snake, way, s).is_caught
+    true, asked = articulated_body._add_tip_wrench, []
+    monkeypatch.setattr(
+        articulated_body, "_add_tip_wrench", lambda tree, F, bias: (asked.append(F), true(tree, -F, bias))
+    )
+    wrong = Survey(snake, way, s)
+    assert asked, "the chain is too short"
+    assert wrong.is_caught
 
 
 @pytest.mark.parametrize("peer", ["pinocchio", "mujoco"])
@@ -150,6 +139,28 @@ def test_a_refusal_is_right_only_where_the_mass_matrix_is_singular() -> None:
     assert report.ok, report.explain()
     assert any(check.reason for check in report.checks)
     assert "joint1" in report.explain()
+
+
+def test_a_last_link_without_inertia_about_its_axis() -> None:
+    """The refusal of the compiled routine is confirmed by the other road, rounding on its diagonal or not."""
+    rod = Inertial(1.0, np.array([0, 0, 0.1]), np.diag([0.01, 0.01, 0.0]))
+    links = [Link("a"), Link("b", Inertial(1.0, np.array([0.1, 0, 0]), np.eye(3) * 0.01)), Link("c", rod)]
+    joints = [
+        Joint("first", JointKind.REVOLUTE, "a", "b", axis=np.array([0, 1.0, 0])),
+        Joint("second", JointKind.REVOLUTE, "b", "c"),
+    ]
+    report = verify(Robot(Mechanism.assemble("rod", links, joints)))
+    assert report.ok, report.explain()
+    assert {"second" in check.reason for check in report.checks if check.reason} == {True}
+
+
+def test_the_report_says_which_peers_were_asked(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mafsil.verification.peers.find_spec", lambda name: None if name == "mujoco" else name)
+    report = verify(arm, states=1)
+    assert dict(report.peers) == {"pinocchio": "verification.peer_idle", "mujoco": "verification.peer_missing"}
+    assert "mujoco is not installed" in report.explain("en")
+    assert "mujoco غير مثبّتة" in report.explain("ar")
+    assert report.as_dict()["peers"] == {"pinocchio": "idle", "mujoco": "missing"}
 
 
 def test_wrong_arguments(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:

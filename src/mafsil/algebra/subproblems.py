@@ -51,7 +51,8 @@ class Root(NamedTuple):
         turn: the angle.
         free: one where every angle solves.
         shortfall: how far the nearest miss misses, zero where the subproblem is solved.
-        inside: one where the nearest miss is too near, not too far.
+        inside: zero where a wanted distance is too long; where it is too short, one, or two if because the point that
+            is turned is farther from the axis than that from which is measured.
     """
 
     turn: Turn
@@ -79,6 +80,19 @@ def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: ca.SX | floa
     return _direction(c, s, preferred, (FREE * scale) ** 2)
 
 
+def turn_between(w: ca.SX, p: ca.SX, z: ca.SX) -> Turn:
+    """The turn about w that brings p onto z, unit vectors normal to w but for rounding.
+
+    Args:
+        w: (3,) unit axis.
+        p, z: (3,) start and goal.
+    """
+    c, s = ca.dot(p, z), ca.dot(cross(w, p), z)
+    # Newton's step towards length one; of vectors that are not normal to w only the direction of (c, s) counts.
+    factor = 1.5 - 0.5 * (c * c + s * s)
+    return Turn(factor * c, factor * s)
+
+
 def turns_to_distance(
     w: ca.SX, p: ca.SX, o: ca.SX, square: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0
 ) -> tuple[Root, Root]:
@@ -103,7 +117,7 @@ def turns_to_distance(
     middle = _direction(
         ca.if_else(off_axis, ca.dot(p, o), 0), ca.if_else(off_axis, ca.dot(w, cross(p, o)), 0), preferred, 0.0
     )
-    return _both(middle, near, far, shortfall, near < 0)
+    return _both(middle, near, far, shortfall, ca.if_else(near < 0, ca.if_else(a > b, 2.0, 1.0), 0.0))
 
 
 def turns_to_height(
@@ -151,31 +165,41 @@ def turns_about_two_axes(
     """
     k = ca.dot(w1, w2)
     sine = ca.sqrt(1 - k * k)
-    e1, e2 = (w2 - k * w1) / sine, cross(w1, w2) / sine
-    height = ca.dot(w1, z)
-    radius = _norm(cross(w1, z))
+    # Both projections on planes normal to an axis are seen in e1, e2 and f1, -e2: no vector has to be made.
+    e1, f1, e2 = (w2 - k * w1) / sine, (w1 - k * w2) / sine, cross(w1, w2) / sine
+    height, z1, z2 = ca.dot(w1, z), ca.dot(e1, z), ca.dot(e2, z)
+    square = z1 * z1 + z2 * z2
+    radius = ca.sqrt(square)
     g = (ca.dot(w2, p) - k * height) / sine
     inside = ca.fmin(ca.fmax(g, -radius), radius)
     aside = ca.sqrt((radius - inside) * (radius + inside))
+    p1, p2, y1 = ca.dot(f1, p), -ca.dot(e2, p), sine * height - k * inside
     shortfall = ca.fabs(g - inside)
-    return (
-        _pair(w1, w2, p, z, height * w1 + inside * e1 + aside * e2, preferred, shortfall, scale),
-        _pair(w1, w2, p, z, height * w1 + inside * e1 - aside * e2, preferred, shortfall, scale),
+    # |y| and |z| are equal off the first axis; off the second, |y| is the same for both points.
+    first = _Sized(square, (FREE * scale) ** 2)
+    second = _Sized(ca.sqrt((p1 * p1 + p2 * p2) * (y1 * y1 + aside * aside)), (FREE * scale) ** 2)
+    return tuple(  # type: ignore[return-value]
+        Pair(
+            first.root(inside * z1 + y2 * z2, inside * z2 - y2 * z1, preferred[0], shortfall),
+            second.root(p1 * y1 - p2 * y2, -p1 * y2 - p2 * y1, preferred[1], ca.SX(0)),
+        )
+        for y2 in (aside, -aside)
     )
 
 
-def _pair(
-    w1: ca.SX,
-    w2: ca.SX,
-    p: ca.SX,
-    z: ca.SX,
-    y: ca.SX,
-    preferred: tuple[Turn, Turn],
-    shortfall: ca.SX,
-    scale: ca.SX | float,
-) -> Pair:
-    first, second = turn_onto(w1, y, z, preferred[0], scale), turn_onto(w2, p, y, preferred[1], scale)
-    return Pair(first._replace(shortfall=shortfall), second)
+class _Sized:
+    """Directions (c, s) of a known length, which may be none."""
+
+    def __init__(self, size: ca.SX, least: ca.SX | float) -> None:
+        self.known = size > least
+        self.factor = 1 / ca.if_else(self.known, size, 1.0)
+
+    def root(self, c: ca.SX, s: ca.SX, preferred: Turn, shortfall: ca.SX) -> Root:
+        """The turn along (c, s), or the preferred one."""
+        turn = Turn(
+            ca.if_else(self.known, c * self.factor, preferred.c), ca.if_else(self.known, s * self.factor, preferred.s)
+        )
+        return Root(turn, ca.logic_not(self.known), shortfall)
 
 
 def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX, inside: ca.SX | float = 0.0) -> tuple[Root, Root]:
@@ -194,11 +218,7 @@ def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX, inside: ca
 
 def _direction(c: ca.SX, s: ca.SX, preferred: Turn, least: ca.SX | float) -> Root:
     """The turn along (c, s), or the preferred one where that has no direction."""
-    size = ca.sqrt(c * c + s * s)
-    known = size > least
-    factor = 1 / ca.if_else(known, size, 1.0)
-    turn = Turn(ca.if_else(known, c * factor, preferred.c), ca.if_else(known, s * factor, preferred.s))
-    return Root(turn, ca.logic_not(known), ca.SX(0))
+    return _Sized(ca.sqrt(c * c + s * s), least).root(c, s, preferred, ca.SX(0))
 
 
 def _normal(w: ca.SX, x: ca.SX) -> ca.SX:

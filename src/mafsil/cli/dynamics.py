@@ -1,4 +1,4 @@
-"""`mafsil dynamics`: mass matrix, bias, gravity, and the efforts or accelerations of one state."""
+"""`mafsil dynamics`: mass matrix, bias, gravity, efforts or accelerations of one state, or the motion from it."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ def dynamics(
     qd: list[str] | None,
     qdd: list[str] | None,
     tau: list[str] | None,
+    duration: str | None,
+    out: str | None,
+    friction: bool,
     tip: str | None,
     degrees: bool,
 ) -> Answer:
@@ -32,21 +35,30 @@ def dynamics(
         robot: name or file.
         q, qd, qdd: (n) coordinates, rates and accelerations as typed; rates and accelerations are zero if left out.
         tau: (n) efforts; asks for the accelerations.
+        duration: of the motion under constant efforts, if that is asked for.
+        out, friction: file of the motion, and whether the joints' friction acts on it.
         tip: another tip link.
         degrees: whether bare angles are degrees.
 
     Raises:
-        MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, a state so large that numbers
-            overflow, or efforts that determine no accelerations.
+        MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, `out` or `friction` without
+            `duration`, a state so large that numbers overflow, or efforts that determine no accelerations.
     """
-    if qdd is not None and tau is not None:
+    if qdd is not None and (tau is not None or duration is not None):
         raise InputError("cli.dynamics_both")
+    if duration is None and (out is not None or friction):
+        raise InputError("cli.dynamics_over_time")
     arm = load(robot, tip=tip)
     zero = np.zeros(arm.n)
     values = {
         name: zero if words is None else joint_values(name, words, arm.mechanism, degrees=degrees)
         for name, words in (("q", q), ("qd", qd), ("qdd", qdd))
     }
+    if duration is not None:
+        from mafsil.cli.motion import motion
+
+        load_held = zero if tau is None else efforts("tau", tau, arm.mechanism)
+        return motion(arm, values["q"], values["qd"], load_held, duration, out, friction=friction)
     if tau is None:
         values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
     else:

@@ -75,11 +75,11 @@ def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
         progress.enter("plan_grasps")
         found = plan_grasps(file, progress=lambda done, all_: progress.update(done / all_), **options)
     rows = [
-        (number(p.radius, 5), "-" if p.opening is None else number(p.opening, 4),
+        (number(p.radius, 5), *("-" if v is None else number(v, 4) for v in (p.hold, p.opening)),
          " ".join(vector(c.point) for c in p.grasp.contacts))
         for p in found.grasps
     ]  # fmt: skip
-    head = (say("grasp.radius_head"), say("grasp.finger_head"), say("grasp.contacts_head"))
+    head = (say("grasp.radius_head"), say("grasp.hold_head"), say("grasp.finger_head"), say("grasp.contacts_head"))
     lines = [found.explain()]
     if rows:
         lines += [say("grasp.plan_head", name=Path(file).name), *table(head, rows)]
@@ -89,7 +89,9 @@ def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
     data = {
         "tried": found.tried, "closing": found.closing, "length": found.body.size, "centre": found.body.centre,
         "open_edges": found.body.open_edges,
-        "grasps": [{"radius": p.radius, "opening": p.opening, **p.grasp.to_dict()} for p in found.grasps],
+        "grasps": [
+            {"radius": p.radius, "hold": p.hold, "opening": p.opening, **p.grasp.to_dict()} for p in found.grasps
+        ],
     }  # fmt: skip
     return Answer(data, tuple(lines), None if found.grasps else found.explain())
 

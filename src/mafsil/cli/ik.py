@@ -37,7 +37,7 @@ def ik(
     Args:
         robot: name or file.
         pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes, as typed.
-        all: print all solutions; else the one nearest to the middle of the limits.
+        all: print all solutions; else the one within the limits that is farthest from singular postures.
         task: `pose`, `position` or `axis`; `position` if only three numbers are given.
         frame: a link; the tip frame if None.
         tip: another tip link.
@@ -72,6 +72,7 @@ def ik(
                 "residual": float(answer.residual[k]),
                 "conditioning": float(answer.conditioning[k]),
                 "within_limits": bool(answer.within[k]),
+                "windings": _windings(answer, k),
                 "beyond": [vars(one) for one in answer.violations(k)],
             }
             for k in rows
@@ -112,8 +113,17 @@ def _pose(words: list[str], *, degrees: bool) -> PoseMatrix:
 
 def _chosen(answer: SolutionSet, everything: bool) -> list[int]:
     """Indices to print: all, or the best one within the limits."""
-    order = sorted(range(len(answer)), key=lambda k: (not answer.within[k], -answer.conditioning[k]))
-    return order if everything else order[:1]
+    if everything:
+        return list(range(len(answer)))
+    return sorted(range(len(answer)), key=lambda k: (not answer.within[k], -answer.conditioning[k]))[:1]
+
+
+def _windings(answer: SolutionSet, k: int) -> int:
+    """In how many ways whole turns of its joints keep a solution within the limits; joints without are not turned."""
+    first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - 1e-12)
+    last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + 1e-12)
+    turned = answer.turning & np.isfinite(first) & np.isfinite(last)
+    return int(np.prod((last - first + 1)[turned])) if answer.within[k] else 0
 
 
 def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) -> list[str]:
@@ -121,19 +131,21 @@ def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) ->
     if not rows:
         return []
     joints = arm.mechanism.coordinates
-    head = [say("cli.ik_branch"), *(f"{j.name} [{unit(j.kind, degrees=degrees)}]" for j in joints)]
-    head += [say("cli.ik_residual"), say("cli.ik_conditioning"), say("cli.ik_limits")]
+    # Explanations speak of solutions by their numbers.
+    head = [f"  #  {say('cli.ik_branch')}", *(f"{j.name} [{unit(j.kind, degrees=degrees)}]" for j in joints)]
+    head += [say("cli.ik_residual"), say("cli.ik_conditioning"), say("cli.ik_limits"), say("cli.ik_windings")]
 
     def cells(q: Floats) -> list[str]:
         return [printed(shown(float(x), j.kind, degrees=degrees)) for x, j in zip(q, joints, strict=True)]
 
     body = [
         [
-            answer.branches[k].label(),
+            f"{k + 1:3}  {answer.branches[k].label()}",
             *cells(answer.q[k]),
             f"{answer.residual[k]:.1e}",
             f"{answer.conditioning[k]:.3f}",
             say("cli.ik_inside" if answer.within[k] else "cli.ik_outside"),
+            str(_windings(answer, k)),
         ]
         for k in rows
     ]

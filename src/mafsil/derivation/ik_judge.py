@@ -113,7 +113,7 @@ class AngleJudge:
         """The turn of joint k that brings one vector to another: its projections, and the angle between them."""
         u, v = self.letter("u", k), self.letter("v", k)
         lines = [self.define(u, start), self.define(v, goal)]
-        return [*lines, self.solved(k, _between(self.w(k), named(u), named(v)))]
+        return [*lines, self.solved(k, between(self.w(k), named(u), named(v)))]
 
     def total(self, joints: tuple[int, ...], start: Expression, goal: Expression) -> list[Line]:
         """The sum of the turns about parallel axes, as one turn about the first of them."""
@@ -123,7 +123,7 @@ class AngleJudge:
         u, v = self.letter("e", first), self.letter("f", first)
         lines = [self.define(u, start), self.define(v, goal)]
         self.values[name] = sum((self._sense(k, first) * self.values[self._unknown(k)] for k in joints), np.zeros(1))
-        return [*lines, self._solved(name, _between(self.w(first), named(u), named(v)), slides=False)]
+        return [*lines, self._solved(name, between(self.w(first), named(u), named(v)), slides=False)]
 
     def remaining(self, k: int, others: tuple[int, ...]) -> Line:
         """What the sum leaves to joint k."""
@@ -176,8 +176,13 @@ class AngleJudge:
         return float(np.sign(self.axes[k] @ self.axes[first]))
 
 
-def _between(axis: Expression, u: Expression, v: Expression) -> Expression:
-    """atan2 of the signed angle about an axis between two vectors."""
+def between(axis: Expression, u: Expression, v: Expression) -> Expression:
+    """The angle of the turn about an axis that brings u to v, as an atan2.
+
+    Args:
+        axis: unit vector.
+        u, v: vectors; what lies along the axis does not count.
+    """
     return function("atan2", axis.dot(u.cross(v)), u.dot(v) - axis.dot(u) * axis.dot(v))
 
 

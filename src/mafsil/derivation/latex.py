@@ -140,7 +140,9 @@ def _width(entries: Entries) -> int:
 def _side(side: Side) -> str:
     if isinstance(side, str):
         text = side.replace("−", "-").replace("°", r"^\circ")
-        number, _, unit = text.partition(" ")
+        # The blank before a unit, not those within a vector.
+        number, _, unit = text[text.rfind(")") + 1 :].partition(" ")
+        number = text[: text.rfind(")") + 1] + number
         return rf"{number}\ \mathrm{{{unit.replace('²', '^2')}}}" if unit else number
     if isinstance(side, Expression):
         return side.latex()

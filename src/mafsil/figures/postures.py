@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.figures import space
+from mafsil.figures.planar_postures import draw_planar_postures, plane
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.exponentials import chain_to_tip
@@ -32,7 +33,7 @@ def save_postures(
     names: Sequence[str] | None = None,
     within: ArrayLike | None = None,
 ) -> None:
-    """Draw configurations that reach the same pose into a file.
+    """Draw configurations that reach the same pose into a file; arms in a plane with the ring that their tip reaches.
 
     Args:
         robot: whose postures they are.
@@ -50,7 +51,11 @@ def save_postures(
     labels = [""] * len(rows) if names is None else list(names)
     inside = np.ones(len(rows), np.bool_) if within is None else np.asarray(within, np.bool_)
     shown = slice(0, MOST)
-    space.save(lambda: draw_postures(robot, rows[shown], labels[shown], inside[shown], len(rows)), path)
+    drawn = rows[shown], labels[shown], inside[shown], len(rows)
+    if plane(robot) is None:
+        space.save(lambda: draw_postures(robot, *drawn), path)
+    else:
+        space.save(lambda: draw_planar_postures(robot, *drawn, _COLOURS), path)
 
 
 def draw_postures(robot: Robot, q: Floats, names: Sequence[str], within: Any, count: int) -> Any:

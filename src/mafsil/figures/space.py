@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.errors import FileError
 
 INK, SOFT, PALE = "#39424a", "#8a949c", "#c9ced2"
 AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
@@ -95,13 +96,19 @@ def save(draw: Callable[[], Any], path: Path) -> None:
     Args:
         draw: makes the figure.
         path: .png, .svg or .pdf.
+
+    Raises:
+        FileError: it cannot be written there.
     """
     import matplotlib
 
     undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
     with matplotlib.rc_context(_DEJAVU):
         figure = draw()
-        figure.savefig(path, dpi=160, bbox_inches=_ink(figure), metadata=undated)
+        try:
+            figure.savefig(path, dpi=160, bbox_inches=_ink(figure), metadata=undated)
+        except OSError as error:
+            raise FileError("pictures.unwritable", path=str(path), reason=error.strerror or str(error)) from None
 
 
 def _ink(figure: Any, margin: float = 0.12) -> Any:

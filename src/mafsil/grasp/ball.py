@@ -5,8 +5,8 @@ The set is the hull of points or of discs (round cones), so a true friction cone
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,13 @@ from mafsil.arrays import Floats
 
 MOST_ROWS = 6
 """Of wrenches for which the compiled growth has room; larger sets go to Qhull."""
-CORNERS, FACETS = 1000, (3_000, 60_000)
-"""Room for the growth: most searches end with few facets, and room costs time."""
+CORNERS, FACETS = 1000, 60_000
+"""Room for the growth, kept for the next one; most searches touch little of it."""
 TRIES = 3
 GAP = 1e-6
 """Wanted gap between the bounds of a round set's radius, relative."""
+CLOSE = 1e-12
+"""Wanted gap between the bounds of a distance, relative."""
 NEAR = 1e-7
 """Points within it of the nearest facet, relative to the largest, may lie on it."""
 
@@ -78,13 +80,28 @@ def inscribed_ball(discs: Floats, *, together: bool = False, tolerance: float = 
     from mafsil.solvers import hull_growth_loops as growth
 
     weakest, D = np.zeros(discs.shape[2]), np.ascontiguousarray(discs)
-    for seed, room in product(range(1, TRIES + 1), FACETS):
-        state, lower, upper, corners = growth.inscribed(D, together, tolerance, CORNERS, room, seed, weakest)
+    m = D.shape[2]
+    P, R = _workspace(m)
+    for seed in range(1, TRIES + 1):
+        state, lower, upper, corners = growth.inscribed((0,) * m, D, together, tolerance, P, R, seed, weakest)
         if state == growth.FLAT or (state == growth.MET and lower <= 0.0):
             return Ball(0.0, max(0.0, upper), weakest, corners)
-        if state == growth.MET or (state == growth.FULL and room == FACETS[-1]):
+        if state in (growth.MET, growth.FULL):
             return Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
     return None
+
+
+_rooms = threading.local()
+
+
+def _workspace(m: int) -> Any:
+    """The room of this thread for growth in m dimensions."""
+    from mafsil.solvers import hull_growth_loops as growth
+
+    kept: dict[str, Any] = _rooms.__dict__
+    if str(m) not in kept:
+        kept[str(m)] = growth.make_polytope(m, CORNERS, FACETS), growth.make_ridges()
+    return kept[str(m)]
 
 
 def point_discs(W: Floats) -> Floats:
@@ -132,21 +149,20 @@ def hull_volume(W: Floats) -> float:
     return 0.0 if hull is None else float(hull.volume)
 
 
-def distance_to_hull(W: Floats) -> tuple[float, Floats]:
-    """Distance from the origin to the convex hull of columns, and the hull's nearest point.
-
-    The point of least norm is the direction of the least squares answer of [W; 1'] x = (0, 1), x >= 0.
+def distance_to_hull(discs: Floats) -> tuple[float, float, Floats]:
+    """Distance from the origin to the hull of discs between two bounds, and the hull's nearest point.
 
     Args:
-        W: (m, n).
-    """
-    from scipy.optimize import nnls
+        discs: (k, parts, m) as in `solvers.disc_loops`.
 
-    size = float(np.abs(W).max()) or 1.0
-    rows = np.vstack([W / size, np.ones(W.shape[1])])
-    x, _ = nnls(rows, np.concatenate([np.zeros(len(W)), [1.0]]))
-    nearest = W @ (x / x.sum())
-    return float(np.linalg.norm(nearest)), nearest
+    Returns:
+        Lower bound, upper bound, nearest point (m,) as long as the upper bound; all 0 if the origin is inside.
+    """
+    from mafsil.solvers.nearest_point_loops import nearest_point
+
+    nearest = np.empty(discs.shape[2])
+    lower, upper = nearest_point(discs, CLOSE, nearest, np.empty_like(nearest))
+    return lower, upper, nearest
 
 
 def _hull(W: Floats) -> Any:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil import threads
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
 from mafsil.grasp.closure import closure
 from mafsil.grasp.enclosure import positive_weights
-from mafsil.kernels import threads
 
 PART = 256
 """Grasps handed to a core at once."""
@@ -52,11 +52,12 @@ def closures(A: ArrayLike) -> BatchClosure:
     W = np.asarray(A)
     if W.ndim != 3:
         raise InputError("input.shape", name="A", expected="(b, m, n)", got=W.shape, hint="")
-    W = np.ascontiguousarray(require_finite("A", gate("A", W, W.shape[1:])))
+    W = np.ascontiguousarray(gate("A", W, W.shape[1:]))
     verdict, x, y = _spans(W)
     closed = verdict > 0
-    x[~closed], y[closed] = np.nan, np.nan
     doubtful = np.flatnonzero(verdict < 0)
+    if len(doubtful):  # what is not finite always is
+        require_finite("A", W)
     for k in doubtful:
         single = closure(W[k], margins=False)
         closed[k] = single.force_closure
@@ -75,7 +76,7 @@ def _spans(W: Floats) -> tuple[Floats, Floats, Floats]:
 
     def part(k: int) -> None:
         s = slice(k * PART, (k + 1) * PART)
-        positive_spans(W[s], weights, DOUBT, x[s], y[s], verdict[s])
+        positive_spans((0,) * m, W[s], weights, DOUBT, x[s], y[s], verdict[s])
 
     threads.run(part, -(-b // PART), threads.available())
     return verdict, x, y

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.grasp.ball import Ball, distance_to_hull, finite_ball, inscribed_ball
+from mafsil.grasp.ball import Ball, distance_to_hull, finite_ball, inscribed_ball, point_discs
 from mafsil.grasp.cone import RoundSet
-from mafsil.grasp.enclosure import Enclosure, enclose, positive_combination
+from mafsil.grasp.enclosure import enclose, quick
 from mafsil.messages import say
 from mafsil.solvers.rational import Columns, Judgement, Place, judge
 
 ROUNDING = 1e-12
 """A margin below this share of the largest wrench is rounding of the input: marginal."""
+Exact: TypeAlias = Columns | Callable[[], Columns | None]
+"""Exact columns, or what gives them when they are asked for."""
 RANK = 1e-10
 """Singular values below this share of the largest count as zero."""
 
@@ -99,7 +101,7 @@ class Closure:
 def closure(
     A: ArrayLike,
     *,
-    exact: Columns | None = None,
+    exact: Exact | None = None,
     whole: RoundSet | None = None,
     transform: Floats | None = None,
     margins: bool = True,
@@ -109,10 +111,11 @@ def closure(
     Args:
         A: (m, n) wrenches in columns; any order of rows.
         exact: the same columns, each up to a positive factor, as exact numbers; floats are taken as the decimals they
-            print as. Asked when the origin is too near the boundary. The columns of A if None and `whole` is None.
+            print as. Asked (or called for) when the origin is too near the boundary. The columns of A if None and
+            `whole` is None.
         whole: all wrenches, if the columns are only some of them (round cones).
         transform: (m, m) better conditioned coordinates in which to compute; rows scaled to equal size if None.
-        margins: compute the margin of a yes too (a convex hull: milliseconds in space).
+        margins: compute the margin too (of a yes the ball in a convex hull: a millisecond in space).
 
     Raises:
         InputError: no matrix of finite numbers.
@@ -121,35 +124,53 @@ def closure(
     if W.ndim != 2 or not W.size:
         raise InputError("input.shape", name="A", expected="(m, n)", got=W.shape, hint="")
     m, n = W.shape
-    if not margins and whole is None and n > m and (x := positive_combination(W)) is not None:
-        return Closure(Verdict.YES, "grasp.closed", m, m, np.nan, np.nan, W, x)
+    if n > m:
+        M = transform
+        found = quick(W if M is None else M @ W, whole if whole is None or M is None else whole.changed(M))
+        if found.closed is False:
+            return _no(W, found.y if M is None else _unit(M.T @ found.y), "grasp.open", whole, margins)
+        if found.closed:
+            columns = found.columns
+            if M is not None:
+                columns = W if whole is None else np.asarray(np.linalg.solve(M, columns), float)
+            return _yes(W, columns, found.x, whole, margins)
+    return _careful(W, exact, whole, transform, margins)
+
+
+def _careful(
+    W: Floats, exact: Exact | None, whole: RoundSet | None, transform: Floats | None, margins: bool
+) -> Closure:
+    """Few columns, flat sets, and sets near whose boundary the origin lies."""
+    m, n = W.shape
     M = np.diag(1.0 / _row_sizes(W)) if transform is None else transform
     scaled = _unit_columns(M @ W) if whole is None else M @ W
     rank, null = _rank(scaled)
     if rank < m:
-        y = M.T @ null
-        distance = distance_to_hull(W)[0] if margins else np.nan
         reason = "grasp.too_few" if n <= m and whole is None else "grasp.flat"
-        return Closure(Verdict.NO, reason, rank, m, -distance, -distance, W, certificate=_unit(y))
+        return _no(W, _unit(M.T @ null), reason, whole, margins, rank)
     if n <= m and whole is None:
-        return _no(W, M, "grasp.too_few")
+        return _no(W, _unit(_separating(W)), "grasp.too_few", whole, margins)
     found = enclose(scaled, None if whole is None else whole.changed(M))
+    if found.decided and found.lower < 0:
+        return _no(W, _unit(M.T @ found.certificate), "grasp.open", whole, margins)
     if found.decided:
-        return _yes(W, M, found, whole, margins) if found.lower > 0 else _no(W, M, "grasp.open", found, margins)
+        columns: Floats = W if whole is None else np.asarray(np.linalg.solve(M, found.columns), float)
+        sizes = np.linalg.norm(M @ columns, axis=0) if whole is None else np.ones(columns.shape[1])
+        x = found.combination / np.where(sizes > 0, sizes, 1.0)
+        return _yes(W, columns, x / x.sum(), whole, margins)
     if whole is None:
-        return _judged(W, judge(W.T.tolist() if exact is None else exact), margins)
-    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, 0.0, 0.0, W, certificate=_back(M, found))
+        columns_ = exact() if callable(exact) else exact
+        return _judged(W, judge(W.T.tolist() if columns_ is None else columns_), margins)
+    y = _unit(M.T @ found.certificate)
+    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, 0.0, 0.0, W, certificate=y)
 
 
-def _yes(W: Floats, M: Floats, found: Enclosure, whole: RoundSet | None, margins: bool) -> Closure:
-    ball = _ball(W, whole) if margins else Ball(np.nan, np.nan, np.zeros(len(W)), 0)
-    columns: Floats = W if whole is None else np.asarray(np.linalg.solve(M, found.columns), float)
-    sizes = np.linalg.norm(M @ columns, axis=0) if whole is None else np.ones(columns.shape[1])
-    x = found.combination / np.where(sizes > 0, sizes, 1.0)
-    weakest = -ball.weakest if margins else None
-    return Closure(
-        Verdict.YES, "grasp.closed", len(W), len(W), ball.radius, ball.upper, columns, x / x.sum(), weakest=weakest
-    )
+def _yes(W: Floats, columns: Floats, x: Floats, whole: RoundSet | None, margins: bool) -> Closure:
+    m = len(W)
+    if not margins:
+        return Closure(Verdict.YES, "grasp.closed", m, m, np.nan, np.nan, columns, x)
+    ball = _ball(W, whole)
+    return Closure(Verdict.YES, "grasp.closed", m, m, ball.radius, ball.upper, columns, x, weakest=-ball.weakest)
 
 
 def _ball(W: Floats, whole: RoundSet | None) -> Ball:
@@ -157,17 +178,20 @@ def _ball(W: Floats, whole: RoundSet | None) -> Ball:
     return finite_ball(W) if found is None else found
 
 
-def _no(W: Floats, M: Floats, reason: str, found: Enclosure | None = None, margins: bool = True) -> Closure:
-    """Strictly outside: the hull's nearest point separates; else (n <= m) a null vector or what the program gave."""
-    m, distance = len(W), np.nan
-    if found is not None:
-        y = _back(M, found)
-        distance = distance_to_hull(W)[0] if margins else np.nan
-    else:
-        distance, y = distance_to_hull(W)
-        if distance <= ROUNDING * float(np.abs(W).max()):
-            y = np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
-    return Closure(Verdict.NO, reason, m, m, -distance, -distance, W, certificate=_unit(y))
+def _no(W: Floats, y: Floats, reason: str, whole: RoundSet | None, margins: bool, rank: int | None = None) -> Closure:
+    lower = upper = np.nan
+    if margins:
+        lower, upper, _ = distance_to_hull(point_discs(W) if whole is None else whole.discs)
+    m = len(W)
+    return Closure(Verdict.NO, reason, m if rank is None else rank, m, -upper, -lower, W, certificate=y)
+
+
+def _separating(W: Floats) -> Floats:
+    """A y with W' y >= 0 for at most m columns: the hull's nearest point, or a null vector if that is the origin."""
+    _, distance, y = distance_to_hull(point_discs(W))
+    if distance > ROUNDING * float(np.abs(W).max()):
+        return y
+    return np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
 
 
 def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
@@ -184,7 +208,7 @@ def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
                 weakest=-ball.weakest if margins else None, exact=found.place,
             )  # fmt: skip
     if found.place is Place.OUTSIDE:
-        distance = distance_to_hull(W)[0]
+        _, distance, _ = distance_to_hull(point_discs(W))
         if distance > ROUNDING * size:
             return Closure(Verdict.NO, "grasp.open", m, m, -distance, -distance, W, certificate=y, exact=found.place)
     return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, 0.0, 0.0, W, certificate=y, exact=found.place)
@@ -196,26 +220,18 @@ def conditioning(points: Sequence[Floats]) -> Floats:
     Args:
         points: (d,) contact points.
     """
+    from mafsil.solvers import contact_loops
+
     where = np.array(points)
-    middle = where.mean(axis=0)
-    spread = float(np.linalg.norm(where - middle, axis=1).max()) or 1.0
-    if where.shape[1] == 2:
-        shift = np.array([[middle[1], -middle[0]]])
-    else:
-        x, y, z = middle
-        shift = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    k, d = shift.shape
-    return np.block([[np.eye(k) / spread, shift / spread], [np.zeros((d, k)), np.eye(d)]])
+    M = np.empty((3 * (where.shape[1] - 1),) * 2)
+    contact_loops.conditioning(where, M)
+    return M
 
 
 def vector(values: Floats) -> str:
     """Numbers in round brackets, dust as zero."""
     size = float(np.abs(values).max()) or 1.0
     return "(" + ", ".join(f"{0.0 if abs(v) < 1e-12 * size else v:.4g}" for v in values) + ")"
-
-
-def _back(M: Floats, found: Enclosure) -> Floats:
-    return _unit(M.T @ found.certificate)
 
 
 def _rank(W: Floats) -> tuple[int, Floats]:

@@ -53,16 +53,25 @@ class RoundSet:
             contacts: of the grasp.
             transform: (m, m) applied to the wrenches: change of frame and units.
         """
-        found = np.zeros((len(contacts), 4, len(transform)))
-        for disc, contact in zip(found, contacts, strict=True):
-            columns = (transform @ contact.basis).T
-            disc[0] = columns[0]
-            if contact.mu > 0:
-                d = contact.dimension
-                disc[1:d] = contact.mu * columns[1:d]
-            if contact.model == "soft":
-                disc[3] = contact.gamma * columns[3]
+        from mafsil.solvers.contact_loops import contact_discs
+
+        found = np.empty((len(contacts), 4, len(transform)))
+        points, normals = np.array([c.point for c in contacts]), np.array([c.normal for c in contacts])
+        coefficients = np.array([(c.mu, c.gamma) for c in contacts])
+        contact_discs(points, normals, coefficients, np.ascontiguousarray(transform), found)
         return RoundSet(found)
+
+    def rim(self, edges: int) -> Floats:
+        """(m, contacts edges) points on the rims of the discs, torsion to and fro in turn.
+
+        Args:
+            edges: points of each disc.
+        """
+        from mafsil.solvers.contact_loops import rim_columns
+
+        columns = np.empty((self.discs.shape[2], len(self.discs) * edges))
+        rim_columns(self.discs, edges, columns)
+        return columns
 
     def changed(self, M: Floats) -> RoundSet:
         """The set in other coordinates.

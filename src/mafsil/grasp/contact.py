@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import atan, cos, pi
+from math import atan, cos, hypot, pi
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -91,9 +91,11 @@ class Contact:
     @cached_property
     def normal(self) -> Floats:
         """(d,) unit normal into the body."""
-        longest = np.abs(self.direction).max()
-        n = self.direction / longest
-        return frozen(n / np.linalg.norm(n))
+        given: list[float] = self.direction.tolist()
+        longest = max(map(abs, given))
+        n = [v / longest for v in given]
+        length = hypot(*n)
+        return frozen([v / length for v in n])
 
     @property
     def alpha(self) -> float:
@@ -103,13 +105,15 @@ class Contact:
     @cached_property
     def tangents(self) -> Floats:
         """(d - 1, d) unit vectors: the normal turned by +90 degrees, or two that complete a right-handed frame."""
-        n = self.normal
+        n: list[float] = self.normal.tolist()
         if self.dimension == 2:
             return frozen([[-n[1], n[0]]])
-        helper = np.eye(3)[np.argmin(np.abs(n))]
-        a = np.cross(helper, n)
-        a /= np.linalg.norm(a)
-        return frozen([a, np.cross(n, a)])
+        least = min(range(3), key=lambda i: abs(n[i]))
+        p, q = (least + 1) % 3, (least + 2) % 3
+        length = hypot(n[p], n[q])
+        a = [0.0, 0.0, 0.0]
+        a[p], a[q] = -n[q] / length, n[p] / length
+        return frozen([a, _cross(n, a)])
 
     @cached_property
     def frame(self) -> PoseMatrix:
@@ -202,10 +206,15 @@ def force_wrench(point: ArrayLike, force: ArrayLike) -> Floats:
         point: (d,) point of attack [m].
         force: (d,) force [N].
     """
-    r, f = np.asarray(point, float), np.asarray(force, float)
+    r, f = np.asarray(point, float).tolist(), np.asarray(force, float).tolist()
     if len(r) == 2:
         return np.array([r[0] * f[1] - r[1] * f[0], *f])
-    return np.concatenate([np.cross(r, f), f])
+    return np.array([*_cross(r, f), *f])
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    """A x b of three numbers each, at the cost of six products."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def line_contact(start: ArrayLike, end: ArrayLike, normal: ArrayLike, mu: float = 0.0, name: str = "") -> list[Contact]:

@@ -18,17 +18,14 @@ import numpy as np
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import MafsilError
-from mafsil.grasp.ball import distance_to_hull
 from mafsil.grasp.cone import RoundSet
 from mafsil.solvers.linear_program import minimise
 
 UNSURE = 1e-7
 """|lambda| below it is not decided here: HiGHS's own tolerance."""
 ROUNDS = 100
-QUICK = 12
-"""Rounds of the quick way; what is still open then lies near the boundary."""
-NEAR = 1e-5
-"""Distances below it, relative to the wrenches, are left to the programs."""
+ANSWER = {1: True, 0: False, -1: None}
+"""Meaning of the verdicts of `solvers.positive_span_loops`."""
 
 
 @cache
@@ -75,9 +72,6 @@ def enclose(W: Floats, whole: RoundSet | None = None) -> Enclosure:
     weights = positive_weights(W.shape[1])
     weights = weights / weights.sum()
     c = W @ weights
-    found = _quick(W, c, weights, whole)
-    if found is not None and found.decided:
-        return found
     grown = W
     upper, lower = np.inf, -np.inf
     for rounds in range(1, ROUNDS + 1):
@@ -93,38 +87,44 @@ def enclose(W: Floats, whole: RoundSet | None = None) -> Enclosure:
     raise MafsilError("solvers.budget_spent", iterations=ROUNDS, residual=upper - lower)
 
 
-def positive_combination(W: Floats) -> Floats | None:
-    """Weights x > 0 with W x = 0 and sum 1, by the compiled program alone; None if there is none, or if it is not sure.
+@dataclass(frozen=True, eq=False)
+class Quick:
+    """What the compiled program says.
+
+    Attributes:
+        closed: whether the origin is strictly inside; None in doubt.
+        columns: (m, n) wrenches used.
+        x: (n,) > 0 with columns x = 0 and sum 1, if closed.
+        y: (m,) of length 1 with y . w >= 0 for every wrench, if not.
+    """
+
+    closed: bool | None
+    columns: Floats
+    x: Floats
+    y: Floats
+
+
+def quick(W: Floats, whole: RoundSet | None = None) -> Quick:
+    """The verdict of the compiled program, a few microseconds; near the boundary it doubts.
 
     Args:
-        W: (m, n) columns of any size.
+        W: (m, n) columns of any size, n > m.
+        whole: the set of which the columns are some; the columns are all if None.
     """
     from mafsil.solvers import positive_span_loops as program
 
-    x, y = np.empty(W.shape[1]), np.empty(len(W))
-    verdict = program.positive_span(np.ascontiguousarray(W), positive_weights(len(x)), UNSURE, x, y)
-    return x if verdict == program.SPANS else None
-
-
-def _quick(W: Floats, c: Floats, weights: Floats, whole: RoundSet | None) -> Enclosure | None:
-    """Compiled phase one for a yes, the nearest point of the hull for a no; None near the boundary."""
-    from mafsil.solvers import positive_span_loops as program
-
-    grown = np.ascontiguousarray(W)
-    for rounds in range(1, QUICK + 1):
-        x, y = np.empty(grown.shape[1]), np.empty(len(W))
-        if program.positive_span(grown, positive_weights(len(x)), UNSURE, x, y) == program.SPANS:
-            share = float((x[: len(weights)] / weights).min())
-            return Enclosure(share / (1.0 - share), np.inf, grown, x, y, rounds)
-        distance, nearest = distance_to_hull(grown)
-        if distance <= NEAR * float(np.abs(grown).max()):
-            return None
-        z = -nearest / (c @ nearest)
-        upper, fresh = (float((z @ grown).max()), grown[:, :0]) if whole is None else whole.furthest(z)
-        if upper < -UNSURE:
-            return Enclosure(-np.inf, upper, grown, x, -z, rounds)
-        grown = np.hstack([grown, fresh])
-    return None
+    (m, n), y = W.shape, np.empty(len(W))
+    weights = positive_weights(n)
+    if whole is None:
+        x = np.empty(n)
+        verdict = program.positive_span((0,) * m, np.ascontiguousarray(W), weights, UNSURE, x, y)
+        return Quick(ANSWER[verdict], W, x, y)
+    more = np.empty((m, len(whole.discs) * program.ROUNDS))
+    x = np.empty(n + more.shape[1])
+    verdict, count = program.positive_span_of_discs((0,) * m, whole.discs, W, more, weights, UNSURE, x, y)
+    columns = np.hstack([W, more[:, : count - n]])
+    used = np.flatnonzero(x[:count] > 0) if verdict == program.SPANS else np.arange(n)
+    return Quick(ANSWER[verdict], columns[:, used], x[used], y)
 
 
 def _shoot(W: Floats, c: Floats) -> tuple[Floats, float, Floats]:

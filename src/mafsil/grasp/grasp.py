@@ -143,9 +143,9 @@ class Grasp:
         M = conditioning([c.point for c in self.contacts])
         if facets is None and has_round_cones(self.contacts):
             whole = RoundSet.of(self.contacts, np.eye(self.rows))
-            return closure(self.matrix(START), whole=whole, transform=M, margins=margins)
+            return closure(whole.rim(START), whole=whole, transform=M, margins=margins)
         A = self.matrix(facets or 16, outer=outer)
-        return closure(A, exact=self._exact_columns(), transform=M, margins=margins)
+        return closure(A, exact=self._exact_columns, transform=M, margins=margins)
 
     def bracket(self, facets: int = 16) -> tuple[Closure, Closure]:
         """Verdicts with inscribed and circumscribed cones: a yes of the first and a no of the second are certain.
@@ -227,12 +227,13 @@ class Grasp:
             length: [m].
             about: (d,) point [m]; the origin if None.
         """
+        from mafsil.solvers import contact_loops
+
         if not (np.isfinite(length) and length > 0):
             raise InputError("grasp.length", value=length)
         origin = np.zeros(self.dimension) if about is None else gate("about", about, (self.dimension,), finite=True)
-        M = conditioning([origin])
-        k = self.rows - self.dimension
-        M[:k] /= length
+        M = np.empty((self.rows, self.rows))
+        contact_loops.about(origin, float(length), M)
         return M
 
     def _exact_columns(self) -> list[list[Any]] | None:

@@ -2,6 +2,10 @@
 
 Two soft fingers are sought along lines through the body (they close iff the line lies inside both cones); three and
 more by random sets, closed or not in one batch, and rated by the ball of wrenches about the centre of mass.
+
+Two soft fingers resist a torsion of gamma about their line wherever they are, so for small gamma the ball has one
+radius for nearly all of them. Among equals the one counts that holds weight best: the same ball with moments divided by
+gamma instead of the body's size. It shrinks as the line misses the centre of mass and as it nears the edge of a cone.
 """
 
 from __future__ import annotations
@@ -24,6 +28,8 @@ Progress = Callable[[int, int], None]
 """Called with the number of grasps rated and the number to rate."""
 EDGES = 6
 """Of the cones while sets are sorted out; the best are rated with round cones."""
+EQUAL = 0.05
+"""Radii within this share of the largest count as equal."""
 INSIDE = 0.98
 """Lines are tilted up to this share of the friction angle."""
 
@@ -36,11 +42,14 @@ class PlannedGrasp:
         grasp: the contacts.
         radius: of the ball of wrenches about the body's centre, moments divided by its size; proven to fit.
         opening: distance of the two fingers [m]; None for more.
+        hold: two fingers: the weight, in any direction, that a total push of 1 holds together with its moment at a
+            lever of gamma about the body's centre; None for more.
     """
 
     grasp: Grasp
     radius: float
     opening: float | None
+    hold: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,15 +107,23 @@ def plan_grasps(
     sets = _pairs(held, mu, soft, opening, tries, rng) if fingers == 2 else _sets(held, fingers, mu, soft, tries, rng)
     if not sets:
         return GraspPlan((), tries, 0, held, "grasp.plan_none")
-    rated: list[tuple[float, int]] = []
+    rated: list[tuple[float, float]] = []
     for k, contacts in enumerate(sets):
-        rated.append((_rough_radius(contacts, held), k))
+        rated.append(
+            (_rough_radius(contacts, held, held.size), _rough_radius(contacts, held, soft) if fingers == 2 else 0.0)
+        )
         if progress is not None:
             progress(k + 1, len(sets))
-    rated.sort(reverse=True)
-    top = [_planned(sets[k], held) for _, k in rated[:best]]
+    top = [_planned(sets[k], held) for k in _order(rated)[:best]]
+    order = _order([(p.radius, p.hold or 0.0) for p in top])
     reason = "grasp.plan_open_mesh" if held.open_edges else "grasp.plan_found"
-    return GraspPlan(tuple(sorted(top, key=lambda p: -p.radius)), tries, len(sets), held, reason)
+    return GraspPlan(tuple(top[k] for k in order), tries, len(sets), held, reason)
+
+
+def _order(rated: list[tuple[float, float]]) -> list[int]:
+    """Indices, best first: radii nearly as large as the largest count as equal to it, then what is held decides."""
+    equal = (1.0 - EQUAL) * max(radius for radius, _ in rated)
+    return sorted(range(len(rated)), key=lambda k: (min(rated[k][0], equal), rated[k][1], rated[k][0]), reverse=True)
 
 
 def _require(fingers: int, mu: float, gamma: float, opening: float, tries: int, best: int) -> None:
@@ -157,12 +174,15 @@ def _sets(
     return [[contacts[i] for i in chosen[k]] for k in np.flatnonzero(closures(W).force_closure)]
 
 
-def _rough_radius(contacts: list[Contact], body: Body) -> float:
+def _rough_radius(contacts: list[Contact], body: Body, length: float) -> float:
     grasp = Grasp(contacts)
-    return finite_ball(grasp.measure(body.size, body.centre) @ grasp.matrix(EDGES)).radius
+    return finite_ball(grasp.measure(length, body.centre) @ grasp.matrix(EDGES)).radius
 
 
 def _planned(contacts: list[Contact], body: Body) -> PlannedGrasp:
     grasp = Grasp(contacts)
-    opening = float(np.linalg.norm(contacts[0].point - contacts[1].point)) if len(contacts) == 2 else None
-    return PlannedGrasp(grasp, grasp.quality(body.size, about=body.centre).radius, opening)
+    radius = grasp.quality(body.size, about=body.centre).radius
+    if len(contacts) > 2:
+        return PlannedGrasp(grasp, radius, None)
+    opening = float(np.linalg.norm(contacts[0].point - contacts[1].point))
+    return PlannedGrasp(grasp, radius, opening, grasp.quality(contacts[0].gamma, about=body.centre).radius)

@@ -25,6 +25,9 @@ from mafsil.robot import Robot
 REACHED = 1e-9
 """By how much the ideal arm's steps may miss and its branch still exist [m | rad]."""
 
+QUARTIC_REACHED = 1e-5
+"""The same of equations of fourth degree, whose roots rounding moves more where axes are almost parallel or meet."""
+
 LEAP = 0.3
 """Joint motion of one step beyond which another branch may have been caught [rad | m]."""
 
@@ -82,9 +85,10 @@ def continued_branches(robot: Robot, T_sd: ArrayLike) -> Continuation:
     if not isinstance(answer, SolutionSet):
         raise InputError("input.shape", name="T_sd", expected="(4, 4)", got=np.shape(T_sd), hint="")
     T = np.asarray(T_sd, dtype=np.float64)
-    table = arm.form.solve(T)
-    exists = np.isfinite(table.q).all(axis=-1) & (table.shortfall <= REACHED)
-    ideal = np.where(exists[:, None], table.q, np.nan)
+    q, facts, _ = arm.form.labelled(T, asked.middle, asked.middle_turns, *asked.bounds)
+    reached = QUARTIC_REACHED if asked.quartic else REACHED
+    exists = np.isfinite(q).all(axis=-1) & (facts[:, 1] <= reached)
+    ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
     rows = rows[distinct(ideal[rows], asked.turning)]
     solution, moved = np.full(len(ideal), -1), np.full(len(ideal), np.nan)

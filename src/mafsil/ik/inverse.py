@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, require_kind
+from mafsil.arrays import PoseMatrix, gate, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
@@ -53,19 +53,25 @@ def inverse_kinematics(
         each the member of a family. For a batch a `SolutionBatch`: padded arrays, and a `SolutionSet` by index.
 
     Raises:
-        InputError: a wrong shape, no pose, an unknown frame or task.
+        InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
+        ModelError: an unknown frame.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and task in MASKS and type(robot) is Robot:
+    known = isinstance(task, str) and task in MASKS
+    if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and known and type(robot) is Robot:
         asked = setting(robot, frame, task)
-        if asked.kernel is not None and near is None and free is None and T_sd.dtype == np.float64:
+        plain = near is None and free is None and T_sd.dtype == np.float64
+        if asked.kernel is not None and plain and type(tolerance) is float and CLEAR <= tolerance < np.inf:
             return _quick(asked, T_sd, tolerance)
     require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
-    if task not in MASKS:
+    if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
+    tolerance = positive("tolerance", tolerance)
     wanted = gate("T_sd", T_sd, (4, 4))
     asked = setting(robot, frame, task)
     start = asked.middle if near is None else gate("near", near, (robot.n,), finite=True)
     if wanted.ndim > 2:
+        if free is not None:
+            raise InputError("redundant.one_pose", shape=wanted.shape)
         return solved_batch(asked, wanted, start, tolerance)
     clean, valid = clean_poses(wanted[None])
     if not valid[0]:
@@ -95,7 +101,7 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
     chosen = facts[good]
     clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
     clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
-    if not clear or chosen[:, 4].min() < APART or chosen[:, 2].any() or tolerance < CLEAR:
+    if not clear or chosen[:, 4].min() < APART or chosen[:, 2].any():
         return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
     return SolutionSet(
         Question(asked, T, asked.middle, tolerance),

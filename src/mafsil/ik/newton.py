@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, positive, require_kind, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.robot import Robot
@@ -73,14 +73,18 @@ def newton_ik(
         The record; not converged is an answer, not an error.
 
     Raises:
-        InputError: wrong shapes, numbers that are not finite, an unknown form.
+        InputError: wrong shapes, numbers that are not finite, an unknown form, tolerances that are not positive.
 
     Reference: Lynch & Park, Modern Robotics, sec. 6.2.2.
     """
     if form not in ("body", "space"):
         raise InputError("input.choice", name="form", value=form, known="body, space")
-    T_goal = gate("T_sd", T_sd, (4, 4), finite=True)
-    q = gate("start", start, (robot.n,), finite=True).copy()
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    T_goal, q = single("T_sd", T_sd, (4, 4)), single("start", start, (robot.n,)).copy()
+    turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
+    most, least = whole("max_steps", max_steps), float(single("damping", damping, ()))
+    if least < 0.0:
+        raise InputError("input.range", name="damping", value=least, low=0, high=np.inf)
     error, jacobian = (pose.error, robot.jacobian_body) if form == "body" else (pose.space_error, robot.jacobian_space)
     iterates, twists, differences, ranks = [], [], [], []
     converged = False
@@ -91,14 +95,12 @@ def newton_ik(
         twists.append(V)
         differences.append(float(np.linalg.norm(T - T_goal)))
         # The distance of the origins, which the linear part of a space twist is not.
-        converged = bool(
-            np.linalg.norm(V[:3]) <= rotation_tolerance and np.linalg.norm((T - T_goal)[:3, 3]) <= position_tolerance
-        )
-        if converged or len(ranks) == max_steps or not np.isfinite(q).all():
+        converged = bool(np.linalg.norm(V[:3]) <= turn and np.linalg.norm((T - T_goal)[:3, 3]) <= shift)
+        if converged or len(ranks) == most or not np.isfinite(q).all():
             break
         J = jacobian(q)
         ranks.append(int(np.linalg.matrix_rank(J)))
-        q = q + _step(J, V, damping)
+        q = q + _step(J, V, least)
     return NewtonRecord(q, converged, np.array(iterates), np.array(twists), np.array(differences), tuple(ranks))
 
 

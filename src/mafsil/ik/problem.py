@@ -11,6 +11,9 @@ from mafsil.model import Joint, JointKind, Mechanism
 ORTHOGONALITY = 1e-6
 """Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
 
+ROUNDING = 1e-15
+"""The same, of matrices that need no repair."""
+
 
 def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
     """Poses with their rotations brought to working precision, and which rows were poses at all.
@@ -21,18 +24,20 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
     Returns:
         (k, 4, 4), identity in rows that are no poses, and (k,).
     """
-    R = T[:, :3, :3]
     with np.errstate(invalid="ignore", over="ignore"):
-        defect = np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)).max(axis=(1, 2), initial=0.0)
-        proper = np.linalg.det(np.where(np.isfinite(R), R, 0.0)) > 0.0
+        x, y, z, p = np.ascontiguousarray(T[:, :3].transpose(2, 1, 0))
+        lengths = [np.abs((v * v).sum(axis=0) - 1.0) for v in (x, y, z)]
+        leans = [np.abs((v * w).sum(axis=0)) for v, w in ((x, y), (y, z), (z, x))]
+        defect = np.max([*lengths, *leans], axis=0)
+        proper = (x * np.cross(y, z, axis=0)).sum(axis=0) > 0.0
         ends = np.abs(T[:, 3] - np.array([0.0, 0.0, 0.0, 1.0])).max(axis=1, initial=0.0)
-        valid = (defect <= ORTHOGONALITY) & proper & (ends <= ORTHOGONALITY) & np.isfinite(T[:, :3, 3]).all(axis=1)
+        valid = (defect <= ORTHOGONALITY) & proper & (ends <= ORTHOGONALITY) & np.isfinite(p).all(axis=0)
     clean = np.where(valid[:, None, None], T, np.eye(4))
-    R = clean[:, :3, :3]
-    for _ in range(2):
+    rough = np.flatnonzero(valid & (defect > ROUNDING))
+    for _ in range(2 if len(rough) else 0):
         # Newton's iteration for the polar factor: the defect is squared each time.
-        R = R @ (1.5 * np.eye(3) - 0.5 * (R.transpose(0, 2, 1) @ R))
-    clean[:, :3, :3] = R
+        R = clean[rough, :3, :3]
+        clean[rough, :3, :3] = R @ (1.5 * np.eye(3) - 0.5 * (R.transpose(0, 2, 1) @ R))
     clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
     return clean, valid
 

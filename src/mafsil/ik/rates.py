@@ -9,13 +9,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 
 TwistForm = Literal["body", "space", "tip"]
 RANK = 1e-9
 """Singular values, relative to the largest, that count as zero."""
+
+SYMMETRIC = 1e-9
+"""Largest difference of a cost from its transpose, relative to its largest element."""
+
+MOST_STEPS = 10_000_000
+"""Most steps of an integration: more would not fit the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +57,9 @@ def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Se
         rows: components (0 to 2 angular, 3 to 5 linear) that count; all if None.
 
     Raises:
-        InputError: an unknown form, wrong shapes.
+        InputError: an unknown form, wrong shapes, rows that are none.
     """
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
     match form:
         case "body":
             J = robot.jacobian_body(q)
@@ -64,7 +71,29 @@ def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Se
             J = np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)
         case _:
             raise InputError("input.choice", name="form", value=form, known="body, space, tip")
-    return J if rows is None else J[..., list(rows), :]
+    return J if rows is None else J[..., _chosen(rows), :]
+
+
+def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
+    """(*batch, m) wanted twists of a task, once their batch is seen to fit the Jacobians'.
+
+    Args:
+        J: (*batch, m, n).
+        V: (*batch, m).
+        others: (*batch, n) under their names, checked too.
+
+    Raises:
+        InputError: a wrong shape, numbers that are not finite, batches that do not fit.
+    """
+    twist = gate("V", V, (J.shape[-2],), finite=True)
+    batches = {"q": J.shape[:-2], "V": twist.shape[:-1]}
+    batches |= {name: gate(name, x, (J.shape[-1],), finite=True).shape[:-1] for name, x in others.items()}
+    try:
+        np.broadcast_shapes(*batches.values())
+    except ValueError:
+        told = ", ".join(f"{name} {batch}" for name, batch in batches.items())
+        raise InputError("call.batches", name="rates", batches=told) from None
+    return twist
 
 
 def joint_rates(
@@ -92,12 +121,12 @@ def joint_rates(
         goal: (*batch, n) rates z wished for; only their self-motion is done.
 
     Raises:
-        InputError: wrong shapes, a cost that is not positive definite.
+        InputError: wrong shapes, a cost that is not symmetric and positive definite.
 
     Reference: Whitney, Resolved motion rate control, 1969; Lynch & Park, Modern Robotics, sec. 6.3.
     """
     J = task_jacobian(robot, q, form, rows)
-    twist = gate("V", V, (J.shape[-2],), finite=True)
+    twist = twists_for(J, V) if goal is None else twists_for(J, V, goal=goal)
     root = _cost_root(cost, robot.n)
     # With y = L' qd, Q = L L', the least cost is the least norm of y.
     scaled = J @ np.linalg.inv(root).T
@@ -106,7 +135,7 @@ def joint_rates(
     null_space = np.eye(robot.n) - sharp @ J
     qd = (sharp @ twist[..., None])[..., 0]
     if goal is not None:
-        qd = qd + (null_space @ gate("goal", goal, (robot.n,), finite=True)[..., None])[..., 0]
+        qd = qd + (null_space @ real_array("goal", goal)[..., None])[..., 0]
     miss = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
     values = np.linalg.svd(scaled, compute_uv=False)
     rank = (values > RANK * values[..., :1]).sum(axis=-1)
@@ -126,11 +155,17 @@ def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLik
 
     Reference: Siciliano and Slotine, A general framework for managing multiple tasks, 1991.
     """
-    gate("q", q, (robot.n,), finite=True)
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    single("q", q, (robot.n,))
     qd, N = np.zeros(robot.n), np.eye(robot.n)
-    for jacobian, velocity in tasks:
-        J = gate("tasks", jacobian, (robot.n,), finite=True)
-        wanted = gate("tasks", velocity, (len(J),), finite=True)
+    require_kind("tasks", tasks, "list of pairs", "__iter__")
+    for k, task in enumerate(tasks):
+        require_kind(f"tasks[{k}]", task, "(Jacobian, velocity)", "__len__")
+        if len(task) != 2:
+            raise InputError("input.shape", name=f"tasks[{k}]", expected="(Jacobian, velocity)", got=len(task), hint="")
+        rows = real_array(f"tasks[{k}][1]", task[1])
+        wanted = single(f"tasks[{k}][1]", rows, (rows.size,))
+        J = single(f"tasks[{k}][0]", task[0], (rows.size, robot.n))
         inverse = np.linalg.pinv(J @ N, rcond=RANK)
         qd = qd + inverse @ (wanted - J @ qd)
         N = N - inverse @ (J @ N)
@@ -165,23 +200,37 @@ def integrate_rates(
     Raises:
         InputError: wrong shapes, a duration or step that is not positive.
     """
-    for name, value in (("duration", duration), ("step", step)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise InputError("input.positive", name=name, value=value)
-    q = gate("start", start, (robot.n,), finite=True)
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    require_kind("twist", twist, "function of time and coordinates", "__call__")
+    count = min(positive("duration", duration) / positive("step", step), 2.0 * MOST_STEPS)
+    if count > MOST_STEPS:
+        raise InputError("input.range", name="duration / step", value=count, low=0, high=MOST_STEPS)
+    q = single("start", start, (robot.n,))
     path = [q]
-    for k in range(round(duration / step)):
+    for k in range(round(count)):
         q = q + step * joint_rates(robot, q, twist(k * step, q), form=form, rows=rows, cost=cost).qd
         path.append(q)
     return np.array(path)
+
+
+def _chosen(rows: Sequence[int]) -> list[int]:
+    """The rows of a twist that count."""
+    numbers = real_array("rows", rows)
+    known = numbers.ndim == 1 and numbers.size > 0 and np.isin(numbers, np.arange(6)).all()
+    if not known or len(np.unique(numbers)) < numbers.size:
+        raise InputError("ik.rows", name="rows", value=rows)
+    return numbers.astype(int).tolist()
 
 
 def _cost_root(cost: ArrayLike | None, n: int) -> Floats:
     """(n, n) lower triangular L with Q = L L'."""
     if cost is None:
         return np.eye(n)
-    array = np.asarray(cost, dtype=np.float64)
-    Q = np.diag(gate("cost", array, (n,), finite=True)) if array.ndim == 1 else gate("cost", array, (n, n), finite=True)
+    array = real_array("cost", cost)
+    Q = np.diag(single("cost", array, (n,))) if array.ndim == 1 else single("cost", array, (n, n))
+    skew = np.abs(Q - Q.T).max(initial=0.0)
+    if skew > SYMMETRIC * np.abs(Q).max(initial=0.0):
+        raise InputError("ik.asymmetric", name="cost", value=float(skew))
     try:
         return np.asarray(np.linalg.cholesky(Q), dtype=np.float64)
     except np.linalg.LinAlgError:

@@ -17,6 +17,7 @@ class IKStatus(Status):
     SOLVED = ("ik.solved", True)
     OUT_OF_REACH = ("ik.out_of_reach", False)
     BEYOND_LIMITS = ("ik.beyond_limits", False)
+    FEW_JOINTS = ("ik.few_joints", False)
     BUDGET_SPENT = ("ik.budget_spent", False)
     TIME_SPENT = ("ik.time_spent", False)
     NOT_A_POSE = ("ik.not_a_pose", False)
@@ -84,4 +85,5 @@ class IKResult:
             reach=float(self.reach[index]),
             distance=float(self.distance[index]),
             joint=str(self.worst_joint[index]),
+            joints=self.q.shape[-1],
         )

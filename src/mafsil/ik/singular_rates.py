@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate, positive
+from mafsil.arrays import Floats, JointVector, gate, positive, require_kind
 from mafsil.errors import InputError
-from mafsil.ik.rates import RANK, TwistForm, task_jacobian
+from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
 from mafsil.robot import Robot
 
 
@@ -74,9 +74,10 @@ def bounded_rates(
     Reference: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
         kinematically singular configurations, 1988.
     """
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
     e, largest = positive("region", region), positive("damping", damping)
     J = task_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
-    twist = gate("V", V, (J.shape[-2],), finite=True)
+    twist = twists_for(J, V)
     U, s, W = np.linalg.svd(J, full_matrices=False)
     squares = np.where(s < e, (1.0 - (s / e) ** 2) * largest**2, 0.0)
     parts = (np.swapaxes(U, -1, -2) @ twist[..., None])[..., 0]

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_kind, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik.answers import SolutionSet
+from mafsil.ik.answers import Branch, SolutionSet
+from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.messages import say
 from mafsil.robot import Robot
 from mafsil.solvers import Status
@@ -47,6 +49,8 @@ class Switch:
         conditioning: of the posture before: near zero, the branch ended at a singular posture.
         reason: `limit` or `singular`.
         joint: the joint that would have left its limits, or that jumps most.
+        branches: the branch at the pose before, and the one at this pose; alike where only whole turns differ, and
+            where the arm's branches have no names.
     """
 
     index: int
@@ -55,11 +59,16 @@ class Switch:
     conditioning: float
     reason: str
     joint: str
+    branches: tuple[Branch, Branch]
 
     def explain(self, language: str | None = None) -> str:
-        """The switch in a sentence."""
+        """The switch in a sentence or two."""
         facts = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max()), "time": self.time}
-        return say(f"ik.switch_{self.reason}", language=language, **facts, conditioning=self.conditioning)
+        told = say(f"ik.switch_{self.reason}", language=language, **facts, conditioning=self.conditioning)
+        if self.branches[0] == self.branches[1]:
+            return told
+        before, after = (branch.label(language) for branch in self.branches)
+        return told + say("ik.switch_branches", language=language, before=before, after=after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,10 +159,11 @@ def track(
 ) -> Track:
     """Joint coordinates along a path of poses, each from the one before.
 
-    Between two poses the tip follows one screw motion. Steps that would change a coordinate by more than `largest_step`
-    are halved, so that the arm cannot jump to another branch unseen; joints at their limits are held if the others can
-    do the motion. Where the branch ends, at a limit or a singular posture, the nearest other solution of the next pose
-    is taken, and the switch is named with its time and reason.
+    Between two poses the tip follows one screw motion; an arm of fewer than six joints that cannot, stays as near to it
+    as it can. Steps that would change a coordinate by more than `largest_step` are halved, so that the arm cannot jump
+    to another branch unseen; joints at their limits are held if the others can do the motion. Where the branch ends, at
+    a limit or a singular posture, the nearest other solution of the next pose is taken, and the switch is named with
+    its time, its reason and both branches.
 
     Args:
         robot: any arm.
@@ -164,10 +174,16 @@ def track(
         largest_step: largest change of a coordinate in one step [rad | m].
 
     Raises:
-        InputError: wrong shapes, numbers that are not finite, times that do not increase.
+        InputError: wrong shapes, numbers that are not finite, a row that is no pose, times that do not increase.
     """
-    poses = gate("T_path", T_path, (4, 4), finite=True).reshape(-1, 4, 4)
-    begin = gate("start", start, (robot.n,), finite=True)
+    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    poses = gate("T_path", T_path, (4, 4), finite=True)
+    if poses.ndim != 3:
+        raise InputError("input.shape", name="T_path", expected="(k, 4, 4)", got=poses.shape, hint="")
+    poses, rigid = clean_poses(poses)
+    if not rigid.all():
+        raise InputError("ik.no_pose", name=f"T_path[{int(rigid.argmin())}]", limit=ORTHOGONALITY)
+    begin = single("start", start, (robot.n,))
     clock = np.arange(len(poses), dtype=np.float64) if times is None else gate("times", times, (), finite=True)
     if clock.shape != (len(poses),):
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")
@@ -206,7 +222,7 @@ class _Tracker:
                     break
                 new = others.nearest(q_end)
                 if k > 0:
-                    self.switches.append(self._switch(k, time, q_end, new))
+                    self.switches.append(self._switch(k, time, q_end, new, others))
                 q_end = new
             self.q[k], self.residual[k], q = q_end, self._miss(q_end, T), q_end
         return self._track(stopped_at, refusal)
@@ -214,10 +230,11 @@ class _Tracker:
     def _walk(self, q: JointVector, T_0: PoseMatrix, T_1: PoseMatrix) -> tuple[float, JointVector]:
         """How far of the screw motion between two poses the branch lasts, and the coordinates there."""
         at, step = 0.0, 1.0
+        able = self._able(q, T_1)
         while at < 1.0:
             ahead = min(at + step, 1.0)
             T = T_1 if ahead == 1.0 else pose.interpolate_screw(T_0, T_1, ahead)
-            found = self._near(q, T)
+            found = self._near(q, T, exact=able or ahead == 1.0)
             if found is None:
                 step /= 2.0
                 if step < FINEST:
@@ -226,17 +243,24 @@ class _Tracker:
                 at, q, step = ahead, found, 2.0 * step
         return 1.0, q
 
-    def _near(self, q: JointVector, T: PoseMatrix) -> JointVector | None:
+    def _able(self, q: JointVector, T: PoseMatrix) -> bool:
+        """Whether the arm can set out on the screw motion: with six joints, or if its twist is among those it has."""
+        if self.robot.n >= 6:
+            return True
+        J, V = self.robot.jacobian_body(q), pose.error(self.robot.forward_kinematics(q), T)
+        return bool(np.linalg.norm(J @ (np.linalg.pinv(J, rcond=1e-6) @ V) - V) <= 1e-6 * np.linalg.norm(V))
+
+    def _near(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
         """The solution that Newton's method finds from q, within the limits, if it is a step away."""
         found = solve_ik(self.robot, T, q, tolerance=self.tolerance, restarts=0)
-        near = bool(found.solved) and bool(np.abs(found.q - q).max(initial=0.0) <= self.largest)
+        near = bool(found.solved or not exact) and bool(np.abs(found.q - q).max(initial=0.0) <= self.largest)
         return found.q if near else None
 
     def _miss(self, q: JointVector, T: PoseMatrix) -> float:
         e = pose.error(self.robot.forward_kinematics(q), T)
         return float(max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])))
 
-    def _switch(self, k: int, time: float, q: JointVector, new: JointVector) -> Switch:
+    def _switch(self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet) -> Switch:
         """Why the branch ended: a joint at its limit that has to go on, or a singular posture."""
         limits = self.robot.limits
         J = self.robot.jacobian_body(q)
@@ -245,7 +269,11 @@ class _Tracker:
         pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > 1e-9)
         reason = "limit" if pushed.any() else "singular"
         joint = int(np.where(pushed, np.abs(ahead), 0.0).argmax()) if pushed.any() else int(np.abs(new - q).argmax())
-        return Switch(k, time, new - q, float(self._conditioning(q[None])[0]), reason, self.robot.joint_names[joint])
+        before = inverse_kinematics(self.robot, self.poses[k - 1], near=self.q[k - 1], tolerance=self.tolerance)
+        assert isinstance(before, SolutionSet)
+        branches = _branch(before, self.q[k - 1]), _branch(others, new)
+        conditioning = float(self._conditioning(q[None])[0])
+        return Switch(k, time, new - q, conditioning, reason, self.robot.joint_names[joint], branches)
 
     def _conditioning(self, q: JointVector) -> Floats:
         """(k,) smallest over largest singular value."""
@@ -287,3 +315,11 @@ class _Tracker:
             lost = lost * np.sign(lost[np.abs(lost).argmax()])
             found.append(Passage(k, float(self.times[k]), float(conditioning[k]), lost))
         return tuple(found)
+
+
+def _branch(answer: SolutionSet, q: JointVector) -> Branch:
+    """The branch of the solution that a configuration is, up to whole turns."""
+    if not len(answer):
+        return Branch()
+    wound = wound_near(answer.q, q, np.full(len(q), -np.inf), np.full(len(q), np.inf), answer.turning)
+    return answer.branches[int(np.linalg.norm(wound - q, axis=1).argmin())]

@@ -10,7 +10,7 @@ from mafsil.arrays import PoseMatrix, frozen
 from mafsil.job.description import Grasp, Tool
 from mafsil.job.poses import pose_matrix
 from mafsil.model import Inertial, Mechanism
-from mafsil.simulation.plant import united
+from mafsil.model.mass_properties import united
 
 
 def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:

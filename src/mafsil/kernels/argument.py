@@ -1,4 +1,7 @@
-"""Reduction of angles by quarter turns: x = n pi/2 + r + lo, |r| <= pi/4, for any finite x."""
+"""Reduction of angles by quarter turns: x = n pi/2 + r - rest, |r| <= pi/4, for any finite x.
+
+The rest counts downwards so that it is +0, never -0, where r is exact: then r - rest keeps the sign of a zero.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ _PARTS = "{ double, double, i64 }"
 
 
 def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
-    """(r, lo, bits whose last two are n mod 4) of every angle; NaN and infinities give NaN.
+    """(r, rest, bits whose last two are n mod 4) of every angle; NaN and infinities give NaN.
 
     The hot path is for |n| < 2^20; if any lane is beyond, a function reduces those lanes with 2/pi to 1200 bits.
     """
@@ -49,15 +52,15 @@ def _moderate(lanes: Lanes, x: str) -> tuple[str, str, str]:
         first, second, third = (lanes.const(part) for part in HALF_PI)
         above = lanes.fnma(n, first, x)
         r = lanes.fnma(n, second, above)
-        lo = lanes.fnma(n, third, lanes.fnma(n, second, lanes.sub(above, r)))
-        return r, lo, lanes.bits(turned)
+        rest = lanes.fma(n, third, lanes.fma(n, second, lanes.sub(r, above)))
+        return r, rest, lanes.bits(turned)
     first, second, third = (lanes.const(part) for part in HALF_PI_SHORT)
     above = lanes.sub(x, lanes.mul(n, first))
     step = lanes.mul(n, second)
     middle = lanes.sub(above, step)
-    rest = lanes.sub(lanes.sub(lanes.sub(above, middle), step), lanes.mul(n, third))
-    r = lanes.add(middle, rest)
-    return r, lanes.add(lanes.sub(middle, r), rest), lanes.bits(turned)
+    beyond = lanes.add(lanes.add(lanes.sub(middle, above), step), lanes.mul(n, third))
+    r = lanes.sub(middle, beyond)
+    return r, lanes.add(lanes.sub(r, middle), beyond), lanes.bits(turned)
 
 
 def _joined(
@@ -74,11 +77,11 @@ def _joined(
     kinds = (lanes.real, lanes.real, lanes.integer)
     joined: list[tuple[str, str, str]] = []
     for quick, late in zip(fast, again, strict=True):
-        r, lo, turns = (
+        r, rest, turns = (
             text.let(f"phi {kind} [ {q}, %{before} ], [ {s}, %{slow} ]")
             for kind, q, s in zip(kinds, quick, late, strict=True)
         )
-        joined.append((r, lo, turns))
+        joined.append((r, rest, turns))
     return joined
 
 
@@ -87,27 +90,27 @@ def _by_memory(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]]
     text, count = lanes.text, len(angles)
     space = f"%space{text.count}"
     text.entry.append(f"  {space} = alloca [{4 * count} x {lanes.real}], align 64")
-    for k, (x, (r, lo, turns)) in enumerate(zip(angles, fast, strict=True)):
-        for part, value in enumerate((x, r, lo, lanes.from_bits(turns))):
+    for k, (x, (r, rest, turns)) in enumerate(zip(angles, fast, strict=True)):
+        for part, value in enumerate((x, r, rest, lanes.from_bits(turns))):
             lanes.store(value, space, part * count + k)
     text.do(f"call void @{HUGE}(ptr {space}, i64 {count * lanes.width})")
     again = [tuple(lanes.load(space, part * count + k) for part in (1, 2, 3)) for k in range(count)]
-    return [(r, lo, lanes.bits(turns)) for r, lo, turns in again]
+    return [(r, rest, lanes.bits(turns)) for r, rest, turns in again]
 
 
 def _by_value(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
     """One call for each angle, arguments and results in registers."""
     text = lanes.text
     again: list[tuple[str, str, str]] = []
-    for x, (r, lo, turns) in zip(angles, fast, strict=True):
-        parts = text.let(f"call {_PARTS} @{HUGE_VALUE}(double {x}, double {r}, double {lo}, i64 {turns})")
+    for x, (r, rest, turns) in zip(angles, fast, strict=True):
+        parts = text.let(f"call {_PARTS} @{HUGE_VALUE}(double {x}, double {r}, double {rest}, i64 {turns})")
         first, second, third = (text.let(f"extractvalue {_PARTS} {parts}, {k}") for k in range(3))
         again.append((first, second, third))
     return again
 
 
 def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
-    """IR of the function that reduces one huge angle, and the declarations it needs: (x, r, lo, turns) renewed."""
+    """IR of the function that reduces one huge angle, and the declarations it needs: (x, r, rest, turns) renewed."""
     text = Text(fma, rounding=False)
     lanes = Lanes(text, 1)
     beyond = lanes.integer_op("xor", "%turns", lanes.whole(MAGIC_BITS))
@@ -119,7 +122,7 @@ def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     text.do("br label %done")
     text.label("done")
     total = "poison"
-    kinds = (("double", "%r"), ("double", "%lo"), ("i64", "%turns"))
+    kinds = (("double", "%r"), ("double", "%rest"), ("i64", "%turns"))
     chosen = [
         text.let(f"phi {kind} [ {old}, %entry ], [ {new}, %reduce ]")
         for (kind, old), new in zip(kinds, renewed, strict=True)
@@ -127,7 +130,7 @@ def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     for k, ((kind, _), value) in enumerate(zip(kinds, chosen, strict=True)):
         total = text.let(f"insertvalue {_PARTS} {total}, {kind} {value}, {k}")
     text.do(f"ret {_PARTS} {total}")
-    arguments = "double %x, double %r, double %lo, i64 %turns"
+    arguments = "double %x, double %r, double %rest, i64 %turns"
     header = f"define internal {_PARTS} @{HUGE_VALUE}({arguments}) cold noinline {attributes} {{\nentry:\n"
     return _table() + header + "\n".join(text.lines) + "\n}\n", text.declared
 
@@ -142,7 +145,7 @@ def _table() -> str:
 def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """IR of the function that reduces huge angles, and the declarations it needs.
 
-    It gets n angles, then n values of r, of lo and of the turned bits, and renews those beyond the hot path:
+    It gets n angles, then n values of r, of the rest and of the turned bits, and renews those beyond the hot path:
     x = m 2^k; the bits of 2/pi that count for m 2^k 2/pi mod 4 are cut out and multiplied by m in integers.
 
     Reference: Payne and Hanek 1983, Radian reduction for trigonometric functions.
@@ -152,7 +155,7 @@ def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     text.do("br label %next")
     text.label("next")
     text.do("%i = phi i64 [ 0, %entry ], [ %following, %continue ]")
-    for part, name in enumerate(("x", "r", "lo", "turns")):
+    for part, name in enumerate(("x", "r", "rest", "turns")):
         text.do(f"%{name}.skip = mul i64 %n, {part}")
         text.do(f"%{name}.index = add i64 %i, %{name}.skip")
         text.do(f"%{name}.place = getelementptr double, ptr %base, i64 %{name}.index")
@@ -163,9 +166,9 @@ def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     finite = lanes.compare("olt", lanes.fabs("%x"), lanes.const(float("inf")))
     text.do(f"br i1 {lanes.mask_op('and', beyond, finite)}, label %reduce, label %continue")
     text.label("reduce")
-    r, lo, turns = _payne_hanek(lanes, "%x")
+    r, rest, turns = _payne_hanek(lanes, "%x")
     text.do(f"store double {r}, ptr %r.place, align 8")
-    text.do(f"store double {lo}, ptr %lo.place, align 8")
+    text.do(f"store double {rest}, ptr %rest.place, align 8")
     text.do(f"store i64 {turns}, ptr %turns.place, align 8")
     text.do("br label %continue")
     text.label("continue")
@@ -224,4 +227,4 @@ def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
     minus = text.let(f"icmp slt i64 {bits}, 0")
     flip = text.let(f"xor i1 {minus}, {below}")
     quarter = text.let(f"select i1 {minus}, i64 {op('sub', '0', quarter)}, i64 {quarter}")
-    return lanes.select(flip, lanes.neg(r), r), lanes.select(flip, lanes.neg(lo), lo), quarter
+    return lanes.select(flip, lanes.neg(r), r), lanes.select(flip, lo, lanes.neg(lo)), quarter

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from mafsil import threads as pool
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
-from mafsil.kernels import threads as pool
 from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
 

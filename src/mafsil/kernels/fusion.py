@@ -14,14 +14,14 @@ def fused(tape: Tape) -> Tape:
     A product is fused only if all its uses are sums that can take it, so that it disappears. Of two products in one
     sum, the one that is ready later is fused.
     """
-    users = _users(tape)
+    users = users_of(tape)
     claims = _claims(tape, users)
     nodes = [_with_product(tape, i, claims[i]) if i in claims else node for i, node in enumerate(tape.nodes)]
     merged = alive(Tape(tuple(nodes), tape.input_sizes, tape.outputs))
     return _without_signs(merged)
 
 
-def _users(tape: Tape) -> list[list[int]]:
+def users_of(tape: Tape) -> list[list[int]]:
     """For every node, the nodes that use it; an output counts as user -1."""
     users: list[list[int]] = [[] for _ in tape.nodes]
     for i, node in enumerate(tape.nodes):
@@ -35,21 +35,21 @@ def _users(tape: Tape) -> list[list[int]]:
 
 def _claims(tape: Tape, users: list[list[int]]) -> dict[int, int]:
     """Sum -> the product that it swallows."""
-    nodes, ready = tape.nodes, _ready(tape)
+    nodes, ready = tape.nodes, ready_times(tape)
     claims: dict[int, int] = {}
-    products = [i for i, node in enumerate(nodes) if node.op == "mul" and all(_takes(nodes, u, i) for u in users[i])]
+    products = [i for i, node in enumerate(nodes) if node.op == "mul" and all(takes(nodes, u, i) for u in users[i])]
     for i in sorted(products, key=lambda i: (len(users[i]), -ready[i])):
         if all(user not in claims for user in users[i]):
             claims.update(dict.fromkeys(users[i], i))
     return claims
 
 
-def _takes(nodes: tuple[Node, ...], user: int, product: int) -> bool:
+def takes(nodes: tuple[Node, ...], user: int, product: int) -> bool:
     """`user` is a sum in which `product` occurs once."""
     return user >= 0 and nodes[user].op in ("add", "sub") and nodes[user].args.count(product) == 1
 
 
-def _ready(tape: Tape) -> list[int]:
+def ready_times(tape: Tape) -> list[int]:
     """Clock cycles after which each value is there, if nothing waits for a free unit."""
     ready: list[int] = []
     for node in tape.nodes:
@@ -70,7 +70,7 @@ _OPPOSITE = {"fma": "fnms", "fms": "fnma", "fnma": "fms", "fnms": "fma"}
 
 def _without_signs(tape: Tape) -> Tape:
     """Negations of values used nowhere else become part of the operation that computes them."""
-    users = _users(tape)
+    users = users_of(tape)
     nodes = list(tape.nodes)
     for i, node in enumerate(nodes):
         if node.op == "neg" and len(users[node.args[0]]) == 1:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mafsil.kernels import batch, cache, call, identity, runtime, threads, ufunc
+from mafsil import threads
+from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
 from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL, LOOP
 from mafsil.kernels.compiler import Order, obtain

@@ -14,6 +14,9 @@ from mafsil.kernels.staging import BODY, staging
 from mafsil.kernels.tape import Tape
 from mafsil.kernels.target import Target
 
+ROOM = 1 << 22
+"""Bytes of stack that the rows of one tile may take: half of what a thread has on most systems."""
+
 
 def lower(tape: Tape, signature: Signature, target: Target) -> str:
     """Text of one module with `mafsil_batch` and `mafsil_single`, without calls to anything outside.
@@ -24,9 +27,10 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
         target: lanes, and whether products and sums may be fused.
 
     Raises:
-        KernelError: the ports do not fit the tape.
+        KernelError: the ports do not fit the tape, or a tile not the stack.
     """
     _check(tape, signature)
+    _check_room(signature, target.lanes)
     bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
     rows = ", ".join(["ptr noalias %in", *(f"ptr noalias %rows{k}, i64 %step{k}" for k in range(len(tape.outputs)))])
@@ -111,6 +115,12 @@ def _check(tape: Tape, signature: Signature) -> None:
         raise KernelError(
             "kernels.ports", kernel=signature.name, expected=sizes, got=(tape.input_sizes, tape.output_sizes)
         )
+
+
+def _check_room(signature: Signature, lanes: int) -> None:
+    count, most = sum(port.size for port in signature.ports), ROOM // (8 * lanes)
+    if count > most:
+        raise KernelError("kernels.room", kernel=signature.name, count=count, most=most)
 
 
 class _Entry:

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from mafsil import threads
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.kernels import cache as code_cache
-from mafsil.kernels import elf, identity, target, threads
+from mafsil.kernels import elf, identity, target
 from mafsil.kernels.cache import Entry
 from mafsil.kernels.call import LOOP
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]

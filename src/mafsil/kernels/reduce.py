@@ -1,7 +1,8 @@
 """A smaller tape with the same values: constants folded, equal values shared, signs absorbed, products fused with sums.
 
-Every rewrite keeps the IEEE result of every operation, NaN and infinities included; only the sign of a zero may change,
-and a product fused with its sum is rounded once instead of twice.
+Every rewrite keeps the IEEE result of every operation, NaN and infinities included, but for three: the sign of a zero
+may change, a product fused with its sum is rounded once instead of twice, and sums of products may be taken in another
+order (`sums`), which keeps the bound of their rounding error.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Callable
 
 from mafsil.kernels.fusion import fused
 from mafsil.kernels.schedule import scheduled
+from mafsil.kernels.sums import in_rows
 from mafsil.kernels.tape import Node, Tape, alive
 
 COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
@@ -19,7 +21,7 @@ COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
 
 def reduce(tape: Tape) -> Tape:
     """The tape rewritten, dead values removed, in an order that keeps few values alive."""
-    return scheduled(fused(_simplified(tape)))
+    return scheduled(fused(in_rows(_simplified(tape))))
 
 
 def _simplified(tape: Tape) -> Tape:

@@ -21,12 +21,12 @@ def sincos(lanes: Lanes, angles: list[str], wanted: list[set[str]]) -> list[tupl
     return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduced(lanes, angles), wanted, strict=True)]
 
 
-def _on_quarter(lanes: Lanes, r: str, lo: str, turns: str, wanted: set[str]) -> tuple[str, str]:
-    """Sin and cos of n pi/2 + r + lo."""
+def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, wanted: set[str]) -> tuple[str, str]:
+    """Sin and cos of n pi/2 + r - rest."""
     z = lanes.mul(r, r)
     z2 = lanes.mul(z, z)
-    small = lanes.add(r, lanes.fma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), lo))
-    tail = lanes.fms(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, lo))
+    small = lanes.sub(r, lanes.fnma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), rest))
+    tail = lanes.fma(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, rest))
     large = lanes.add(lanes.const(1.0), lanes.fnma(lanes.mul(lanes.const(0.5), r), r, tail))
     odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
     sine = cosine = ""
@@ -46,22 +46,22 @@ def _turned(lanes: Lanes, x: str, turns: str) -> str:
 
 def tan(lanes: Lanes, x: str) -> str:
     """Tangent: a quotient of sine and cosine, each with its rounding error, and one step that mends the quotient."""
-    ((r, lo, turns),) = reduced(lanes, [x])
+    ((r, rest, turns),) = reduced(lanes, [x])
     z = lanes.mul(r, r)
     z2 = lanes.mul(z, z)
-    bend = lanes.fma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), lo)
-    sine, sine_low = ordered_sum(lanes, r, bend)
+    bend = lanes.fnma(lanes.mul(r, z), polynomial(lanes, table.SIN, z, z2), rest)
+    sine, sine_low = ordered_sum(lanes, r, lanes.neg(bend))
     drop, drop_low = two_product(lanes, lanes.mul(lanes.const(0.5), r), r)
     main, lost = ordered_sum(lanes, lanes.const(1.0), lanes.neg(drop))
-    tail = lanes.fms(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, lo))
+    tail = lanes.fma(z2, polynomial(lanes, table.COS, z, z2), lanes.mul(r, rest))
     cosine, cosine_low = ordered_sum(lanes, main, lanes.add(lanes.sub(lost, drop_low), tail))
     odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
     over, over_low = lanes.select(odd, cosine, sine), lanes.select(odd, cosine_low, sine_low)
     under, under_low = lanes.select(odd, sine, cosine), lanes.select(odd, sine_low, cosine_low)
     quotient = lanes.div(over, under)
     product, error = two_product(lanes, quotient, under)
-    missing = lanes.add(lanes.sub(lanes.sub(over, product), error), lanes.fnma(quotient, under_low, over_low))
-    quotient = lanes.add(quotient, lanes.div(missing, under))
+    excess = lanes.add(lanes.add(lanes.sub(product, over), error), lanes.fms(quotient, under_low, over_low))
+    quotient = lanes.sub(quotient, lanes.div(excess, under))
     return lanes.select(odd, lanes.neg(quotient), quotient)
 
 

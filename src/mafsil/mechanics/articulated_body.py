@@ -31,10 +31,10 @@ class ArticulatedInertia:
         """Both bodies as one."""
         return ArticulatedInertia(self.I + other.I, self.H + other.H, self.M + other.M)
 
-    def reduced(self, U: tuple[Expression, Expression], D: Expression) -> ArticulatedInertia:
-        """I - U U' / D: what is left where the joint gives way."""
+    def reduced(self, U: tuple[Expression, Expression], give: Expression) -> ArticulatedInertia:
+        """I - U U' give: what is left where the joint gives way."""
         m, f = U
-        return ArticulatedInertia(self.I - m @ (m / D).T, self.H - m @ (f / D).T, self.M - f @ (f / D).T)
+        return ArticulatedInertia(self.I - m @ (m * give).T, self.H - m @ (f * give).T, self.M - f @ (f * give).T)
 
     def in_parent(self, step: Placement) -> ArticulatedInertia:
         """Seen from the parent's frame: turned, then shifted by the offset p.
@@ -122,23 +122,23 @@ def _inward(
     inertias: list[ArticulatedInertia],
     bias: list[tuple[Expression, Expression]],
 ) -> dict[int, tuple[tuple[Expression, Expression], Expression, Expression]]:
-    """(U, D, u) of each joint, by body index."""
+    """(U, 1/D, u) of each joint, by body index."""
     gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
     least = _least_inertias(tree, steps)
     for i, body in reversed(tree.moving):
         step, A = steps[i], inertias[i]
         U = (step.omega * A.I[:, 2] + step.v * A.H[:, 2], step.omega * A.H[2, :].T + step.v * A.M[:, 2])
         D = step.omega * U[0][2] + step.v * U[1][2] + body.armature
-        D = ca.if_else(D > least[i], D, nan)
+        give = ca.if_else(D > least[i], 1 / D, nan)
         moment, force = bias[i]
         u = efforts[i] - step.omega * moment[2] - step.v * force[2]
-        gates[i] = (U, D, u)
+        gates[i] = (U, give, u)
         if not body.parent:
             continue
         angular, linear = drift[i]
-        kept = A.reduced(U, D)
-        moment = moment + kept.I @ angular + kept.H @ linear + U[0] * (u / D)
-        force = force + kept.H.T @ angular + kept.M @ linear + U[1] * (u / D)
+        kept = A.reduced(U, give)
+        moment = moment + kept.I @ angular + kept.H @ linear + U[0] * (u * give)
+        force = force + kept.H.T @ angular + kept.M @ linear + U[1] * (u * give)
         f = step.to_parent(force)
         m = step.to_parent(moment) + ca.cross(step.offset, f)
         bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
@@ -176,8 +176,8 @@ def _outward(
         step, p = steps[i], body.parent
         angular = step.to_child(alpha[p]) + drift[i][0]
         linear = step.to_child(a[p] + ca.cross(alpha[p], step.offset)) + drift[i][1]
-        U, D, u = gates[i]
-        x = (u - ca.dot(U[0], angular) - ca.dot(U[1], linear)) / D
+        U, give, u = gates[i]
+        x = (u - ca.dot(U[0], angular) - ca.dot(U[1], linear)) * give
         qdd[body.coordinate] = x
         alpha.append(angular + _along_z(step.omega * x))
         a.append(linear + _along_z(step.v * x))

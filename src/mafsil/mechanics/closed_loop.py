@@ -9,7 +9,7 @@ import casadi as ca
 
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
+from mafsil.mechanics.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
 from mafsil.mechanics.forward_kinematics import forward_kinematics
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.mechanics.gauge import regauged
@@ -96,7 +96,7 @@ def _law(
                 integrals.append(x["integral"][row * n : (row + 1) * n] + ki * (u - q))
                 feedback = feedback + integrals[-1]
             row += 1
-            effort = feedback if term.model is None else inverse_dynamics(trees.of(term.model), q, qd, a + feedback)
+            effort = feedback if term.model is None else _efforts(loop, trees, term.model, q, qd, a + feedback)
         elif term.kind == "gravity":
             assert term.model is not None
             effort = inverse_dynamics(trees.of(term.model), q, ca.SX(n, 1), ca.SX(n, 1))
@@ -105,6 +105,17 @@ def _law(
             effort = inverse_dynamics(trees.of(term.model), u, v, a)
         total = total + effort
     return total, ca.vertcat(ca.SX(0, 1), *integrals)
+
+
+def _efforts(loop: Loop, trees: _Trees, model: Mechanism, q: Expression, qd: Expression, qdd: Expression) -> Expression:
+    """Inverse dynamics of the law's model.
+
+    A law that knows the plant and its state shares M and h = c + g with the plant's own step: M qdd + h is shorter.
+    """
+    tree = trees.of(model)
+    if model is not loop.plant or loop.noisy or not by_mass_matrix_shorter(tree):
+        return inverse_dynamics(tree, q, qd, qdd)
+    return mass_matrix(tree, q) @ qdd + inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
 
 
 def _clipped(command: Expression, limit: Expression) -> Expression:

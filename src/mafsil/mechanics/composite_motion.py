@@ -20,8 +20,7 @@ class Motion:
         omega: angular velocity, in {i}.
         U: (3, 3) U r is the acceleration that spin gives a point at r of {i}: [alpha] + [omega]^2.
         a: acceleration of the origin of {i}, gravity as the base's upward acceleration, in {i}.
-        gain: velocity of the origin of {i} less that of its parent's, in the parent's frame.
-        lead: acceleration of the origin of {i} less that of its parent's, in the parent's frame.
+        gain: twice the velocity of the origin of {i} less that of its parent's, in the parent's frame.
         drift: omega_p x z, in {i}: how the parent turns the joint's axis.
         jump: angular and linear part of Psi'', in {i}.
     """
@@ -30,7 +29,6 @@ class Motion:
     U: list[Expression]
     a: list[Expression]
     gain: list[Expression]
-    lead: list[Expression]
     drift: list[Expression]
     jump: list[tuple[Expression, Expression]]
 
@@ -41,9 +39,9 @@ class CompositeMotion:
 
     Attributes:
         inertia: mass, h, I.
-        p: (3,) linear momentum, velocities relative to the origin's.
-        W: (3, 3) integral of v r' dm.
-        moment, force: (3,) what the motion relative to the origin's acceleration needs, with outer wrenches.
+        p: (3,) twice the linear momentum, velocities relative to the origin's.
+        W: (3, 3) twice the integral of v r' dm.
+        moment, force: (3,) what the motion needs, with outer wrenches.
     """
 
     inertia: CompositeInertia
@@ -62,54 +60,41 @@ class CompositeMotion:
             self.force + other.force,
         )
 
-    def in_parent(self, step: Placement, gain: Expression, lead: Expression) -> CompositeMotion:
-        """Relative to the parent's origin: velocities grow by `gain`, accelerations by `lead`."""
-        mass, o = self.inertia.mass, step.offset
-        h = step.to_parent(self.inertia.h)
-        p = step.to_parent(self.p) + mass * gain
-        force = step.to_parent(self.force) + mass * lead
+    def in_parent(self, step: Placement, gain: Expression) -> CompositeMotion:
+        """Relative to the parent's origin: twice the velocities grow by `gain`."""
+        o, h = step.offset, step.to_parent(self.inertia.h)
+        p, force = step.to_parent(self.p) + self.inertia.mass * gain, step.to_parent(self.force)
         return CompositeMotion(
             self.inertia.in_parent(step),
             p,
             turned(self.W, step) + p @ o.T + gain @ h.T,
-            step.to_parent(self.moment) + ca.cross(o, force) + ca.cross(h, lead),
+            step.to_parent(self.moment) + ca.cross(o, force),
             force,
         )
 
-    def unit_acceleration(self, step: Placement) -> tuple[Expression, Expression]:
-        """G S: the wrench per unit acceleration of the joint."""
-        h, mass = ca.densify(self.inertia.h), self.inertia.mass
-        moment = step.omega * self.inertia.I[:, 2] + step.v * ca.vertcat(h[1], -h[0], 0)
-        return moment, step.omega * ca.vertcat(-h[1], h[0], 0) + step.v * ca.vertcat(0, 0, mass)
-
     def unit_rate_row(self, step: Placement) -> Expression:
-        """B' S (3,): the joint's effort per angular change of the twist."""
+        """2 B' S (3,): the joint's effort per angular change of the twist."""
         W, p = self.W, self.p
         turn = ca.vertcat(-W[2, 0], -W[2, 1], W[0, 0] + W[1, 1])
         return step.omega * turn + step.v * ca.vertcat(p[1], -p[0], 0)
 
     def rate_wrench(self, step: Placement, drift: Expression) -> tuple[Expression, Expression]:
-        """B S + G Psi': half the wrench per unit rate of the joint."""
+        """2 (B S + G Psi'): the wrench per unit rate of the joint."""
         W, p = self.W, self.p
         turn = ca.vertcat(-W[0, 2], -W[1, 2], W[0, 0] + W[1, 1])
-        moment, force = self._demand(step.omega * drift, step.v * drift)
+        moment, force = self._demand(2 * step.omega * drift, 2 * step.v * drift)
         return step.omega * turn + moment, step.omega * ca.vertcat(-p[1], p[0], 0) + force
 
     def shift_wrench(self, step: Placement, motion: Motion, i: int) -> tuple[Expression, Expression]:
-        """2 B Psi' + G Psi'' + S x* F: the change of the wrench per displacement of the joint.
-
-        With F = (moment + h x a, force + m a), the parts of w a x z in G Psi'' and of w z x (m a) in S x* F cancel.
-        """
-        w, v, z = step.omega, step.v, ca.SX(ca.DM([0, 0, 1]))
-        xi, x = motion.jump[i][0], motion.jump[i][1] - w * ca.cross(motion.a[i], z)
-        moment, force = self._demand(xi, x)
-        drift, h, a = w * motion.drift[i], self.inertia.h, motion.a[i]
-        spread = (self.W[0, 0] + self.W[1, 1] + self.W[2, 2]) * drift - self.W @ drift
-        moment = moment + 2 * spread + w * (ca.cross(z, self.moment) + ca.cross(ca.cross(z, h), a))
-        force = force + 2 * ca.cross(drift, self.p) + w * ca.cross(z, self.force)
-        if v:
-            moment = moment + v * ca.cross(z, self.force + self.inertia.mass * a)
-        return moment, force
+        """2 B Psi' + G Psi'' + S x* F: the change of the wrench per displacement of the joint."""
+        w, v, z, W = step.omega, step.v, ca.SX(ca.DM([0, 0, 1])), self.W
+        moment, force = self._demand(*motion.jump[i])
+        x, y = w * motion.drift[i][0], w * motion.drift[i][1]
+        spread = ca.vertcat(
+            (W[1, 1] + W[2, 2]) * x - W[0, 1] * y, (W[0, 0] + W[2, 2]) * y - W[1, 0] * x, -W[2, 0] * x - W[2, 1] * y
+        )
+        moment = moment + spread + w * ca.cross(z, self.moment) + v * ca.cross(z, self.force)
+        return moment, force + ca.cross(ca.vertcat(x, y, 0), self.p) + w * ca.cross(z, self.force)
 
     def _demand(self, xi: Expression, x: Expression) -> tuple[Expression, Expression]:
         """G X (moment, force) of X = (xi, x)."""
@@ -122,20 +107,20 @@ def body_motion(
 ) -> Motion:
     """Motion of all bodies, from the base outward; arguments as in `inverse_dynamics`, base first."""
     zero, z = ca.SX(3, 1), ca.SX(ca.DM([0, 0, 1]))
-    motion = Motion([zero], [ca.SX(3, 3)], [constant(-tree.gravity)], [zero], [zero], [zero], [(zero, zero)])
+    motion = Motion([zero], [ca.SX(3, 3)], [constant(-tree.gravity)], [zero], [zero], [(zero, zero)])
     alpha = [zero]
     for i, body in tree.moving:
         p, step, qd, qdd = body.parent, steps[i], rates[i], accelerations[i]
         carried, spun = step.to_child(motion.omega[p]), step.to_child(alpha[p])
         drift = ca.cross(carried, z)
         axis = spin_acceleration(carried, spun) @ z
-        gain, lead = ca.cross(motion.omega[p], step.offset), motion.U[p] @ step.offset
-        a = step.to_child(motion.a[p] + lead)
+        gain = ca.cross(motion.omega[p], 2 * step.offset)
+        a = step.to_child(motion.a[p] + motion.U[p] @ step.offset)
         jump = step.v * axis + step.omega * ca.cross(a, z)
         if step.v:
             slide = 2 * drift * (step.v * qd) + z * (step.v * qdd)
             jump = jump + 2 * step.omega * step.v * qd * ca.cross(drift, z)
-            gain, lead = gain + step.to_parent(z) * (step.v * qd), lead + step.to_parent(slide)
+            gain = gain + step.to_parent(z) * (2 * step.v * qd)
             a = a + slide
         omega = carried + z * (step.omega * qd)
         alpha.append(spun + drift * (step.omega * qd) + z * (step.omega * qdd))
@@ -143,7 +128,6 @@ def body_motion(
         motion.U.append(spin_acceleration(omega, alpha[i]))
         motion.a.append(a)
         motion.gain.append(gain)
-        motion.lead.append(lead)
         motion.drift.append(drift)
         motion.jump.append((step.omega * axis, jump))
     return motion
@@ -160,12 +144,12 @@ def composites(
         motion: of the bodies.
         F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip}; None for none.
     """
-    own = [_own(body.inertia, motion.omega[i], motion.U[i]) for i, body in enumerate(tree.bodies)]
+    own = [_own(body.inertia, motion.omega[i], motion.U[i], motion.a[i]) for i, body in enumerate(tree.bodies)]
     if F_tip is not None:
         own[tree.tip.body] = _with_tip_wrench(tree, own[tree.tip.body], F_tip)
     for i, body in reversed(tree.moving):
         if body.parent:
-            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i], motion.gain[i], motion.lead[i]))
+            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i], motion.gain[i]))
     return own
 
 
@@ -187,15 +171,16 @@ def turned(W: Expression, step: Placement) -> Expression:
     return step.R @ rows @ step.R.T
 
 
-def _own(inertia: RigidInertia, omega: Expression, U: Expression) -> CompositeMotion:
+def _own(inertia: RigidInertia, omega: Expression, U: Expression, a: Expression) -> CompositeMotion:
     h, second = constant(inertia.h), constant(inertia.I.trace() / 2 * _EYE - inertia.I)
     spread = U @ second
     return CompositeMotion(
         CompositeInertia(ca.SX(inertia.mass), h, constant(inertia.I)),
-        ca.cross(omega, h),
-        ca.skew(omega) @ second,
-        ca.vertcat(spread[2, 1] - spread[1, 2], spread[0, 2] - spread[2, 0], spread[1, 0] - spread[0, 1]),
-        U @ h,
+        ca.cross(omega, 2 * h),
+        ca.skew(omega) @ (2 * second),
+        ca.vertcat(spread[2, 1] - spread[1, 2], spread[0, 2] - spread[2, 0], spread[1, 0] - spread[0, 1])
+        + ca.cross(h, a),
+        inertia.mass * a + U @ h,
     )
 
 

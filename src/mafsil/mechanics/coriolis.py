@@ -13,7 +13,8 @@ def coriolis_matrix(tree: BodyTree, q: Expression, qd: Expression) -> Expression
     """C(q, qd) (n, n) with C qd = c(q, qd) and dM/dt - 2 C skew.
 
     c_i = sum of Gamma_ijk qd_j qd_k is quadratic in the rates and Gamma symmetric in j, k, so half its derivative by
-    the rates is the matrix of the Christoffel symbols, C_ij = sum of Gamma_ijk qd_k.
+    the rates, which is its derivative at half the rates, is the matrix of the Christoffel symbols,
+    C_ij = sum of Gamma_ijk qd_k.
 
     Args:
         tree: the bodies.
@@ -21,7 +22,7 @@ def coriolis_matrix(tree: BodyTree, q: Expression, qd: Expression) -> Expression
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.1.3 and prop. 8.1; Singh, Wensing & Echeandia 2022.
     """
-    return matrices(tree, q, qd, ca.SX(tree.n, 1))[1]
+    return matrices(tree, q, qd / 2, ca.SX(tree.n, 1))[1]
 
 
 def christoffel_symbols(tree: BodyTree, q: Expression) -> Expression:

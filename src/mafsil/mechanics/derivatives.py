@@ -1,8 +1,8 @@
 """Derivatives of inverse and forward dynamics in closed form: a sweep out, one in, few vectors per pair of joints.
 
-Each body's velocities and accelerations are taken relative to the origin of its own frame. Then the composite body
-behind joint i is described by its mass, first moment h, inertia I, linear momentum p and W, the integral of v r' dm,
-and the wrench that a change X = (xi, x) of its twist demands on top of G dX/dt is 2 B X with B X = (N xi, xi x p),
+The velocities of a body are taken relative to the origin of its own frame. Then the composite body behind joint i is
+described by its mass, first moment h, inertia I, p = twice its linear momentum and W = twice the integral of v r' dm,
+and the wrench that a change X = (xi, x) of its twist demands on top of G dX/dt is 2 B X = (N xi, xi x p) with
 N = tr(W) E - W: it needs the angular part alone.
 
 Reference: Singh, Wensing & Echeandia, Efficient analytical derivatives of rigid-body dynamics using spatial vector
@@ -40,8 +40,7 @@ def inverse_dynamics_derivatives(
 
     Reference: as the module.
     """
-    by_q, coriolis, M = matrices(tree, q, qd, qdd, F_tip)
-    return ca.vertcat(by_q, 2 * coriolis, M)
+    return ca.vertcat(*matrices(tree, q, qd, qdd, F_tip))
 
 
 def forward_dynamics_derivatives(
@@ -72,17 +71,17 @@ def forward_dynamics_derivatives(
 def matrices(
     tree: BodyTree, q: Expression, qd: Expression, qdd: Expression, F_tip: Expression | None = None
 ) -> tuple[Expression, Expression, Expression]:
-    """(n, n) each: d tau/dq, the Coriolis matrix C = d tau/dqd / 2 of the Christoffel symbols, and M.
+    """(n, n) each: d tau/dq, d tau/dqd and M.
 
     Arguments as in `inverse_dynamics_derivatives`. What is not used of the result costs nothing.
     """
     steps = placements(tree, q)
     motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
     pairs = _Pairs(tree, steps, motion, composites(tree, steps, motion, F_tip))
-    by_q, coriolis, M = (_Matrix(tree) for _ in range(3))
+    by_q, by_qd, M = (_Matrix(tree) for _ in range(3))
     for i, _ in tree.moving:
-        pairs.walk(i, by_q, coriolis, M)
-    return by_q.full(), coriolis.full(), M.full()
+        pairs.walk(i, by_q, by_qd, M)
+    return by_q.full(), by_qd.full(), M.full()
 
 
 class _Matrix:
@@ -111,11 +110,11 @@ class _Pairs:
     motion: Motion
     composite: Sequence[CompositeMotion]
 
-    def walk(self, i: int, by_q: _Matrix, coriolis: _Matrix, M: _Matrix) -> None:
+    def walk(self, i: int, by_q: _Matrix, by_qd: _Matrix, M: _Matrix) -> None:
         """All entries of joint i with itself and the joints before it."""
         step, body = self.steps[i], self.tree.bodies[i]
         own = self.composite[i]
-        unit = Wrench(*own.unit_acceleration(step))
+        unit = Wrench(*own.inertia.unit_acceleration(step))
         turning = own.unit_rate_row(step)
         rate = Wrench(*own.rate_wrench(step, self.motion.drift[i]))
         shift = Wrench(*own.shift_wrench(step, self.motion, i))
@@ -124,13 +123,13 @@ class _Pairs:
             at = self.steps[j]
             drift, jump = self.motion.drift[j], self.motion.jump[j]
             t_z, drifted = at.omega * turning[2], at.omega * unit.m + at.v * unit.f
-            coriolis.add(i, j, t_z + ca.dot(drifted, drift))
-            by_q.add(i, j, 2 * at.omega * ca.dot(turning, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
+            by_qd.add(i, j, t_z + ca.dot(drifted, 2 * drift))
+            by_q.add(i, j, at.omega * ca.dot(turning, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
             effort = unit.along(at)
             M.add(i, j, effort + body.armature if i == j else effort)
             if i != j:
                 by_q.add(j, i, shift.along(at))
-                coriolis.add(j, i, rate.along(at))
+                by_qd.add(j, i, rate.along(at))
                 M.add(j, i, effort)
             unit, rate, shift = unit.in_parent(at), rate.in_parent(at), shift.in_parent(at)
             turning = at.to_parent(turning) + ca.cross(self.motion.gain[j], unit.f)

@@ -40,11 +40,16 @@ def forward_dynamics(
         ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
     """
     _require_inertia(tree)
+    if by_mass_matrix_shorter(tree):
+        return by_mass_matrix(tree, q, qd, tau, F_tip)
+    _require_definite(tree, mass_matrix(tree, q))
+    return articulated_body(tree, q, qd, tau, F_tip)
+
+
+def by_mass_matrix_shorter(tree: BodyTree) -> bool:
+    """Whether `forward_dynamics` solves with the mass matrix."""
     longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
-    if longest >= LONG_CHAIN and not tree.follows:
-        _require_definite(tree, mass_matrix(tree, q))
-        return articulated_body(tree, q, qd, tau, F_tip)
-    return by_mass_matrix(tree, q, qd, tau, F_tip)
+    return longest < LONG_CHAIN or tree.follows
 
 
 def _require_inertia(tree: BodyTree) -> None:
@@ -99,7 +104,7 @@ def solved(M: Expression, b: Expression) -> Expression:
     x = [b[i, :] for i in range(n)]
     for k in reversed(range(n)):
         before = [i for i in range(k) if (k, i) in entry]
-        inverse_pivot = 1 / ca.if_else(entry[k, k] > SINGULAR * M[k, k], entry[k, k], nan)
+        inverse_pivot = ca.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
         for i in before:
             factor = entry[k, i] * inverse_pivot
             for j in (j for j in before if j <= i):

@@ -29,6 +29,12 @@ class CompositeInertia:
         p = step.offset
         return CompositeInertia(self.mass, h + self.mass * p, turned + _shift(p, h + 0.5 * self.mass * p))
 
+    def unit_acceleration(self, step: Placement) -> tuple[Expression, Expression]:
+        """G S: the wrench (moment, force) per unit acceleration of the joint with the screw S = (w z, v z)."""
+        h = ca.densify(self.h)
+        moment = step.omega * self.I[:, 2] + step.v * ca.vertcat(h[1], -h[0], 0)
+        return moment, step.omega * ca.vertcat(-h[1], h[0], 0) + step.v * ca.vertcat(0, 0, self.mass)
+
 
 def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
     """M(q) (n, n) [kg m^2 | kg m | kg], symmetric.
@@ -46,7 +52,7 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
     composite = _composites(tree, steps)
     entries: dict[tuple[int, int], Expression] = {}
     for i, body in tree.moving:
-        moment, force = _unit_acceleration_wrench(composite[i], steps[i])
+        moment, force = composite[i].unit_acceleration(steps[i])
         j = i
         while j:
             effort = steps[j].omega * moment[2] + steps[j].v * force[2]
@@ -63,14 +69,6 @@ def _composites(tree: BodyTree, steps: list[Placement]) -> list[CompositeInertia
         if body.parent:
             own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i]))
     return own
-
-
-def _unit_acceleration_wrench(inertia: CompositeInertia, step: Placement) -> tuple[Expression, Expression]:
-    """(moment, force) = I_composite S for the joint's screw S = (w z, v z)."""
-    h = ca.densify(inertia.h)
-    moment = step.omega * inertia.I[:, 2] + step.v * ca.vertcat(h[1], -h[0], 0)
-    force = step.omega * ca.vertcat(-h[1], h[0], 0) + step.v * ca.vertcat(0, 0, inertia.mass)
-    return moment, force
 
 
 def _accumulate(tree: BodyTree, entries: dict[tuple[int, int], Expression], i: int, j: int, effort: Expression) -> None:

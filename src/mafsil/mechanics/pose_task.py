@@ -11,7 +11,10 @@ from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.forward_kinematics import forward_kinematics
 from mafsil.mechanics.gauge import regauged
 from mafsil.mechanics.jacobian import jacobian_body
-from mafsil.model import Mechanism
+from mafsil.model import JointKind, Mechanism
+
+FAR = 16.0
+"""Squared scaled error from which damping grows no more: only joints without limits lead so far, and they are linear."""
 
 OPPOSITE = 1e-12
 """Sine below which opposite axes are turned about any normal."""
@@ -31,14 +34,17 @@ def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ca.Functio
     )
 
 
-def step(mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float) -> ca.Function:
+def step(
+    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
+) -> ca.Function:
     """Of (q, T_sd, task) to q_next of n and e of 6 numbers; task = weights (6), axis (3), lower (n), upper (n).
 
-    q_next = clip(q + J' (J J' + lambda I)^-1 e),  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),
-    lambda = relative |e|^2 + least
+    q_next = clip(q + W J' (J J' + lambda I)^-1 e),  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),
+    lambda = relative min(|e|^2, FAR) + least
 
-    Rows of J and e are multiplied by the weights. For one axis the angular part of e is the least turn that brings the
-    axes together. Joints at a bound that the step would push further are held.
+    Rows of J and e are multiplied by the weights, columns of J by W: the length for sliding joints, one for the rest.
+    For one axis the angular part of e is the least turn that brings the axes together. Joints at a bound that the step
+    would push further are held.
 
     Args:
         mechanism: its numbers become constants.
@@ -46,18 +52,18 @@ def step(mechanism: Mechanism, frame: str | None, one_axis: bool, relative: floa
         one_axis: only the direction of the task's axis counts, not the turn about it.
         relative: damping relative to the squared error.
         least: smallest damping.
+        length: unit of sliding joints [m].
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
     goal = _Goal(mechanism, frame, one_axis)
     J, e = goal.weighted()
-    J = goal.held(J, J.T @ e)
-    dq = _damped(J, e, relative * ca.dot(e, e) + least)
+    dq = goal.pursued(J, e, relative * ca.fmin(ca.dot(e, e), FAR) + least, length)
     return ca.Function("pose_step", goal.inputs, [ca.cse(ca.densify(ca.vertcat(goal.clipped(dq), goal.twist)))])
 
 
 def step_with_wish(
-    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float
+    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
 ) -> ca.Function:
     """As `step`, of (q, T_sd, task, z): what the task leaves free moves as wished; then n numbers of that motion.
 
@@ -66,13 +72,13 @@ def step_with_wish(
     Reference: Liegeois, Automatic supervisory control of the configuration and behavior of multibody mechanisms, 1977.
 
     Args:
-        mechanism, frame, one_axis, relative, least: as of the step without a wish.
+        mechanism, frame, one_axis, relative, least, length: as of the step without a wish.
     """
     goal = _Goal(mechanism, frame, one_axis)
     z = ca.SX.sym("z", goal.n)
     J, e = goal.weighted()
+    towards = goal.pursued(J, e, relative * ca.fmin(ca.dot(e, e), FAR) + least, length)
     J = goal.held(J, J.T @ e)
-    damping = relative * ca.dot(e, e) + least
     free = z
     # Joints that the self-motion would push through their bounds are held, then those that the rest pushes.
     for _ in range(2):
@@ -80,7 +86,7 @@ def step_with_wish(
         J = goal.held(J, free)
         free = ca.vertcat(*(ca.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
     free = free - _damped(J, J @ free, ca.SX(least))
-    moved = goal.clipped(_damped(J, e, damping) + free)
+    moved = goal.clipped(towards + free)
     return ca.Function(
         "pose_step_with_wish", [*goal.inputs, z], [ca.cse(ca.densify(ca.vertcat(moved, goal.twist, free)))]
     )
@@ -92,6 +98,7 @@ class _Goal:
     def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool) -> None:
         self.tree: BodyTree = regauged(lumped(mechanism))
         self.n = mechanism.n
+        self.slides = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
         self.one_axis = one_axis
         self.q, wanted = ca.SX.sym("q", self.n), ca.SX.sym("T_sd", 16)
@@ -122,6 +129,12 @@ class _Goal:
         """J without the columns of joints that are at a bound and pushed further."""
         columns = [ca.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
         return ca.horzcat(*columns) if columns else J
+
+    def pursued(self, J: ca.SX, e: ca.SX, damping: ca.SX, length: float) -> ca.SX:
+        """(n,) the damped change of the joints that brings e down, sliding joints in units of the length."""
+        units = ca.DM([length if slides else 1.0 for slides in self.slides])
+        J = self.held(J, J.T @ e) @ ca.diag(units) if any(self.slides) else self.held(J, J.T @ e)
+        return units * _damped(J, e, damping)
 
     def clipped(self, dq: ca.SX) -> ca.SX:
         """Q + dq within the bounds."""

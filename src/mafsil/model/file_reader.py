@@ -15,11 +15,80 @@ from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
 from mafsil.model.repairing import Change, mended, noted
 from mafsil.model.source import Source, Text, load, name_of
-from mafsil.model.xml_tree import ReadLimits, Refusal, parse
+from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
 
 Build: TypeAlias = Callable[[Reading, Assets, str, ReadLimits], Mechanism | None]
 """Makes a mechanism of a parsed document, its assets, its name and the limits, or None after errors."""
 MOST_NOTES = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """What a file format offers: its documents read, diagnosed and repaired.
+
+    Attributes:
+        build: makes the mechanism.
+    """
+
+    build: Build
+
+    def read(
+        self,
+        source: Source,
+        *,
+        packages: Iterable[str | Path] = (),
+        limits: ReadLimits = DEFAULT_LIMITS,
+        repair: bool = False,
+    ) -> Mechanism:
+        """The mechanism that a file describes.
+
+        Args:
+            source: path of the file, or the document itself (bytes, or a str that begins with `<`).
+            packages: further directories in which meshes and included files may lie; for URDF directories of packages,
+                or that hold packages, for `package://` references.
+            limits: sizes beyond which the file is refused.
+            repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
+
+        Returns:
+            The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
+
+        Raises:
+            FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
+        """
+        return self.reader(packages, limits).read(source, repair=repair)
+
+    def diagnose(
+        self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
+    ) -> Report:
+        """All that is to be said about a file, with the mechanism if there is one.
+
+        Args:
+            source, packages, limits: as for `read`.
+
+        Returns:
+            Coded diagnostics in the order of the file; never raises for what stands in the file.
+        """
+        return self.reader(packages, limits).diagnose(source)
+
+    def repair(
+        self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
+    ) -> tuple[str, tuple[Change, ...]]:
+        """A corrected document, and what was changed in it: all repairs that the diagnostics of `source` offer.
+
+        Args:
+            source, packages, limits: as for `read`; included files are left alone.
+
+        Returns:
+            The text, with everything that needed no repair left as it was, and the list of changes.
+
+        Raises:
+            FileError: the source cannot be read at all (missing, too large, not in its encoding).
+        """
+        return self.reader(packages, limits).repair(source)
+
+    def reader(self, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
+        """The reader itself, for what works on files beside reading them; arguments as for `read`."""
+        return FileReader(self.build, tuple(packages), limits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +98,6 @@ class FileReader:
     build: Build
     packages: tuple[str | Path, ...]
     limits: ReadLimits
-
-    @classmethod
-    def of(cls, build: Build, packages: Iterable[str | Path], limits: ReadLimits) -> FileReader:
-        """For one call of a public function."""
-        return cls(build, tuple(packages), limits)
 
     def read(self, source: Source, *, repair: bool) -> Mechanism:
         """The mechanism; after the repairs of its errors if asked for."""

@@ -17,6 +17,7 @@ from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
 from mafsil.errors import InputError, ModelError
 from mafsil.model.inertia_check import ROUNDING
 from mafsil.model.link import Inertial
+from mafsil.model.placement import moved_inertial
 
 Density = Callable[[Floats], ArrayLike]
 """Points (k, 3) [m] -> densities (k,) [kg/m^3]."""
@@ -190,16 +191,37 @@ def combined(parts: Sequence[tuple[Inertial, PoseMatrix]]) -> Inertial:
     Raises:
         ModelError: no mass at all.
 
-    Reference: Lynch & Park, Modern Robotics, eqs. 8.26 and 8.27 (change of axes, Steiner).
+    Reference: Lynch & Park, Modern Robotics, eq. 8.26 (change of axes).
     """
-    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for body, pose in parts:
-        T = gate("pose", pose, (4, 4), finite=True)
-        R, c = T[:3, :3], T[:3, :3] @ body.com + T[:3, 3]
-        own = R @ (np.eye(3) * np.trace(body.inertia) / 2 - body.inertia) @ R.T
-        mass, first = mass + body.mass, first + body.mass * c
-        second = second + own + body.mass * np.outer(c, c)
-    return _from_moments(mass, first, second)
+    whole = united(*(moved_inertial(body, gate("pose", pose, (4, 4), finite=True)) for body, pose in parts))
+    if whole is None or not whole.mass > 0:
+        raise ModelError("dynamics.mass", mass=0.0)
+    return whole
+
+
+def united(*bodies: Inertial | None) -> Inertial | None:
+    """Bodies fixed to each other, all given in one frame, as one; some of them, or all, may be without mass.
+
+    I = sum of I_i + m_i (|d_i|^2 E - d_i d_i'), d_i from the common centre of mass
+
+    Args:
+        bodies: their mass properties; None for no body.
+
+    Returns:
+        The whole, or None if there is no body. Without mass the inertias add up, at the centre of the first.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.27 (Steiner).
+    """
+    parts = [body for body in bodies if body is not None]
+    if len(parts) < 2:
+        return parts[0] if parts else None
+    mass = sum(body.mass for body in parts)
+    com = parts[0].com if not mass else sum((body.mass * body.com for body in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for body in parts:
+        d = body.com - com
+        inertia += body.inertia + body.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    return Inertial(mass, frozen(com), frozen((inertia + inertia.T) / 2))
 
 
 def require_physical(body: Inertial) -> Inertial:

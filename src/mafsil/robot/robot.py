@@ -24,6 +24,7 @@ from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.serial import ArmParts
 from mafsil.robot.arguments import arranged
 from mafsil.robot.compiling import compiled, compiled_together
+from mafsil.robot.regularity import dividing
 from mafsil.robot.routine import (
     ForwardDynamics,
     InverseDynamics,
@@ -155,7 +156,7 @@ class Robot:
     @lazy
     def forward_dynamics(self) -> ForwardDynamics:
         """Qdd (*batch, n) from M qdd = tau - c - g - J' F_tip, of (q, qd, tau, tip_wrench=None)."""
-        return self._routine("forward_dynamics")
+        return dividing(self, "forward_dynamics", 1)
 
     @lazy
     def mass_matrix(self) -> OfPosition:
@@ -215,7 +216,7 @@ class Robot:
     @lazy
     def forward_dynamics_derivatives(self) -> ForwardDynamics:
         """(*batch, 3, n, n): d qdd/dq, d qdd/dqd, M^-1, of (q, qd, tau, tip_wrench=None)."""
-        return self._routine("forward_dynamics_derivatives")
+        return dividing(self, "forward_dynamics_derivatives", 3)
 
     @lazy
     def link_twists(self) -> OfLinkVelocity:
@@ -402,9 +403,8 @@ class Robot:
             if len(names) < 2 or len(set(names)) < len(names):
                 raise InputError("robot.together", got=", ".join(names))
             possible = [name for row in rows for name in row.optional]
-            for name in optional:
-                if name not in possible:
-                    raise InputError("input.choice", name="optional", value=name, known=", ".join(possible))
+            if unknown := [name for name in optional if name not in possible]:
+                raise InputError("input.choice", name="optional", value=unknown[0], known=", ".join(possible))
             if frame is not None:
                 self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
             self._kernels[wanted] = compiled_together(self.mechanism, names, frame, optional)

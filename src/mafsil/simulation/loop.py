@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.arrays import Floats, JointVector, require_function, require_kind
 from mafsil.control import saturated
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
@@ -22,7 +22,7 @@ from mafsil.trajectory import Motion
 RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
 
-PIECE = 50_000
+PIECE = 500_000
 """Ticks times batch that compiled code runs without a break: some hundredths of a second."""
 
 Progress = Callable[[float], object]
@@ -49,8 +49,10 @@ def simulate(scenario: Scenario, progress: Progress | None = None, *, fused: boo
             number of substeps that cannot be compiled.
     """
     require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
-    if progress is not None and not callable(progress):
-        raise InputError("simulation.progress", got=type(progress).__name__)
+    if progress is not None:
+        require_function("progress", progress, "function of the fraction done", 1)
+    if fused not in (None, True, False):
+        raise InputError("input.choice", name="fused", value=fused, known="None, True, False")
     began = perf_counter()
     run = _FusedRun(scenario) if _is_fused(scenario, fused) else _Run(scenario)
     status = run.to_the_end(progress)

@@ -11,6 +11,7 @@ from mafsil.arrays import Floats, JointVector, Vector6, gate, real_array, requir
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
+from mafsil.model.mass_properties import united
 from mafsil.robot import Robot
 
 
@@ -96,22 +97,6 @@ class Plant:
             for link, scale in zip(mechanism.links, np.broadcast_to(factors, len(mechanism.links)), strict=True)
         )
         return replace(self, robot=Robot(replace(mechanism, links=links)))
-
-
-def united(first: Inertial | None, second: Inertial) -> Inertial:
-    """The mass properties of two bodies that move as one, both given in one frame."""
-    if first is None or first.mass + second.mass == 0.0:
-        return second if first is None else first
-    mass = first.mass + second.mass
-    com = (first.mass * first.com + second.mass * second.com) / mass
-    inertia = sum((body.inertia + _shift(body, com) for body in (first, second)), np.zeros((3, 3)))
-    return Inertial(mass, com, inertia)
-
-
-def _shift(body: Inertial, centre: Floats) -> Floats:
-    """The parallel axis theorem: m (|d|^2 I - d d')."""
-    d = body.com - centre
-    return body.mass * ((d @ d) * np.eye(3) - np.outer(d, d))
 
 
 def _scaled(inertial: Inertial | None, factor: float) -> Inertial | None:

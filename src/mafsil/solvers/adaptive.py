@@ -9,7 +9,8 @@ from time import perf_counter
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, positive
+from mafsil.errors import InputError
 from mafsil.solvers.embedded import EmbeddedPair
 from mafsil.solvers.events import Event, Watch
 from mafsil.solvers.integrate import Field
@@ -25,6 +26,10 @@ RESETS = 10_000
 CLOSE = 1e-7
 """Resets closer than this share of the interval, `IN_A_ROW` times, count as chattering."""
 IN_A_ROW = 20
+EDGE = 32 * 2.0**-52
+"""Share of its time by which a break is approached: the value before it counts up to there."""
+FINEST = 1e-15
+"""Relative tolerance below which rounding alone exceeds it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +37,23 @@ class Tolerance:
     """Error per step that is accepted: root mean square of e_i / (absolute + relative |y_i|) at most one.
 
     Attributes:
-        relative: share of each component.
+        relative: share of each component, a number or (m,); zero where only the absolute one counts.
         absolute: a number or (m,), in units of the state.
+
+    Raises:
+        InputError: an absolute tolerance that is not positive, a relative one that double precision cannot keep.
     """
 
-    relative: float = 1e-9
+    relative: Floats | float = 1e-9
     absolute: Floats | float = 1e-12
+
+    def __post_init__(self) -> None:
+        for value in np.ravel(self.relative).tolist():
+            if value != 0.0 and not FINEST <= value <= 1.0:
+                raise InputError("solvers.tolerance", value=value, low=FINEST)
+        least = float(np.min(self.absolute))
+        if not 0.0 < least < inf:
+            raise InputError("input.positive", name="tolerance", value=least)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +64,18 @@ class Budget:
         steps: accepted and rejected ones together.
         seconds: of wall-clock time.
         longest: step that may be taken [s].
+
+    Raises:
+        InputError: a time that is not positive.
     """
 
     steps: int = 1_000_000
     seconds: float = inf
     longest: float = inf
+
+    def __post_init__(self) -> None:
+        if self.seconds != inf:
+            positive("seconds", self.seconds)
 
 
 def integrate_adaptively(
@@ -79,15 +102,21 @@ def integrate_adaptively(
         tolerance: of the error of a step.
         budget: of steps and time.
         events: what to look for.
-        breaks: times at which f is not smooth: steps end there, and f is asked on both sides.
+        breaks: times at which f is not smooth: steps end there, and f is asked on both sides, never across.
 
     Returns:
         The solution, its status, the estimated error of the last step, the number of steps tried.
+
+    Raises:
+        InputError: an interval that is not finite or does not go forward.
     """
+    if not -inf < interval[0] < interval[1] < inf:
+        raise InputError("solvers.interval", begin=interval[0], end=interval[1])
     run = _Adaptive(pair, field, start, interval, tolerance or Tolerance(), budget or Budget(), events)
     ends = [*sorted(b for b in breaks if interval[0] < b < interval[1]), interval[1]]
     status = IntegrationStatus.COMPLETED
     for end in ends:
+        run.edge = inf if end is ends[-1] else end - EDGE * abs(end)
         status = run.until(end)
         if status is not IntegrationStatus.COMPLETED:
             break
@@ -118,12 +147,14 @@ class _Adaptive:
         self.tried, self.resets, self.close = 0, 0, 0
         self.last_reset = -inf
         self.error = self.previous = 1.0
-        self.h = 0.0
+        self.h, self.edge = 0.0, inf
         self.deadline = perf_counter() + budget.seconds
 
     def until(self, end: float) -> IntegrationStatus:
         """Integrate to a time; the field is smooth up to there."""
         self.stages[0] = self.field(self.t, self.y)
+        if not (np.isfinite(self.stages[0]).all() and np.isfinite(self.y).all()):
+            return IntegrationStatus.BLOWN_UP
         self.h = self._first_step() if not self.h else self.h
         while self.t < end:
             if self.tried >= self.budget.steps:
@@ -162,14 +193,14 @@ class _Adaptive:
         pair, shape, y = self.pair, self.y.shape, self.y
         for i in range(1, pair.steps):
             y = self.y + (h * (pair.a[i, :i] @ self.flat[:i])).reshape(shape)
-            self.stages[i] = self.field(self.t + pair.c[i] * h, y)
+            self.stages[i] = self.field(min(self.t + pair.c[i] * h, self.edge), y)
         return y
 
     def _error(self, h: float, y: Floats) -> float:
         """The largest error of the batch in units of the tolerance."""
         scale = self.tolerance.absolute + self.tolerance.relative * np.maximum(np.abs(self.y), np.abs(y))
         estimates = [(e @ self.flat[: self.pair.steps]).reshape(self.y.shape) * (h / scale) for e in self.pair.error]
-        squares = [np.mean(estimate**2, axis=-1) for estimate in estimates]
+        squares = [_mean_square(estimate) for estimate in estimates]
         if len(squares) == 2:
             with np.errstate(invalid="ignore", divide="ignore"):
                 mixed = squares[0] / np.sqrt(squares[0] + 0.01 * squares[1])
@@ -184,7 +215,7 @@ class _Adaptive:
         after = self.stages[pair.steps - 1].copy()
         for i in range(pair.steps, len(pair.c)):
             inner = self.y + (h * (pair.a[i, :i] @ self.flat[:i])).reshape(self.y.shape)
-            self.stages[i] = self.field(begin + pair.c[i] * h, inner)
+            self.stages[i] = self.field(min(begin + pair.c[i] * h, self.edge), inner)
         polynomial = np.tensordot(h * pair.dense.T, self.stages, axes=1)
         zeros = self.watch.zeros(begin, h, self.y, polynomial) if self.events else []
         for zero in zeros:
@@ -204,8 +235,7 @@ class _Adaptive:
 
     def _reset(self, event: Event) -> IntegrationStatus | None:
         """Go on from the state that an event makes."""
-        assert event.reset is not None
-        self.y = np.array(event.reset(self.t, self.y), dtype=np.float64).reshape(self.y.shape)
+        self.y = event.after(self.t, self.y)
         self.stages[0] = self.field(self.t, self.y)
         self.h = min(self.h, self._first_step())
         self.watch.restart(self.t, self.y, self.stages[0], 1e-3 * self.h)
@@ -237,4 +267,9 @@ class _Adaptive:
 
 def _size(x: Floats) -> float:
     """Root mean square of the worst state of a batch."""
-    return float(np.sqrt(np.mean(x**2, axis=-1)).max(initial=0.0))
+    return float(np.sqrt(_mean_square(x)).max(initial=0.0))
+
+
+def _mean_square(x: Floats) -> Floats:
+    """Over the last axis; zero where it is empty."""
+    return np.einsum("...i,...i->...", x, x) / max(1, x.shape[-1])

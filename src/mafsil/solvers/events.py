@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, real_array, require_finite, require_function
 from mafsil.errors import InputError
 from mafsil.solvers.solution import value_within
 
@@ -34,7 +34,7 @@ class Event:
         name: for sentences.
 
     Raises:
-        InputError: a direction other than -1, 0, 1, or a function that cannot be called.
+        InputError: a direction other than -1, 0, 1, or a function that cannot be called so.
     """
 
     function: Function
@@ -44,10 +44,39 @@ class Event:
     name: str = "event"
 
     def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise InputError("input.kind", name="function", expected="g(t, y)", got=type(self.function).__name__)
+        require_function("function", self.function, "function g(t, y)", 2)
+        if self.reset is not None:
+            require_function("reset", self.reset, "function reset(t, y)", 2)
         if self.direction not in (-1, 0, 1):
             raise InputError("input.choice", name="direction", value=self.direction, known="-1, 0, 1")
+
+    def values(self, t: float, y: Floats) -> Floats:
+        """The function at a time and state (*batch, m), checked: (*batch,)."""
+        return self._checked(self.name, self.function(t, y), y.shape[:-1])
+
+    def after(self, t: float, y: Floats) -> Floats:
+        """The state (*batch, m) that the reset makes, checked."""
+        assert self.reset is not None
+        return self._checked(f"{self.name}.reset", self.reset(t, y), y.shape).copy()
+
+    @staticmethod
+    def _checked(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Floats:
+        values = require_finite(name, real_array(name, given))
+        if values.shape != shape:
+            raise InputError("input.shape", name=name, expected=shape, got=values.shape, hint="")
+        return values
+
+
+def require_events(events: object) -> None:
+    """Refuse what is no sequence of events.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not isinstance(events, Sequence) or not all(
+        isinstance(event, Event) for event in cast("Sequence[object]", events)
+    ):
+        raise InputError("input.kind", name="events", expected="list of mafsil.Event", got=type(events).__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +130,7 @@ class Watch:
 
     @staticmethod
     def _values(event: Event, t: float, y: Floats) -> Floats:
-        values = np.asarray(event.function(t, y), dtype=np.float64)
-        if values.shape != y.shape[:-1]:
-            raise InputError("input.shape", name=event.name, expected=y.shape[:-1], got=values.shape, hint="")
-        return values.ravel()
+        return event.values(t, y).ravel()
 
     def _located(
         self,

@@ -4,8 +4,7 @@ A simplex grows inside the set: its facet nearest to the origin bounds the radiu
 that facet's direction from above, and the support point is the next corner. Only what lies near the answer is built.
 Corners are moved by about 1e-9 of their size, so no m + 1 of them share a hyperplane.
 
-A set is the hull of discs, D (k, parts, m): disc i is {a + c E_1 + s E_2 + t g : c^2 + s^2 <= 1, |t| <= 1} with
-a = D[i, 0], E = D[i, 1:3], g = D[i, 3]; parts is 1 (points), 3 or 4. Together, the discs (and 0) are summed instead.
+A set is the hull of discs (see `disc_loops`); together, the discs (and 0) are summed instead.
 """
 
 from __future__ import annotations
@@ -16,88 +15,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.disc_loops import dot, support
+from mafsil.solvers.loops import compiled, reordered
 
 JOGGLE = 1e-9
 VISIBLE = 1e-13
+STEADY = 10.0
+"""Heights over a facet, in units of what is barely visible, from which the next facet's direction is sure."""
 FLATNESS = 1e-10
 MOST = 4096
 """Corners at most: a ridge of m - 2 corners packs into one integer."""
 TABLE = 1 << 14
+MIX = 0x1E3779B97F4A7C15
+"""Odd factor that spreads keys over the table."""
 MET, FULL, FLAT, BROKEN = 0, 1, 2, 3
 """How `inscribed` ended: bounds met; room or corners spent; set of lower dimension; rounding spoilt the polytope."""
 
 
 @compiled
-def support(D: Floats, together: bool, u: Floats, w: Floats) -> float:
-    """h(u) = max u . w over the set.
-
-    Args:
-        D: discs.
-        together: sum them.
-        u: (m,) direction.
-        w: (m,) out, a point that reaches it.
-    """
-    k, parts, m = D.shape
-    best, where = -np.inf, 0
-    w[:] = 0.0
-    total = 0.0
-    for i in range(k):
-        height = 0.0
-        for c in range(m):
-            height += D[i, 0, c] * u[c]
-        if parts > 1:
-            height += _swing(D[i], u)
-        if together and height > 0.0:
-            total += height
-            _add(D[i], u, w)
-        if height > best:
-            best, where = height, i
-    if together:
-        return total
-    _add(D[where], u, w)
-    return best
-
-
-@compiled
-def _swing(disc: Floats, u: Floats) -> float:
-    """How much further than its centre a disc reaches."""
-    x, y, t = 0.0, 0.0, 0.0
-    for c in range(len(u)):
-        x += disc[1, c] * u[c]
-        y += disc[2, c] * u[c]
-    if len(disc) > 3:
-        for c in range(len(u)):
-            t += disc[3, c] * u[c]
-    return np.sqrt(x * x + y * y) + abs(t)
-
-
-@compiled
-def _add(disc: Floats, u: Floats, w: Floats) -> None:
-    """Add the disc's furthest point to w."""
-    m = len(u)
-    for c in range(m):
-        w[c] += disc[0, c]
-    if len(disc) == 1:
-        return
-    x, y, t = 0.0, 0.0, 0.0
-    for c in range(m):
-        x += disc[1, c] * u[c]
-        y += disc[2, c] * u[c]
-        if len(disc) > 3:
-            t += disc[3, c] * u[c]
-    size = np.sqrt(x * x + y * y)
-    for c in range(m):
-        if size > 0.0:
-            w[c] += (x * disc[1, c] + y * disc[2, c]) / size
-        if len(disc) > 3:
-            w[c] += disc[3, c] if t >= 0.0 else -disc[3, c]
-
-
-@compiled
-def null_vector(A: Floats, n: Floats) -> None:
+def null_vector(unroll: tuple[int, ...], A: Floats, n: Floats) -> None:
     """Unit vector n with A n = 0 for A (m - 1, m), by elimination with complete pivoting; A is destroyed."""
-    rows, m = A.shape
+    m = len(unroll)
+    rows = m - 1
     order = np.arange(m)
     for r in range(rows):
         pr, pc, big = r, r, -1.0
@@ -138,9 +77,12 @@ class Polytope(NamedTuple):
         corners: (room, m) corners of each facet, ascending.
         beside: (room, m) the facet across from each of its corners.
         normals, offsets: (room, m), (room,) unit outward normal n and d, n . x <= d inside; d is infinite once hidden.
-        seen: (room,) the last turn in which a new corner saw the facet.
+        seen: (room,) the last turn in which a new corner saw the facet; minus it if the corner did not.
         inside: (m,) a point inside.
         A: (m - 1, m) room for elimination.
+        found: (room,) facets that a new corner sees.
+        heights: (room,) of the new corner over the facets that were asked.
+        clock: (1,) turns taken since the arrays were made, so that none has to be cleared.
     """
 
     points: Floats
@@ -151,6 +93,9 @@ class Polytope(NamedTuple):
     seen: NDArray[np.int64]
     inside: Floats
     A: Floats
+    found: NDArray[np.int64]
+    heights: Floats
+    clock: NDArray[np.int64]
 
 
 class Ridges(NamedTuple):
@@ -163,12 +108,21 @@ class Ridges(NamedTuple):
 
 
 @compiled
-def dot(a: Floats, b: Floats) -> float:
-    """Sum of products."""
-    total = 0.0
-    for c in range(len(a)):
-        total += a[c] * b[c]
-    return total
+def make_polytope(m: int, most: int, room: int) -> Polytope:
+    """Arrays for up to `most` corners and `room` facets in m dimensions; they can be used again and again."""
+    return Polytope(
+        np.empty((most, m)), np.empty((room, m), np.int64), np.empty((room, m), np.int64), np.empty((room, m)),
+        np.empty(room), np.zeros(room, np.int64), np.zeros(m), np.empty((m - 1, m)), np.empty(room, np.int64),
+        np.empty(room), np.zeros(1, np.int64),
+    )  # fmt: skip
+
+
+@compiled
+def make_ridges() -> Ridges:
+    """The table that goes with a polytope; it too can be used again."""
+    return Ridges(
+        np.empty(TABLE, np.int64), np.empty(TABLE, np.int64), np.empty(TABLE, np.int64), np.zeros(TABLE, np.int64)
+    )
 
 
 @compiled
@@ -223,15 +177,15 @@ def move(w: Floats, length: float, state: int) -> int:
 
 
 @compiled
-def lay(P: Polytope, f: int) -> None:
+def lay(unroll: tuple[int, ...], P: Polytope, f: int) -> None:
     """Hyperplane of a facet through its corners."""
-    m = P.points.shape[1]
+    m = len(unroll)
     last = P.corners[f, m - 1]
     for i in range(m - 1):
         for c in range(m):
             P.A[i, c] = P.points[P.corners[f, i], c] - P.points[last, c]
     n = P.normals[f]
-    null_vector(P.A, n)
+    null_vector(unroll, P.A, n)
     d = dot(n, P.points[last])
     if dot(n, P.inside) > d:
         for c in range(m):
@@ -241,136 +195,167 @@ def lay(P: Polytope, f: int) -> None:
 
 
 @compiled
-def begin(P: Polytope) -> int:
+def begin(unroll: tuple[int, ...], P: Polytope) -> int:
     """Facets of the simplex of the first m + 1 points; how many."""
-    m = P.points.shape[1]
+    m = len(unroll)
     for i in range(m + 1):
         for c in range(m):
-            P.inside[c] += P.points[i, c] / (m + 1)
+            P.inside[c] = (P.inside[c] if i > 0 else 0.0) + P.points[i, c] / (m + 1)
     for f in range(m + 1):
         for i in range(m):
             P.corners[f, i] = P.beside[f, i] = i if i < f else i + 1
-        lay(P, f)
+        lay(unroll, P, f)
     return m + 1
 
 
-@compiled
-def see(P: Polytope, w: Floats, f: int, turn: int, dust: float, found: NDArray[np.int64]) -> int:
-    """Facets that a point beyond facet f sees, into `found`; how many."""
-    count, done = 1, 0
-    found[0] = f
-    P.seen[f] = turn
+@reordered
+def see(unroll: tuple[int, ...], P: Polytope, corner: int, f: int, turn: int, dust: float) -> int:
+    """Facets that a corner beyond facet f sees, into `found`; how many."""
+    found, seen, beside, normals, offsets, heights = P.found, P.seen, P.beside, P.normals, P.offsets, P.heights
+    points, count, done = P.points, 1, 0
+    found[0], seen[f], heights[f] = f, turn, -offsets[f]
+    for c in range(len(unroll)):
+        heights[f] += normals[f, c] * points[corner, c]
     while done < count:
         g = found[done]
         done += 1
-        for j in range(P.points.shape[1]):
-            h = P.beside[g, j]
-            if P.seen[h] != turn and dot(P.normals[h], w) - P.offsets[h] > dust:
-                P.seen[h] = turn
+        for j in range(len(unroll)):
+            h = beside[g, j]
+            if abs(seen[h]) == turn:
+                continue
+            height = -offsets[h]
+            for c in range(len(unroll)):
+                height += normals[h, c] * points[corner, c]
+            heights[h] = height
+            seen[h] = turn if height > dust else -turn
+            if height > dust:
                 found[count] = h
                 count += 1
     return count
 
 
-@compiled
-def cover(P: Polytope, g: int, j: int, new: int, corner: int) -> None:
-    """New facet through a corner and the ridge of hidden facet g across from its corner j."""
-    m = P.points.shape[1]
-    h, k = P.beside[g, j], 0
-    for i in range(m):
-        if i != j:
-            P.corners[new, k] = P.corners[g, i]
-            k += 1
-    P.corners[new, m - 1] = corner
-    P.beside[new, m - 1] = h
-    for i in range(m):
-        if P.beside[h, i] == g:
-            P.beside[h, i] = new
-    lay(P, new)
+@reordered
+def cover(unroll: tuple[int, ...], P: Polytope, corner: int, hidden: int, turn: int, facets: int, dust: float) -> int:
+    """New facets through a corner and each ridge between a facet that it sees and one that it does not; how many then.
 
-
-@compiled
-def pair(P: Polytope, R: Ridges, new: int, turn: int) -> int:
-    """Join a new facet to the other new ones along ridges; change of the number of open ridges, or a large number."""
-    m, opened = P.points.shape[1], 0
-    for skip in range(m - 1):
-        key = 0
-        for i in range(m - 1):
-            if i != skip:
-                key = key * MOST + P.corners[new, i]
-        at = (key * 2654435761 >> 7) % len(R.key)
-        while R.turn[at] == turn and R.key[at] != key:
-            at = (at + 1) % len(R.key)
-        if R.turn[at] != turn:
-            R.turn[at], R.key[at], R.facet[at], R.skipped[at] = turn, key, new, skip
-            opened += 1
-        elif R.facet[at] < 0:
-            return len(R.key)
-        else:
-            other = R.facet[at]
-            P.beside[new, skip], P.beside[other, R.skipped[at]] = other, new
-            R.facet[at] = -1
-            opened -= 1
-    return opened
-
-
-@compiled
-def add(P: Polytope, R: Ridges, f: int, corner: int, facets: int, dust: float, found: NDArray[np.int64]) -> int:
-    """Add a corner that lies beyond facet f; the number of facets then, or minus how it went wrong."""
-    hidden = see(P, P.points[corner], f, corner, dust, found)
-    first, opened = facets, 0
+    With heights s >= 0 of the corner over facet g and t >= 0 below facet h, the plane s (n_h, d_h) + t (n_g, d_g)
+    holds the ridge between them and the corner: no elimination, nothing cancels. Where both are dust, corners decide.
+    """
+    m, found, seen, beside, corners = len(unroll), P.found, P.seen, P.beside, P.corners
+    normals, offsets, heights = P.normals, P.offsets, P.heights
     for a in range(hidden):
-        for j in range(P.points.shape[1]):
-            if P.seen[P.beside[found[a], j]] == corner:
+        g = found[a]
+        for j in range(m):
+            h = beside[g, j]
+            if seen[h] == turn:
                 continue
-            if facets >= len(P.offsets) or 2 * (facets - first) * P.points.shape[1] > len(R.key):
-                return -FULL
-            cover(P, found[a], j, facets, corner)
-            opened += pair(P, R, facets, corner)
+            if facets >= len(offsets):
+                return -1
+            k = 0
+            for i in range(m):
+                if i != j:
+                    corners[facets, k] = corners[g, i]
+                    k += 1
+                if beside[h, i] == g:
+                    beside[h, i] = facets
+            corners[facets, m - 1], beside[facets, m - 1] = corner, h
+            s, t, square = heights[g], -heights[h], 0.0
+            for c in range(m):
+                normals[facets, c] = s * normals[h, c] + t * normals[g, c]
+                square += normals[facets, c] ** 2
+            factor = 1.0 / np.sqrt(square)
+            for c in range(m):
+                normals[facets, c] *= factor
+            offsets[facets] = (s * offsets[h] + t * offsets[g]) * factor
+            if t < 0.0 or not s + t > STEADY * dust:
+                lay(unroll, P, facets)
             facets += 1
+    return facets
+
+
+@compiled
+def join(unroll: tuple[int, ...], P: Polytope, R: Ridges, first: int, facets: int, turn: int) -> bool:
+    """Pair the new facets along the ridges that they share; whether every ridge found its two."""
+    m, corners, beside = len(unroll), P.corners, P.beside
+    keys, turns, owner, skipped = R.key, R.turn, R.facet, R.skipped
+    opened = 0
+    for new in range(first, facets):
+        for skip in range(m - 1):
+            key = 0
+            for i in range(m - 1):
+                if i != skip:
+                    key = key * MOST + corners[new, i]
+            at = (key * MIX >> 40) & (TABLE - 1)
+            while turns[at] == turn and keys[at] != key:
+                at = (at + 1) & (TABLE - 1)
+            if turns[at] != turn:
+                turns[at], keys[at], owner[at], skipped[at] = turn, key, new, skip
+                opened += 1
+            elif owner[at] < 0:
+                return False
+            else:
+                other = owner[at]
+                beside[new, skip], beside[other, skipped[at]] = other, new
+                owner[at] = -1
+                opened -= 1
+    return opened == 0
+
+
+@compiled
+def add(unroll: tuple[int, ...], P: Polytope, R: Ridges, f: int, corner: int, facets: int, dust: float) -> int:
+    """Add a corner that lies beyond facet f; the number of facets then, or minus how it went wrong."""
+    P.clock[0] += 1
+    turn = P.clock[0]
+    hidden = see(unroll, P, corner, f, turn, dust)
+    grown = cover(unroll, P, corner, hidden, turn, facets, dust)
+    if grown < 0 or 2 * (grown - facets) * len(unroll) > TABLE:
+        return -FULL
+    if not join(unroll, P, R, facets, grown, turn):
+        return -BROKEN
     for a in range(hidden):
-        P.offsets[found[a]] = np.inf
-    return -BROKEN if opened else facets
+        P.offsets[P.found[a]] = np.inf
+    return grown
 
 
 @compiled
 def inscribed(
-    D: Floats, together: bool, tolerance: float, most: int, room: int, seed: int, direction: Floats
+    unroll: tuple[int, ...],
+    D: Floats,
+    together: bool,
+    tolerance: float,
+    P: Polytope,
+    R: Ridges,
+    seed: int,
+    direction: Floats,
 ) -> tuple[int, float, float, int]:
     """The largest ball about the origin.
 
     Args:
+        unroll: m zeros: their number is known when the loops are compiled.
         D: discs.
         together: sum them.
         tolerance: wanted gap of the bounds, relative to the radius.
-        most: corners at most, up to MOST.
-        room: facets at most.
+        P, R: room to work in, for MOST corners at most.
         seed: of the moves of the corners.
         direction: (m,) out: unit direction in which the set reaches least far.
 
     Returns:
         How it ended; radius proven to fit (negative if the origin is outside); radius not exceeded; corners.
     """
-    m, size = D.shape[2], 0.0
+    m, size = len(unroll), 0.0
     for i in range(len(D)):
         for j in range(D.shape[1]):
             size = max(size, np.sqrt(dot(D[i, j], D[i, j])))
-    P = Polytope(
-        np.empty((most, m)), np.empty((room, m), np.int64), np.empty((room, m), np.int64), np.empty((room, m)),
-        np.empty(room), np.zeros(room, np.int64), np.zeros(m), np.empty((m - 1, m)),
-    )  # fmt: skip
-    R = Ridges(
-        np.empty(TABLE, np.int64), np.empty(TABLE, np.int64), np.empty(TABLE, np.int64), np.zeros(TABLE, np.int64)
-    )
     if not first_simplex(D, together, size, P.points):
         return FLAT, 0.0, 0.0, 0
     state = seed
     for i in range(m + 1):
         state = move(P.points[i], JOGGLE * size, state)
-    facets, found, slack = begin(P), np.empty(room, np.int64), 10.0 * JOGGLE * size
+    facets, slack, most = begin(unroll, P), 10.0 * JOGGLE * size, len(P.points)
     lower, upper = -np.inf, np.inf
     for count in range(m + 1, most):
         f = int(np.argmin(P.offsets[:facets]))
+        lay(unroll, P, f)
         lower = P.offsets[f]
         reach = support(D, together, P.normals[f], P.points[count])
         if reach < upper:
@@ -379,7 +364,7 @@ def inscribed(
         if reach < -slack or upper - lower <= tolerance * upper + slack or reach - lower <= slack:
             return MET, lower, upper, count
         state = move(P.points[count], JOGGLE * size, state)
-        facets = add(P, R, f, count, facets, VISIBLE * size, found)
+        facets = add(unroll, P, R, f, count, facets, VISIBLE * size)
         if facets < 0:
             return -facets, lower, upper, count
     return FULL, lower, upper, most

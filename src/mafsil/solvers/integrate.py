@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite
+from math import inf, isfinite
+from time import perf_counter
 from typing import TypeAlias
 
 import numpy as np
@@ -80,7 +81,7 @@ def _advanced(y: Floats, h: float, weights: tuple[float, ...], slopes: list[Floa
     return y
 
 
-def integrate(step: Step, start: State, h: float, steps: int, t0: float = 0.0) -> Outcome[State]:
+def integrate(step: Step, start: State, h: float, steps: int, t0: float = 0.0, seconds: float = inf) -> Outcome[State]:
     """March from `start` with a fixed step.
 
     Args:
@@ -89,15 +90,19 @@ def integrate(step: Step, start: State, h: float, steps: int, t0: float = 0.0) -
         h: step [s].
         steps: how many.
         t0: starting time [s].
+        seconds: of wall-clock time that it may take.
 
     Returns:
         Arrays (k + 1, *batch, m) of the states at t0 + i h. k = steps, unless a number that is not finite appears:
-        then the status is NOT_FINITE and the last finite state is the last row.
+        then the status is NOT_FINITE and the last finite state is the last row; or the time is over: BUDGET_SPENT.
     """
+    deadline = perf_counter() + seconds
     history = tuple(np.empty((steps + 1, *part.shape)) for part in start)
     state = start
     _record(history, 0, state)
     for k in range(steps):
+        if perf_counter() > deadline:
+            return Outcome(tuple(part[: k + 1] for part in history), SolverStatus.BUDGET_SPENT, 0.0, k)
         state = step(t0 + k * h, state, h)
         if not finite(state):
             return Outcome(tuple(part[: k + 1] for part in history), SolverStatus.NOT_FINITE, np.inf, k)

@@ -22,3 +22,13 @@ def compiled(function: F) -> F:
         function: loops over arrays and numbers.
     """
     return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def reordered(function: F) -> F:
+    """As `compiled`, but sums may be taken in another order, so loops along a row fill whole vectors.
+
+    Args:
+        function: loops over arrays and numbers.
+    """
+    flags = {"reassoc", "nsz", "contract"}
+    return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function))

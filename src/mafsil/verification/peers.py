@@ -19,6 +19,14 @@ PEERS = {"pinocchio": "mafsil.verification.pinocchio_road", "mujoco": "mafsil.ve
 """Their names as Python imports them, and the module that knows how to ask them."""
 
 
+def standing(against: str | None) -> tuple[tuple[str, str], ...]:
+    """For every peer the key of the sentence: asked, installed but not asked, or not installed."""
+    return tuple(
+        (name, f"verification.peer_{'asked' if name == against else 'idle' if find_spec(name) else 'missing'}")
+        for name in PEERS
+    )
+
+
 def peer_checks(
     name: str, robot: Robot, sizes: Sizes, s: States, limit: float, error: Callable[[str, Floats, Floats], Floats]
 ) -> tuple[list[Check], list[tuple[str, str]]]:

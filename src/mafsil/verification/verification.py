@@ -61,6 +61,7 @@ class Verification:
         states: how many random states.
         seed: of the states.
         left_out: routines and roads that were not held, with the key of the reason.
+        peers: other libraries that could be asked, with the key of the sentence that says whether this one was.
     """
 
     robot: str
@@ -68,6 +69,7 @@ class Verification:
     states: int
     seed: int
     left_out: tuple[tuple[str, str], ...] = ()
+    peers: tuple[tuple[str, str], ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -104,6 +106,7 @@ class Verification:
             "  " + say("verification.left_out", language=language, routine=routine, reason=say(key, language=language))
             for routine, key in self.left_out
         ]
+        lines += ["  " + say(key, language=language, peer=peer) for peer, key in self.peers]
         return "\n".join(lines)
 
     def table(self, language: str | None = None) -> list[tuple[str, str, str, str, str]]:
@@ -139,4 +142,5 @@ class Verification:
                 for check in self.checks
             ],
             "left_out": [{"routine": routine, "reason": say(key, language="en")} for routine, key in self.left_out],
+            "peers": {peer: key.removeprefix("verification.peer_") for peer, key in self.peers},
         }

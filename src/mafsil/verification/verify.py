@@ -11,9 +11,10 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.quantities import CATALOGUE, Quantity
+from mafsil.messages import say
 from mafsil.robot import Robot
 from mafsil.verification.composed import composed_checks
-from mafsil.verification.peers import PEERS, peer_checks
+from mafsil.verification.peers import PEERS, peer_checks, standing
 from mafsil.verification.references import ROADS, States, random_states
 from mafsil.verification.sizes import Sizes
 from mafsil.verification.textbook import Textbook
@@ -75,7 +76,7 @@ def verify(
     if against is not None:
         found, missing = peer_checks(against, robot, sizes, drawn, limit, judge.error)
         checks, left_out = checks + found, left_out + missing
-    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out))
+    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out), standing(against))
 
 
 def ways(row: Quantity, drawn: States, robot: Robot) -> Iterator[States]:
@@ -92,6 +93,10 @@ def middle_link(robot: Robot) -> str:
     """A link halfway to the tip."""
     names = robot.mechanism.link_names
     return names[len(names) // 2]
+
+
+ROUNDING = 1e-19
+"""Square of the share of the largest moment of a mass matrix below which a moment is rounding."""
 
 
 class Judge:
@@ -114,42 +119,56 @@ class Judge:
             ours = call(robot, row, s)
         except ModelError as refusal:
             return self._refused(name, road.key, refusal)
-        errors = self.error(row.name, ours, road.value(self.book, s))
+        try:
+            errors = self.error(row.name, ours, road.value(self.book, s))
+        except np.linalg.LinAlgError:
+            return Check(name, road.key, float("inf"), self.limit, reason=say("verification.should_refuse"))
         return Check(name, road.key, float(errors.max()), self.limit, int(errors.argmax()))
 
     def error(self, name: str, ours: Floats, reference: Floats) -> Floats:
         """(b,) largest error of each state; infinite where a number is missing."""
         if name.startswith("forward_dynamics"):
-            size = self._accelerations(reference) if name == "forward_dynamics" else self._slopes(reference)
-            ratio = np.abs(ours - reference) / size
-            return _worst(ratio)
+            return self._error_of_motion(ours, reference)
         size = self.sizes.of_quantity(name)
         largest = np.maximum(1.0, _worst(np.abs(reference) / size))
         return _worst(np.abs(ours - reference) / size) / largest
 
-    def _accelerations(self, qdd: Floats) -> Floats:
-        """What a relative error of one in the robot's numbers would change: |M^-1| (|M| |qdd| + weight x reach)."""
-        M = self.book.mass_matrix(self.drawn.q)
-        size = self.sizes.of_quantity("inverse_dynamics")
-        driving = np.einsum("bij,bj->bi", np.abs(M), np.abs(qdd)) + size + np.abs(self.drawn.tau)
-        return np.einsum("bij,bj->bi", np.abs(np.linalg.inv(M)), driving)
+    def _error_of_motion(self, ours: Floats, reference: Floats) -> Floats:
+        """Of accelerations (b, n) or their derivatives (b, 3, n, n), in coordinates in which all M_ii are one.
 
-    def _slopes(self, reference: Floats) -> Floats:
-        """The same for each block of the derivatives."""
-        M = np.abs(self.book.mass_matrix(self.drawn.q))[:, None]
-        inverse = np.abs(np.linalg.inv(self.book.mass_matrix(self.drawn.q)))[:, None]
-        qdd = self.book.accelerations_of(self.drawn.q, self.drawn.qd, self.drawn.tau)
-        slope = np.abs(self.sizes.of_quantity("inverse_dynamics_derivatives"))
-        driven = M @ np.abs(reference) + slope * (1.0 + np.abs(qdd / self.sizes.unit).max(axis=1)[:, None, None, None])
-        return inverse @ driven
+        There, what solving costs is bounded by the condition of M times the largest entry of the block; the slopes of
+        accelerations are at least as large as these, for a turn by one radian.
+        """
+        D, margin = _balanced(self.book.mass_matrix(self.drawn.q))
+        unit = np.broadcast_to(self.sizes.unit, D.shape)
+        least = (D * unit).max(axis=1)
+        if reference.ndim == 2:
+            pairs = [(np.ones((len(D), 1)), least)]
+        else:
+            qdd = self.book.accelerations_of(self.drawn.q, self.drawn.qd, self.drawn.tau)
+            steepest = np.maximum(least, (D * np.abs(qdd)).max(axis=1))
+            pairs = [(unit, steepest), (unit, least), (D, np.ones(len(D)))]
+        blocks, gaps = (np.abs(x).reshape(len(D), len(pairs), D.shape[1], -1) for x in (reference, ours - reference))
+        worst = np.zeros(len(D))
+        for k, (column, floor) in enumerate(pairs):
+            scale = D[:, :, None] * column[:, None, :]
+            largest = np.maximum(floor, _worst(blocks[:, k] * scale))
+            worst = np.maximum(worst, _worst(gaps[:, k] * scale) / largest)
+        return worst * np.maximum(margin, SINGULAR)
 
     def _refused(self, name: str, road: str, refusal: ModelError) -> Check:
         """A refusal to invert is right where the mass matrix of the other road is singular too."""
-        M = self.book.mass_matrix(self.drawn.q)
-        size = np.sqrt(np.maximum(np.einsum("bii->bi", M), 1e-300))
-        margins = np.linalg.eigvalsh(M / (size[:, :, None] * size[:, None, :]))[:, 0]
+        _, margins = _balanced(self.book.mass_matrix(self.drawn.q))
         error = 0.0 if float(margins.min()) < SINGULAR else float("inf")
         return Check(name, road, error, self.limit, reason=str(refusal))
+
+
+def _balanced(M: Floats) -> tuple[Floats, Floats]:
+    """(b, n) roots of the diagonal, and (b,) the smallest eigenvalue of M scaled to a diagonal of one."""
+    diagonal = np.einsum("bii->bi", M)
+    D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), 1e-300)))
+    margins: Floats = np.linalg.eigvalsh(M / (D[:, :, None] * D[:, None, :])).astype(np.float64)[:, 0]
+    return D, margins
 
 
 def call(robot: Robot, row: Quantity, s: States) -> Floats:

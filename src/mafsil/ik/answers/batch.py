@@ -69,6 +69,10 @@ class SolutionBatch:
     def __len__(self) -> int:
         return len(self.q)
 
+    def __repr__(self) -> str:
+        shape, solved = self.status_codes.shape, int(self.solved.sum())
+        return f"<SolutionBatch: {solved} of {self.status_codes.size} poses solved, shape {shape}, {self.count.sum()} rows>"
+
     @property
     def count(self) -> NDArray[np.int64]:
         """(*batch,) number of solutions."""
@@ -206,17 +210,20 @@ def _careful(
     """One pose with refinement, merging and free joints; its rows are written back."""
     answer = question.answer()
     good[i] = False
-    # Solutions found otherwise take the rows that are left.
-    rows, left = answer.rows.copy(), iter(np.setdiff1d(np.arange(len(good[i])), answer.rows))
-    for k in np.flatnonzero(rows < 0):
-        rows[k] = next(left)
-    q[i, rows], facts[i, rows, 0], facts[i, rows, 3] = answer.q, answer.residual, answer.codes
-    facts[i, rows, 2] = answer.free
+    # Solutions found otherwise, and second ones of a row, take the rows that are left; of continua there may be more.
+    rows, left = answer.rows.copy(), np.setdiff1d(np.arange(len(good[i])), answer.rows)
+    again = np.flatnonzero((rows < 0) | (np.arange(len(rows)) != np.array([list(rows).index(row) for row in rows])))
+    rows[again[: len(left)]] = left[: len(again)]
+    kept = np.setdiff1d(np.arange(len(rows)), again[len(left) :])
+    rows = rows[kept]
+    q[i, rows], facts[i, rows, 0], facts[i, rows, 3] = answer.q[kept], answer.residual[kept], answer.codes[kept]
+    facts[i, rows, 2] = 0
     names = question.setting.robot.joint_names
     for family in answer.families:
         bit = 1 << names.index(family.joint)
-        facts[i, rows[family.solution], 2] = int(facts[i, rows[family.solution], 2]) | bit
-    good[i, rows], inside[i, rows] = True, answer.within
+        for row in rows[kept == family.solution]:
+            facts[i, row, 2] = int(facts[i, row, 2]) | bit
+    good[i, rows], inside[i, rows] = True, answer.within[kept]
 
 
 def _statuses(
@@ -226,11 +233,13 @@ def _statuses(
     continuum = ((facts[..., 2] > 0) & good).any(axis=1)
     status = np.where(allowed, VERDICTS.index(Verdict.SOLVED), VERDICTS.index(Verdict.BEYOND_LIMITS))
     status[allowed & continuum] = VERDICTS.index(Verdict.CONTINUUM)
-    for i in np.flatnonzero(~found & poses):
-        short = np.where(np.isfinite(facts[i, :, 1]), facts[i, :, 1], np.inf)
-        step = missed(int(np.nan_to_num(facts[i, int(short.argmin()), 3]))) if short.min() > 1e-12 else Missed.NONE
-        few = setting.robot.n < 6 and setting.task == "pose" and step in (Missed.NONE, Missed.ORIENTATION)
-        status[i] = VERDICTS.index(Verdict.NOT_OF_THIS_ARM if few else Verdict.OUT_OF_REACH)
+    status[~found] = VERDICTS.index(Verdict.OUT_OF_REACH)
+    if setting.robot.n < 6 and setting.task == "pose":
+        for i in np.flatnonzero(~found & poses):
+            short = np.where(np.isfinite(facts[i, :, 1]), facts[i, :, 1], np.inf)
+            step = missed(int(np.nan_to_num(facts[i, int(short.argmin()), 3]))) if short.min() > 1e-12 else Missed.NONE
+            if step in (Missed.NONE, Missed.ORIENTATION):
+                status[i] = VERDICTS.index(Verdict.NOT_OF_THIS_ARM)
     status[~poses] = VERDICTS.index(Verdict.NOT_A_POSE)
     return status.astype(np.int8)
 

@@ -15,6 +15,7 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal, refusal
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import Branches, ClosedForm
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import lazy
@@ -27,6 +28,13 @@ FOLD = 1e-6
 
 SCAN = 24
 """Values of a free or held joint that are tried where the preferred one leads nowhere."""
+
+
+REPRESENTATIVES = 8
+"""Members of continua that are kept where nothing better than a search is known."""
+
+CROSSINGS = 181
+"""Values of a free joint at which it is looked whether another continuum crosses nearby."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +56,21 @@ class Rows:
     def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
         """Some of them, with new coordinates for all."""
         return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
+
+    def and_more(self, other: Rows) -> Rows:
+        """They, and others."""
+        return Rows(
+            np.concatenate([self.q, other.q]),
+            np.concatenate([self.rows, other.rows]),
+            np.concatenate([self.codes, other.codes]),
+            np.concatenate([self.free, other.free]),
+        )
+
+    @classmethod
+    def of(cls, q: JointVector, facts: Floats, rows: NDArray[np.int64]) -> Rows:
+        """Rows of the closed form with their facts."""
+        codes, free = (np.nan_to_num(facts[:, i]).astype(np.int64) for i in (3, 2))
+        return cls(q, rows, codes, free)
 
 
 def unlabelled(q: JointVector) -> Rows:
@@ -72,10 +95,8 @@ class Question:
     def answer(self) -> SolutionSet:
         """The solutions."""
         arm, setting = self.setting.arm, self.setting
-        candidates, table = self._candidates(arm)
+        candidates = self._candidates(arm)
         method, proven = self._method(arm)
-        if table is None and not len(candidates.q) and not arm.exact and not self._proven(arm, 0):
-            method, proven = "search", False
         steps = 40 if setting.quartic else 8
         q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
@@ -106,29 +127,72 @@ class Question:
             return "closed form", not arm.held and not self.setting.quartic
         return "refined closed form", False
 
-    def _candidates(self, arm: Analysis) -> tuple[Rows, Branches | None]:
+    def _candidates(self, arm: Analysis) -> Rows:
         if arm.form is None:
-            q = arm.general.solve(self.T) if arm.general is not None else np.zeros((0, self.setting.robot.n))
-            return unlabelled(q), None
+            return unlabelled(arm.general.solve(self.T) if arm.general is not None else self.setting.nothing)
         near = self.reached_from(arm.form)
-        q, facts, _ = self.labelled(arm.form, near)
-        usable = np.isfinite(q).all(axis=1)
+        q, facts, _ = self.labelled(arm.form, near[None])
+        usable = np.isfinite(q[0]).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-            folded = (facts[:, 4] <= FOLD) if self.setting.quartic else False
-            usable &= (facts[:, 0] <= self.setting.candidate) | folded
+            folded = (facts[0, :, 4] <= FOLD) if self.setting.quartic else False
+            usable &= (facts[0, :, 0] <= self.setting.candidate) | folded
         rows = np.flatnonzero(usable)
-        codes, free = (np.nan_to_num(facts[rows, i]).astype(np.int64) for i in (3, 2))
+        found = Rows.of(q[0, rows], facts[0, rows], rows)
         if arm.general is not None:
             # The ideal arm gives the names; what it misses near folds is found by elimination.
-            more = unlabelled(arm.general.solve(self.T))
-            q, rows = np.concatenate([q[rows], more.q]), np.concatenate([rows, more.rows])
-            codes, free = np.concatenate([codes, more.codes]), np.concatenate([free, more.free])
-            return Rows(q, rows, codes, free), None
-        return Rows(q[rows], rows, codes, free), Branches(np.concatenate([q, facts[:, :3]], axis=1))
+            return found.and_more(unlabelled(arm.general.solve(self.T)))
+        return found if arm.held else found.and_more(self._crossings(arm.form, near, found))
+
+    def _crossings(self, form: ClosedForm, near: JointVector, found: Rows) -> Rows:
+        """Members of the continua of a free joint at which more joints become free: others cross there.
+
+        The Jacobian loses one more rank there. Its least singular value that is not always zero is sought along the
+        free joint from many values, and every least one surrounded ever more closely.
+        """
+        more = Rows.of(self.setting.nothing, np.zeros((0, 6)), np.zeros(0, dtype=np.int64))
+        for k, code in zip(found.rows, found.free, strict=True):
+            for j in bits(int(code), self.setting.robot.n):
+                low, high = max(self.setting.lower[j], -np.pi), min(self.setting.upper[j], np.pi)
+                values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
+                rank, strength = self._strength(form, _with(near, j, values), k, None)
+                least = (
+                    (strength < 4 * width) & (strength <= np.roll(strength, 1)) & (strength <= np.roll(strength, -1))
+                )
+                for value in values[least]:
+                    there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
+                    q, facts, _ = self.labelled(form, there)
+                    new = int(np.nan_to_num(facts[0, k, 2])) & ~int(code)
+                    if facts[0, k, 0] <= self.setting.candidate and new:
+                        more = more.and_more(Rows.of(q[0, [k]], facts[0, [k]], np.array([k])))
+        return more
+
+    def _strength(self, form: ClosedForm, near: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
+        """The common rank of the Jacobians of a row, and the singular values that make it.
+
+        Infinite off the pose; negative where several joints are free: they take the preferred values, not those to
+        which the continuum leads.
+        """
+        q, facts, _ = self.labelled(form, near)
+        good = facts[:, row, 0] <= self.setting.candidate
+        values = np.linalg.svd(self.setting.scaled_jacobians(np.where(good[:, None], q[:, row], 0.0)), compute_uv=False)
+        if rank is None:
+            rank = int(np.median((values > SELF_MOTION * values[:, :1]).sum(axis=1)[good])) if good.any() else 1
+        several = [len(bits(int(code), self.setting.robot.n)) > 1 for code in np.nan_to_num(facts[:, row, 2])]
+        return rank, np.where(good, np.where(several, -1.0, values[:, max(rank, 1) - 1]), np.inf)
+
+    def _weakest(
+        self, form: ClosedForm, near: JointVector, row: int, joint: int, value: float, width: float, rank: int
+    ) -> float:
+        """The value of a free joint near which the Jacobian of a row is nearest to losing one more rank."""
+        while width > 1e-12:
+            values = value + np.linspace(-width, width, 2 * SCAN + 1)
+            value = float(values[self._strength(form, _with(near, joint, values), row, rank)[1].argmin()])
+            width *= 2 / SCAN
+        return value
 
     def labelled(self, form: ClosedForm, near: JointVector) -> tuple[Floats, Floats, Floats]:
-        """All rows of the closed form with their facts."""
+        """All rows of the closed form with their facts, for one or many vectors of preferred values."""
         low, high = self.setting.bounds
         return form.labelled(self.T, near, turns_of(near), low, high)
 
@@ -173,7 +237,11 @@ class Question:
         else:
             q = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (256, setting.robot.n))
         q, residual = refined(setting.robot, q, self.T, setting.mask, None, steps=60)
-        good = residual <= self.tolerance
+        good = np.flatnonzero(residual <= self.tolerance)
+        values = np.linalg.svd(setting.scaled_jacobians(q[good]), compute_uv=False)
+        if ((values > SELF_MOTION * values[:, :1]).sum(axis=1) < setting.robot.n).all():
+            # Each is the member of a continuum: some of them stand for all.
+            good = good[:REPRESENTATIVES]
         return q[good], residual[good]
 
     @lazy
@@ -187,25 +255,35 @@ class Question:
         """The continuum through each solution that can move while the pose stays."""
         names, n, held = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.held
         for k, J in enumerate(self.setting.scaled_jacobians(q)):
-            _, values, Vt = np.linalg.svd(J, full_matrices=True)
-            null = Vt[int((values > SELF_MOTION * values[0]).sum()) :]
+            U, values, Vt = np.linalg.svd(J, full_matrices=True)
+            rank = int((values > SELF_MOTION * values[0]).sum())
+            null = Vt[rank:]
             if not len(null):
                 continue
+            cone = tangents(self.setting, q[k], null, U[:, rank:])
             preferred = [j for j in sorted({*bits(int(free[k]), n), *held}) if np.abs(null[:, j]).max() > 1e-3]
             strength = np.round(np.linalg.norm(null, axis=0), 3)
             others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
             for j in [*preferred, *others]:
-                rates = null.T @ null[:, j] / (null[:, j] @ null[:, j])
-                if self._moves(q[k], rates, j):
+                rates = self._along(q[k], null, cone, j)
+                if rates is not None:
                     choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
                     if j not in preferred[:-1]:
                         break
             joints = tuple(names[j] for j, _ in choices)
             for j, rates in choices:
                 moving = tuple(names[i] for i in np.flatnonzero(rates))
-                follow = partial(self._member, int(rows[k]), j, q[k])
+                follow = partial(self._member, int(rows[k]), j, q[k], rates)
                 yield SolutionFamily(k, names[j], moving, rates, joints, follow)
+
+    def _along(self, q: JointVector, null: Floats, cone: Floats | None, joint: int) -> JointVector | None:
+        """(n,) rates of a continuum through q along which a joint moves, that of the joint one; None without."""
+        directions = (null.T @ null[:, joint])[None] if cone is None else cone[np.argsort(-np.abs(cone[:, joint]))]
+        for direction in directions:
+            if abs(direction[joint]) > 1e-3 and self._moves(q, direction / direction[joint], joint):
+                return direction / direction[joint]
+        return None
 
     def _moves(self, q: JointVector, rates: JointVector, joint: int) -> bool:
         """Whether the motion goes on for a finite way, to one side at least: more than a singular posture."""
@@ -216,7 +294,9 @@ class Question:
                 return True
         return False
 
-    def _member(self, row: int, joint: int, start: JointVector, values: Mapping[str, float]) -> JointVector:
+    def _member(
+        self, row: int, joint: int, start: JointVector, rates: JointVector, values: Mapping[str, float]
+    ) -> JointVector:
         """The member of a family with joints at values."""
         setting = self.setting
         near, names = start.copy(), setting.robot.joint_names
@@ -247,6 +327,13 @@ class Question:
                 return np.full(len(start), np.nan)
             q = moved[0]
         return q
+
+
+def _with(near: JointVector, joint: int, values: Floats) -> Floats:
+    """(k, n) copies of a joint vector with one joint at each of the values."""
+    many = np.repeat(near[None], len(values), axis=0)
+    many[:, joint] = values
+    return many
 
 
 def bits(code: int, n: int) -> tuple[int, ...]:

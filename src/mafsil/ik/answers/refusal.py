@@ -16,6 +16,12 @@ from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import misses, refined
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
 
+STARTS = 24
+"""Random postures from which the nearest place is sought, besides the rows of the closed form."""
+
+DESCENT = 100
+"""Steps of that search."""
+
 STEPS = {
     Missed.SHOULDER: "ik.missed_shoulder",
     Missed.FAR: "ik.missed_far",
@@ -109,10 +115,11 @@ def _nearest_place(
     goal = P[:3, :3] @ pattern.centre + P[:3, 3]
     # The pattern's joints are the robot's: of a reversed chain with axes in the opposite sense.
     starts = rows[0][np.isfinite(rows[0]).all(axis=1)][:, list(pattern.joints[:3])]
-    found = np.array([_descended(pattern, q, goal) for q in starts])
-    if not len(found):
-        return None
-    places = np.array([_placed(pattern, q)[0] for q in found])
+    # Where two steps miss at once, the nearest place is where both borders meet, and rows may lead past it.
+    stroke = np.where(pattern.slides[:3], pattern.size, np.pi)
+    starts = np.concatenate([starts, np.random.default_rng(0).uniform(-stroke, stroke, (STARTS, 3))])
+    found = _descended(pattern, starts, goal)
+    places = _placed(pattern, found)[0]
     best = int(np.linalg.norm(places - goal, axis=1).argmin())
     moved = np.eye(4)
     moved[:3, 3] = places[best] - goal
@@ -126,32 +133,47 @@ def _nearest_place(
     return q if residual.min() < 1e-6 else None
 
 
-def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats]:
-    """(3,) the point carried by the first three joints, and (3, 3) its velocities."""
-    x, columns = pattern.centre, []
+def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """(k, 3) the point carried by the first three joints, (k, 3, 3) its velocities, and (k, 3, 3, 3) their slopes.
+
+    The slope of velocity j with joint i, i <= j, is w_i x (velocity j).
+    """
+    x, columns, axes = (
+        np.repeat(pattern.centre[None], len(q), axis=0),
+        np.zeros((len(q), 3, 3)),
+        np.zeros((len(q), 3, 3)),
+    )
     for i in (2, 1, 0):
         w, r = pattern.axes[i], pattern.points[i]
-        E = pose.exp(np.concatenate([np.zeros(3), w] if pattern.slides[i] else [w, np.cross(r, w)]) * q[i])
-        columns = [E[:3, :3] @ c for c in columns]
-        x = E[:3, :3] @ x + E[:3, 3]
-        columns.insert(0, w if pattern.slides[i] else np.cross(w, x - r))
-    return x, np.stack(columns, axis=1)
+        screw = np.concatenate([np.zeros(3), w] if pattern.slides[i] else [w, np.cross(r, w)])
+        E = pose.exp(screw * q[:, i, None])
+        columns, axes = (rows @ E[:, :3, :3].transpose(0, 2, 1) for rows in (columns, axes))
+        x = (E[:, :3, :3] @ x[:, :, None])[:, :, 0] + E[:, :3, 3]
+        columns[:, i] = w if pattern.slides[i] else np.cross(w, x - r)
+        axes[:, i] = 0.0 if pattern.slides[i] else w
+    i, j = np.minimum(*np.indices((3, 3))), np.maximum(*np.indices((3, 3)))
+    return x, columns.transpose(0, 2, 1), np.cross(axes[:, i], columns[:, j])
 
 
 def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
-    """Damped least squares on the distance of the placed point."""
-    x, J = _placed(pattern, q)
-    damping = 1e-3
-    for _ in range(60):
-        gradient = J.T @ (goal - x)
-        if np.linalg.norm(gradient) < 1e-13 * pattern.size**2:
+    """(k, 3) damped Newton steps on the squared distance of the placed point, from many starts."""
+    x, J, slopes = _placed(pattern, q)
+    damping, unit, stride = np.full(len(q), 1e-3), pattern.size**2 * np.eye(3), max(1.0, pattern.size)
+    for _ in range(DESCENT):
+        away = goal - x
+        gradient = (away[:, None] @ J)[:, 0]
+        if np.abs(gradient).max() < 1e-13 * pattern.size**2:
             break
-        trial = q + np.linalg.solve(J.T @ J + damping * pattern.size**2 * np.eye(3), gradient)
-        moved, J_moved = _placed(pattern, trial)
-        if np.linalg.norm(goal - moved) <= np.linalg.norm(goal - x):
-            q, x, J, damping = trial, moved, J_moved, max(damping / 4, 1e-12)
-        else:
-            damping = min(damping * 8, 1e6)
+        hessian = J.transpose(0, 2, 1) @ J - np.einsum("kijx,kx->kij", slopes, away)
+        lowest = np.maximum(-np.linalg.eigvalsh(hessian)[:, 0] / pattern.size**2, 0.0)
+        step = np.linalg.solve(hessian + (damping + 1.1 * lowest)[:, None, None] * unit, gradient[:, :, None])[:, :, 0]
+        trial = q + step * np.minimum(1.0, stride / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        moved, J_moved, slopes_moved = _placed(pattern, trial)
+        better = np.linalg.norm(goal - moved, axis=1) <= np.linalg.norm(away, axis=1)
+        q, x = np.where(better[:, None], trial, q), np.where(better[:, None], moved, x)
+        J = np.where(better[:, None, None], J_moved, J)
+        slopes = np.where(better[:, None, None, None], slopes_moved, slopes)
+        damping = np.where(better, np.maximum(damping / 8, 1e-12), np.minimum(damping * 8, 1e6))
     return q
 
 

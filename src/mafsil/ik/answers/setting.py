@@ -46,6 +46,7 @@ class Setting:
         self.mask: NDArray[np.bool_] = np.array(MASKS[task], dtype=np.bool_)
         self.bounds = np.clip(self.lower, -FAR, FAR), np.clip(self.upper, -FAR, FAR)
         self.middle_turns = turns_of(self.middle)
+        self.nothing: JointVector = np.zeros((0, robot.n))
 
     @lazy
     def arm(self) -> Analysis:
@@ -91,13 +92,20 @@ class Setting:
         """(k, 6, n) body Jacobians of the task, lengths in units of the reach."""
         if not len(q):
             return np.zeros((0, 6, self.robot.n))
-        scale = self.mask * np.repeat([1.0, 1.0 / self.length], 3)
-        return self.robot.jacobian_body(q) * scale[:, None]
+        return self.robot.jacobian_body(q) * self._scale[:, None]
+
+    def scaled_jacobian_rate(self, q: JointVector, qd: JointVector) -> Floats:
+        """(6, n) how the body Jacobian of the task changes with the joints at rates qd, lengths as above."""
+        return self.robot.jacobian_body_rate(q, qd) * self._scale[:, None]
+
+    @lazy
+    def _scale(self) -> Floats:
+        return np.where(self.mask, np.repeat([1.0, 1.0 / self.length], 3), 0.0)
 
 
 def turns_of(q: JointVector) -> Floats:
-    """(n, 2) cosines and sines."""
-    return np.stack([np.cos(q), np.sin(q)], axis=1)
+    """(*batch, n, 2) cosines and sines."""
+    return np.stack([np.cos(q), np.sin(q)], axis=-1)
 
 
 @lru_cache(maxsize=128)

@@ -195,11 +195,11 @@ class SolutionSet:
         lines = [self.status.sentence(language, **self.facts)]
         if not len(self.q) and (key := self._question.refusal.step):
             lines.append(say(key, language=language, **self.facts))
-        alike: dict[tuple[str, str], list[str]] = {}
+        alike: dict[tuple[str, str], list[int]] = {}
         for family in self.families:
-            alike.setdefault((family.joint, ", ".join(family.moving)), []).append(str(family.solution + 1))
+            alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
         for (joint, moving), solutions in alike.items():
-            facts = {"joint": joint, "moving": moving, "solutions": ", ".join(solutions)}
+            facts = {"joint": joint, "moving": moving, "solutions": _listed(solutions)}
             lines.append(say("ik.family", language=language, **facts))
         if not self._isolated:
             lines.extend(self._singular(language))
@@ -245,12 +245,12 @@ class SolutionSet:
 
     def _singular(self, language: str | None) -> list[str]:
         """A sentence for every group of joints whose axes depend on each other."""
-        alike: dict[tuple[str, ...], list[str]] = {}
+        alike: dict[tuple[str, ...], list[int]] = {}
         for k in range(len(self.q)):
             if joints := self.dependent(k):
-                alike.setdefault(joints, []).append(str(k + 1))
+                alike.setdefault(joints, []).append(k + 1)
         return [
-            say("ik.singular", language=language, solutions=", ".join(which), joints=", ".join(joints))
+            say("ik.singular", language=language, solutions=_listed(which), joints=", ".join(joints))
             for joints, which in alike.items()
         ]
 
@@ -260,6 +260,12 @@ class SolutionSet:
             return [x]
         first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
         return [x + k * TURN for k in range(first, last + 1)]
+
+
+def _listed(numbers: list[int]) -> str:
+    """Increasing numbers, runs of three and more as ranges: 1-4, 6, 7."""
+    runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) != 1) + 1)
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
 
 
 def wound_near(

@@ -7,115 +7,135 @@ zeros has |f_0| > sum |f_j|, one with f monotone |f_1| > sum j |f_j|; the others
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
+from functools import lru_cache
 from math import cos, pi, sin, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
 
 CELLS = 48
 """Of the circle."""
 
 ORDER = 13
-"""Taylor terms of a cell: (12 pi / 48)^13 / 13! is 6e-12 at worst, (8 pi / 48)^13 / 13! is 4e-14."""
+"""Taylor terms of a cell: what is left is (8 pi / 48)^13 / 13! = 4e-14, and 7e-12 of degree twelve."""
 
 DEPTH = 14
 """Halvings of a cell."""
+
+MOST = 48
+"""Zeros that are looked at."""
 
 START = 0.1234
 """Where the first cell begins: no angle that arms prefer."""
 
 
-@compiled
-def harmonics(degree):
+@lru_cache(maxsize=4)
+def harmonics(degree: int) -> tuple[Floats, Floats]:
     """(2, degree + 1, CELLS) cos and sin of k times the middle of each cell; (ORDER, degree + 1) Taylor factors."""
-    waves, factors = np.empty((2, degree + 1, CELLS)), np.empty((ORDER, degree + 1))
-    half = pi / CELLS
-    for k in range(degree + 1):
-        for cell in range(CELLS):
-            middle = START + (2 * cell + 1) * half
-            waves[0, k, cell], waves[1, k, cell] = cos(k * middle), sin(k * middle)
-        power = 1.0
-        for j in range(ORDER):
-            factors[j, k] = power
-            power *= k * half / (j + 1) * (1.0 if j % 2 == 0 else -1.0)
-    return waves, factors
+    half = np.pi / CELLS
+    k, j = np.arange(degree + 1), np.arange(ORDER)[:, None]
+    angle = k[:, None] * (START + (2 * np.arange(CELLS) + 1) * half)
+    sign = np.where(j // 2 % 2 == 0, 1.0, -1.0)
+    factorial = np.cumprod(np.maximum(j, 1), axis=0)
+    return np.stack([np.cos(angle), np.sin(angle)]), sign * (k * half) ** j / factorial
 
 
-@compiled
-def zeros_on_circle(coefficients, degree, dust, waves, factors, zeros, w_t, w_stack):
-    """Zeros into `zeros`; their number, and whether it is proven that all are simple and that there are no others.
+def zeros_of(coefficients: Floats, dust: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
+    """Zeros of many polynomials: (k, MOST) zeros, (k,) their number, (k,) whether it is proven that these are all.
 
     Args:
-        coefficients: (2, degree + 1) of cos and sin.
-        dust: what the samples have of higher harmonics that must be zero: rounding.
-        waves, factors: as `harmonics` makes them.
-        w_t: (ORDER + 2, CELLS), w_stack: (64, ORDER + 3) room.
+        coefficients: (k, 2, degree + 1) of cos and sin.
+        dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
     """
-    total = 0.0
-    for k in range(degree + 1):
-        total += abs(coefficients[0, k]) + abs(coefficients[1, k])
-    noise = 64 * 2.2e-16 * total + 8 * dust
-    half = pi / CELLS
-    count = 0
-    certain = total < 1e300
-    if not total > 100 * dust:
-        return 0, False
-    _expanded(coefficients, degree, waves, factors, w_t)
-    # Signs at ends that neighbours share are found once: a zero there is counted once, on whichever side.
-    first = coefficients[0, 0]
-    for k in range(1, degree + 1):
-        first += coefficients[0, k] * cos(k * START) + coefficients[1, k] * sin(k * START)
-    last = first
-    for cell in range(CELLS):
-        if abs(w_t[0, cell]) > w_t[ORDER, cell] + noise:
-            last = w_t[0, cell]
+    k = len(coefficients)
+    zeros, number, certain = np.empty((k, MOST)), np.empty(k, dtype=np.int64), np.empty(k, dtype=np.bool_)
+    zeros_on_circles(coefficients, dust, *harmonics(coefficients.shape[2] - 1), zeros, number, certain)
+    return zeros, number, certain
+
+
+@compiled
+def zeros_on_circles(coefficients, dust, waves, factors, zeros, number, certain):
+    """Zeros of many polynomials.
+
+    Args:
+        coefficients: (k, 2, degree + 1) of cos and sin.
+        dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
+        waves, factors: as `harmonics` makes them.
+        zeros: (k, most); only the first `number` count.
+        number: (k,) of zeros.
+        certain: (k,) whether it is proven that all are simple and that there are no others.
+    """
+    degree, half, most = coefficients.shape[2] - 1, pi / CELLS, zeros.shape[1]
+    w_t, w_stack = np.empty((ORDER + 2, CELLS)), np.empty((64, ORDER + 3))
+    for b in range(len(coefficients)):
+        total = missing = 0.0
+        for k in range(degree + 1):
+            size = abs(coefficients[b, 0, k]) + abs(coefficients[b, 1, k])
+            total += size
+            # The Taylor expansion ends: by how much it misses.
+            missing += size * abs(factors[ORDER - 1, k]) * k * half / ORDER
+        rounding = 64 * 2.2e-16 * total + 8 * dust[b]
+        noise, steep = rounding + missing, rounding * degree + missing * ORDER / half
+        count = 0
+        sure = total < 1e300
+        if not total > 100 * dust[b]:
+            number[b], certain[b] = 0, False
             continue
-        t = w_stack[0]
-        for j in range(ORDER):
-            t[j] = w_t[j, cell]
-        t[ORDER], t[ORDER + 1] = START + (2 * cell + 1) * half, half
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            t = w_stack[depth]
-            rest = slope = 0.0
-            for j in range(1, ORDER):
-                rest += abs(t[j])
-                slope += j * abs(t[j])
-            slope -= abs(t[1])
-            if abs(t[0]) > rest + noise:
-                last = t[0]
+        _expanded(coefficients[b], degree, waves, factors, w_t)
+        # Signs at ends that neighbours share are found once: a zero there is counted once, on whichever side.
+        first = coefficients[b, 0, 0]
+        for k in range(1, degree + 1):
+            first += coefficients[b, 0, k] * cos(k * START) + coefficients[b, 1, k] * sin(k * START)
+        last = first
+        for cell in range(CELLS):
+            if abs(w_t[0, cell]) > w_t[ORDER, cell] + noise:
+                last = w_t[0, cell]
                 continue
-            width = t[ORDER + 1]
-            low, high = last, first
-            if cell < CELLS - 1 or depth > 0:
-                high = 0.0
-                for j in range(ORDER):
-                    high += t[j]
-            if abs(t[1]) > slope + noise * width * degree:
-                last = high
-                if (low < 0.0) != (high < 0.0):
-                    if count == len(zeros):
-                        return count, False
-                    zeros[count] = t[ORDER] + width * _crossing(t, low < 0.0)
-                    count += 1
-                continue
-            if rest < 4 * noise or width < half * 0.5**DEPTH:
-                # Rounding hides what happens here: the places of a pair of zeros, if it is one.
-                certain, last = False, high
-                centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
-                lift = t[0] + 0.5 * t[1] * centre
-                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + 1e-300)))
-                for side in (-1.0, 1.0):
-                    if count == len(zeros):
-                        return count, False
-                    zeros[count] = t[ORDER] + width * (centre + side * apart)
-                    count += 1
-                continue
-            _halved(t, w_stack[depth + 1])
-            depth += 2
-    return count, certain
+            t = w_stack[0]
+            for j in range(ORDER):
+                t[j] = w_t[j, cell]
+            t[ORDER], t[ORDER + 1] = START + (2 * cell + 1) * half, half
+            depth = 1
+            while depth > 0:
+                depth -= 1
+                t = w_stack[depth]
+                rest = slope = 0.0
+                for j in range(1, ORDER):
+                    rest += abs(t[j])
+                    slope += j * abs(t[j])
+                slope -= abs(t[1])
+                if abs(t[0]) > rest + noise:
+                    last = t[0]
+                    continue
+                width = t[ORDER + 1]
+                low, high = last, first
+                if cell < CELLS - 1 or depth > 0:
+                    high = 0.0
+                    for j in range(ORDER):
+                        high += t[j]
+                if abs(t[1]) > slope + steep * width:
+                    last = high
+                    if (low < 0.0) != (high < 0.0):
+                        sure = sure and count < most
+                        zeros[b, min(count, most - 1)] = t[ORDER] + width * _crossing(t, low < 0.0)
+                        count += 1
+                    continue
+                if rest < 4 * noise or width < half * 0.5**DEPTH:
+                    # Rounding hides what happens here: the places of a pair of zeros, if it is one.
+                    sure, last = False, high
+                    centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
+                    lift = t[0] + 0.5 * t[1] * centre
+                    apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + 1e-300)))
+                    for side in (-1.0, 1.0):
+                        zeros[b, min(count, most - 1)] = t[ORDER] + width * (centre + side * apart)
+                        count += 1
+                    continue
+                _halved(t, w_stack[depth + 1])
+                depth += 2
+        number[b], certain[b] = min(count, most), sure
 
 
 @compiled

@@ -45,7 +45,7 @@ class Road:
         before: (9, 6) lines (p, l) before P moves them; only the first `lines` count.
         lines: 1, 3 or 9.
         after: (9, 3, 4) displacements after P; only the first 9 / `lines` count.
-        products: (9, 9) from samples to coefficients of the products of a and b.
+        products: (9, 9) from samples, by rows, to coefficients of the products of a and b, by columns.
         left: (14, 27) coefficients of the functions moved by c, d, e: (1, cos, sin) of c, homogeneous of d, of e.
         unit: (3,) the constant one as a homogeneous form of d.
     """
@@ -102,7 +102,7 @@ def _road(chain: Chain, first: int, backwards: bool) -> Road:
     left, unit = _left(chain, (c, d, e), place, line)
     order = [5 - k for k in (a, b, c, d, e, f)] if backwards else [a, b, c, d, e, f]
     one, two = np.linalg.inv(_basis(chain.slides[a])), np.linalg.inv(_basis(chain.slides[b]))
-    products = np.asarray(np.kron(one, two), dtype=np.float64)
+    products = np.ascontiguousarray(np.kron(one, two).T)
     return Road(tuple(order), backwards, lines, len(before), moves, products, left, unit)
 
 

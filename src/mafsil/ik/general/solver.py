@@ -7,19 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil import threads as pool
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
-from mafsil.ik.general.roads import TWIST, roads
+from mafsil.ik.general.elimination import Elimination
+from mafsil.ik.general.findings import MOST, Findings, loop_frames
+from mafsil.ik.general.sliding import ThreeSlides, TwoSlides
 from mafsil.ik.problem import clean_poses
-from mafsil.kernels import threads as pool
 from mafsil.kernels.lazy import lazy
-
-DEGREE = 8
-"""Of the determinant as a trigonometric polynomial of the first joint found, if all six joints turn."""
-
-TURNS: Floats = np.array([0.0, 0.7, 1.2])
-"""Turns of the half angle of joint d that are tried until a zero of the determinant leads to a solution."""
 
 STILL = 1e-7
 """Values of added joints that count as standing still [rad | m]."""
@@ -88,7 +84,7 @@ class GeneralSix:
 
 
 class _Machine:
-    """Constants of an arm in the shape that the compiled loop takes."""
+    """Constants of an arm: its loop about a fitting origin, in a fitting unit of length, and the roads to try."""
 
     def __init__(self, chain: Chain) -> None:
         self.home = chain.home
@@ -98,47 +94,39 @@ class _Machine:
         self.size = _size(filled)
         self.middle = filled.points[turning].mean(axis=0) if turning.any() else np.zeros(3)
         self.filled = _normalised(filled, self.middle, self.size)
-        found = roads(self.filled)
-        self.order = np.arange(len(found))
-        self.numbers = np.array([road.joints for road in found], dtype=np.int64).reshape(-1, 6)
-        self.backwards = np.array([road.backwards for road in found], dtype=np.bool_)
-        self.before = np.array([road.before for road in found])
-        self.lines = np.array([road.lines for road in found], dtype=np.int64)
-        self.after = np.array([road.after for road in found])
-        self.products = np.array([road.products.T for road in found])
-        self.left = np.array([road.left for road in found])
-        self.unit = np.array([road.unit for road in found])
         self.slides = np.array(self.filled.slides, dtype=np.bool_)
-        self.frames = _frames(self.filled)
-        self.degree = DEGREE if not self.slides.any() else 12
-        self.fourier = _fourier(self.degree)
-        self._ordered()
+        self.frames = loop_frames(self.filled)
+        self.method = _method(self.filled)
+        self.order = self._ordered()
 
-    def _ordered(self) -> None:
+    def _ordered(self) -> list[int]:
         """The roads with the most proofs first."""
-        if not len(self.order):
-            return
-        generator = np.random.default_rng(3)
-        q = generator.uniform(-np.pi, np.pi, (24, 6))
+        q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
-        score: list[tuple[float, float]] = []
-        every = self.order
-        for road in every:
-            self.order = np.array([road])
-            out = self._run(P)
-            good = np.array([_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)])
-            score.append((-float(out.complete.sum() + good.sum()), float(road)))
-        self.order = np.array([int(road) for _, road in sorted(score)], dtype=np.int64)
-        self.score = [s for s, _ in sorted(score)]
+        score: list[tuple[int, int]] = []
+        for road in range(len(self.method)):
+            out = self._run(P, [road])
+            good = [_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)]
+            score.append((-int(out.proof.sum()) - sum(good), road))
+        return [road for _, road in sorted(score)]
 
     def solve(self, T: PoseMatrix, valid: NDArray[np.bool_], batch: tuple[int, ...], threads: int) -> GeneralSolutions:
         """All solutions of those of the poses (k, 4, 4) that are valid, as a batch of a shape."""
         P = T @ pose.inverse(self.home)
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
-        out = self._run(P, threads)
+        parts: list[Findings] = [self._run(P[:0], [])] * -(-len(P) // CHUNK)
+
+        def part(i: int) -> None:
+            parts[i] = self._run(P[i * CHUNK : (i + 1) * CHUNK], self.order)
+
+        pool.run(part, len(parts), threads)
+        q = np.concatenate([one.q for one in parts] or [np.zeros((0, MOST, 6))])
+        error = np.concatenate([one.size for one in parts] or [np.zeros((0, MOST))])
+        proof = np.concatenate([one.proof for one in parts] or [np.zeros(0, dtype=np.bool_)])
+        taken = np.concatenate([one.roads for one in parts] or [np.zeros(0, dtype=np.int64)])
         where = [self.filled.joints.index(j) for j in sorted(j for j in self.joints if j >= 0)]
-        q, error = out.q * np.where(self.slides, self.size, 1.0), out.error
+        q *= np.where(self.slides, self.size, 1.0)
         added = [k for k in range(6) if k not in where]
         if added:
             stray = ~(np.abs(q[:, :, added]) <= STILL).all(axis=-1)
@@ -148,33 +136,33 @@ class _Machine:
         return GeneralSolutions(
             q[..., where].reshape(*batch, *q.shape[1:2], len(where)),
             (~np.isnan(error)).sum(axis=1).reshape(batch),
-            out.complete.reshape(batch),
+            proof.reshape(batch),
             error.reshape(*batch, *error.shape[1:]),
-            out.roads.reshape(batch),
+            taken.reshape(batch),
         )
 
-    def _run(self, P: PoseMatrix, threads: int = 1) -> GeneralSolutions:
-        from mafsil.ik.general.polish_loops import MOST
-        from mafsil.ik.general.solution_loops import Arm, solved
+    def _run(self, P: PoseMatrix, order: list[int]) -> Findings:
+        """Roads one after the other, until one proves that nothing is missing."""
+        found = Findings(self.frames, self.slides, P)
+        rows = np.flatnonzero(np.isfinite(P).all(axis=(1, 2)))
+        for road in order:
+            if not len(rows):
+                return found
+            found.roads[rows] += 1
+            self.method.take(road, found, rows)
+            rows = rows[~found.proof[rows]]
+        found.look_beside(rows)
+        return found
 
-        b = len(P)
-        Q = pose.inverse(P)
-        q, size = np.full((b, MOST, 6), np.nan), np.full((b, MOST), np.nan)
-        proof, taken = np.zeros(b, np.int64), np.zeros(b, np.int64)
-        count = -(-b // CHUNK)
 
-        arm = Arm(
-            self.numbers, self.backwards, self.before, self.lines, self.after, self.products, self.left, self.unit,
-            self.frames, self.slides, self.fourier, self.degree, TWIST, TURNS,
-        )  # fmt: skip
-
-        def part(i: int) -> None:
-            s = slice(i * CHUNK, min(b, (i + 1) * CHUNK))
-            solved(P[s], Q[s], self.order, arm, q[s], size[s], proof[s], taken[s])
-
-        if len(self.order):
-            pool.run(part, count, threads)
-        return GeneralSolutions(q, (~np.isnan(size)).sum(axis=1), proof > 0, size, taken)
+def _method(chain: Chain) -> Elimination | TwoSlides | ThreeSlides:
+    match sum(chain.slides):
+        case 2:
+            return TwoSlides(chain)
+        case 3:
+            return ThreeSlides(chain)
+        case _:
+            return Elimination(chain)
 
 
 def _filled(chain: Chain) -> Chain:
@@ -201,19 +189,6 @@ def _normalised(chain: Chain, middle: Floats, size: float) -> Chain:
     return Chain(chain.axes, points, chain.slides, chain.joints, np.eye(4), chain.reversed)
 
 
-def _frames(chain: Chain) -> Floats:
-    """(7, 3, 4) constants F_k: the loop is F_0 Z_0 F_1 Z_1 ... Z_5 F_6."""
-    B = np.tile(np.eye(4), (6, 1, 1))
-    for k, z in enumerate(chain.axes):
-        x = np.cross(z, np.eye(3)[int(np.abs(z).argmin())])
-        x /= np.linalg.norm(x)
-        B[k, :3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-        B[k, :3, 3] = chain.points[k]
-    inverse = pose.inverse(B)
-    frames = [B[0], *(inverse[k] @ B[k + 1] for k in range(5)), inverse[5]]
-    return np.ascontiguousarray(np.array(frames)[:, :3])
-
-
 def _product(chain: Chain, q: JointVector) -> PoseMatrix:
     """(k, 4, 4) the displacement of the whole chain."""
     E = pose.exp(chain.screws * q[..., None])
@@ -221,17 +196,6 @@ def _product(chain: Chain, q: JointVector) -> PoseMatrix:
     for k in range(1, 6):
         P = P @ E[:, k]
     return P
-
-
-def _fourier(degree: int) -> Floats:
-    """(nodes, nodes) from samples to coefficients, rows a_0, b_1, a_1, b_2, a_2, ...; the last rows are of no use."""
-    nodes = 4 * (2 * degree // 4 + 1)
-    angle = 2 * np.pi * np.arange(nodes) / nodes
-    rows = [np.ones(nodes) / nodes]
-    for k in range(1, nodes // 2):
-        rows.extend([2 * np.sin(k * angle) / nodes, 2 * np.cos(k * angle) / nodes])
-    rows.append(np.cos(nodes // 2 * angle) / nodes)
-    return np.array(rows)
 
 
 def _holds(found: JointVector, wanted: JointVector) -> bool:

@@ -63,8 +63,7 @@ class PoseProblem:
     @lazy
     def length(self) -> float:
         """Scale that makes positions comparable with angles [m]."""
-        _, radius = self.reach
-        return radius if np.isfinite(radius) and radius > 0.0 else 1.0
+        return unit_length(self.robot.mechanism, self.frame)
 
     @lazy
     def turning(self) -> NDArray[np.int64]:
@@ -73,7 +72,7 @@ class PoseProblem:
 
     @lazy
     def middle(self) -> JointVector:
-        """(n,) the middle of the joints' bounds, zero where one is missing."""
+        """(n,) the middle of the joints' limits, zero where one is missing."""
         lower, upper = self.robot.limits.lower, self.robot.limits.upper
         both = np.isfinite(lower) & np.isfinite(upper)
         return np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
@@ -104,6 +103,17 @@ class PoseProblem:
         return generator.uniform(lower, upper, (count, self.robot.n))
 
 
+def unit_length(mechanism: Mechanism, frame: str | None) -> float:
+    """How far the frame reaches [m]; one where that is unlimited or nothing.
+
+    Args:
+        mechanism: whose frame it is.
+        frame: name of the link, or None for the tip.
+    """
+    _, radius = reach_bound(mechanism, frame)
+    return radius if np.isfinite(radius) and radius > 0.0 else 1.0
+
+
 @lru_cache(maxsize=64)
 def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
     """The problem of a frame, made once for each robot.
@@ -123,21 +133,21 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
     size = {"check": 22, "step": n + 6, "step_with_wish": 2 * n + 6}[what]
     if what == "step_with_wish":
         inputs = (*inputs, Port("z", (n,)))
-    damping = "" if what == "check" else f" {RELATIVE_DAMPING} {SMALLEST_DAMPING}"
+    numbers = () if what == "check" else (RELATIVE_DAMPING, SMALLEST_DAMPING, unit_length(mechanism, frame))
     return kernels.compile(
         Signature(f"pose_{what}", inputs, (Port("out", (size,)),)),
-        partial(_build, what, mechanism, frame, one_axis),
-        key=f"{fingerprint(mechanism)} pose_{what} {frame!r} {one_axis}{damping}",
+        partial(_build, what, mechanism, frame, one_axis, numbers),
+        key=f"{fingerprint(mechanism)} pose_{what} {frame!r} {one_axis} {numbers}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
         recipe=(_kernel, (what, mechanism, frame, one_axis)),
     )
 
 
-def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) -> Any:
+def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, numbers: tuple[float, ...]) -> Any:
     """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
     from mafsil.mechanics import pose_task
 
     if what == "check":
         return pose_task.check(mechanism, frame, one_axis)
     build = {"step": pose_task.step, "step_with_wish": pose_task.step_with_wish}[what]
-    return build(mechanism, frame, one_axis, RELATIVE_DAMPING, SMALLEST_DAMPING)
+    return build(mechanism, frame, one_axis, *numbers)

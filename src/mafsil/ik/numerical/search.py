@@ -52,6 +52,18 @@ class Plan:
         """The arrays of the pool."""
         return self.pool.samples, self.pool.features, self.pool.centres, self.pool.begins
 
+    @lazy
+    def entries(self) -> tuple[int, int]:
+        """Addresses of the kernels."""
+        return self.step.addresses.batch, self.check.addresses.batch
+
+    @lazy
+    def setting(self) -> tuple[float, Floats, Floats, Floats, NDArray[np.int64]]:
+        """What a single search needs besides: radius and centre of the reach, numbers, vector, turning joints."""
+        centre, radius = self.problem.reach
+        bound = radius if self.task.all_positions else np.inf
+        return bound, centre, self.numbers, self.vector, self.problem.turning
+
     def run(
         self,
         T_sd: Floats,
@@ -85,7 +97,7 @@ class Plan:
         numbers = self.numbers
         if not trust or patient:
             numbers = numbers.copy()
-            numbers[loops.TRUST], numbers[loops.PATIENT] = trust, patient
+            numbers[loops.TRUST], numbers[loops.PATIENT] = numbers[loops.TRUST] if trust else 0.0, patient
         work = np.empty((lanes, 2 * n + 6)), np.empty((lanes, 2), np.int64), best, records, np.zeros(2, np.int64)
         rounds = SLICE if deadline == np.inf else SHORT_SLICE
         entry = self.step.addresses.batch
@@ -113,10 +125,14 @@ def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
         task: what counts.
         rng: seed of the starts.
     """
+    from mafsil.ik.numerical import search_loops as loops
+
     pool = pool_of(problem, task, rng)
     vector = np.concatenate([task.scaled(problem.length), task.axis, problem.lower, problem.upper])
-    limits = task.rotation_tolerance**2 / 4, task.position_tolerance**2 / 4
-    numbers = np.array([*limits, pool.turning, pool.shifting, task.one_axis, 1.0, pool.largest, 0.0])
+    limits = [tolerance * tolerance / 4 for tolerance in (task.rotation_tolerance, task.position_tolerance)]
+    # A last step squares the scaled error; of long arms less is left to it.
+    trusted = loops.NEWTON / max(1.0, problem.length) ** 0.5
+    numbers = np.array([*limits, pool.turning, pool.shifting, task.one_axis, trusted, pool.largest, 0.0])
     return Plan(problem, task, vector, numbers, pool, problem.step(task.one_axis), problem.check(task.one_axis))
 
 

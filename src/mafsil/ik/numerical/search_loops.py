@@ -32,7 +32,8 @@ QUEUE, ACTIVE = 0, 1
 
 TURN_LIMIT, SHIFT_LIMIT, TURNING, SHIFTING, ONE_AXIS, TRUST, LARGEST, PATIENT = 0, 1, 2, 3, 4, 5, 6, 7
 """Places of the numbers: squares of the tolerances, factors of the features, whether the task turns one axis only,
-whether the last step is trusted, the size of the largest cell, and whether attempts are given up only at their end."""
+the scaled error from which the last step is trusted, the size of the largest cell, and whether attempts are given up
+only at their end."""
 
 SCATTER = 0x9E3779B1
 """Spreads later attempts over the samples."""
@@ -46,7 +47,8 @@ EARLY_BAR, MIDDLE_BAR, LATE_BAR, PATIENT_BAR = 0.1, 0.02, 0.001, 0.3
 four arms: one of thirty of those given up would have succeeded."""
 
 NEWTON = 1e-7
-"""Scaled error from which one more step is trusted to end within rounding; the check of every answer judges."""
+"""Scaled error from which one more step is trusted to end within rounding, for arms up to a metre; the check of every
+answer judges."""
 
 
 @compiled
@@ -277,7 +279,7 @@ def _ended(
     size = np.sqrt(size)
     step = whole[lane, STEP]
     solved = turn <= numbers[TURN_LIMIT] and shift <= numbers[SHIFT_LIMIT]
-    trusted = numbers[TRUST] > 0.0 and size <= NEWTON
+    trusted = size <= numbers[TRUST]
     if solved or trusted:
         begin = 0 if solved else n
         for i in range(n):

@@ -8,7 +8,18 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_finite, require_kind
+from mafsil import threads
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    PoseMatrix,
+    gate,
+    positive,
+    real_array,
+    require_finite,
+    require_kind,
+    whole,
+)
 from mafsil.errors import InputError
 from mafsil.ik.numerical.posture import Wish, settled, wish_of
 from mafsil.ik.numerical.problem import problem_of
@@ -16,7 +27,6 @@ from mafsil.ik.numerical.search import Plan, cached_plan
 from mafsil.ik.numerical.task import PoseTask, TaskKind, pose_task
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.result import STATUSES, IKResult, IKStatus
-from mafsil.kernels import threads
 from mafsil.robot import Robot
 
 FREE_RESTARTS = 7
@@ -24,6 +34,9 @@ FREE_RESTARTS = 7
 
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
+
+AXIS = (0.0, 0.0, 1.0)
+"""The axis of a frame that counts unless another is named."""
 
 _CODE = {status: code for code, status in enumerate(STATUSES)}
 _SOLVED = np.array(_CODE[IKStatus.SOLVED], np.int8)
@@ -39,7 +52,7 @@ def solve_ik(
     *,
     frame: str | None = None,
     task: TaskKind = "pose",
-    axis: ArrayLike = (0.0, 0.0, 1.0),
+    axis: ArrayLike = AXIS,
     weights: ArrayLike | None = None,
     tolerance: float = 1e-10,
     rotation_tolerance: float | None = None,
@@ -90,11 +103,16 @@ def solve_ik(
     if type(robot) is not Robot:
         require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
     wanted = gate("T_sd", T_sd, (4, 4))
-    if restarts < 0:
-        raise InputError("input.range", name="restarts", value=restarts, low=0, high=np.inf)
+    if frame is not None:
+        require_kind("frame", frame, "str", "casefold")
+    whole("restarts", restarts)
     deadline = np.inf if seconds is None else begun + positive("seconds", seconds)
-    asked = _task(task, _hashable(axis), _hashable(weights), tolerance, rotation_tolerance)
-    plan = cached_plan(problem_of(robot, frame, limits), asked, rng)
+    turn = None if rotation_tolerance is None else positive("rotation_tolerance", rotation_tolerance)
+    exact = positive("tolerance", tolerance), turn
+    asked = _task(
+        str(task), _hashable("axis", axis), None if weights is None else _hashable("weights", weights), *exact
+    )
+    plan = cached_plan(problem_of(robot, frame, bool(limits)), asked, whole("rng", rng))
     batch = wanted.shape[:-2]
     if not batch and posture is None and seconds is None:
         start = None if seed is None else _rows("seed", seed, robot.n, batch)
@@ -104,22 +122,20 @@ def solve_ik(
     first = _rows("seed", seed, robot.n, batch)
     wish = wish_of(plan.problem, _rows("posture", posture, robot.n, batch), posture_weights)
     work = _Work(plan, wanted, first, wish, restarts, deadline)
-    if not batch and not work.valid[0]:
-        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     blocks = -(-work.count // BLOCK)
     threads.run(work.block, blocks, threads.available() if blocks > 1 else 1)
+    if not batch and not work.valid[0]:
+        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     return work.result(batch)
 
 
-def _hashable(values: ArrayLike | None) -> tuple[float, ...] | None:
-    if values is None or type(values) is tuple:
-        return values
-    return tuple(np.asarray(values, dtype=np.float64).ravel().tolist())
+def _hashable(name: str, values: ArrayLike) -> tuple[float, ...]:
+    return AXIS if values is AXIS else tuple(real_array(name, values).ravel().tolist())
 
 
 @lru_cache(maxsize=64)
 def _task(
-    kind: TaskKind,
+    kind: str,
     axis: tuple[float, ...],
     weights: tuple[float, ...] | None,
     tolerance: float,
@@ -134,41 +150,31 @@ def _rows(name: str, given: ArrayLike | None, n: int, batch: tuple[int, ...]) ->
         return np.empty((0, n))
     rows = require_finite(name, gate(name, given, (n,)))
     try:
-        return np.array(np.broadcast_to(rows, (*batch, n)), order="C").reshape(-1, n)
+        return np.require(np.broadcast_to(rows, (*batch, n)), requirements=("C", "W")).reshape(-1, n)
     except ValueError:
         raise InputError("input.shape", name=name, expected=(*batch, n), got=rows.shape, hint="") from None
 
 
 def _quick(plan: Plan, wanted: PoseMatrix, first: JointVector | None, restarts: int) -> IKResult | None:
     """A single pose by the shortest way; None where it is not solved by it, for the general way to say why."""
-    from mafsil.ik.numerical import search_loops as loops
+    from mafsil.ik.numerical import single_loops as loops
 
     n = plan.vector.shape[0] // 2 - 4
-    centre, radius = plan.problem.reach
-    target, valid, distance = np.empty((1, 16)), np.empty(1, np.int64), np.empty(1)
-    loops.clean(np.array(wanted, order="C").reshape(1, 16), ORTHOGONALITY, centre, target, valid, distance)
-    if not valid[0] or (distance[0] > radius and plan.task.all_positions):
-        return None
-    start = np.empty((0, n)) if first is None else first
-    best, records, cursor = np.empty((1, n + 1)), np.zeros((1, loops.RECORD), np.int64), np.zeros(2, np.int64)
-    best[0, n], records[0, 1], records[0, 2] = np.inf, restarts + 1, -1
-    work = np.empty((1, 2 * n + 6)), np.empty((1, 2), np.int64), best, records, cursor
-    loops.advance(plan.step.addresses.batch, 1 << 40, plan.numbers, plan.vector, target, start, *plan.tables, *work)
-    near = np.zeros((1, n)) if first is None else first
-    loops.wind(best, near, plan.problem.turning, plan.vector)
-    out, rotation, position, good = plan.checked(best, target)
-    if not good[0]:
+    best, report, counts = np.empty((1, n + 1)), np.empty(loops.REPORT), np.empty(2, np.int64)
+    target, start = np.array(wanted, order="C").reshape(1, 16), np.empty((0, n)) if first is None else first
+    asked = restarts + 1, ORTHOGONALITY
+    if not loops.single(*plan.entries, *asked, *plan.setting, target, start, *plan.tables, best, report, counts):
         return None
     return IKResult(
         q=best[0, :n],
         codes=_SOLVED,
-        T_reached=out[0, :16].reshape(4, 4),
-        position_error=position.reshape(()),
-        rotation_error=rotation.reshape(()),
-        iterations=records[0, 3:4].reshape(()),
-        attempts=records[0, 0:1].reshape(()),
-        reach=np.asarray(radius),
-        distance=distance.reshape(()),
+        T_reached=report[loops.REACHED : loops.REACHED + 16].reshape(4, 4),
+        position_error=report[loops.POSITION : loops.DISTANCE].reshape(()),
+        rotation_error=report[loops.ROTATION : loops.POSITION].reshape(()),
+        iterations=counts[:1].reshape(()),
+        attempts=counts[1:].reshape(()),
+        reach=np.asarray(plan.problem.reach[1]),
+        distance=report[loops.DISTANCE : loops.REACHED].reshape(()),
         worst_joint=_NOBODY,
     )
 
@@ -183,12 +189,10 @@ class _Work:
 
         self.plan, self.first, self.wish, self.restarts, self.deadline = plan, first, wish, restarts, deadline
         self.loops = loops
-        given = np.array(wanted, order="C").reshape(-1, 16)
-        self.count = k = len(given)
+        self.wanted = np.require(wanted, requirements=("C", "W")).reshape(-1, 16)
+        self.count = k = len(self.wanted)
         n = plan.problem.robot.n
-        self.target, self.valid, self.distance = np.empty((k, 16)), np.empty(k, np.int64), np.empty(k)
-        centre, self.radius = plan.problem.reach
-        loops.clean(given, ORTHOGONALITY, np.array(centre), self.target, self.valid, self.distance)
+        self.valid, self.distance, self.radius = np.empty(k, np.int64), np.empty(k), plan.problem.reach[1]
         self.q, self.T = np.empty((k, n)), np.empty((k, 16))
         self.rotation, self.position = np.empty(k), np.empty(k)
         self.codes, self.iterations, self.attempts = np.empty(k, np.int8), np.empty(k, np.int64), np.empty(k, np.int64)
@@ -197,10 +201,14 @@ class _Work:
     def block(self, index: int) -> None:
         """Solve one block of poses."""
         rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))
-        T, first = self.target[rows], self.first[rows]
+        T, first, problem = np.empty((rows.stop - rows.start, 16)), self.first[rows], self.plan.problem
+        check = problem.reach[0], T, self.valid[rows], self.distance[rows]
+        self.loops.clean(self.wanted[rows], ORTHOGONALITY, *check)
         beyond = self._beyond(rows)
         allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * self.valid[rows]
         best, records = self.plan.run(T, first, allowed, deadline=self.deadline)
+        unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
+        best[unseen, :-1] = np.clip(first[unseen] if len(first) else problem.middle, problem.lower, problem.upper)
         winner = records[:, self.loops.WINNER]
         self._wind(best, rows)
         found = self.plan.checked(best, T)
@@ -215,7 +223,7 @@ class _Work:
         self.q[rows], self.T[rows] = best[:, :-1], out[:, :16]
         self.iterations[rows] = records[:, self.loops.STEPS]
         self.attempts[rows] = np.where(winner >= 0, winner + 1, records[:, self.loops.STARTED])
-        self._verdicts(rows, good == 1, beyond, records)
+        self._verdicts(rows, T, good == 1, beyond, records)
 
     def _beyond(self, rows: slice) -> NDArray[np.bool_]:
         """(k,) poses whose place is proven out of reach."""
@@ -250,11 +258,12 @@ class _Work:
         if len(missed) and perf_counter() < self.deadline:
             once = np.ones(len(missed), np.int64)
             new, again = self.plan.run(T[missed], best[missed, :-1].copy(), once, trust=False, patient=True)
-            best[missed] = new
+            # Of poses so far away that their squares overflow nothing is seen.
+            best[missed] = np.where(np.isfinite(new), new, best[missed])
             records[missed, winner] = np.where(again[:, winner] < 0, -1, records[missed, self.loops.STARTED] - 1)
 
     def _verdicts(
-        self, rows: slice, good: NDArray[np.bool_], beyond: NDArray[np.bool_], records: NDArray[np.int64]
+        self, rows: slice, T: Floats, good: NDArray[np.bool_], beyond: NDArray[np.bool_], records: NDArray[np.int64]
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
@@ -269,16 +278,18 @@ class _Work:
         codes[~valid] = _CODE[IKStatus.NOT_A_POSE]
         for array in (self.q, self.T, self.rotation, self.position):
             array[rows][~valid] = np.nan
-        self._beyond_limits(rows.start, codes)
+        self._beyond_limits(rows.start, T, codes)
+        if self.plan.task.dimension > self.plan.problem.robot.n:
+            codes[codes == _CODE[IKStatus.BUDGET_SPENT]] = _CODE[IKStatus.FEW_JOINTS]
 
-    def _beyond_limits(self, start: int, codes: NDArray[np.int8]) -> None:
+    def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
         """For poses not found: whether they can be reached without limits, and which joint leaves them most."""
         rows = np.flatnonzero(codes == _CODE[IKStatus.BUDGET_SPENT])
         problem = self.plan.problem
         if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
             return
         free = cached_plan(problem_of(problem.robot, problem.frame, False), self.plan.task, 0)
-        T = self.target[start + rows]
+        T = T_sd[rows]
         allowed = np.full(len(rows), FREE_RESTARTS + 1)
         best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)
         self.loops.wind(best, problem.middle[None], problem.turning, free.vector)

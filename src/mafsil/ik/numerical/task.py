@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6, gate
+from mafsil.arrays import Floats, Vector3, Vector6, gate, positive
 from mafsil.errors import InputError
 
 TaskKind = Literal["pose", "position", "orientation", "axis", "direction"]
@@ -74,7 +74,7 @@ class PoseTask:
 
 
 def pose_task(
-    kind: TaskKind,
+    kind: str,
     axis: ArrayLike,
     weights: ArrayLike | None,
     tolerance: float,
@@ -95,9 +95,8 @@ def pose_task(
     """
     if kind not in KINDS:
         raise InputError("input.choice", name="task", value=kind, known=", ".join(KINDS))
-    for name, value in (("tolerance", tolerance), ("rotation_tolerance", rotation_tolerance)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError("input.positive", name=name, value=value)
+    shift = positive("tolerance", tolerance)
+    turn = shift if rotation_tolerance is None else positive("rotation_tolerance", rotation_tolerance)
     direction = gate("axis", axis, (3,), finite=True)
     size = float(np.linalg.norm(direction))
     if direction.ndim != 1 or size == 0.0:
@@ -105,8 +104,7 @@ def pose_task(
     rows = np.repeat(_ROWS[kind], 3) * _weights(weights)
     if not rows.any():
         raise InputError("ik.no_weight", name="weights", task=kind)
-    turn = tolerance if rotation_tolerance is None else rotation_tolerance
-    return PoseTask(kind, rows, direction / size, turn, tolerance)
+    return PoseTask(cast("TaskKind", kind), rows, direction / size, turn, shift)
 
 
 def _weights(weights: ArrayLike | None) -> Floats:

@@ -43,15 +43,18 @@ class ArmAngleForm:
 
         X, psi = np.asarray(T, dtype=np.float64), np.asarray(angle, dtype=np.float64)
         batch = np.broadcast_shapes(X.shape[:-2], psi.shape[:-1])
-        P = np.ascontiguousarray(np.broadcast_to(X @ pose.inverse(self.chain.home), (*batch, 4, 4)).reshape(-1, 4, 4))
-        angles = np.ascontiguousarray(np.broadcast_to(psi, (*batch, psi.shape[-1])).reshape(-1, psi.shape[-1]))
+        count, m = int(np.prod(batch)), psi.shape[-1]
+        P = np.ascontiguousarray(np.broadcast_to(X @ pose.inverse(self.chain.home), (*batch, 4, 4))).reshape(
+            count, 4, 4
+        )
+        angles = np.ascontiguousarray(np.broadcast_to(psi, (*batch, m))).reshape(count, m)
         q = np.empty((*angles.shape, BRANCHES, 7))
         axes = np.ascontiguousarray(self.chain.axes)
         frames = np.array([_frame(axes[:3]), _frame(axes[4:])])
         turns = np.array([_turn(axes[:3]), _turn(axes[4:])])
         places = np.array([self.shoulder, self.elbow, self.wrist])
         postures(P, angles, axes, places, np.ascontiguousarray(axes[:2]), frames, turns, q)
-        return q.reshape(*batch, psi.shape[-1], BRANCHES, 7)
+        return q.reshape(*batch, m, BRANCHES, 7)
 
     def angle(self, q: ArrayLike) -> Floats:
         """(*batch,) arm angle of configurations (*batch, 7), in (-pi, pi] [rad]; NaN if the elbow is straight."""

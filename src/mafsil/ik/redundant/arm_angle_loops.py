@@ -3,7 +3,7 @@
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 
@@ -99,6 +99,45 @@ def postures(P, angles, axes, places, upright, frames, turns, q_out):
 
 
 @compiled
+def checked(q, T, X, values, held, middle, lower, upper, tolerance, residual, within):
+    """By how much postures miss their poses, and which are within the limits; angles are wound, in place.
+
+    Args:
+        q: (k m, branches, 7) postures, m values of the parameter for each pose.
+        T: (k m, branches, 4, 4) their poses.
+        X: (k, 4, 4) wanted poses.
+        values: (k m,) values of the parameter.
+        held: the joint that has them, and is not wound; -1 if none.
+        middle, lower, upper: (7,) of the limits.
+        tolerance: residual of a posture.
+        residual: (k m, branches) distance or angle, the larger; NaN where there is no posture.
+        within: (k m, branches) whether it is one, within its limits.
+    """
+    each = len(q) // max(1, len(X))
+    for i in range(len(q)):
+        P = X[i // each]
+        for j in range(q.shape[1]):
+            distance = chord = 0.0
+            for r in range(3):
+                distance += (T[i, j, r, 3] - P[r, 3]) ** 2
+                for c in range(3):
+                    chord += (T[i, j, r, c] - P[r, c]) ** 2
+            size = max(sqrt(distance), 2 * asin(min(1.0, sqrt(chord / 8)))) if distance + chord >= 0.0 else np.nan
+            good = size <= tolerance
+            for k in range(7):
+                x = q[i, j, k] - 2 * pi * np.floor((q[i, j, k] - middle[k]) / (2 * pi) + 0.5)
+                if lower[k] > x:
+                    x += 2 * pi * np.ceil((lower[k] - x) / (2 * pi) - 1e-12)
+                elif x > upper[k]:
+                    x -= 2 * pi * np.ceil((x - upper[k]) / (2 * pi) - 1e-12)
+                if k == held and x == x:
+                    x = values[i]
+                q[i, j, k] = x
+                good = good and lower[k] - 1e-12 <= x <= upper[k] + 1e-12
+            residual[i, j], within[i, j] = size, good
+
+
+@compiled
 def _product(A, B, out):
     """A B."""
     for k in range(3):
@@ -184,4 +223,4 @@ def _euler(R, frame, turn, Q, out):
 
 @compiled
 def _wrapped(x):
-    return x - 2 * pi * np.round(x / (2 * pi))
+    return x - 2 * pi * np.floor(x / (2 * pi) + 0.5)

@@ -32,14 +32,13 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     """
     if setting.task != "pose":
         raise InputError("redundant.only_pose", task=setting.task)
-    if isinstance(free, Mapping):
-        if len(free) != 1:
-            raise InputError("redundant.one_value", names=", ".join(free))
-        name = next(iter(free))
-        form, value = redundancy(setting.robot, name), float(gate("free", free[name], (), finite=True))
-    else:
-        form, value = redundancy(setting.robot), float(gate("free", free, (), finite=True))
-    return fixed(setting, form, T, value, tolerance)
+    if isinstance(free, Mapping) and len(free) != 1:
+        raise InputError("redundant.one_value", names=", ".join(map(str, free)))
+    name, given = next(iter(free.items())) if isinstance(free, Mapping) else (None, free)
+    form, value = redundancy(setting.robot, name), gate("free", given, (), finite=True)
+    if value.ndim:
+        raise InputError("input.shape", name="free", expected="()", got=value.shape, hint="")
+    return fixed(setting, form, T, float(value), tolerance)
 
 
 def tried(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> SolutionSet | None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
-from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.answers.setting import setting
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
@@ -100,8 +100,11 @@ class Redundancy:
         Raises:
             InputError: a wrong shape, or no poses.
         """
-        X = _poses(T)
-        given = gate("values", values, (np.shape(values)[-1] if np.ndim(values) else 1,), finite=True)
+        X = gate("T", T, (4, 4)) if self._by_kernel else _poses(T)
+        given = np.atleast_1d(gate("values", values, (), finite=True))
+        if given.ndim > 1 and given.shape[:-1] != X.shape[:-2]:
+            expected = str((*X.shape[:-2], "m")).replace("'", "")
+            raise InputError("input.shape", name="values", expected=expected, got=given.shape, hint="")
         return self._judged(X, np.broadcast_to(given, (*X.shape[:-2], given.shape[-1])))
 
     def sweep(self, T: ArrayLike, count: int = 16) -> Postures:
@@ -175,6 +178,11 @@ class Redundancy:
         return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
 
     @property
+    def _by_kernel(self) -> bool:
+        """Whether the kernel of a closed form gives the postures."""
+        return self.closed is not None and self.angle_form is None
+
+    @property
     def _around(self) -> bool:
         """Whether the parameter comes back to where it was after a turn."""
         return self.angle_form is not None
@@ -188,30 +196,43 @@ class Redundancy:
         return np.linspace(low, high, count)
 
     def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
-        limits = self.robot.limits
-        q, residual = self._table(X, values)
-        both = np.isfinite(limits.lower) & np.isfinite(limits.upper)
-        middle = (np.where(both, limits.lower, 0.0) + np.where(both, limits.upper, 0.0)) / 2
-        q = wound_near(q, middle, limits.lower, limits.upper, np.ones(7, dtype=np.bool_))
-        if self.held >= 0:
-            q[..., self.held] = np.where(np.isnan(q[..., self.held]), np.nan, values[..., None])
-        fits = ((q >= limits.lower - 1e-12) & (q <= limits.upper + 1e-12)).all(axis=-1)
-        return Postures(values, q, residual, fits & (residual <= REACHED), self._labelled)
+        if self._by_kernel and self.closed is not None:
+            q, residual, within = self._labelled_rows(self.closed, X, values)
+        else:
+            q = self.angle_form.solve(X, values) if self.angle_form is not None else self._eliminated(X, values)
+            residual, within = self._checked(X, values, q)
+        return Postures(values, q, residual, within, self.closed is not None or self.angle_form is not None)
 
-    @property
-    def _labelled(self) -> bool:
-        return self.closed is not None or self.angle_form is not None
+    def _labelled_rows(
+        self, closed: ClosedForm, X: PoseMatrix, values: Floats
+    ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
+        """Postures, their residuals, and which are within the limits: all in the kernel of the closed form."""
+        asked = setting(self.robot, None, "pose")
+        near, turns = np.empty((*values.shape, 7)), np.empty((*values.shape, 7, 2))
+        near[...], turns[...] = asked.middle, asked.middle_turns
+        near[..., self.held] = values
+        turns[..., self.held, 0], turns[..., self.held, 1] = np.cos(values), np.sin(values)
+        poses = np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4))
+        q, facts, defect = closed.labelled(poses, near, turns, *asked.bounds)
+        if not (defect <= ORTHOGONALITY).all():
+            raise _no_poses()
+        found = facts[..., 0] <= REACHED
+        q[~found] = np.nan
+        return q, np.where(found, facts[..., 0], np.nan), found & (facts[..., 5] <= 1e-12)
 
-    def _table(self, X: PoseMatrix, values: Floats) -> tuple[JointVector, Floats]:
-        """(*batch, m, branches, 7) postures and their residuals."""
-        if self.closed is not None and self.angle_form is None:
-            near = np.zeros((*values.shape, 7))
-            near[..., self.held] = values
-            table = self.closed.solve(np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4)), near)
-            return np.where(table.found(REACHED)[..., None], table.q, np.nan), table.residual
-        q = self.angle_form.solve(X, values) if self.angle_form is not None else self._eliminated(X, values)
-        T = self.robot.forward_kinematics(q.reshape(-1, 7)).reshape(*q.shape[:-1], 4, 4)
-        return q, _misfit(T, X[..., None, None, :, :])
+    def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
+        """Residuals of postures, and which are within the limits, into which they are wound in place."""
+        from mafsil.ik.redundant.arm_angle_loops import checked
+
+        asked = setting(self.robot, None, "pose")
+        rows = np.ascontiguousarray(q).reshape(-1, q.shape[-2], 7)
+        T = self.robot.forward_kinematics(rows)
+        residual, within = np.empty(rows.shape[:2]), np.empty(rows.shape[:2], dtype=np.bool_)
+        held = np.ascontiguousarray(values).reshape(-1)
+        poses = np.ascontiguousarray(X).reshape(-1, 4, 4)
+        checked(rows, T, poses, held, self.held, asked.middle, asked.lower, asked.upper, REACHED, residual, within)
+        q[...] = rows.reshape(q.shape)
+        return residual.reshape(q.shape[:-1]), within.reshape(q.shape[:-1])
 
     def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:
         """Every value gives another arm of six joints; poses with the same value are solved together."""
@@ -283,12 +304,9 @@ def _poses(T: ArrayLike) -> PoseMatrix:
     X = gate("T", T, (4, 4))
     clean, valid = clean_poses(X.reshape(-1, 4, 4))
     if not valid.all():
-        raise InputError("ik.no_pose", name="T", limit=ORTHOGONALITY)
+        raise _no_poses()
     return clean.reshape(X.shape)
 
 
-def _misfit(T: PoseMatrix, X: PoseMatrix) -> Floats:
-    """Distance [m] and angle [rad] between poses, the larger."""
-    distance = np.linalg.norm(T[..., :3, 3] - X[..., :3, 3], axis=-1)
-    chord = np.linalg.norm(T[..., :3, :3] - X[..., :3, :3], axis=(-2, -1)) / np.sqrt(2.0)
-    return np.maximum(distance, 2 * np.arcsin(np.minimum(1.0, chord / 2)))
+def _no_poses() -> InputError:
+    return InputError("ik.no_pose", name="T", limit=ORTHOGONALITY)

@@ -12,6 +12,7 @@ from mafsil.algebra.subproblems import (
     Pair,
     Root,
     Turn,
+    turn_between,
     turn_onto,
     turns_about_two_axes,
     turns_to_distance,
@@ -101,9 +102,9 @@ def _spherical_wrist(arm: Arm, preferred: list[Turn]) -> Solved:
         for pair in turns_about_two_axes(w4, w5, w6, tip, (preferred[3], preferred[4])):
             turns = (pair.first.turn, pair.second.turn)
             turned = turns[1].back().about(w5, turns[0].back().about(w4, beside))
-            last = turn_onto(w6, side, turned, preferred[5])
-            free = (pair.first.free, pair.second.free, last.free)
-            posture = one.followed_by((*turns, last.turn), free, pair.first.shortfall, Missed.ORIENTATION.value)
+            last = turn_between(w6, side, turned)
+            free = (pair.first.free, pair.second.free, ca.SX(0))
+            posture = one.followed_by((*turns, last), free, pair.first.shortfall, Missed.ORIENTATION.value)
             wrist = triple(w5, w4, turns[1].about(w5, w6))
             found.append(replace(posture, marks=(*posture.marks[:2], wrist)))
             misses.append(_miss(arm, posture, (centre, w6, side), (target, R @ w6, R @ side), at=3))
@@ -212,8 +213,8 @@ def _complete(
     total, fifth = pair.first.turn, pair.second.turn
     motion = begun.motions[0]
     beside = one.opposite.vector(R @ side, motion)
-    last = turn_onto(w6, side, fifth.back().about(w5, total.back().about(h, beside)), preferred[5])
-    inner = six.opposite.point(five.opposite.point(four.r, fifth), last.turn)
+    last = turn_between(w6, side, fifth.back().about(w5, total.back().about(h, beside)))
+    inner = six.opposite.point(five.opposite.point(four.r, fifth), last)
     place = one.opposite.point(R @ inner + arm.p, motion)
     shoulder, wrist = marks
     sense = ca.SX(1) if shoulder is None else ca.if_else(shoulder < 0, -1, 1)
@@ -225,7 +226,7 @@ def _complete(
             (second.turn, bend.turn), (second.free, bend.free), bend.shortfall, far_or_near(bend)
         )
         posture = posture.followed_by(
-            (_signed(rest, s4), fifth, last.turn),
+            (_signed(rest, s4), fifth, last),
             (ca.SX(0), pair.second.free, pair.first.free),
             pair.first.shortfall,
             Missed.ORIENTATION.value,

@@ -34,6 +34,7 @@ class Placing:
         preferred: turns that free joints take.
         meeting: (3,) where the first two axes meet, for PointRoad.MEET [m].
         size: of the arm [m].
+        reverse: whether start is the place that was asked for.
     """
 
     lines: tuple[Line, Line, Line]
@@ -42,6 +43,7 @@ class Placing:
     preferred: tuple[Turn, ...]
     meeting: ca.SX
     size: ca.SX
+    reverse: bool = False
 
     def backwards(self) -> Placing:
         """The same seen from the placed point."""
@@ -52,6 +54,7 @@ class Placing:
             start=self.goal,
             goal=self.start,
             preferred=self.preferred[::-1],
+            reverse=not self.reverse,
         )
 
 
@@ -75,7 +78,7 @@ def _by_height(task: Placing) -> list[Posture]:
         place = one.opposite.point(task.goal, motion)
         shoulder = None if one.slides else triple(one.w, two.w, place - one.r) / task.size
         side = ca.SX(1) if shoulder is None else ca.if_else(shoulder < 0, -1, 1)
-        for third, free3, short3, why3 in _to_radius_any(three, task.start, two, place, task.preferred[2], task.size):
+        for third, free3, short3, why3 in _to_radius_any(task, place):
             reached = three.point(task.start, third)
             second = turn_onto(two.w, reached - two.r, place - two.r, task.preferred[1], task.size)
             if three.slides:
@@ -94,7 +97,7 @@ def _by_distance(task: Placing) -> list[Posture]:
     arms: list[Posture] = []
     offset = task.goal - task.meeting
     square = ca.dot(offset, offset)
-    for third, free, short, why in _to_distance(three, task.start, task.meeting, square, task.preferred[2], task.size):
+    for third, free, short, why in _to_distance(task, square):
         reached = three.point(task.start, third) - task.meeting
         bend = ca.dot(reached, three.velocity(reached + task.meeting))
         pairs = turns_about_two_axes(one.w, two.w, reached, offset, (task.preferred[0], task.preferred[1]), task.size)
@@ -207,30 +210,37 @@ def to_radius(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn
     return turns_to_distance(line.w, start - line.r, axis.r - line.r, ca.dot(radius, radius), preferred, size)
 
 
-def far_or_near(root: Root) -> ca.SX:
-    """The reason of a shortfall in distance."""
-    return ca.if_else(root.inside > 0, Missed.NEAR.value, Missed.FAR.value)
+def far_or_near(root: Root, *, reverse: bool = False) -> ca.SX:
+    """The reason of a shortfall in distance.
+
+    Args:
+        root: of the distance.
+        reverse: whether the place that is too far or too near is that of the point that is turned, not the distance.
+    """
+    near = root.inside < 2 if reverse else root.inside > 0
+    return ca.if_else(near, Missed.NEAR.value, Missed.FAR.value)
 
 
-def _to_radius_any(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
-    """The same for a parallel turning joint or a slide across the axis."""
+def _to_radius_any(task: Placing, place: ca.SX) -> list[Moved]:
+    """Motions of a parallel turning joint or a slide across that bring the point as far from axis 2 as a place."""
+    _, axis, line = task.lines
     if not line.slides:
-        roots = to_radius(line, start, axis, goal, preferred, size)
-        return [(root.turn, root.free, root.shortfall, far_or_near(root)) for root in roots]
-    radius = across(axis.w, goal - axis.r)
-    found = _slide_to(across(axis.w, line.w), across(axis.w, start - axis.r), ca.dot(radius, radius))
+        roots = to_radius(line, task.start, axis, place, task.preferred[2], task.size)
+        return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
+    radius = across(axis.w, place - axis.r)
+    found = _slide_to(across(axis.w, line.w), across(axis.w, task.start - axis.r), ca.dot(radius, radius))
     return [(d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in found]
 
 
-def _to_distance(line: Line, start: ca.SX, centre: ca.SX, square: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
-    """Motions that bring `start` to a distance from `centre`."""
+def _to_distance(task: Placing, square: ca.SX) -> list[Moved]:
+    """Motions of the third joint that bring the point to a distance from where the first two axes meet."""
+    line, offset = task.lines[2], task.start - task.meeting
     if line.slides:
-        return [
-            (d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in _slide_to(line.w, start - centre, square)
-        ]
-    height = ca.dot(line.w, start - centre)
-    roots = turns_to_distance(line.w, start - line.r, centre - line.r, square - height**2, preferred, size)
-    return [(root.turn, root.free, root.shortfall, far_or_near(root)) for root in roots]
+        return [(d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in _slide_to(line.w, offset, square)]
+    height = ca.dot(line.w, offset)
+    centre, rest = task.meeting - line.r, square - height**2
+    roots = turns_to_distance(line.w, task.start - line.r, centre, rest, task.preferred[2], task.size)
+    return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
 
 
 def _slide_to(w: ca.SX, offset: ca.SX, square: ca.SX) -> list[tuple[ca.SX, ca.SX]]:

@@ -121,9 +121,9 @@ def _density(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
             yield Finding(GRAMS, "link", link.name, facts, place, "value", puts, "lint.divide_mass")
         else:
             yield Finding(TOO_HEAVY, "link", link.name, facts, place, "value")
-    elif room.volume is not None and inertial.mass < LIGHTEST * room.volume:
-        density = inertial.mass / room.volume
-        facts |= {"volume": f"{room.volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
+    elif least < LIGHTEST and (volume := room.volume) is not None and inertial.mass < LIGHTEST * volume:
+        density = inertial.mass / volume
+        facts |= {"volume": f"{volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
         yield Finding(TOO_LIGHT, "link", link.name, facts, place, "value")
 
 
@@ -184,16 +184,21 @@ def _is_impossible(inertial: Inertial, room: Solid) -> bool:
 
 
 def _common_unit(mechanism: Mechanism, rooms: dict[str, Solid]) -> float | None:
-    """The factor that most links' inertias lack, as when a drawing program wrote kg mm^2; None if there is none."""
-    factors: list[float | None] = []
+    """The factor that most links' inertias lack, as when a drawing program wrote kg mm^2; None if there is none.
+
+    A number that was copied from link to link has one vote: it is a stand-in, not a unit.
+    """
+    factors: dict[float, float | None] = {}
     for link in mechanism.links:
         inertial, room = link.inertial, rooms.get(link.name)
         if inertial is None or room is None or inertial.mass <= 0 or not np.trace(inertial.inertia) > 0:
             continue
-        ratio = float(np.trace(inertial.inertia)) / max(inertial.mass * room.gyration, 1e-300)
-        factors.append(next((f for u in UNIT_FACTORS for f in (1 / u, u) if 0.1 < ratio * f < 3), None))
-    best = max(set(factors), key=factors.count, default=None)
-    return best if best is not None and 2 * factors.count(best) > len(factors) else None
+        trace = float(np.trace(inertial.inertia))
+        ratio = trace / max(inertial.mass * room.gyration, 1e-300)
+        factors[trace] = next((f for u in UNIT_FACTORS for f in (1 / u, u) if 0.1 < ratio * f < 3), None)
+    votes = [factor for factor in factors.values() if factor is not None]
+    best = max(set(votes), key=votes.count, default=None)
+    return best if best is not None and 2 * votes.count(best) > len(factors) else None
 
 
 def _written(inertia: Floats) -> tuple[Put, ...]:

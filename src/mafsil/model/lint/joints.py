@@ -27,6 +27,7 @@ from mafsil.model.lint.catalogue import (
 )
 from mafsil.model.lint.finding import Finding, Put
 from mafsil.model.mechanism import Mechanism
+from mafsil.model.moved_matter import joints_that_move_matter
 from mafsil.model.numbers import written
 
 TURNS = 4 * pi + 0.1
@@ -213,13 +214,17 @@ def _moving_before(mechanism: Mechanism) -> dict[int, int]:
 
 
 def _loads(mechanism: Mechanism) -> Iterator[Finding]:
-    """A joint behind which nothing has mass, in a robot that has masses elsewhere."""
+    """A joint behind which nothing has mass, or a last one about whose axis nothing has inertia, among masses."""
     mass = {link.name: 0.0 if link.inertial is None else link.inertial.mass for link in mechanism.links}
     if not any(mass.values()):
         return
+    moving, loaded = joints_that_move_matter(mechanism), set[str]()
     for joint in reversed(mechanism.joints):
-        if mass[joint.child] == 0.0 and joint.moves:
-            motor = 0.0 if joint.actuator is None else joint.actuator.reflected_inertia
-            if motor == 0.0 and joint.mimic is None:
+        last = joint.child not in loaded
+        if joint.moves:
+            loaded.add(joint.parent)
+            if joint.name not in moving and joint.mimic is None and (last or mass[joint.child] == 0.0):
                 yield Finding(MOVES_NOTHING, "joint", joint.name, {"joint": joint.name, "link": joint.child})
+        elif not last:
+            loaded.add(joint.parent)
         mass[joint.parent] += mass[joint.child]

@@ -14,7 +14,7 @@ from mafsil.model.mass_properties import surface as solid_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
 from mafsil.model.mesh.primitives import triangles
-from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 
 DIRECTIONS = 300
 """Planes that bound the hull."""
@@ -29,14 +29,21 @@ class Solid:
     """The shapes of one link, in its frame.
 
     Attributes:
-        points: (k, 3) corners [m].
-        volume: of the solids, or None where a surface is open [m^3].
+        points: (k, 3) corners of the hulls [m].
+        matter: what collides and what is drawn, each a description of the same body; empty where bodies are joined.
         meshes: whether any shape is a mesh.
     """
 
     points: Floats
-    volume: float | None
+    matter: tuple[tuple[Shape, ...], ...]
     meshes: bool
+
+    @property
+    def volume(self) -> float | None:
+        """Of the solids [m^3]: the smaller of what collides and what is drawn; None where the surfaces are open."""
+        volumes = [[_volume(shape.geometry) for shape in shapes] for shapes in self.matter]
+        known = [sum(v for v in each if v is not None) for each in volumes if None not in each]
+        return min(known, default=None)
 
     @property
     def room(self) -> float:
@@ -92,49 +99,82 @@ def solids(mechanism: Mechanism) -> dict[str, Solid]:
 def _room(parts: list[tuple[Link, Floats]]) -> Solid | None:
     """All shapes of a rigid group, in the frame of its first link; None if some of what is drawn is not known."""
     points: list[Floats] = []
-    volumes: list[float | None] = []
-    meshes = False
+    matter: list[tuple[Shape, ...]] = []
     for link, T in parts:
-        groups = [[_placed(shape) for shape in shapes] for shapes in (link.collisions, link.visuals)]
-        if any(surface is None for surface in (groups[1] if link.visuals else groups[0])):
+        groups = [[_corners(shape) for shape in shapes] for shapes in (link.collisions, link.visuals)]
+        if any(corners is None for corners in (groups[1] if link.visuals else groups[0])):
             return None
         for shapes, group in zip((link.collisions, link.visuals), groups, strict=True):
-            known = [(shape, surface) for shape, surface in zip(shapes, group, strict=True) if surface is not None]
-            points += [surface.vertices[np.unique(surface.faces)] @ T[:3, :3].T + T[:3, 3] for _, surface in known]
-            meshes = meshes or any(isinstance(shape.geometry, Mesh) for shape, _ in known)
+            known = [corners for corners in group if corners is not None]
+            points += [corners @ T[:3, :3].T + T[:3, 3] for corners in known]
             if known and len(known) == len(shapes):
-                each = [_volume(shape, surface) for shape, surface in known]
-                volumes.append(None if None in each else sum(volume for volume in each if volume is not None))
-    if not points:
-        return None
-    all_points = np.concatenate(points)
+                matter.append(shapes)
+    all_points = np.concatenate(points or [np.zeros((0, 3))])
     if len(all_points) < 4 or not np.abs(all_points).max() < 1e9:
         return None
-    solid = [volume for volume in volumes if volume is not None]
-    return Solid(all_points, min(solid) if solid and len(parts) == 1 else None, meshes)
+    meshes = any(isinstance(s.geometry, Mesh) for link, _ in parts for s in (*link.collisions, *link.visuals))
+    return Solid(all_points, tuple(matter) if len(parts) == 1 else (), meshes)
 
 
-def _placed(shape: Shape) -> Surface | None:
-    """Triangles of a shape in the frame of its link."""
-    surface = _read(shape.geometry) if isinstance(shape.geometry, Mesh) else triangles(shape.geometry)
+def _corners(shape: Shape) -> Floats | None:
+    """Corners of a shape's hull in the frame of its link."""
+    corners = _hull_of(shape.geometry) if isinstance(shape.geometry, Mesh) else triangles(shape.geometry).vertices
+    T = np.asarray(shape.T_lg)
+    return None if corners is None else corners @ T[:3, :3].T + T[:3, 3]
+
+
+def _hull_of(mesh: Mesh) -> Floats | None:
+    changed = _changed(mesh)
+    return None if changed is None else _mesh_hull(mesh, changed)
+
+
+def _changed(mesh: Mesh) -> tuple[int, int] | None:
+    """When the file was written and its size, which tell whether it is still the same; None if it is not to be read."""
+    try:
+        status = None if mesh.path is None else mesh.path.stat()
+    except OSError:
+        return None
+    return None if status is None or status.st_size > MOST_BYTES else (status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=256)
+def _mesh_hull(mesh: Mesh, changed: tuple[int, int]) -> Floats | None:
+    """Corners of the convex hull; all points where they lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    del changed
+    surface = _read(mesh)
     if surface is None or not len(surface.faces):
         return None
-    T = np.asarray(shape.T_lg)
-    return Surface(surface.vertices @ T[:3, :3].T + T[:3, 3], surface.faces)
-
-
-@lru_cache(maxsize=16)
-def _read(mesh: Mesh) -> Surface | None:
+    used = np.zeros(len(surface.vertices), dtype=bool)
+    used[surface.faces.ravel()] = True
+    points = surface.vertices[used]
     try:
-        if mesh.path is None or mesh.path.stat().st_size > MOST_BYTES:
-            return None
-        return read(mesh.path).scaled(mesh.scale)
-    except (FileError, OSError):
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return points
+
+
+@lru_cache(maxsize=256)
+def _mesh_volume(mesh: Mesh, changed: tuple[int, int]) -> float | None:
+    """Of the solid inside; None where the surface is open."""
+    del changed
+    surface = _read(mesh)
+    try:
+        return None if surface is None else solid_of(surface.vertices, surface.faces, density=1.0).mass
+    except ModelError:
         return None
 
 
-def _volume(shape: Shape, surface: Surface) -> float | None:
-    match shape.geometry:
+def _read(mesh: Mesh) -> Surface | None:
+    try:
+        return None if mesh.path is None else read(mesh.path).scaled(mesh.scale)
+    except FileError:
+        return None
+
+
+def _volume(geometry: Geometry) -> float | None:
+    match geometry:
         case Box(size=size):
             return float(np.prod(size))
         case Sphere(radius=radius):
@@ -144,10 +184,8 @@ def _volume(shape: Shape, surface: Surface) -> float | None:
         case Capsule(radius=radius, length=length):
             return np.pi * radius**2 * (length + 4 / 3 * radius)
         case Mesh():
-            try:
-                return solid_of(surface.vertices, surface.faces, density=1.0).mass
-            except ModelError:
-                return None
+            changed = _changed(geometry)
+            return None if changed is None else _mesh_volume(geometry, changed)
 
 
 def _even_directions(count: int) -> Floats:

@@ -8,6 +8,7 @@ from mafsil.arrays import Floats, frozen
 from mafsil.model.faults import MESH_WITHOUT_MASS, MISSING_ATTRIBUTE, NO_INERTIAL, TOO_BIG, TRIANGLE
 from mafsil.model.inertia_check import inertia_fault, mass_fault
 from mafsil.model.link import Inertial
+from mafsil.model.mass_properties import united
 from mafsil.model.mjcf.geom import Geom, Library
 from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.settings import Settings
@@ -28,7 +29,7 @@ def inertial_of(reading: Reading, body: Element, name: str, geoms: list[Geom], l
     else:
         if any(geom.unknown_mass for geom in geoms):
             reading.report(MESH_WITHOUT_MASS, body, body=name)
-        found = merged([geom.inertial for geom in geoms if geom.inertial is not None])
+        found = united(*(geom.inertial for geom in geoms))
     if found is None:
         reading.report(NO_INERTIAL, body, link=name)
         return None
@@ -42,21 +43,6 @@ def inertial_of(reading: Reading, body: Element, name: str, geoms: list[Geom], l
             moments = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(bounded.inertia))
             reading.report(fault, element or body, link=name, mass=bounded.mass, moments=moments)
     return bounded
-
-
-def merged(parts: list[Inertial]) -> Inertial | None:
-    """Mass properties of several parts together, all in one frame."""
-    if not parts:
-        return None
-    mass = sum(part.mass for part in parts)
-    if mass <= 0.0:
-        return parts[0]
-    com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
-    inertia = np.zeros((3, 3))
-    for part in parts:
-        d = part.com - com
-        inertia += part.inertia + part.mass * (d @ d * np.eye(3) - np.outer(d, d))
-    return Inertial(mass, frozen(com), frozen((inertia + inertia.T) / 2))
 
 
 def _read_inertial(reading: Reading, element: Element, name: str, settings: Settings) -> Inertial | None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.diagnostics import Report
 from mafsil.model.faults import IGNORED_ELEMENT, NO_LINKS, NOT_KEPT, UNSUPPORTED, WRONG_ROOT
-from mafsil.model.file_reader import FileReader
+from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
@@ -20,66 +18,10 @@ from mafsil.model.mjcf.geom import Library
 from mafsil.model.mjcf.include import Inclusion
 from mafsil.model.mjcf.settings import Settings, read_settings
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change
-from mafsil.model.source import Source
-from mafsil.model.xml_tree import DEFAULT_LIMITS, Element, ReadLimits
+from mafsil.model.xml_tree import Element, ReadLimits
 
 _READ = ("compiler", "option", "default", "asset", "worldbody", "equality", "actuator")
 _HARMLESS = ("size", "visual", "statistic", "sensor", "keyframe", "contact", "custom", "extension")
-
-
-def read(
-    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS, repair: bool = False
-) -> Mechanism:
-    """The mechanism described by an MJCF file; the world is its base link.
-
-    Args:
-        source: path of the file, or the document itself (bytes, or a str that begins with `<`).
-        packages: further directories in which meshes and included files may lie.
-        limits: sizes beyond which the file is refused.
-        repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
-
-    Returns:
-        The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
-
-    Raises:
-        FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
-    """
-    return file_reader(packages, limits).read(source, repair=repair)
-
-
-def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> Report:
-    """All that is to be said about an MJCF file, with the mechanism if there is one.
-
-    Args:
-        source, packages, limits: as for `read`.
-
-    Returns:
-        Coded diagnostics in the order of the file; never raises for what stands in the file.
-    """
-    return file_reader(packages, limits).diagnose(source)
-
-
-def repair(
-    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
-) -> tuple[str, tuple[Change, ...]]:
-    """A corrected document, and what was changed in it; included files are left alone.
-
-    Args:
-        source, packages, limits: as for `read`.
-
-    Returns:
-        The text and the list of changes.
-
-    Raises:
-        FileError: the source cannot be read at all (missing, too large, not in its encoding).
-    """
-    return file_reader(packages, limits).repair(source)
-
-
-def file_reader(packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
-    """The reader itself, for what works on MJCF files beside reading them; arguments as for `read`."""
-    return FileReader.of(_build, packages, limits)
 
 
 def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -> Mechanism | None:
@@ -154,3 +96,7 @@ def _scaled(links: list[Link], total: float) -> list[Link]:
         )
         for link in links
     ]
+
+
+MJCF = Format(_build)
+read, diagnose, repair, file_reader = MJCF.read, MJCF.diagnose, MJCF.repair, MJCF.reader

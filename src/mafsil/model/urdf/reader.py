@@ -2,82 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from mafsil.model.asset_path import Assets
-from mafsil.model.diagnostics import Report
 from mafsil.model.faults import IGNORED_ELEMENT, NAMELESS_ROBOT, UNEXPANDED_XACRO, WRONG_ROOT
-from mafsil.model.file_reader import FileReader
+from mafsil.model.file_reader import Format
 from mafsil.model.joint import Joint
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change
-from mafsil.model.source import Source
 from mafsil.model.urdf.joint import read_joint
 from mafsil.model.urdf.link import read_link
 from mafsil.model.urdf.shape import Materials
 from mafsil.model.urdf.structure import DeclaredLink, check_joints, check_links
 from mafsil.model.urdf.transmission import read_transmissions
-from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits
+from mafsil.model.xml_tree import ReadLimits
 
 _PARTS = ("link", "joint", "material", "transmission")
 _IGNORED = ("gazebo", "ros2_control", "sensor", "verbose", "loop_joint")
-
-
-def read(
-    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS, repair: bool = False
-) -> Mechanism:
-    """The mechanism described by a URDF file.
-
-    Args:
-        source: path of the file, or the document itself (bytes, or a str that begins with `<`).
-        packages: directories of packages, or that hold packages, for `package://` references.
-        limits: sizes beyond which the file is refused.
-        repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
-
-    Returns:
-        The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
-
-    Raises:
-        FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
-    """
-    return file_reader(packages, limits).read(source, repair=repair)
-
-
-def diagnose(source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> Report:
-    """All that is to be said about a URDF file, with the mechanism if there is one.
-
-    Args:
-        source, packages, limits: as for `read`.
-
-    Returns:
-        Coded diagnostics in the order of the file; never raises for what stands in the file.
-    """
-    return file_reader(packages, limits).diagnose(source)
-
-
-def repair(
-    source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
-) -> tuple[str, tuple[Change, ...]]:
-    """A corrected document, and what was changed in it: all repairs that the diagnostics of `source` offer.
-
-    Args:
-        source, packages, limits: as for `read`.
-
-    Returns:
-        The text, with everything that needed no repair left as it was, and the list of changes.
-
-    Raises:
-        FileError: the source cannot be read at all (missing, too large, not in its encoding).
-    """
-    return file_reader(packages, limits).repair(source)
-
-
-def file_reader(packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
-    """The reader itself, for what works on URDF files beside reading them; arguments as for `read`."""
-    return FileReader.of(_build, packages, limits)
 
 
 def _build(reading: Reading, assets: Assets, source: str, _limits: ReadLimits) -> Mechanism | None:
@@ -123,3 +65,7 @@ def _is_foreign(reading: Reading) -> bool:
                 reading.report(UNEXPANDED_XACRO, element)
                 return True
     return False
+
+
+URDF = Format(_build)
+read, diagnose, repair, file_reader = URDF.read, URDF.diagnose, URDF.repair, URDF.reader

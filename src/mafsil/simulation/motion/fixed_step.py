@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -11,64 +13,110 @@ from mafsil.simulation.motion.system import DrivenRobot
 from mafsil.simulation.motion.variational import COMPOSITIONS, march
 from mafsil.solvers import integrate, method, second_order
 from mafsil.solvers.events import Event, Watch
-from mafsil.solvers.outcome import Outcome
+from mafsil.solvers.integrate import State
+from mafsil.solvers.outcome import Outcome, SolverStatus
 from mafsil.solvers.solution import Crossing, IntegrationStatus, Solution, cut, value_within
 
 RUNAWAY = 1e8
 """Joint rate [rad/s | m/s] beyond which a motion counts as blown up."""
 
 
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Equal steps, and perhaps a shorter one at the end.
+
+    Attributes:
+        step: [s].
+        count: how many of them.
+        rest: length of the last, shorter step; zero if there is none [s].
+    """
+
+    step: float
+    count: int
+    rest: float = 0.0
+
+    @classmethod
+    def until(cls, end: float, step: float) -> Clock:
+        """The clock that ends at a time."""
+        count = int(end / step + 1e-9)
+        rest = end - count * step
+        return cls(step, count, rest if rest > 1e-9 * step else 0.0)
+
+    @property
+    def lengths(self) -> Floats:
+        """Of all steps (k,) [s]."""
+        return np.append(np.full(self.count, self.step), [self.rest] if self.rest else [])
+
+    @property
+    def times(self) -> Floats:
+        """Ends of the steps (k + 1,), beginning with zero [s]."""
+        whole: Floats = np.arange(self.count + 1.0) * self.step
+        return np.append(whole, [whole[-1] + self.rest] if self.rest else [])
+
+
 def fixed_step_solution(
     system: DrivenRobot,
     name: str,
     start: tuple[Floats, Floats],
-    step: float,
-    steps: int,
+    clock: Clock,
     events: Sequence[Event],
+    seconds: float = inf,
 ) -> Outcome[Solution]:
-    """The motion at the times i step, up to the last finite state or the first terminal event.
+    """The motion at the ends of the steps, up to the last finite state or the first terminal event.
 
     Args:
         system: the robot and what acts on it.
         name: of the method.
         start: q and qd, (*batch, n) each.
-        step: [s].
-        steps: how many.
+        clock: the steps.
         events: looked for on the polynomials between the steps.
+        seconds: of wall-clock time that it may take.
     """
-    q, qd, residual = _marched(system, name, start, step, steps)
+    q, qd, residual, in_time = _marched(system, name, start, clock, seconds)
+    t, lengths = clock.times, clock.lengths
     good = np.isfinite(qd).all(axis=tuple(range(1, qd.ndim))) & (
         np.abs(qd).max(axis=tuple(range(1, qd.ndim)), initial=0.0) < RUNAWAY
     )
     kept = len(good) if good.all() else max(1, int(np.argmin(good)))
-    blown = kept < steps + 1
-    q, qd = q[:kept], qd[:kept]
-    t: Floats = np.arange(float(kept)) * step
-    polynomial = _quintic(q, qd, _accelerations(system, t, q, qd), step)
+    status = IntegrationStatus.COMPLETED
+    if kept < len(t):
+        status = IntegrationStatus.BLOWN_UP if in_time else IntegrationStatus.TIME_SPENT
+    q, qd, ends = q[:kept], qd[:kept], t[:kept]
+    h = lengths[: kept - 1].reshape(-1, *(1,) * (q.ndim - 1))
+    polynomial = _quintic(q, qd, _accelerations(system, ends, q, qd), h)
     y = np.concatenate([q, qd], axis=-1)
-    status = IntegrationStatus.BLOWN_UP if blown else IntegrationStatus.COMPLETED
-    solution = Solution(t, y, y[:-1], polynomial)
+    solution = Solution(ends, y, y[:-1], polynomial)
     if events:
         solution, ended = _watched(solution, events)
         status = IntegrationStatus.EVENT if ended else status
-    facts = {"time": float(solution.t[-1]), "end": steps * step, "events": len(solution.crossings)}
+    facts = {"time": float(solution.t[-1]), "end": float(t[-1]), "events": len(solution.crossings)}
     return Outcome(solution, status, residual, len(solution.t) - 1, facts=facts)
 
 
 def _marched(
-    system: DrivenRobot, name: str, start: tuple[Floats, Floats], step: float, steps: int
-) -> tuple[Floats, Floats, float]:
-    """All states, as far as they are finite, and the largest relative residual of implicit steps."""
-    if name in COMPOSITIONS:
-        fractions, _ = COMPOSITIONS[name]
-        found = march(system, start[0], system.momentum(*start), step, steps, fractions)
-        q, p = found.value
-        qd = system.rate_of(q, p)
-        qd[0] = start[1]
-        return q, qd, found.residual
+    system: DrivenRobot, name: str, start: tuple[Floats, Floats], clock: Clock, seconds: float
+) -> tuple[Floats, Floats, float, bool]:
+    """All states, as far as they are finite; the largest relative residual of implicit steps; whether time was left."""
+    fractions, _ = COMPOSITIONS.get(name, ((), 0))
+
+    def pieces(state: State, h: float, count: int, t0: float) -> Outcome[State]:
+        if fractions:
+            return march(system, (state[0], state[1]), h, count, fractions, t0, seconds)
+        return integrate(second_order(method(name), system.acceleration), state, h, count, t0, seconds)
+
+    first = (start[0], system.momentum(*start)) if fractions else start
     with np.errstate(over="ignore", invalid="ignore"):
-        marched = integrate(second_order(method(name), system.acceleration), start, step, steps)
-    return marched.value[0], marched.value[1], 0.0
+        found = pieces(first, clock.step, clock.count, 0.0)
+        (q, second), worst = found.value, found.residual
+        if clock.rest and len(q) == clock.count + 1:
+            found = pieces((q[-1], second[-1]), clock.rest, 1, clock.count * clock.step)
+            worst = max(worst, found.residual)
+            q, second = (np.concatenate([x, last[1:]]) for x, last in zip((q, second), found.value, strict=True))
+    qd = second
+    if fractions:
+        qd = system.rate_of(q, second)
+        qd[0] = start[1]
+    return q, qd, worst if fractions else 0.0, found.status is not SolverStatus.BUDGET_SPENT
 
 
 def _accelerations(system: DrivenRobot, t: Floats, q: Floats, qd: Floats) -> Floats:
@@ -78,7 +126,7 @@ def _accelerations(system: DrivenRobot, t: Floats, q: Floats, qd: Floats) -> Flo
     return np.stack([system.acceleration(*row) for row in zip(t.tolist(), q, qd, strict=True)])
 
 
-def _quintic(q: Floats, v: Floats, a: Floats, h: float) -> Floats:
+def _quintic(q: Floats, v: Floats, a: Floats, h: Floats) -> Floats:
     """Coefficients (k, 5, *batch, 2 n) in theta of the quintics through positions, rates and accelerations.
 
     The second half holds their derivatives by time, so that the rate is exactly that of the position.
@@ -89,7 +137,7 @@ def _quintic(q: Floats, v: Floats, a: Floats, h: float) -> Floats:
     F = h * h * a[1:] - 2.0 * c2
     c3, c4, c5 = 10.0 * D - 4.0 * E + F / 2.0, -15.0 * D + 7.0 * E - F, 6.0 * D - 3.0 * E + F / 2.0
     position = np.stack([c1, c2, c3, c4, c5], axis=1)
-    rate = np.stack([2.0 * c2, 3.0 * c3, 4.0 * c4, 5.0 * c5, np.zeros_like(c5)], axis=1) / h
+    rate = np.stack([2.0 * c2 / h, 3.0 * c3 / h, 4.0 * c4 / h, 5.0 * c5 / h, np.zeros_like(c5)], axis=1)
     return np.concatenate([position, rate], axis=-1)
 
 

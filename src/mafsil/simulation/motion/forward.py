@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, inf
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind
+from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
+from mafsil.model import JointKind
 from mafsil.robot import Robot
-from mafsil.simulation.motion.fixed_step import fixed_step_solution
+from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
 from mafsil.simulation.motion.signal import Source, breaks_of, signal
-from mafsil.simulation.motion.system import DrivenRobot
+from mafsil.simulation.motion.system import DrivenRobot, common_shape
 from mafsil.simulation.motion.variational import COMPOSITIONS
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.embedded import PAIRS, pair
-from mafsil.solvers.events import Event
+from mafsil.solvers.events import Event, require_events
 from mafsil.solvers.outcome import Outcome
 from mafsil.solvers.solution import Crossing, Solution
 from mafsil.trajectory import Motion
@@ -137,40 +138,43 @@ def forward_dynamics_trajectory(
 
     Args:
         robot: the arm.
-        q, qd: (*batch, n) initial state [rad | m] and per second; at rest if None.
+        q, qd: (*batch, n) initial state [rad | m] and per second; at rest if None. A batch of efforts or wrenches makes
+            a batch of motions from one state.
         tau: efforts [N m | N]: None for none, (*batch, n) constant, f(t) or f(t, q, qd), or `Sampled`.
         duration: of the motion [s].
         tip_wrench: (m, f) that the tip exerts on the world, in the tip frame [N m, N], given as tau is.
         friction: whether the joints' friction acts.
         method: name of an integrator.
-        step: of the fixed-step methods [s]; 1 ms if None. Adaptive ones take none longer, if given.
-        tolerance: error of a step that adaptive methods accept, relative to each number and absolute [rad | m].
+        step: of the fixed-step methods [s]; 1 ms if None; the last one is shortened to meet the duration. Adaptive
+            methods take none longer, if given.
+        tolerance: error of a step that adaptive methods accept: of angles [rad]; of other numbers relative to each, and
+            absolute.
         momenta: integrate coordinates and momenta (adaptive methods): conserved momenta then stay exactly constant.
         events: zeros of functions g(t, y), y = (q, qd) in one array (*batch, 2 n); see `mafsil.solvers.Event`.
-        most_steps, seconds: after so many steps or so much time the motion ends where it is.
+        most_steps, seconds: after so many steps or so much wall-clock time the motion ends where it is.
 
     Returns:
         The motion; its status says whether it reached the end. A motion that blows up ends at the last good state.
 
     Raises:
         InputError: a wrong shape, a number that is not finite or positive, an unknown method, events or momenta with a
-            method that cannot have them.
+            method that cannot have them, a step that needs more than `most_steps`.
         ModelError: the efforts determine no acceleration: some joint moves no inertia.
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.5 and the algorithm after eq. 8.89.
     """
     require_kind("robot", robot, "Robot", "mechanism", "forward_dynamics")
-    positions = require_finite("q", gate("q", q, (robot.n,)))
-    given = np.zeros_like(positions) if qd is None else require_finite("qd", gate("qd", qd, (robot.n,)))
-    positions, rates = (np.array(x) for x in np.broadcast_arrays(positions, given))
-    for name, value in (("duration", duration), ("tolerance", tolerance), ("most_steps", most_steps)):
-        positive(name, value)
-    if step is not None:
-        positive("step", step)
     if method not in METHOD_NAMES:
         raise InputError("input.choice", name="method", value=method, known=", ".join(METHOD_NAMES))
-    efforts, wrench = signal("tau", tau, robot.n), signal("tip_wrench", tip_wrench, 6)
-    system = DrivenRobot(robot, efforts, wrench, friction)
+    end, accuracy = positive("duration", duration), _accuracy(robot, positive("tolerance", tolerance))
+    longest = inf if step is None else positive("step", step)
+    budget = Budget(whole("most_steps", most_steps, 1), seconds, longest)
+    h = DEFAULT_STEP if step is None and method not in PAIRS else longest
+    if end / h > budget.steps + 1e-9:
+        raise InputError("simulation.most_steps", steps=end / h, limit=budget.steps)
+    require_events(events)
+    system = DrivenRobot(robot, signal("tau", tau, robot.n), signal("tip_wrench", tip_wrench, 6), friction)
+    positions, rates = _start(system, q, qd)
     system.acceleration(0.0, positions, rates)
     if method in PAIRS:
         start = np.concatenate([positions, system.momentum(positions, rates) if momenta else rates], axis=-1)
@@ -178,21 +182,36 @@ def forward_dynamics_trajectory(
             pair(method),
             system.momentum_rates if momenta else system.rates,
             start,
-            (0.0, float(duration)),
-            tolerance=Tolerance(tolerance, tolerance),
-            budget=Budget(int(most_steps), seconds, inf if step is None else step),
+            (0.0, end),
+            tolerance=accuracy,
+            budget=budget,
             events=[_of_rates(event, system) for event in events] if momenta else events,
             breaks=breaks_of(tau, tip_wrench),
         )
     else:
         if momenta or any(event.reset is not None for event in events):
             raise InputError("simulation.adaptive_only", method=method, known=", ".join(PAIRS))
-        h = DEFAULT_STEP if step is None else float(step)
-        count = ceil(duration / h - 1e-9)
-        if count > most_steps:
-            raise InputError("simulation.most_steps", steps=count, limit=most_steps)
-        outcome = fixed_step_solution(system, method, (positions, rates), h, count, events)
+        outcome = fixed_step_solution(system, method, (positions, rates), Clock.until(end, h), events, seconds)
     return _recorded(system, method, outcome, momenta)
+
+
+def _start(system: DrivenRobot, q: ArrayLike, qd: ArrayLike | None) -> tuple[JointVector, JointVector]:
+    """The initial state, one for each motion of the batch."""
+    n = system.n
+    positions = require_finite("q", gate("q", q, (n,)))
+    rates = np.zeros(n) if qd is None else require_finite("qd", gate("qd", qd, (n,)))
+    shape = (*common_shape("qd", rates.shape[:-1], positions.shape[:-1]), n)
+    positions, rates = np.broadcast_to(positions, shape), np.broadcast_to(rates, shape)
+    shape = (*system.batch(positions, rates), n)
+    return np.array(np.broadcast_to(positions, shape)), np.array(np.broadcast_to(rates, shape))
+
+
+def _accuracy(robot: Robot, tolerance: float) -> Tolerance:
+    """The tolerance of each number; that of an angle does not grow with the turns it has made."""
+    angles = [joint.kind in (JointKind.REVOLUTE, JointKind.HELICAL) for joint in robot.mechanism.coordinates]
+    relative = np.full(2 * robot.n, tolerance)
+    relative[: robot.n][angles] = 0.0
+    return Tolerance(relative, tolerance)
 
 
 def _of_rates(event: Event, system: DrivenRobot) -> Event:
@@ -203,8 +222,7 @@ def _of_rates(event: Event, system: DrivenRobot) -> Event:
         return np.concatenate([y[..., :n], system.rate_of(y[..., :n], y[..., n:])], axis=-1)
 
     def reset(t: float, y: Floats) -> Floats:
-        assert event.reset is not None
-        after = np.asarray(event.reset(t, states(y)), dtype=np.float64)
+        after = event.after(t, states(y))
         return np.concatenate([after[..., :n], system.momentum(after[..., :n], after[..., n:])], axis=-1)
 
     changed = None if event.reset is None else reset

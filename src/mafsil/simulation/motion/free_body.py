@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, gate, positive, require_finite, require_kind
+from mafsil.arrays import (
+    Floats,
+    PoseMatrix,
+    Vector6,
+    gate,
+    positive,
+    require_finite,
+    require_function,
+    require_kind,
+    whole,
+)
 from mafsil.geometry import pose, wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.embedded import pair
 from mafsil.solvers.outcome import Outcome
-from mafsil.solvers.solution import Solution
+from mafsil.solvers.solution import IntegrationStatus, Solution
 
 LONGEST_TURN = 0.5
 """Angle [rad] that a local chart spans: far from pi, where the exponential coordinates end."""
@@ -93,7 +104,7 @@ def free_body_motion(
         gravity: (3,) acceleration of free fall in {s} [m/s^2].
         method: an adaptive pair: bs23, dp45 or dop853.
         tolerance: error of a step, relative and absolute.
-        most_steps, seconds: budget.
+        most_steps, seconds: after so many steps or so much wall-clock time the motion ends where it is.
 
     Raises:
         InputError: a wrong shape, no pose, a number that is not finite or positive, an unknown method.
@@ -103,30 +114,38 @@ def free_body_motion(
     """
     require_kind("body", body, "RigidBody", "inertial", "acceleration")
     start, turn = pose.check(T), require_finite("V", gate("V", V, (6,)).reshape(6))
-    positive("duration", duration)
+    end, accuracy = positive("duration", duration), Tolerance(positive("tolerance", tolerance), tolerance)
+    whole("most_steps", most_steps, 1)
+    deadline = perf_counter() + Budget(seconds=seconds).seconds
     fall = require_finite("gravity", gate("gravity", gravity, (3,)).reshape(3))
-    body.acceleration(turn, np.zeros(6))
+    with np.errstate(over="ignore", invalid="ignore"):
+        body.acceleration(turn, np.zeros(6))
     system = _Body(body, _wrench_of(F), fall)
     times, poses, twists = [0.0], [start], [turn]
-    t, spent = 0.0, 0
+    spent = 0
     while True:
         # A stretch ends when the chart has turned far enough; its length follows from the present rate.
-        rate = max(float(np.linalg.norm(twists[-1][:3])), 1e-3)
-        end = min(duration, t + LONGEST_TURN / rate)
         system.origin = poses[-1]
-        outcome = integrate_adaptively(
-            pair(method),
-            system.rates,
-            np.concatenate([np.zeros(6), twists[-1]]),
-            (t, end),
-            tolerance=Tolerance(tolerance, tolerance),
-            budget=Budget(max(1, most_steps - spent), seconds),
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            rate = max(float(np.linalg.norm(twists[-1][:3])), 1e-3)
+            outcome = integrate_adaptively(
+                pair(method),
+                system.rates,
+                np.concatenate([np.zeros(6), twists[-1]]),
+                (times[-1], min(end, max(times[-1] + LONGEST_TURN / rate, float(np.nextafter(times[-1], inf))))),
+                tolerance=accuracy,
+                budget=Budget(most_steps - spent),
+            )
         spent += outcome.iterations
         _append(outcome.value, system.origin, times, poses, twists)
-        t = times[-1]
-        if not outcome.succeeded or t >= duration:
-            return FreeBodyMotion(body, np.array(times), np.array(poses), np.array(twists), outcome, fall)
+        status = outcome.status
+        if outcome.succeeded and times[-1] < end:
+            status = IntegrationStatus.BUDGET_SPENT if spent >= most_steps else status
+            status = IntegrationStatus.TIME_SPENT if perf_counter() > deadline else status
+        if not status.succeeded or times[-1] >= end:
+            facts = {"time": times[-1], "end": end, "events": 0}
+            ended = replace(outcome, status=status, iterations=spent, facts=facts)
+            return FreeBodyMotion(body, np.array(times), np.array(poses), np.array(twists), ended, fall)
 
 
 class _Body:
@@ -156,7 +175,10 @@ class _Body:
 
 
 def _wrench_of(F: BodyWrench | ArrayLike | None) -> BodyWrench | None:
-    if F is None or callable(F):
+    if F is None:
+        return None
+    if callable(F):
+        require_function("F", F, "function of (t, T, V)", 3)
         return F
     constant = require_finite("F", gate("F", F, (6,)).reshape(6))
     return lambda t, T, V: constant

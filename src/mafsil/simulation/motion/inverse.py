@@ -9,10 +9,11 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_kind
+from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_function, require_kind
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.simulation.motion.signal import Source, signal
+from mafsil.simulation.motion.system import spread
 from mafsil.trajectory import Trajectory
 
 STENCIL = 7
@@ -79,7 +80,7 @@ def inverse_dynamics_trajectory(
         u, v, a = motion.at(times)
         gate("motion", u, (robot.n,))
     else:
-        sampled = np.stack([np.asarray(motion(s)) for s in times.tolist()]) if callable(motion) else motion
+        sampled = _sampled(motion, times, robot.n) if callable(motion) else motion
         u, v, a = _differentiated(robot.n, times, sampled, qd, qdd)
     load = _wrenches(times, u, v, tip_wrench)
     tau = robot.inverse_dynamics(u, v, a) if load is None else robot.inverse_dynamics(u, v, a, load)
@@ -88,12 +89,22 @@ def inverse_dynamics_trajectory(
     return InverseMotion(times, u, v, a, tau)
 
 
+def _sampled(motion: Callable[[float], ArrayLike], times: Floats, n: int) -> Floats:
+    """Values (k, *batch, n) of a function of time."""
+    require_function("motion", motion, "function q(t)", 1)
+    rows = [gate("motion", motion(t), (n,)) for t in times.tolist()]
+    for row in rows:
+        if row.shape != rows[0].shape:
+            raise InputError("input.shape", name="motion", expected=rows[0].shape, got=row.shape, hint="")
+    return np.stack(rows) if rows else np.zeros((0, n))
+
+
 def _wrenches(t: Floats, q: Floats, qd: Floats, source: Source) -> Floats | None:
     wrench = signal("tip_wrench", source, 6)
     if wrench is None:
         return None
-    rows = [wrench(*row) for row in zip(t.tolist(), q, qd, strict=True)]
-    return np.stack([np.broadcast_to(row, (*q.shape[1:-1], 6)) for row in rows])
+    rows = [spread("tip_wrench", wrench(*row), (*q.shape[1:-1], 6)) for row in zip(t.tolist(), q, qd, strict=True)]
+    return require_finite("tip_wrench", np.reshape(rows, (*q.shape[:-1], 6)))
 
 
 def _differentiated(

@@ -10,13 +10,17 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, frozen, gate, positive, real_array, require_finite
+from mafsil.arrays import Floats, JointVector, frozen, gate, positive, real_array, require_finite, require_function
 from mafsil.errors import InputError
 
 Source: TypeAlias = "ArrayLike | Sampled | Callable[..., ArrayLike] | None"
 """None, an array, `Sampled`, f(t) or f(t, q, qd)."""
 Signal: TypeAlias = Callable[[float, JointVector, JointVector], Floats]
 """Value at a time and state."""
+
+
+ROUNDING = 8 * 2.0**-52
+"""Relative error of a time that is still the time of a sample; less than `solvers.adaptive.EDGE`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +53,7 @@ class Sampled:
         place = min(max(t / self.step, 0.0), len(values) - 1.0)
         if not self.joined:
             # A time that rounding puts just before a sample belongs to it.
-            return values[int(place + 1e-9)]
+            return values[int(place * (1.0 + ROUNDING))]
         k = min(int(place), len(values) - 2) if len(values) > 1 else 0
         share = place - k
         return (1.0 - share) * values[k] + share * values[min(k + 1, len(values) - 1)]
@@ -77,7 +81,7 @@ def signal(name: str, source: Source, width: int) -> Signal | None:
         gate(name, cast(Floats, source.values), (width,))
         return lambda t, q, qd: source.at(t)
     if callable(source):
-        function = _of_time_and_state(source)
+        function = _of_time_and_state(name, source)
         return lambda t, q, qd: gate(name, function(t, q, qd), (width,))
     constant = require_finite(name, gate(name, source, (width,)))
     return lambda t, q, qd: constant
@@ -92,7 +96,7 @@ def breaks_of(*sources: Source) -> tuple[float, ...]:
     return tuple(sorted(found))
 
 
-def _of_time_and_state(function: Callable[..., Any]) -> Callable[..., Any]:
+def _of_time_and_state(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     """F(t, q, qd), also of a function that takes the time alone."""
     try:
         parameters = inspect.signature(function).parameters.values()
@@ -100,4 +104,5 @@ def _of_time_and_state(function: Callable[..., Any]) -> Callable[..., Any]:
         return function
     needed = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) and p.default is p.empty]
     alone = len(needed) <= 1 and not any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    require_function(name, function, "function of t or of (t, q, qd)", 1 if alone else 3)
     return (lambda t, q, qd: function(t)) if alone else function

@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
+from mafsil.errors import InputError
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
@@ -32,7 +33,7 @@ class DrivenRobot:
 
     def __init__(self, robot: Robot, tau: Signal | None, tip_wrench: Signal | None, friction: bool) -> None:
         self.robot, self.n = robot, robot.n
-        self._tau, self._wrench = tau, tip_wrench
+        self._tau, self._wrench, self._none = tau, tip_wrench, np.zeros(robot.n)
         self._friction = friction and any(j.moves and j.friction is not None for j in robot.mechanism.joints)
 
     @property
@@ -42,11 +43,20 @@ class DrivenRobot:
 
     def motor_efforts(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         """Tau (*batch, n)."""
-        return np.zeros_like(q) if self._tau is None else self._tau(t, q, qd) + 0.0 * q
+        return np.zeros_like(q) if self._tau is None else spread("tau", self._tau(t, q, qd), q.shape)
 
     def tip_wrench(self, t: float, q: JointVector, qd: JointVector) -> Floats | None:
         """(*batch, 6) the tip exerts on the world, or None."""
-        return None if self._wrench is None else self._wrench(t, q, qd)
+        return None if self._wrench is None else spread("tip_wrench", self._wrench(t, q, qd), (*q.shape[:-1], 6))
+
+    def batch(self, q: JointVector, qd: JointVector) -> tuple[int, ...]:
+        """Batch shape of states (*batch, n) together with the efforts and wrenches that act at time zero."""
+        shape = q.shape[:-1]
+        for name, source in (("tau", self._tau), ("tip_wrench", self._wrench)):
+            if source is not None:
+                given = source(0.0, q, qd).shape
+                shape = common_shape(name, given[:-1], shape)
+        return shape
 
     def load(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         """Generalized forces (*batch, n) besides gravity: motors, friction, tip wrench."""
@@ -61,6 +71,8 @@ class DrivenRobot:
         """Qdd (*batch, n); NaN where the state is not finite."""
         if q.ndim == 1 and not isfinite(q.dot(q) + qd.dot(qd)):
             return np.full_like(q, np.nan)
+        if self.unloaded:
+            return self.robot.forward_dynamics(q, qd, self._none)
         load, wrench = self._joint_load(t, q, qd), self.tip_wrench(t, q, qd)
         if q.ndim == 1 and not isfinite(load.dot(load)):
             return np.full_like(q, np.nan)
@@ -95,6 +107,29 @@ class DrivenRobot:
     def rate_of(self, q: JointVector, p: JointVector) -> JointVector:
         """Qd (*batch, n) = M^-1 p."""
         return np.asarray(np.linalg.solve(self.robot.mass_matrix(q), p[..., None])[..., 0], dtype=np.float64)
+
+
+def common_shape(name: str, given: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Batch shape of both.
+
+    Raises:
+        InputError: they do not broadcast.
+    """
+    try:
+        return np.broadcast_shapes(given, shape)
+    except ValueError:
+        facts = {"expected": (*shape, "..."), "got": (*given, "...")}
+        raise InputError("input.shape", name=name, **facts, hint="") from None
+
+
+def spread(name: str, value: Floats, shape: tuple[int, ...]) -> Floats:
+    """A value for each state of the batch."""
+    if value.shape == shape:
+        return value
+    try:
+        return np.broadcast_to(value, shape)
+    except ValueError:
+        raise InputError("input.shape", name=name, expected=shape, got=value.shape, hint="") from None
 
 
 @lru_cache(maxsize=64)

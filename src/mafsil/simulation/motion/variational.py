@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import inf
+from time import perf_counter
+
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -45,7 +48,13 @@ unconventional schemes for ordinary differential equations, Math. Comp. 66, 1997
 
 
 def march(
-    system: DrivenRobot, q: Floats, p: Floats, step: float, steps: int, composition: tuple[float, ...]
+    system: DrivenRobot,
+    start: tuple[Floats, Floats],
+    step: float,
+    steps: int,
+    composition: tuple[float, ...],
+    t0: float = 0.0,
+    seconds: float = inf,
 ) -> Outcome[tuple[Floats, Floats]]:
     """Coordinates and momenta (k + 1, *batch, n) at the times i step.
 
@@ -53,18 +62,23 @@ def march(
 
     Args:
         system: the robot and what acts on it.
-        q, p: (*batch, n) at time zero.
+        start: q and p, (*batch, n) each.
         step: of the whole composition [s].
         steps: how many.
         composition: fractions of the step, from COMPOSITIONS.
+        t0: starting time [s].
+        seconds: of wall-clock time that it may take.
     """
+    (q, p), deadline = start, perf_counter() + seconds
     all_q, all_p = np.empty((2, steps + 1, *q.shape))
     all_q[0], all_p[0] = q, p
     solver = _MidpointStep(system)
     before, h_before = None, 0.0
     v = system.rate_of(q, p)
     for k in range(steps):
-        t = k * step
+        if perf_counter() > deadline:
+            return Outcome((all_q[: k + 1], all_p[: k + 1]), SolverStatus.BUDGET_SPENT, solver.worst, k)
+        t = t0 + k * step
         for number, fraction in enumerate(composition):
             h = fraction * step
             found = solver.solved(t, q, p, v, h)

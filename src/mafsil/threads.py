@@ -1,4 +1,4 @@
-"""One batch over many cores: a small pool that lasts, shared by all kernels and re-created after a fork."""
+"""One batch over many cores: a small pool that lasts, shared by all rooms and re-created after a fork."""
 
 from __future__ import annotations
 

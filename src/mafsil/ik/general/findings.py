@@ -1,0 +1,141 @@
+"""Solutions of a batch of poses as they are found: candidates are polished, each solution is noted once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.geometry import pose
+from mafsil.ik.chain import Chain
+
+MOST = 16
+"""Isolated solutions of six turning joints (Primrose, 1986)."""
+
+FOLD = 0.05
+"""Smallest over largest singular value of the Jacobian below which a second solution is looked for close by."""
+
+WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
+"""How far from a nearly singular solution along the direction that moves least [rad | unit of length]."""
+
+NEAR = 1e-3
+"""Difference of a solution from the zero that it explains [rad]."""
+
+Candidates = Callable[[NDArray[np.int64], Floats, float], tuple[JointVector, Floats]]
+"""From rows, zeros (m,) and a choice to candidates (m, 6) and how well the zeros determine them (m,)."""
+
+
+class Findings:
+    """What is found for the poses of a batch.
+
+    Attributes:
+        P: (k, 4, 4) displacements of the loop, in units of the arm.
+        q, size: (k, 16, 6) and (k, 16) solutions and their errors, NaN beyond their number.
+        count: (k,) their number.
+        proof: (k,) whether the list is proven complete.
+        roads: (k,) eliminations that were tried.
+    """
+
+    def __init__(self, frames: Floats, slides: NDArray[np.bool_], P: PoseMatrix) -> None:
+        k = len(P)
+        self.frames, self.slides, self.P = frames, slides, np.ascontiguousarray(P)
+        self.q, self.size = np.full((k, MOST, 6), np.nan), np.full((k, MOST), np.nan)
+        self.count, self.roads = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
+        self.proof = np.zeros(k, dtype=np.bool_)
+
+    def tried(self, rows: NDArray[np.int64], q: JointVector, last: int) -> NDArray[np.bool_]:
+        """Newton's method on candidates, in place; which of them are solutions.
+
+        Args:
+            rows: (m,) which pose each belongs to.
+            q: (m, 6) candidates.
+            last: a turning joint that is still to be found from the others; -1 if none.
+        """
+        from mafsil.ik.general.polish_loops import CLOSED, noted, polished
+
+        size = np.empty(len(rows))
+        polished(self.frames, self.slides, self.P, rows, last, q, size)
+        noted(rows, q, size, self.slides, self.count, self.q, self.size)
+        return size < CLOSED
+
+    def explored(
+        self,
+        rows: NDArray[np.int64],
+        zeros: tuple[Floats, NDArray[np.int64], NDArray[np.bool_]],
+        candidates: Candidates,
+        choices: Floats,
+        joint: int,
+        last: int,
+    ) -> None:
+        """Solutions that zeros of one joint lead to; proven complete are lists that the zeros explain.
+
+        Args:
+            rows: (k,) the poses.
+            zeros: (k, most) zeros, (k,) their number, (k,) whether there are no others and each is simple.
+            candidates: from rows and zeros to candidates.
+            choices: tried one after the other, until one leads to a solution that the zero determines well.
+            joint: whose value the zeros are.
+            last: joint that candidates leave open; -1 if none.
+        """
+        values, number, certain = zeros
+        row, place = np.nonzero(np.arange(values.shape[1]) < number[:, None])
+        zero = values[row, place]
+        hit, todo = np.zeros(len(row), dtype=np.bool_), np.arange(len(row))
+        for choice in choices:
+            if not len(todo):
+                break
+            q, rank = candidates(row[todo], zero[todo], float(choice))
+            closed = self.tried(rows[row[todo]], q, last)
+            # The solution must be that of this zero, else the zero is not explained.
+            away = np.abs((q[:, joint] - zero[todo] + np.pi) % (2 * np.pi) - np.pi)
+            here = closed & (away < NEAR)
+            hit[todo] |= here
+            todo = todo[~(here & (rank > 1e-9))]
+        missed = np.bincount(row[~hit], minlength=len(rows)) > 0
+        self.proof[rows] |= certain & ~missed & (self.count[rows] == number)
+
+    def look_beside(self, rows: NDArray[np.int64]) -> None:
+        """Solutions beside nearly singular ones, where two meet at a fold, along the direction that moves least."""
+        row, place = np.nonzero(np.arange(MOST) < self.count[rows][:, None])
+        if not len(row):
+            return
+        q = self.q[rows[row], place]
+        _, values, Vt = np.linalg.svd(self._jacobians(q))
+        folded = np.flatnonzero(values[:, 5] <= FOLD * values[:, 0])
+        ways = np.concatenate([WAYS, -WAYS])
+        starts = q[folded, None] + ways[:, None] * Vt[folded, None, 5]
+        if len(folded):
+            self.tried(np.repeat(rows[row[folded]], len(ways)), np.ascontiguousarray(starts.reshape(-1, 6)), -1)
+
+    def _jacobians(self, q: JointVector) -> Floats:
+        """(m, 6, 6) rows (axis, velocity of the tip)."""
+        T, axes, places = np.broadcast_to(_square(self.frames[0]), (len(q), 4, 4)), [], []
+        for k in range(6):
+            axes.append(T[:, :3, 2])
+            places.append(T[:, :3, 3])
+            screw = np.array([0, 0, 0, 0, 0, 1.0]) if self.slides[k] else np.array([0, 0, 1.0, 0, 0, 0])
+            T = T @ pose.exp(screw * q[:, k, None]) @ _square(self.frames[k + 1])
+        columns = [
+            np.concatenate([0 * z, z] if slides else [z, np.cross(z, T[:, :3, 3] - p)], axis=1)
+            for z, p, slides in zip(axes, places, self.slides, strict=True)
+        ]
+        return np.stack(columns, axis=2)
+
+
+def loop_frames(chain: Chain) -> Floats:
+    """(7, 3, 4) constants F_k: the loop is F_0 Z_0 F_1 Z_1 ... Z_5 F_6, Z_k about or along z."""
+    B = np.tile(np.eye(4), (6, 1, 1))
+    for k, z in enumerate(chain.axes):
+        x = np.cross(z, np.eye(3)[int(np.abs(z).argmin())])
+        x /= np.linalg.norm(x)
+        B[k, :3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+        B[k, :3, 3] = chain.points[k]
+    inverse = pose.inverse(B)
+    frames = [B[0], *(inverse[k] @ B[k + 1] for k in range(5)), inverse[5]]
+    return np.ascontiguousarray(np.array(frames)[:, :3])
+
+
+def _square(F: Floats) -> PoseMatrix:
+    return np.concatenate([F, np.array([[0, 0, 0, 1.0]])])

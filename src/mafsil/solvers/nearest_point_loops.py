@@ -1,0 +1,132 @@
+"""The point of a convex set nearest to the origin, for a set known by its support function, compiled.
+
+The nearest point of a simplex inside the set moves towards the set's furthest point against it; corners that lose
+their weight leave. The length of the point bounds the distance from above, the support function from below.
+
+Reference:
+    P. Wolfe, Finding the nearest point in a polytope, Mathematical Programming 11, 1976.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.solvers.disc_loops import dot, support
+from mafsil.solvers.loops import compiled
+
+STEPS = 1000
+DEPENDENT = 1e-12
+"""Corners closer than this share of their distance to the flat of the others add nothing."""
+ROUNDING = 1e-15
+
+
+@compiled
+def affine_weights(S: Floats, count: int, weights: Floats) -> bool:
+    """Weights of sum 1, of any sign, of the point nearest to the origin in the flat through some corners.
+
+    Args:
+        S: (m + 1, m) corners.
+        count: of them.
+        weights: (m + 1,) out.
+
+    Returns:
+        Whether the corners are in general position.
+    """
+    m = S.shape[1]
+    Q, R, b = np.empty((count, m)), np.zeros((count, count)), np.empty(count)
+    for i in range(1, count):
+        for c in range(m):
+            Q[i, c] = S[i, c] - S[0, c]
+        length = np.sqrt(dot(Q[i], Q[i]))
+        for _ in range(2):
+            for k in range(1, i):
+                s = dot(Q[k], Q[i])
+                R[k, i] += s
+                for c in range(m):
+                    Q[i, c] -= s * Q[k, c]
+        R[i, i] = np.sqrt(dot(Q[i], Q[i]))
+        if not R[i, i] > DEPENDENT * length:
+            return False
+        for c in range(m):
+            Q[i, c] /= R[i, i]
+        b[i] = -dot(Q[i], S[0])
+    weights[0] = 1.0
+    for i in range(count - 1, 0, -1):
+        for k in range(i + 1, count):
+            b[i] -= R[i, k] * weights[k]
+        weights[i] = b[i] / R[i, i]
+        weights[0] -= weights[i]
+    return True
+
+
+@compiled
+def drop(S: Floats, share: Floats, weights: Floats, count: int) -> int:
+    """Walk from the shares towards the weights until a corner has none left, and drop such corners; how many remain."""
+    step = 1.0
+    for i in range(count):
+        if weights[i] < 0.0:
+            step = min(step, share[i] / (share[i] - weights[i]))
+    kept = 0
+    for i in range(count):
+        left = share[i] + step * (weights[i] - share[i])
+        if left > ROUNDING or (weights[i] >= 0.0 and left > 0.0):
+            share[kept] = left
+            for c in range(S.shape[1]):
+                S[kept, c] = S[i, c]
+            kept += 1
+    return kept
+
+
+@compiled
+def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tuple[float, float]:
+    """Bounds of the distance from the origin to the hull of discs.
+
+    Args:
+        D: (k, parts, m) as in `disc_loops`.
+        tolerance: wanted gap of the bounds, relative.
+        v: (m,) out: the nearest point found, as long as the upper bound.
+        apart: (m,) out: unit direction along which every point of the set is at least the lower bound away.
+
+    Returns:
+        Lower and upper bound; both 0 if the origin is inside as far as rounding lets us see.
+    """
+    m = D.shape[2]
+    S, share, weights = np.empty((m + 2, m)), np.zeros(m + 2), np.empty(m + 2)
+    u, lower, size = np.zeros(m), 0.0, 0.0
+    for i in range(len(D)):
+        for c in range(m):
+            u[c] -= D[i, 0, c]
+    support(D, False, u, S[0])
+    share[0], count = 1.0, 1
+    v[:] = S[0]
+    for _ in range(STEPS):
+        length = np.sqrt(dot(v, v))
+        size = max(size, np.sqrt(dot(S[count - 1], S[count - 1])))
+        if length <= ROUNDING * size:
+            v[:] = 0.0
+            return 0.0, 0.0
+        for c in range(m):
+            u[c] = -v[c] / length
+        reached = -support(D, False, u, S[count])
+        if reached > lower or count == 1:
+            lower = max(reached, 0.0)
+            for c in range(m):
+                apart[c] = -u[c]
+        if length - lower <= tolerance * length + ROUNDING * size:
+            return lower, length
+        share[count], count = 0.0, count + 1
+        while True:
+            if count > m + 1 or not affine_weights(S, count, weights):
+                return lower, length
+            before = count
+            count = drop(S, share, weights, count)
+            if count == before:
+                break
+        for c in range(m):
+            v[c] = 0.0
+            for i in range(count):
+                v[c] += share[i] * S[i, c]
+        if not np.sqrt(dot(v, v)) < length:
+            return lower, length
+    return lower, np.sqrt(dot(v, v))
