@@ -24,7 +24,7 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 
 import mafsil as mf  # noqa: E402
-from benchmarks.stopwatch import machine, race  # noqa: E402
+from benchmarks.stopwatch import BRIEF, machine, race  # noqa: E402
 from mafsil.kernels.export.c.trial import compiler  # noqa: E402
 
 ROWS = 2048
@@ -87,7 +87,7 @@ def main() -> None:
     for name in options.robots:
         for quantity in options.quantities:
             with tempfile.TemporaryDirectory() as folder:
-                timings = race(tasks(mf.load(name), quantity, path, Path(folder)))
+                timings = race(tasks(mf.load(name), quantity, path, Path(folder)), **BRIEF)
             base = timings["kernel, single"].least
             parts = [f"{k} {1e9 * t.least / ROWS:.0f} ns ({t.least / base:.2f})" for k, t in timings.items()]
             print(f"{name} {quantity}: " + ", ".join(parts), flush=True)

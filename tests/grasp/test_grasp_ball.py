@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.optimize import nnls
 
-from mafsil.grasp import Contact, Grasp
-from mafsil.grasp.ball import finite_ball, hull_ball, inscribed_ball, point_discs
+from mafsil.grasp import Contact, Grasp, Verdict
+from mafsil.grasp.ball import distance_to_hull, finite_ball, hull_ball, inscribed_ball, point_discs
 from mafsil.grasp.cone import RoundSet
 
 SEEDS = range(12)
@@ -94,3 +95,29 @@ def test_flat_sets_have_no_ball() -> None:
 def test_the_radius_scales_with_the_wrenches(scale: float) -> None:
     W = np.random.default_rng(3).normal(size=(6, 40))
     assert finite_ball(scale * W).radius == pytest.approx(scale * finite_ball(W).radius, rel=1e-9)
+
+
+@pytest.mark.capability("03-41")
+@pytest.mark.parametrize("seed", range(40))
+def test_distances_equal_those_of_least_squares(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    m, n = int(rng.choice([3, 6])), int(rng.integers(1, 40))
+    W = rng.normal(size=(m, n)) if seed % 2 else rng.integers(-2, 3, (m, n)).astype(float)
+    W += rng.uniform(0, 1.5)
+    x, _ = nnls(np.vstack([W, np.ones(n)]), np.append(np.zeros(m), 1.0))
+    lower, upper, nearest = distance_to_hull(point_discs(W))
+    assert upper == pytest.approx(np.linalg.norm(W @ x / x.sum()), abs=1e-9)
+    assert upper - 1e-9 <= lower <= upper == pytest.approx(np.linalg.norm(nearest))
+
+
+@pytest.mark.capability("03-29", "03-41")
+def test_the_margin_of_a_no_is_that_of_the_round_cones() -> None:
+    for seed in range(30):
+        held = grasp(seed, contacts=3)
+        found = held.closure()
+        if found.verdict is not Verdict.NO:
+            continue
+        inner, outer = (distance_to_hull(point_discs(held.matrix(48, outer=side)))[1] for side in (False, True))
+        assert outer - 1e-9 <= -found.upper <= -found.margin <= inner + 1e-9
+        reach, _ = RoundSet.of(held.contacts, np.eye(6)).furthest(-found.certificate)
+        assert reach < 0

@@ -189,3 +189,17 @@ def test_cone_edges_and_contact_velocities():
     assert v == pytest.approx([-0.7 - 2 * 0.3, 0.2 + 0.3])
     assert v @ push.normal == pytest.approx(twist @ Grasp([push]).normals_matrix[:, 0])
     assert not Grasp([Contact((0, 0), (1, 0))]).closure()
+
+
+@pytest.mark.capability("03-38", "03-41")
+def test_read_only_strided_and_one_dimensional_wrenches():
+    A = np.random.default_rng(0).normal(size=(40, 6, 24))
+    want = [judge(W.T.tolist()).place is Place.INSIDE for W in A[:, :, ::2]]
+    A.setflags(write=False)
+    assert closures(A[:, :, ::2]).force_closure.tolist() == want
+    assert [closure(W, margins=False).force_closure for W in A[:, :, ::2]] == want
+    assert [closure(np.asfortranarray(W)).force_closure for W in A[:, :, ::2]] == want
+    assert closures([[[1, -1]], [[1, 2]]]).force_closure.tolist() == [True, False]
+    assert closure([[1, -1]], margins=False).force_closure
+    with pytest.raises(InputError, match="nan"):
+        closures(np.full((2, 3, 5), np.nan))

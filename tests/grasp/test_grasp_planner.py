@@ -197,3 +197,20 @@ def test_free_motions_move(tmp_path: Path) -> None:
 def test_a_plan_is_drawn_small_by_small() -> None:
     plan = plan_grasps(Body.from_triangles(CUBE, FACES), fingers=3)
     assert len(draw_plan(plan).axes) == 6
+
+
+@pytest.mark.capability("03-10")
+def test_among_equal_radii_the_grasp_through_the_middle_comes_first() -> None:
+    block = Body.from_triangles(CUBE * (0.06, 0.04, 0.1), FACES)
+    plan = plan_grasps(block, mu=0.4, tries=800, best=8, seed=3)
+    middle, limit = plan.body.centre, 0.95 * max(p.radius for p in plan.grasps)
+    equal = [p for p in plan.grasps if p.radius >= limit]
+    assert [p.hold for p in equal] == sorted((p.hold for p in equal), reverse=True)
+    assert plan.grasps[0].hold > 1.2 * equal[-1].hold
+
+    def miss(p):
+        a, b = (c.point for c in p.grasp.contacts)
+        return np.linalg.norm(np.cross(b - a, middle - a)) / np.linalg.norm(b - a)
+
+    assert miss(plan.grasps[0]) < np.median([miss(p) for p in plan.grasps])
+    assert all(p.hold is None for p in plan_grasps(block, fingers=3, tries=100, best=3).grasps)

@@ -133,7 +133,20 @@ def test_between_the_families_nothing_is_lost(e):
     regular = condition(robot, q) > 1e-3
     assert away[regular].max() < 1e-6
     assert away[found.complete].max() < 1e-6
-    assert found.complete.mean() > 0.85
+    # A proof needs zeros beyond the rounding of the equations, which grows as the arm comes near the family.
+    assert found.complete.mean() > (0.85 if e > 1e-9 else 0.6)
+
+
+@pytest.mark.capability("07-44", "07-2")
+def test_solutions_that_share_a_joint_value_are_both_found():
+    """A collaborative arm with an offset wrist: solutions in pairs that almost agree in some joints."""
+    robot = dh_arm((-H, 0, -H, H, -H, 0), (0, 0.54, 0, 0, 0, 0), (0.245, 0, 0, 0.54, 0.15, 0.16))
+    q = np.random.default_rng(1).uniform(-np.pi, np.pi, (1000, 6))
+    found, away = solved(robot, q)
+    regular = condition(robot, q) > 1e-3
+    assert away[regular].max() < 1e-6
+    assert (found.count[regular] % 2 == 0).all()
+    assert found.complete.mean() > 0.9
 
 
 @pytest.mark.capability("07-44", "07-32")
@@ -149,15 +162,73 @@ def test_one_slide_anywhere(k):
     assert found.complete.mean() > 0.95
 
 
-@pytest.mark.capability("07-44")
-def test_several_slides_prove_nothing_that_is_not_so():
-    rng = np.random.default_rng(8)
-    for slides in [(1, 3), (0, 2), (2, 3), (1, 3, 5)]:
-        flags = tuple(i in slides for i in range(6))
-        robot = random_arm(rng, flags)
-        q = rng.uniform(-1.5, 1.5, (30, 6))
-        found, away = solved(robot, q)
-        assert away[found.complete].max(initial=0.0) < 1e-6
+@pytest.mark.capability("07-44", "07-32")
+@pytest.mark.parametrize("slides", [(1, 3), (0, 1), (0, 5), (2, 3), (1, 3, 5), (0, 1, 2)])
+def test_several_slides_anywhere(slides):
+    """Two slides: at most eight solutions; three: at most two."""
+    rng = np.random.default_rng(sum(slides))
+    flags = tuple(i in slides for i in range(6))
+    robot = random_arm(rng, flags)
+    q = rng.uniform(-1.5, 1.5, (40, 6))
+    found, away = solved(robot, q)
+    assert away.max() < 1e-6
+    assert found.complete.mean() > 0.95
+    assert found.count.max() <= (8 if len(slides) == 2 else 2)
+    assert (found.count[found.complete] % 2 == 0).all()
+
+
+@pytest.mark.capability("07-44", "07-4")
+@pytest.mark.parametrize("slides", [(0, 1), (0, 1, 2)])
+def test_slides_that_depend_on_each_other_prove_nothing(slides):
+    """The first two slide along one line: what one does the other undoes, a continuum through every posture."""
+    rng = np.random.default_rng(9)
+    w, r = rng.normal(size=(2, 6, 3))
+    w[1] = w[0]
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    turning = np.array([i not in slides for i in range(6)])[:, None]
+    screws = np.concatenate([w * turning, np.where(turning, np.cross(r, w), w)], axis=1)
+    robot = mf.Robot.from_screws(screws, pose.exp(rng.normal(size=6)))
+    found = elimination(robot).solve_all(robot.forward_kinematics(rng.uniform(-1.0, 1.0, (20, 6))))
+    assert not found.complete.any()
+
+
+@pytest.mark.capability("07-3", "07-44")
+def test_an_arm_that_is_almost_everywhere_singular_proves_no_empty_list():
+    """Its determinant is little more than rounding: what looks like no zero may be one."""
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        near = [rng.choice([H, -H, 0.0], 6, p=[0.3, 0.3, 0.4]), *rng.integers(0, 2, (2, 6)) * 0.5]
+        robot = dh_arm(*(x + 1e-9 * rng.normal(size=6) for x in near))
+        found = elimination(robot).solve_all(robot.forward_kinematics(rng.uniform(-np.pi, np.pi, (40, 6))))
+        assert not found.complete[found.count == 0].any()
+
+
+@pytest.mark.capability("07-44", "07-4")
+@pytest.mark.parametrize("beside", [1e-3, 1e-4, 1e-5])
+def test_near_a_fold_the_pair_is_two_and_no_more(beside):
+    """Postures beside the singular set: both solutions that meet there, none of them twice."""
+    rng = np.random.default_rng(21)
+    robot = random_arm(rng)
+    low = rng.uniform(-np.pi, np.pi, (40, 6))
+    high = low + rng.normal(size=low.shape)
+
+    def side(q):
+        return np.linalg.det(robot.jacobian_space(q))
+
+    crossing = side(low) * side(high) < 0
+    low, high = low[crossing], high[crossing]
+    for _ in range(50):
+        middle = (low + high) / 2
+        over = side(middle) * side(low) < 0
+        low, high = np.where(over[:, None], low, middle), np.where(over[:, None], middle, high)
+    q = low + beside * rng.normal(size=low.shape)
+    found, away = solved(robot, q)
+    assert away.max() < 1e-6
+    assert found.count.max() <= 12
+    for one, k in zip(found.q, found.count, strict=True):
+        between = apart(one[:k, None], one[None, :k]) + 9 * np.eye(k)
+        # Of three in a row two would be one.
+        assert (np.sort(between, axis=1)[:, 1] > 1e-5).all()
 
 
 @pytest.mark.capability("07-3")

@@ -305,6 +305,32 @@ def test_what_is_no_pose_is_refused():
     assert rows.found()[1].any()
 
 
+@pytest.mark.parametrize("tolerance", [0.0, -1e-9, float("nan"), float("inf"), "small", True])
+def test_a_tolerance_is_a_positive_number(tolerance):
+    robot = mf.load("puma560")
+    with pytest.raises(InputError, match="tolerance"):
+        inverse_kinematics(robot, robot.forward_kinematics(np.full(6, 0.3)), tolerance=tolerance)
+
+
+def test_a_task_that_is_no_word_is_refused():
+    with pytest.raises(InputError, match="task"):
+        inverse_kinematics(mf.load("puma560"), np.eye(4), task=["pose"])
+
+
+def test_batches_print_in_one_line():
+    robot = mf.load("puma560")
+    T = robot.forward_kinematics(np.full((2, 6), 0.3))
+    assert repr(inverse_kinematics(robot, T)) == "<SolutionBatch: 2 of 2 poses solved, shape (2,), 16 rows>"
+
+
+def test_a_search_shows_some_members_of_a_continuum_and_not_hundreds():
+    robot = mf.load("cobra600")
+    answer = inverse_kinematics(robot, robot.forward_kinematics(np.full(4, 0.1)), task="axis")
+    assert answer.status is Verdict.CONTINUUM
+    assert not answer.complete
+    assert 1 <= len(answer) <= 8
+
+
 def test_eaik_finds_the_same_sets():
     eaik = pytest.importorskip("eaik.IK_HP")
     from mafsil.ik.chain import chain_of
@@ -324,4 +350,5 @@ def test_eaik_finds_the_same_sets():
             mine = inverse_kinematics(robot, T).q
             for posture in theirs:
                 assert apart(robot, mine, posture).min() < 1e-5
-            assert len(mine) >= len(theirs)
+            distinct = [k for k in range(len(theirs)) if not any(apart(robot, theirs[:k], theirs[k]) < 1e-6)]
+            assert len(mine) == len(distinct)

@@ -40,8 +40,8 @@ def work(seed: int, cases: int) -> dict[str, int]:
     robot, book, modes = subject(seed % len(subjects()))
     sizes, count = Sizes.of(robot.mechanism), {"cases": cases}
     for start in range(0, cases, CHUNK):
-        drawn = random_states(robot.mechanism, sizes, min(CHUNK, cases - start), start)
-        judge = Judge(book, sizes, on_seams(book, drawn, seed), LIMIT)
+        drawn = random_states(robot.mechanism, sizes, min(CHUNK, cases - start), seed * cases + start)
+        judge = Judge(book, sizes, on_seams(book, drawn, seed, start), LIMIT)
         for name, errors in (*from_complex_steps(robot, book, judge), *from_both_modes(robot, modes, judge)):
             for key, value in histogram(name, errors).items():
                 count[key] = count.get(key, 0) + value
@@ -87,9 +87,9 @@ def _modes(mechanism: Mechanism, routine: str) -> Any:
     return ca.Function(routine, symbols, [ca.vec(mode.T) for mode in modes], {"cse": True})
 
 
-def on_seams(book: Textbook, drawn: States, seed: int) -> States:
+def on_seams(book: Textbook, drawn: States, seed: int, start: int) -> States:
     """A tenth of the turning coordinates on quarter turns, a tenth of the rates at rest; efforts of these motions."""
-    rng = np.random.default_rng((seed, len(drawn.q)))
+    rng = np.random.default_rng((seed, start))
     turning = np.array([joint.kind is JointKind.REVOLUTE for joint in book.mechanism.coordinates])
     quarters = rng.integers(-2, 3, drawn.q.shape) * (np.pi / 2)
     q = np.where((rng.random(drawn.q.shape) < QUARTERS) & turning, quarters, drawn.q)

@@ -50,14 +50,10 @@ def work(seed: int, cases: int) -> dict[str, int]:
     return total
 
 
-def elbow_arm(rng: np.random.Generator) -> tuple[Robot, Floats]:
-    """An elbow arm and its numbers a, b, d, h; one in three without an offset."""
-    a, b, d, h = (
-        rng.uniform(0.2, 1.0),
-        rng.uniform(0.2, 1.0),
-        rng.choice([0.0, 1.0, -1.0]) * rng.uniform(0.02, 0.2),
-        0.3,
-    )
+def elbow_arm(rng: np.random.Generator, *, offset: bool) -> tuple[Robot, Floats]:
+    """An elbow arm and its numbers a, b, d, h."""
+    a, b = rng.uniform(0.2, 1.0, 2)
+    d, h = offset * rng.choice([1.0, -1.0]) * rng.uniform(0.02, 0.2), 0.3
     w = np.array([[0, 0, 1], [0, -1, 0], [0, -1, 0], [1, 0, 0], [0, -1, 0], [1.0, 0, 0]])
     c = np.array([a + b, d, h])
     r = np.array([[0, 0, 0], [0, 0, h], [a, 0, h], c, c, c])
@@ -68,7 +64,7 @@ def elbow_arm(rng: np.random.Generator) -> tuple[Robot, Floats]:
 
 def wrist(rng: np.random.Generator, count: int) -> dict[str, int]:
     """Poses whose wrist's centre is too far, in the hole, or in the shoulder's cylinder."""
-    robot, (a, b, d, h) = elbow_arm(rng)
+    robot, (a, b, d, h) = elbow_arm(rng, offset=bool(rng.integers(0, 3)))
     inner, outer = np.hypot(a - b, d), np.hypot(a + b, d)
     margin, kind = _margins(rng, count), rng.integers(0, 3, count)
     slope = rng.uniform(-np.pi / 2, np.pi / 2, count)
@@ -207,16 +203,15 @@ def scara(rng: np.random.Generator, count: int) -> dict[str, int]:
 
 def singular(rng: np.random.Generator, count: int) -> dict[str, int]:
     """Singular postures of wrist, elbow and shoulder: rank, rates, and an answer without NaN."""
-    robot, (a, b, d, _) = elbow_arm(rng)
-    if d:
-        robot, (a, b, d, _) = elbow_arm(np.random.default_rng([7, 7]))
+    robot, (a, b, _, _) = elbow_arm(rng, offset=False)
     chain = chain_of(robot.mechanism)
     q = rng.uniform(-np.pi, np.pi, (count, 6))
     at_wrist, at_elbow, at_shoulder = rng.random((3, count)) < 0.6
     q[:, 4] = np.where(at_wrist, rng.integers(0, 2, count) * np.pi, q[:, 4])
     q[:, 2] = np.where(at_elbow, rng.integers(0, 2, count) * np.pi, q[:, 2])
     over = np.arctan2(a + b * np.cos(q[:, 2]), b * np.sin(q[:, 2])) + rng.integers(0, 2, count) * np.pi
-    at_shoulder &= d == 0
+    # With the forearm upright and axis 5 parallel to axes 2 and 3, one more direction is lost.
+    q[:, 3] = np.where(rng.random(count) < 0.3, rng.integers(0, 2, count) * np.pi, q[:, 3])
     q[:, 1] = np.where(at_shoulder, over, q[:, 1])
     V = rng.normal(size=(count, 6))
     rates = bounded_rates(robot, q, V)

@@ -27,7 +27,7 @@ from tests.oracles.random_tree import random_tree
 from tests.reliability import figures
 from tests.verification.mutants import Way, calls, outputs_of, places
 
-ARMS = ("stanford_arm", "panda", "planar2r_point_masses", "scara_rrrp")
+ARMS = ("stanford_arm", "planar2r_point_masses", "scara_rrrp", "panda")
 """Then random trees."""
 WIDE_STATES = 40
 """States, other than those of `verify`, on which a slip may show that it changes a number."""

@@ -1,10 +1,10 @@
-"""Row R5 at the size of a pull request; `tests.reliability.ik_numerical` goes on to any size."""
+"""Rows R5, R6 and R7 at the size of a pull request; the modules they call go on to any size."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests.reliability import ik_numerical
+from tests.reliability import ik_complete, ik_numerical, ik_unreachable
 from tests.reliability.ik_arms import ARMS, arm
 
 
@@ -21,3 +21,19 @@ def test_reachable_poses_are_reached_one_by_one(name: str) -> None:
 def test_there_are_ten_arms_and_more() -> None:
     assert len(ARMS) >= 16
     assert sum((robot := arm(name)) is not None and robot.n >= 7 for name in ("panda", "fr3", "iiwa7")) == 3
+
+
+@pytest.mark.row("R6")
+@pytest.mark.parametrize("name", ["puma", "generalised_puma", "ur", "elbow6r", "ur5e"])
+def test_planted_postures_are_found(name: str) -> None:
+    found = ik_complete.work([name], seed=1, cases=400)
+    assert found["cases"] >= 300
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R7")
+def test_what_cannot_be_reached_is_said_so() -> None:
+    found = ik_unreachable.work(seed=3, cases=2000)
+    assert found["cases"] >= 1900
+    assert found["rank_4"] > 0
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.numerals import number as typed
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
@@ -30,9 +31,9 @@ def grasp(
     steps: bool,
     picture: str | None,
     fingers: str | int | None = None,
-    mu: float | None = None,
-    gamma: float | None = None,
-    opening: float | None = None,
+    mu: str | float | None = None,
+    gamma: str | float | None = None,
+    opening: str | float | None = None,
 ) -> Answer:
     """Verdicts on a sketch, or the best grasps of a mesh.
 
@@ -52,9 +53,9 @@ def grasp(
         raise InputError("cli.picture_kind", path=picture, known=", ".join(kinds))
     plan = {
         "fingers": None if fingers is None else _count(fingers, "fingers"),
-        "mu": mu,
-        "gamma": gamma,
-        "opening": opening,
+        "mu": None if mu is None else typed("--mu", str(mu)),
+        "gamma": None if gamma is None else typed("--gamma", str(gamma)),
+        "opening": None if opening is None else typed("--opening", str(opening)),
     }
     if mesh:
         _refuse({"facets": facets, "steps": steps or None}, "grasp.not_for_mesh", file)

@@ -56,9 +56,9 @@ def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, bo
     figure = Figure(figsize=(9.5, 4.8) if grasp.dimension == 2 else (6.5, 6.0))
     FigureCanvasAgg(figure)
     if grasp.dimension == 2:
-        left: Any = figure.add_axes((0.0, 0.05, 0.52, 0.85))
+        left: Any = figure.add_axes((0.04, 0.05, 0.47, 0.85))
         _plane(left, grasp, closure, outline)
-        right: Any = figure.add_axes((0.55, 0.02, 0.45, 0.9), projection="3d")
+        right: Any = figure.add_axes((0.53, 0.05, 0.4, 0.85), projection="3d")
         _hull(right, grasp.matrix(), closure)
     else:
         axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
@@ -155,6 +155,13 @@ def _hull(axes: Any, A: Floats, closure: Closure) -> None:
         u, v = np.mgrid[0 : 2 * np.pi : 24j, 0 : np.pi : 12j]
         ball = closure.margin * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
         axes.plot_wireframe(*ball, color=_YES, linewidth=0.4)
+    flat = np.ptp(points, axis=0) < 0.1 * np.ptp(points, axis=0).max()
+    for setter, is_flat, middle in zip(
+        (axes.set_xlim, axes.set_ylim, axes.set_zlim), flat, points.mean(axis=0), strict=True
+    ):
+        if is_flat:  # or its scale would be a heap of numbers
+            half = 0.25 * float(np.ptp(points, axis=0).max())
+            setter(middle - half, middle + half)
     axes.set_aspect("equal")
     axes.set_xlabel("f_x")
     axes.set_ylabel("f_y")

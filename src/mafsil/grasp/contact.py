@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import atan, cos, hypot, pi
+from math import atan, cos, hypot, isfinite, isnan, pi
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, frozen, gate
+from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
 from mafsil.errors import InputError
 
 Model: TypeAlias = Literal["frictionless", "hard", "soft"]
+MOST_FACETS = 4096
+"""Of a polyhedral cone; more say nothing that the round one does not."""
 MODELS: tuple[Model, ...] = ("frictionless", "hard", "soft")
 
 
@@ -55,20 +57,29 @@ class Contact:
         finger_curvature: float = float("inf"),
         name: str = "",
     ) -> None:
-        size = np.size(point)
+        size = real_array("point", point).size
         if size not in (2, 3):
             raise InputError("grasp.dimension", name=name or "point", got=size)
-        r, n = (gate(what, value, (size,), finite=True) for what, value in (("point", point), ("normal", normal)))
+        r, n = (single(what, value, (size,)) for what, value in (("point", point), ("normal", normal)))
         if not np.linalg.norm(n) > 0.0:
             raise InputError("grasp.zero_normal", name=name or "contact", point=_shown(r))
+        mu, gamma, curvature, finger_curvature = (
+            _number(what, value)
+            for what, value in (
+                ("mu", mu), ("gamma", gamma), ("curvature", curvature), ("finger_curvature", finger_curvature)
+            )
+        )  # fmt: skip
         for what, value in (("mu", mu), ("gamma", gamma)):
-            if not (np.isfinite(value) and value >= 0):
+            if not (isfinite(value) and value >= 0):
                 raise InputError("grasp.negative_coefficient", name=what, value=value)
+        if not isfinite(curvature) or isnan(finger_curvature):
+            fault = ("finger_curvature", finger_curvature) if isfinite(curvature) else ("curvature", curvature)
+            raise InputError("input.finite", name=fault[0], value=fault[1], index=())
         if gamma > 0 and size == 2:
             raise InputError("grasp.soft_in_plane", name=name or "contact")
         values = {
-            "point": frozen(r), "direction": frozen(n), "mu": float(mu), "gamma": float(gamma),
-            "curvature": float(curvature), "finger_curvature": float(finger_curvature), "name": name,
+            "point": frozen(r), "direction": frozen(n), "mu": mu, "gamma": gamma,
+            "curvature": curvature, "finger_curvature": finger_curvature, "name": name,
         }  # fmt: skip
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -161,8 +172,8 @@ class Contact:
         return np.vstack([np.hstack([rays, twist]), np.hstack([rays, -twist])])
 
     def _facet_rays(self, facets: int, outer: bool) -> Floats:
-        if facets < 3:
-            raise InputError("grasp.few_facets", got=facets)
+        if not 3 <= facets <= MOST_FACETS:
+            raise InputError("grasp.few_facets", got=facets, limit=MOST_FACETS)
         if self.mu == 0:
             return np.array([[1.0, 0.0, 0.0]])
         angles = 2 * pi * np.arange(facets) / facets
@@ -178,7 +189,7 @@ class Contact:
         push = float(components[0])
         if self.model == "frictionless":
             return push
-        sideways = self.mu * push - float(np.linalg.norm(components[1 : self.dimension]))
+        sideways = self.mu * push - hypot(*(float(v) for v in components[1 : self.dimension]))
         return sideways if self.model != "soft" else min(sideways, self.gamma * push - abs(float(components[3])))
 
     def moved(self, T: ArrayLike) -> Contact:
@@ -264,6 +275,30 @@ def corner_contact(point: ArrayLike, normals: Sequence[ArrayLike], mu: float = 0
         name: for reports.
     """
     return [Contact(point, n, mu, name=f"{name or 'corner'}.{k}") for k, n in enumerate(normals)]
+
+
+def single(name: str, value: ArrayLike, core: tuple[int, ...]) -> Floats:
+    """One finite array of exactly this shape, no batch of them.
+
+    Args:
+        name: for the error.
+        value: numbers.
+        core: the shape.
+    """
+    array = gate(name, value, core, finite=True)
+    if array.shape != core:
+        raise InputError("input.shape", name=name, expected=core, got=array.shape, hint="")
+    return array
+
+
+def _number(name: str, value: float) -> float:
+    """One number, whatever type holds it."""
+    if type(value) is float:
+        return value
+    array = real_array(name, value)
+    if array.ndim:
+        raise InputError("input.shape", name=name, expected=(), got=array.shape, hint="")
+    return float(array)
 
 
 def _shown(vector: Floats) -> str:

@@ -117,12 +117,14 @@ class _Solved:
 
 
 class _Program:
-    """Columns (contact, force of unit push), grown until no force of any cone improves the optimum."""
+    """Columns (contact, force of unit push), grown until no force of any cone improves the optimum; loads of size 1."""
 
     def __init__(self, contacts: Sequence[Contact], wrench: ArrayLike, push: Any, jacobian: Any, torque: Any) -> None:
         self.contacts = contacts
         self.m = len(contacts[0].basis)
-        self.b = -gate("wrench", wrench, (self.m,), finite=True)
+        load = gate("wrench", wrench, (self.m,), finite=True)
+        self.scale = float(np.abs(load).max()) or 1.0
+        self.b = -load / self.scale
         d = contacts[0].dimension
         self.to_force = [_force_map(c) for c in contacts]
         bounds: list[float] = []
@@ -137,7 +139,7 @@ class _Program:
             most = np.atleast_1d(gate("torque", torque, (), finite=True))
             self.J = gate("jacobian", jacobian, (len(most), len(contacts) * d), finite=True)
             bounds.extend([*most, *most])
-        self.h = np.array(bounds)
+        self.h = np.array(bounds) / self.scale
         self.maps = [self._limit_map(i, d) for i in range(len(contacts))]
 
     def _limit_map(self, i: int, d: int) -> Floats:
@@ -203,7 +205,7 @@ class _Program:
     def answer(self, solved: _Solved) -> ContactForces:
         components = [np.zeros(c.basis.shape[1]) for c in self.contacts]
         for x, (i, e) in zip(solved.x, solved.columns, strict=True):
-            components[i] = components[i] + x * e
+            components[i] = components[i] + x * self.scale * e
         forces = np.array([T @ f for T, f in zip(self.to_force, components, strict=True)])
         reached = np.sum([c.basis @ f for c, f in zip(self.contacts, components, strict=True)], axis=0)
         return ContactForces(
@@ -211,10 +213,10 @@ class _Program:
             tuple(components),
             forces,
             float(sum(f[0] for f in components)),
-            solved.lower,
+            solved.lower * self.scale,
             np.array([c.margin(f) for c, f in zip(self.contacts, components, strict=True)]),
             None if self.J is None else self.J @ forces.ravel(),
-            float(np.linalg.norm(reached - self.b)),
+            float(np.linalg.norm(reached / self.scale - self.b)) * self.scale,
             None,
             0.0,
         )
@@ -230,9 +232,9 @@ class _Program:
             np.inf,
             np.zeros(len(self.contacts)),
             None,
-            float(np.linalg.norm(self.b)),
+            float(np.linalg.norm(self.b)) * self.scale,
             None if by_limits else -nearest.prices,
-            nearest.value,
+            nearest.value * self.scale,
         )
 
 

@@ -15,15 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, gate, real_array
 from mafsil.errors import FileError, InputError
 from mafsil.grasp.body import Body
-from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact import Contact, single
 from mafsil.grasp.grasp import Grasp
 
 LARGEST_FILE = 1_000_000
 ON_SURFACE = 1e-6
 """Contacts further than this share of the body's size from its outline are off it."""
+MOST_CORNERS = 5000
+FLAT = 1e-12
+"""Areas below it, relative to the square of the outline's size, are none."""
 _KEYS = {"name", "contact", "load", "body"}
 _CONTACT_KEYS = {"point", "normal", "mu", "gamma", "curvature", "finger_curvature", "name"}
 
@@ -85,11 +88,49 @@ def parse(data: Any, source: str, folder: Path | None = None) -> Sketch:
     _known(body, {"outline", "mesh"}, source)
     if {"outline", "mesh"} <= body.keys():
         raise InputError("grasp.mesh_and_outline")
-    outline = gate("outline", body["outline"], (2,), finite=True) if "outline" in body else None
+    outline = _outline(body["outline"]) if "outline" in body else None
     if outline is not None:
         _require_on(grasp, outline)
     solid = _solid(grasp, (folder or Path()) / str(body["mesh"])) if "mesh" in body else None
     return Sketch(grasp, _load(data, grasp, source), outline, solid)
+
+
+def _outline(given: Any) -> Floats:
+    """Corners of a plane body in order: it has an area, and its edges do not cross."""
+    corners = gate("outline", given, (2,), finite=True)
+    if corners.ndim != 2:
+        raise InputError("input.shape", name="outline", expected="(corners, 2)", got=corners.shape, hint="")
+    if not 3 <= len(corners) <= MOST_CORNERS:
+        key = "grasp.few_corners" if len(corners) < 3 else "grasp.many_corners"
+        raise InputError(key, got=len(corners), limit=MOST_CORNERS)
+    size = float(np.ptp(corners / 2, axis=0).max()) * 2
+    if not (np.isfinite(size) and size > 0):
+        raise InputError("grasp.no_area")
+    at = corners / size - (corners / size).min(axis=0)
+    after = np.roll(at, -1, axis=0)
+    if crossing := _crossing(at, after):
+        raise InputError("grasp.crossing_outline", first=crossing[0], second=crossing[1])
+    if abs(float(np.sum(at[:, 0] * after[:, 1] - at[:, 1] * after[:, 0]))) < FLAT:
+        raise InputError("grasp.no_area")
+    return corners
+
+
+def _crossing(start: Floats, end: Floats) -> tuple[int, int] | None:
+    """The first two edges that cross inside of both."""
+    edge = end - start
+    for k in range(len(start)):
+        ahead = _turn(edge[k], start[k + 1 :] - start[k]) * _turn(edge[k], end[k + 1 :] - start[k])
+        other = edge[k + 1 :]
+        across = _turn(other, start[k] - start[k + 1 :]) * _turn(other, end[k] - start[k + 1 :])
+        found = np.flatnonzero((ahead < -FLAT) & (across < -FLAT))
+        if len(found):
+            return k, k + 1 + int(found[0])
+    return None
+
+
+def _turn(a: Floats, b: Floats) -> Floats:
+    """a_x b_y - a_y b_x."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _solid(grasp: Grasp, path: Path) -> Body:
@@ -124,16 +165,17 @@ def _load(data: dict[str, Any], grasp: Grasp, source: str) -> Floats | None:
         return None
     _known(data["load"], {"moment", "force"}, source)
     d, k = grasp.dimension, grasp.rows - grasp.dimension
-    moment = gate("load.moment", np.atleast_1d(data["load"].get("moment", np.zeros(k))), (k,), finite=True)
-    force = gate("load.force", data["load"].get("force", np.zeros(d)), (d,), finite=True)
+    moment = data["load"].get("moment", np.zeros(k))
+    if k == 1 and not real_array("load.moment", moment).ndim:
+        moment = [moment]
+    moment = single("load.moment", moment, (k,))
+    force = single("load.force", data["load"].get("force", np.zeros(d)), (d,))
     return np.concatenate([moment, force])
 
 
 def _require_on(grasp: Grasp, outline: Floats) -> None:
     if grasp.dimension != 2:
         raise InputError("grasp.needs_plane", what="outline")
-    if len(outline) < 3:
-        raise InputError("grasp.few_corners", got=len(outline))
     size = float(np.ptp(outline, axis=0).max())
     for index, contact in enumerate(grasp.contacts):
         off = distance_to_outline(contact.point, outline)

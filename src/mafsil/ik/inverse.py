@@ -56,7 +56,7 @@ def inverse_kinematics(
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    known = isinstance(task, str) and task in MASKS
+    known = type(task) is str and task in MASKS
     if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and known and type(robot) is Robot:
         asked = setting(robot, frame, task)
         plain = near is None and free is None and T_sd.dtype == np.float64

@@ -114,7 +114,7 @@ SAFETY_IGNORED = _info("J0431", "safety_ignored")
 TRANSMISSION_IGNORED = _info("J0432", "transmission_ignored")
 
 # Inertia
-NO_INERTIAL = _warning("I0501", "no_inertial")
+NO_INERTIAL = _info("I0501", "no_inertial")
 ZERO_MASS = _warning("I0502", "zero_mass")
 NEGATIVE_MASS = _error("I0503", "negative_mass")
 NEGATIVE_MOMENT = _error("I0504", "negative_moment")

@@ -22,8 +22,8 @@ from mafsil.trajectory import Motion
 RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
 
-PIECE = 500_000
-"""Ticks times batch that compiled code runs without a break: some hundredths of a second."""
+PIECE = 150_000
+"""Ticks times batch that compiled code runs without a break: at most some tenths of a second."""
 
 Progress = Callable[[float], object]
 

@@ -114,11 +114,11 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
             for c in range(m):
                 apart[c] = -u[c]
         if length - lower <= tolerance * length + ROUNDING * size:
-            return lower, length
+            return min(lower, length), length
         share[count], count = 0.0, count + 1
         while True:
             if count > m + 1 or not affine_weights(S, count, weights):
-                return lower, length
+                return min(lower, length), length
             before = count
             count = drop(S, share, weights, count)
             if count == before:
@@ -128,5 +128,6 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
             for i in range(count):
                 v[c] += share[i] * S[i, c]
         if not np.sqrt(dot(v, v)) < length:
-            return lower, length
-    return lower, np.sqrt(dot(v, v))
+            return min(lower, length), length
+    length = np.sqrt(dot(v, v))
+    return min(lower, length), length

@@ -71,7 +71,8 @@ class SolutionBatch:
 
     def __repr__(self) -> str:
         shape, solved = self.status_codes.shape, int(self.solved.sum())
-        return f"<SolutionBatch: {solved} of {self.status_codes.size} poses solved, shape {shape}, {self.count.sum()} rows>"
+        size, rows = self.status_codes.size, int(self.valid.sum())
+        return f"<SolutionBatch: {solved} of {size} poses solved, shape {shape}, {rows} rows>"
 
     @property
     def count(self) -> NDArray[np.int64]:

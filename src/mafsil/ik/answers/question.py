@@ -19,6 +19,7 @@ from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import Branches, ClosedForm
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_pattern import Family
 
 SELF_MOTION = 1e-6
 """Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
@@ -35,6 +36,10 @@ REPRESENTATIVES = 8
 
 CROSSINGS = 181
 """Values of a free joint at which it is looked whether another continuum crosses nearby."""
+
+
+_BEFORE = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}
+"""How many joints of a closed form are found before those of the wrist."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,13 +157,13 @@ class Question:
         """
         more = Rows.of(self.setting.nothing, np.zeros((0, 6)), np.zeros(0, dtype=np.int64))
         for k, code in zip(found.rows, found.free, strict=True):
-            for j in bits(int(code), self.setting.robot.n):
+            # Only joints that are found before others can free these.
+            first = form.pattern.joints[: _BEFORE.get(form.pattern.family, 0)]
+            for j in (j for j in bits(int(code), self.setting.robot.n) if j in first):
                 low, high = max(self.setting.lower[j], -np.pi), min(self.setting.upper[j], np.pi)
                 values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
                 rank, strength = self._strength(form, _with(near, j, values), k, None)
-                least = (
-                    (strength < 4 * width) & (strength <= np.roll(strength, 1)) & (strength <= np.roll(strength, -1))
-                )
+                least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
                 for value in values[least]:
                     there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
                     q, facts, _ = self.labelled(form, there)

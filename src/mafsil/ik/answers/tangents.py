@@ -20,8 +20,8 @@ STARTS = 64
 STEPS = 30
 """Newton steps from each."""
 
-ZERO = 1e-9
-"""Values of a form on a unit vector that are none."""
+ZERO = 1e-5
+"""Values of a form on a unit vector that may be none: merged roots are known to the square root of the rounding."""
 
 
 def tangents(setting: Setting, q: JointVector, null: Floats, left: Floats) -> Floats | None:

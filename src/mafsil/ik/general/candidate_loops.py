@@ -14,7 +14,7 @@ from mafsil.solvers.loops import reordered
 
 
 @reordered
-def candidates(joints, slides, twist, turn, rows, zeros, A, C, beta, left, q, rank):
+def candidates(joints, slides, twist, turn, pick, rows, zeros, A, C, beta, left, q, rank):
     """Five joints that go with zeros of the determinant, and how well each zero determines them.
 
     Args:
@@ -22,6 +22,7 @@ def candidates(joints, slides, twist, turn, rows, zeros, A, C, beta, left, q, ra
         slides: (6,) which joints slide.
         twist: where the half angle of joint d is zero.
         turn: angle by which that half angle is turned before; at 0 and 90 degrees beyond it nothing can be found.
+        pick: which null vector, see `_null_vector`.
         rows, zeros: (m,) row of A, C, beta, and value of joint c.
         A, C, beta: as `eliminated` leaves them.
         left: (14, 27) of the road.
@@ -33,7 +34,7 @@ def candidates(joints, slides, twist, turn, rows, zeros, A, C, beta, left, q, ra
     out, form, last = np.empty(5), np.empty(3), np.empty(3)
     for i in range(len(rows)):
         b, zero = rows[i], zeros[i]
-        rank[i] = _inner_joints(A[b], zero, turn, m, s, out)
+        rank[i] = _inner_joints(A[b], zero, turn, pick, m, s, out)
         q[i, j_c] = zero
         cosine = out[0] if out[0] != 0.0 else 1e-300
         if slides[j_d]:
@@ -59,7 +60,7 @@ def candidates(joints, slides, twist, turn, rows, zeros, A, C, beta, left, q, ra
 
 
 @reordered
-def _inner_joints(A, theta, turn, w_m, w_s, w_out):
+def _inner_joints(A, theta, turn, pick, w_m, w_s, w_out):
     """Half angle of d and values of e at a zero: (c, s, e0, e1, e2) into w_out; the smallest pivot."""
     x, y = cos(theta), sin(theta)
     C, S = cos(turn), sin(turn)
@@ -98,16 +99,8 @@ def _inner_joints(A, theta, turn, w_m, w_s, w_out):
             for r in range(6):
                 w_s[r, k], w_s[r, best] = w_s[r, best], w_s[r, k]
         _step(w_s, k)
-    z = np.empty(6)
-    z[5] = 1.0
-    for r in range(4, -1, -1):
-        total = 0.0
-        for j in range(r + 1, 6):
-            total += w_s[r, j] * z[j]
-        z[r] = -total / w_s[r, r] if w_s[r, r] != 0.0 else 0.0
     null = np.empty(6)
-    for j in range(6):
-        null[order[j]] = z[j]
+    _null_vector(w_s, order, pick, null)
     best, most = 0, -1.0
     for j in range(3):
         size = abs(null[j]) + abs(null[3 + j])
@@ -119,6 +112,47 @@ def _inner_joints(A, theta, turn, w_m, w_s, w_out):
     for j in range(3):
         w_out[2 + j] = c * null[j] + s * null[3 + j]
     return abs(w_s[4, 4]) / (abs(w_s[0, 0]) + 1e-300)
+
+
+@reordered
+def _null_vector(R, order, pick, null):
+    """A null vector of a triangular matrix with exchanged columns.
+
+    Args:
+        R: (6, 6).
+        order: (6,) where each of its columns was.
+        pick: 0 for the null vector; 1 and -1 where two zeros are so close that the null space is a plane, for the two
+            vectors in it that are products of the half angle of d with values of e, so that 2 x 3 minors vanish.
+        null: (6,) the vector.
+    """
+    z = np.zeros((2, 6))
+    z[0, 5], z[1, 4] = 1.0, 1.0
+    if pick == 0 and R[4, 4] != 0.0:
+        z[0, 4] = -R[4, 5] / R[4, 4]
+    for k in range(2):
+        for r in range(3, -1, -1):
+            total = 0.0
+            for j in range(r + 1, 6):
+                total += R[r, j] * z[k, j]
+            z[k, r] = -total / R[r, r] if R[r, r] != 0.0 else 0.0
+    N = np.empty((2, 6))
+    for j in range(6):
+        N[0, order[j]], N[1, order[j]] = z[0, j], z[1, j]
+    first, second = 1.0, 0.0
+    if pick != 0:
+        most = 0.0
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            a = N[0, i] * N[0, 3 + j] - N[0, j] * N[0, 3 + i]
+            b = N[0, i] * N[1, 3 + j] + N[1, i] * N[0, 3 + j] - N[0, j] * N[1, 3 + i] - N[1, j] * N[0, 3 + i]
+            c = N[1, i] * N[1, 3 + j] - N[1, j] * N[1, 3 + i]
+            if abs(a) + abs(b) + abs(c) > most:
+                most = abs(a) + abs(b) + abs(c)
+                root = sqrt(max(0.0, b * b - 4 * a * c))
+                half = -0.5 * (b + (root if b > 0 else -root))
+                first, second = (c, half) if pick > 0 else (half, a)
+    for j in range(6):
+        null[j] = first * N[0, j] + second * N[1, j]
 
 
 @reordered

@@ -135,7 +135,8 @@ def zeros_on_circles(coefficients, dust, waves, factors, zeros, number, certain)
                     continue
                 _halved(t, w_stack[depth + 1])
                 depth += 2
-        number[b], certain[b] = min(count, most), sure
+        # No zero at all is believed only where rounding is far below: there is no solution that would confirm it.
+        number[b], certain[b] = min(count, most), sure and (count > 0 or total > 1e5 * dust[b])
 
 
 @compiled

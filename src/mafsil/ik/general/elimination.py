@@ -15,8 +15,16 @@ from mafsil.ik.chain import Chain
 from mafsil.ik.general.findings import Findings
 from mafsil.ik.general.roads import TWIST, Road, roads
 
-TURNS: Floats = np.array([0.0, 0.7, 1.2])
-"""Turns of the half angle of joint d that are tried until a zero of the determinant leads to a solution."""
+CHOICES: tuple[tuple[float, int, float], ...] = (
+    (0.0, 0, 1e-4), (0.0, 1, np.inf), (0.0, -1, 1e-9), (0.7, 0, 1e-9), (1.2, 0, 1e-9),
+)  # fmt: skip
+"""How a zero is tried: turn of the half angle of joint d, null vector, and rank beyond which a solution is enough.
+
+Where zeros almost coincide the rank is small: each may lead to two solutions.
+"""
+
+CLEAN = 1e-12
+"""Coefficients that must be zero, relative to the others, beyond which rounding is measured: it also stays within."""
 
 ROUNDING = 2.0**-52
 
@@ -59,7 +67,11 @@ class Elimination:
         one, P = self.roads[road], found.P[rows]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
         f = systems.samples(self._cosines, self._sines)
-        zeros, number, certain = self._zeros(*self._harmonics(f))
+        coefficients, dust = self._harmonics(f)
+        rough = np.flatnonzero(dust > CLEAN * np.abs(coefficients).sum(axis=(1, 2)))
+        if len(rough):
+            dust[rough] += self._rounding(systems.chosen(rough), self._cosines, self._sines, f[rough])
+        zeros, number, certain = self._zeros(coefficients, dust)
         # Without a proof the image is better, except that no zero at all may be all there is.
         good = np.flatnonzero(certain | (number == 0))
         self._explored(systems, found, rows, good, (zeros[good], number[good], certain[good]))
@@ -77,11 +89,13 @@ class Elimination:
     ) -> None:
         """Zeros of some of the rows."""
 
-        def candidates(row: NDArray[np.int64], zero: Floats, turn: float) -> tuple[JointVector, Floats]:
-            return systems.candidates(some[row], zero, turn, self.slides)
+        def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[JointVector, NDArray[np.bool_]]:
+            turn, pick, enough = CHOICES[choice]
+            q, rank = systems.candidates(some[row], zero, turn, pick, self.slides)
+            return q, rank > enough
 
         joints = systems.road.joints
-        found.explored(rows[some], zeros, candidates, TURNS, joints[2], joints[5])
+        found.explored(rows[some], zeros, candidates, len(CHOICES), joints[2], joints[5])
 
     def _image(self, systems: _Systems, f: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         """Zeros found on the projective image of the circle on which samples f (k, nodes) are most alike.
@@ -98,13 +112,19 @@ class Elimination:
             theta, weights = centre + 2 * np.arctan2(s, c), (c * c + s * s) ** self.degree
             cosines, sines = np.cos(theta), np.sin(theta)
             even = systems.samples(cosines, sines) * weights
-            changed = systems.disturbed().samples(cosines, sines) * weights - even
             coefficients, dust = self._harmonics(even)
-            change = np.abs(self._harmonics(changed)[0]).sum(axis=(1, 2))
-            lean = 0.5 * ROUNDING / DISTURBANCE * (1 + systems.condition())
-            zeros, number, certain = self._zeros(coefficients, dust + lean * change)
+            dust += self._rounding(systems, cosines, sines, even, weights)
+            zeros, number, certain = self._zeros(coefficients, dust)
             back = centre + 2 * np.arctan2(np.sin(0.5 * zeros) / squeeze, squeeze * np.cos(0.5 * zeros))
         return back, number, certain
+
+    def _rounding(
+        self, systems: _Systems, cosines: Floats, sines: Floats, f: Floats, weights: Floats | float = 1.0
+    ) -> Floats:
+        """(k,) what rounding in the equations does to the coefficients, measured by a larger disturbance."""
+        changed = systems.disturbed().samples(cosines, sines) * weights - f
+        change = np.abs(self._harmonics(changed)[0]).sum(axis=(1, 2))
+        return 0.5 * ROUNDING / DISTURBANCE * (1 + systems.condition()) * change
 
     def _harmonics(self, f: Floats) -> tuple[Floats, Floats]:
         from mafsil.ik.general.elimination_loops import harmonics_of
@@ -160,14 +180,14 @@ class _Systems:
         return f
 
     def candidates(
-        self, rows: NDArray[np.int64], zeros: Floats, turn: float, slides: NDArray[np.bool_]
+        self, rows: NDArray[np.int64], zeros: Floats, turn: float, pick: int, slides: NDArray[np.bool_]
     ) -> tuple[JointVector, Floats]:
         """(m, 6) candidates of zeros, and how well they are determined (m,)."""
         from mafsil.ik.general.candidate_loops import candidates
 
         q, rank = np.zeros((len(rows), 6)), np.empty(len(rows))
         joints = np.array(self.road.joints)
-        candidates(joints, slides, TWIST, turn, rows, zeros, self.A, self.C, self.beta, self.road.left, q, rank)
+        candidates(joints, slides, TWIST, turn, pick, rows, zeros, self.A, self.C, self.beta, self.road.left, q, rank)
         return q, rank
 
 

@@ -23,8 +23,8 @@ WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
 NEAR = 1e-3
 """Difference of a solution from the zero that it explains [rad]."""
 
-Candidates = Callable[[NDArray[np.int64], Floats, float], tuple[JointVector, Floats]]
-"""From rows, zeros (m,) and a choice to candidates (m, 6) and how well the zeros determine them (m,)."""
+Candidates = Callable[[NDArray[np.int64], Floats, int], tuple[JointVector, NDArray[np.bool_]]]
+"""From rows, zeros (m,) and a choice to candidates (m, 6) and whether one solution is all that a zero can give (m,)."""
 
 
 class Findings:
@@ -65,7 +65,7 @@ class Findings:
         rows: NDArray[np.int64],
         zeros: tuple[Floats, NDArray[np.int64], NDArray[np.bool_]],
         candidates: Candidates,
-        choices: Floats,
+        choices: int,
         joint: int,
         last: int,
     ) -> None:
@@ -75,7 +75,7 @@ class Findings:
             rows: (k,) the poses.
             zeros: (k, most) zeros, (k,) their number, (k,) whether there are no others and each is simple.
             candidates: from rows and zeros to candidates.
-            choices: tried one after the other, until one leads to a solution that the zero determines well.
+            choices: number of ways, tried one after the other until one leads to a solution and that is enough.
             joint: whose value the zeros are.
             last: joint that candidates leave open; -1 if none.
         """
@@ -83,16 +83,16 @@ class Findings:
         row, place = np.nonzero(np.arange(values.shape[1]) < number[:, None])
         zero = values[row, place]
         hit, todo = np.zeros(len(row), dtype=np.bool_), np.arange(len(row))
-        for choice in choices:
+        for choice in range(choices):
             if not len(todo):
                 break
-            q, rank = candidates(row[todo], zero[todo], float(choice))
+            q, enough = candidates(row[todo], zero[todo], choice)
             closed = self.tried(rows[row[todo]], q, last)
             # The solution must be that of this zero, else the zero is not explained.
             away = np.abs((q[:, joint] - zero[todo] + np.pi) % (2 * np.pi) - np.pi)
             here = closed & (away < NEAR)
             hit[todo] |= here
-            todo = todo[~(here & (rank > 1e-9))]
+            todo = todo[~(here & enough)]
         missed = np.bincount(row[~hit], minlength=len(rows)) > 0
         self.proof[rows] |= certain & ~missed & (self.count[rows] == number)
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from mafsil.solvers.loops import reordered
 
-STEPS = 12
-"""Newton steps of a candidate at most."""
+STEPS = 40
+"""Newton steps of a candidate at most: near a fold each halves the distance only."""
 
-SAME = 1e-7
+SAME = 1e-6
 """Difference of two solutions that count as one [rad | unit of length]."""
 
 CLOSED = 1e-10
@@ -50,7 +50,7 @@ def polished(frames, slides, P, rows, last, q, size):
                     J[r, k], J[3 + r, k] = T[r, 2], T[r, 3]
                 _advanced(T, slides[k], q[i, k], frames[k + 1])
             before, error = error, _missing(T, X, J)
-            done = error < 1e-14 or step == STEPS - 1 or (error < CLOSED and error > 0.25 * before)
+            done = error < 1e-14 or step == STEPS - 1 or (error < CLOSED and error > 0.5 * before)
             if done or error > 1e6:
                 break
             _columns(slides, T, J)

@@ -102,7 +102,7 @@ def _road(chain: Chain, first: int, backwards: bool) -> Road:
     left, unit = _left(chain, (c, d, e), place, line)
     order = [5 - k for k in (a, b, c, d, e, f)] if backwards else [a, b, c, d, e, f]
     one, two = np.linalg.inv(_basis(chain.slides[a])), np.linalg.inv(_basis(chain.slides[b]))
-    products = np.ascontiguousarray(np.kron(one, two).T)
+    products: Floats = np.ascontiguousarray(np.kron(one, two).T, dtype=np.float64)
     return Road(tuple(order), backwards, lines, len(before), moves, products, left, unit)
 
 

@@ -21,6 +21,8 @@ from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import fourier_rows
 from mafsil.ik.general.findings import Findings
 
+Complex = NDArray[np.complex128]
+
 Numbers = NDArray[Any]
 """Real or complex."""
 
@@ -61,31 +63,35 @@ class TwoSlides:
 
         P = found.P[rows]
         with np.errstate(all="ignore"):
-            harmonics = (self._samples(P, road)[:, None] * self._rows).sum(axis=2)
+            samples, apart = self._samples(P, road)
+            harmonics = (samples[:, None] * self._rows).sum(axis=2)
             coefficients = np.zeros((len(P), 2, DEGREE + 1))
             coefficients[:, 0] = harmonics[:, 0 : 2 * DEGREE + 1 : 2]
             coefficients[:, 1, 1:] = harmonics[:, 1 : 2 * DEGREE : 2]
             dust = np.abs(harmonics[:, 2 * DEGREE + 1 :]).max(axis=1)
         zeros, number, certain = zeros_of(coefficients, dust)
+        certain &= apart > REGULAR
 
-        def candidates(row: NDArray[np.int64], theta: Floats, way: float) -> tuple[JointVector, Floats]:
+        def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[JointVector, NDArray[np.bool_]]:
             with np.errstate(all="ignore"):
-                turns, _ = self._turns(P[row], road, theta, way)
-                return _with_lengths(self._chain, P[row], turns), np.zeros(len(row))
+                turns, _ = self._turns(P[row], road, theta, float(WAYS[choice]))
+                return _with_lengths(self._chain, P[row], turns), np.zeros(len(row), dtype=np.bool_)
 
-        found.explored(rows, (zeros + START, number, certain), candidates, WAYS, self._turning[road], -1)
+        found.explored(rows, (zeros + START, number, certain), candidates, len(WAYS), self._turning[road], -1)
 
-    def _samples(self, P: PoseMatrix, road: int) -> Floats:
-        """(k, nodes) values of the polynomial."""
+    def _samples(self, P: PoseMatrix, road: int) -> tuple[Floats, Floats]:
+        """(k, nodes) values of the polynomial, and (k,) how far the slides are from parallel at most."""
         many, theta = np.repeat(P, len(self._nodes), axis=0), np.tile(self._nodes, len(P))
-        product: Numbers = np.ones(len(theta))
+        product: Complex = np.ones(len(theta), dtype=np.complex128)
+        apart = np.zeros(len(theta))
         for way in WAYS:
             turns, lost = self._turns(many, road, theta, float(way))
             S, t = _left_over(self._chain, many, turns)
-            product = product * (np.cross(S[:, 0], S[:, 1]) * t).sum(axis=1)
-            if way < 0:
-                product = product * lost
-        return np.ascontiguousarray(product.real.reshape(len(P), -1))
+            normal = np.cross(S[:, 0], S[:, 1])
+            apart = np.maximum(apart, np.abs(normal).max(axis=1))
+            product = product * (normal * t).sum(axis=1) * (lost if way < 0 else 1.0)
+        values = np.ascontiguousarray(np.real(product).reshape(len(P), -1))
+        return values, apart.reshape(len(P), -1).max(axis=1)
 
     def _turns(self, P: PoseMatrix, road: int, theta: Floats, way: float) -> tuple[dict[int, Numbers], Floats]:
         """Cosines and sines (m, 2) of each turning joint, and 1 - h^2.
@@ -127,12 +133,12 @@ class ThreeSlides:
             with np.errstate(all="ignore"):
                 turns, lost = _three_turns(b, c, d, P[:, :3, :3], float(way))
                 moved = dict(zip(self._turning, turns, strict=True))
-                real = np.abs(turns[1].imag).max(axis=1) == 0.0
+                real = np.abs(np.imag(turns[1])).max(axis=1) == 0.0
                 S, _ = _left_over(self._chain, P, moved)
                 # The imaginary part is zero or the root of the distance from merging; the real one is bounded by it.
                 apart = np.abs(_gap(b, c, d, P[:, :3, :3]))
                 regular &= (apart > REGULAR) & (np.abs(lost) > REGULAR)
-                regular &= ~real | (np.abs(np.linalg.det(np.nan_to_num(S).real)) > REGULAR)
+                regular &= ~real | (np.abs(np.linalg.det(np.real(np.nan_to_num(S)))) > REGULAR)
                 q = _with_lengths(self._chain, P, moved)
             closed = found.tried(rows[real], np.ascontiguousarray(q[real]), -1)
             number[real] += closed
@@ -203,7 +209,7 @@ def _left_over(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> tuple[
 
 def _with_lengths(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> JointVector:
     """(m, 6) coordinates: the angles, and the lengths that miss the place least."""
-    real = {k: turn.real for k, turn in turns.items()}
+    real = {k: np.real(turn) for k, turn in turns.items()}
     q = np.zeros((len(P), 6))
     for k, turn in real.items():
         q[:, k] = np.arctan2(turn[:, 1], turn[:, 0])

@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
-from mafsil.ik.general.findings import MOST, Findings, loop_frames
+from mafsil.ik.general.findings import Findings, loop_frames
 from mafsil.ik.general.sliding import ThreeSlides, TwoSlides
 from mafsil.ik.problem import clean_poses
 from mafsil.kernels.lazy import lazy
@@ -87,14 +87,16 @@ class _Machine:
     """Constants of an arm: its loop about a fitting origin, in a fitting unit of length, and the roads to try."""
 
     def __init__(self, chain: Chain) -> None:
-        self.home = chain.home
-        self.joints = chain.joints
+        self.back = pose.inverse(chain.home)
         filled = _filled(chain)
         turning = ~np.array(filled.slides, dtype=np.bool_)
         self.size = _size(filled)
         self.middle = filled.points[turning].mean(axis=0) if turning.any() else np.zeros(3)
         self.filled = _normalised(filled, self.middle, self.size)
         self.slides = np.array(self.filled.slides, dtype=np.bool_)
+        self.lengths = np.where(self.slides, self.size, 1.0)
+        self.where = [self.filled.joints.index(j) for j in sorted(j for j in chain.joints if j >= 0)]
+        self.added = [k for k in range(6) if k not in self.where]
         self.frames = loop_frames(self.filled)
         self.method = _method(self.filled)
         self.order = self._ordered()
@@ -112,29 +114,27 @@ class _Machine:
 
     def solve(self, T: PoseMatrix, valid: NDArray[np.bool_], batch: tuple[int, ...], threads: int) -> GeneralSolutions:
         """All solutions of those of the poses (k, 4, 4) that are valid, as a batch of a shape."""
-        P = T @ pose.inverse(self.home)
+        P = T @ self.back
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
-        parts: list[Findings] = [self._run(P[:0], [])] * -(-len(P) // CHUNK)
+        count, done = max(1, -(-len(P) // CHUNK)), dict[int, Findings]()
 
         def part(i: int) -> None:
-            parts[i] = self._run(P[i * CHUNK : (i + 1) * CHUNK], self.order)
+            done[i] = self._run(P[i * CHUNK : (i + 1) * CHUNK], self.order)
 
-        pool.run(part, len(parts), threads)
-        q = np.concatenate([one.q for one in parts] or [np.zeros((0, MOST, 6))])
-        error = np.concatenate([one.size for one in parts] or [np.zeros((0, MOST))])
-        proof = np.concatenate([one.proof for one in parts] or [np.zeros(0, dtype=np.bool_)])
-        taken = np.concatenate([one.roads for one in parts] or [np.zeros(0, dtype=np.int64)])
-        where = [self.filled.joints.index(j) for j in sorted(j for j in self.joints if j >= 0)]
-        q *= np.where(self.slides, self.size, 1.0)
-        added = [k for k in range(6) if k not in where]
-        if added:
-            stray = ~(np.abs(q[:, :, added]) <= STILL).all(axis=-1)
+        pool.run(part, count, threads)
+        parts = [done[i] for i in range(count)]
+        q = np.concatenate([one.q for one in parts]) * self.lengths
+        error = np.concatenate([one.size for one in parts])
+        proof = np.concatenate([one.proof for one in parts])
+        taken = np.concatenate([one.roads for one in parts])
+        if self.added:
+            stray = ~(np.abs(q[:, :, self.added]) <= STILL).all(axis=-1)
             q[stray], error[stray] = np.nan, np.nan
             order = np.argsort(stray, axis=1, kind="stable")
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
         return GeneralSolutions(
-            q[..., where].reshape(*batch, *q.shape[1:2], len(where)),
+            q[..., self.where].reshape(*batch, *q.shape[1:2], len(self.where)),
             (~np.isnan(error)).sum(axis=1).reshape(batch),
             proof.reshape(batch),
             error.reshape(*batch, *error.shape[1:]),

@@ -32,6 +32,9 @@ from mafsil.robot import Robot
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
 
+QUICK_ATTEMPTS = 32
+"""Attempts of the shortest way for a single pose; what resists them is begun again by the way that can be stopped."""
+
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
 
@@ -162,7 +165,7 @@ def _quick(plan: Plan, wanted: PoseMatrix, first: JointVector | None, restarts: 
     n = plan.vector.shape[0] // 2 - 4
     best, report, counts = np.empty((1, n + 1)), np.empty(loops.REPORT), np.empty(2, np.int64)
     target, start = np.array(wanted, order="C").reshape(1, 16), np.empty((0, n)) if first is None else first
-    asked = restarts + 1, ORTHOGONALITY
+    asked = min(restarts + 1, QUICK_ATTEMPTS), ORTHOGONALITY
     if not loops.single(*plan.entries, *asked, *plan.setting, target, start, *plan.tables, best, report, counts):
         return None
     return IKResult(

@@ -134,7 +134,7 @@ def free_body_motion(
                 np.concatenate([np.zeros(6), twists[-1]]),
                 (times[-1], min(end, max(times[-1] + LONGEST_TURN / rate, float(np.nextafter(times[-1], inf))))),
                 tolerance=accuracy,
-                budget=Budget(most_steps - spent),
+                budget=Budget(most_steps - spent, max(deadline - perf_counter(), 1e-9)),
             )
         spent += outcome.iterations
         _append(outcome.value, system.origin, times, poses, twists)
