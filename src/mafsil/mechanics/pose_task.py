@@ -14,7 +14,7 @@ from mafsil.mechanics.jacobian import jacobian_body
 from mafsil.model import JointKind, Mechanism
 
 FAR = 16.0
-"""Squared scaled error from which damping grows no more: only joints without limits lead so far, and they are linear."""
+"""Squared scaled error from which damping grows no more: only joints without limits lead so far; they are linear."""
 
 OPPOSITE = 1e-12
 """Sine below which opposite axes are turned about any normal."""

@@ -172,7 +172,7 @@ def _compiled(
             good & (free | (facts[..., 4] <= MERGED))
         )
         if setting.quartic:
-            odd |= facts[..., 4] <= FOLD
+            odd |= (facts[..., 4] <= FOLD) | ~good.any(axis=1, keepdims=True)
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful

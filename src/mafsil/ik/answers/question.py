@@ -106,7 +106,7 @@ class Question:
         q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
-        if not len(good) and not arm.exact and not self._proven(arm, 0):
+        if not len(good) and not (arm.exact and not setting.quartic) and not self._proven(arm, 0):
             q, residual = self._searched()
             candidates, method, proven = unlabelled(q), "search", False
         kept = distinct(candidates.q, setting.turning)

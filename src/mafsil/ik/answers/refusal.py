@@ -74,7 +74,9 @@ def refusal(
     facts: dict[str, object] = {"position_error": position, "rotation_error": rotation, "shortfall": position}
     centre, radius = reach_bound(setting.robot.mechanism, None)
     distance = float(np.linalg.norm(T[:3, 3] - centre))
-    proven = exact or (arm.general is not None and arm.general.proves(T, 0))
+    # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
+    sure = exact and not setting.quartic
+    proven = sure or (arm.general is not None and arm.general.proves(T, 0))
     step = STEPS.get(kind, "")
     if distance > radius * (1 + 1e-12):
         facts["shortfall"] = distance - radius if not exact else max(position, distance - radius)
@@ -84,7 +86,7 @@ def refusal(
     if proven and (kind is not Missed.NONE or arm.form is None or setting.robot.n >= 6):
         facts["shortfall"] = max(position, shortfall if kind is Missed.ORIENTATION else 0.0, 0.0)
         return Refusal(Verdict.OUT_OF_REACH, facts, q, step)
-    if exact:
+    if sure:
         return Refusal(Verdict.NOT_OF_THIS_ARM, {**facts, "joints": setting.robot.n}, q, step)
     return Refusal(Verdict.NOT_FOUND, facts, q)
 
@@ -189,7 +191,8 @@ def _nearest(
 
 
 def _place_reached(setting: Setting, T: PoseMatrix, q: JointVector, tolerance: float) -> bool:
-    """Whether the position alone can be reached, by an arm of few joints."""
+    """Whether the position alone can be reached, by an arm of few joints: from the posture, and from others."""
     mask = np.array(MASKS["position"], dtype=np.bool_)
-    _, size = refined(setting.robot, q[None], T, mask, None, steps=40)
-    return bool(size[0] <= tolerance)
+    others = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (STARTS, setting.robot.n))
+    _, size = refined(setting.robot, np.concatenate([q[None], others]), T, mask, None, steps=40)
+    return bool(size.min() <= tolerance)
