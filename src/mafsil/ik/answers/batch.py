@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.branch import Branch, branch, missed
+from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
+from mafsil.ik.answers.eliminated import Eliminated, eliminated
 from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
@@ -246,22 +247,25 @@ def _statuses(
 
 
 def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
-    """Arms without an exact closed form of their own."""
+    """Arms without an exact closed form of their own: lists proven by elimination at once, the others with care."""
     clean, valid = clean_poses(_finite(T))
-    answers = [
-        Question(setting, X, near, tolerance).answer() if ok else None for X, ok in zip(clean, valid, strict=True)
-    ]
-    most = max((len(one) for one in answers if one is not None), default=0)
-    count, n = len(T), setting.robot.n
+    arm, count, n = setting.arm, len(T), setting.robot.n
+    proven: Eliminated | None = None
+    if arm.form is None and arm.general is not None and n == 6:
+        proven = eliminated(setting, arm.general, np.where(valid[:, None, None], clean, np.nan), near)
+    sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
+    answers = {int(i): Question(setting, clean[i], near, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
+    most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
-    good, within = np.zeros((count, most), dtype=np.bool_), np.zeros((count, most), dtype=np.bool_)
-    codes = np.full((count, most), 13, dtype=np.int16)
-    loose = np.zeros((count, most), dtype=np.int32)
-    status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
-    for i, one in enumerate(answers):
-        if one is not None:
-            k = len(one)
-            q[i, :k], residual[i, :k], within[i, :k], codes[i, :k] = one.q, one.residual, one.within, one.codes
-            loose[i, :k] = one.free
-            good[i, :k], status[i] = True, VERDICTS.index(one.status)
-    return q, good, within, residual, codes, loose, status
+    codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)
+    if proven is not None:
+        q[:, : proven.q.shape[1]], residual[:, : proven.q.shape[1]] = proven.q, proven.residual
+    good = residual <= tolerance
+    within = good & ((q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)).all(axis=-1)
+    status = np.where(within.any(axis=1), VERDICTS.index(Verdict.SOLVED), VERDICTS.index(Verdict.BEYOND_LIMITS))
+    status[~valid] = VERDICTS.index(Verdict.NOT_A_POSE)
+    for i, one in answers.items():
+        k = len(one)
+        q[i, :k], residual[i, :k], within[i, :k], codes[i, :k] = one.q, one.residual, one.within, one.codes
+        loose[i, :k], good[i, :k], status[i] = one.free, True, VERDICTS.index(one.status)
+    return q, good, within, residual, codes, loose, status.astype(np.int8)

@@ -60,6 +60,10 @@ class Branch(NamedTuple):
         return say("ik.branch_joint", language=language).join(words) or say("ik.branch_only", language=language)
 
 
+UNNAMED = 13
+"""The code of a solution of which neither shoulder nor elbow nor wrist is said: 1 + 3 + 9."""
+
+
 def branch(pattern: ArmPattern | None, row: int, code: int) -> Branch:
     """The branch of a row of the closed form.
 

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
+from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal, refusal
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_pattern import Family
@@ -81,7 +83,7 @@ class Rows:
 def unlabelled(q: JointVector) -> Rows:
     """Candidates without a branch."""
     k = len(q)
-    return Rows(q, np.full(k, -1), np.full(k, 13), np.zeros(k, dtype=np.int64))
+    return Rows(q, np.full(k, -1), np.full(k, UNNAMED), np.zeros(k, dtype=np.int64))
 
 
 class Question:
@@ -122,7 +124,18 @@ class Question:
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
-        return arm.general is not None and arm.general.proves(self.T, count)
+        return arm.general is not None and bool(self._eliminated.complete) and int(self._eliminated.count) == count
+
+    @lazy
+    def _eliminated(self) -> GeneralSolutions:
+        """What elimination finds; only of arms that have it."""
+        assert self.setting.arm.general is not None
+        return self.setting.arm.general.solve_all(self.T)
+
+    @property
+    def _seeds(self) -> JointVector:
+        """(k, n) solutions by elimination, to be judged by forward kinematics."""
+        return self._eliminated.q[: int(self._eliminated.count)]
 
     def _method(self, arm: Analysis) -> tuple[str, bool]:
         if arm.form is None:
@@ -134,7 +147,7 @@ class Question:
 
     def _candidates(self, arm: Analysis) -> Rows:
         if arm.form is None:
-            return unlabelled(arm.general.solve(self.T) if arm.general is not None else self.setting.nothing)
+            return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
         near = self.reached_from(arm.form)
         q, facts, _ = self.labelled(arm.form, near[None])
         usable = np.isfinite(q[0]).all(axis=1)
@@ -146,7 +159,7 @@ class Question:
         found = Rows.of(q[0, rows], facts[0, rows], rows)
         if arm.general is not None:
             # The ideal arm gives the names; what it misses near folds is found by elimination.
-            return found.and_more(unlabelled(arm.general.solve(self.T)))
+            return found.and_more(unlabelled(self._seeds))
         return found if arm.held else found.and_more(self._crossings(arm.form, near, found))
 
     def _crossings(self, form: ClosedForm, near: JointVector, found: Rows) -> Rows:
