@@ -247,22 +247,22 @@ def _table_row(row: Row, found: dict[str, Any] | None) -> str:
         return f"| {row.id} | {row.promise} | not run | | {row.goal:,} {row.unit} | |"
     shown = f"{found[row.unit]:,} {row.unit}"
     return (
-        f"| {row.id} | {row.promise} | {shown}{_details(found)} | {_failures(found)} | {row.goal:,} | "
+        f"| {row.id} | {row.promise} | {shown}{_details(found, row.unit)} | {_failures(found)} | {row.goal:,} | "
         f"{found['seconds']:.0f} s |"
     )
 
 
-def _details(found: dict[str, Any]) -> str:
+def _details(found: dict[str, Any], unit: str) -> str:
     """What else was counted: refusals, recompilations, oracles."""
     if "checks" in found:
         worst = max(error for error, _ in found["worst"].values())
         counts = ", ".join(f"{count:,} by {oracle}" for oracle, count in sorted(found["checks"].items()))
         return f" ({counts}; worst {worst:.1e})"
-    plain = {"row", "shards", "machine", "python", "passed", "seconds", "files", "calls", "kills", "cases", "rounds"}
+    plain = {"row", "shards", "machine", "python", "passed", "seconds", unit}
     others = {
         name: value
         for name, value in found.items()
-        if name not in plain | {"scenarios", "trees", "mutants"}
+        if name not in plain
         and not name.endswith("eps")
         and not name.startswith("bad_")
         and "_below_" not in name

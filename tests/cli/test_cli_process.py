@@ -35,7 +35,8 @@ def test_the_demo_is_the_first_example(tmp_path: Path) -> None:
     done = call("demo", "--lang", "ar", "--progress", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert 'lang="ar" dir="rtl"' in (tmp_path / "mafsil-results" / "demo" / "report.html").read_text("utf-8")
-    assert len(done.stderr.splitlines()) == 4
+    # The four stages; on a machine that is new, also a notice that loops are compiled.
+    assert len([line for line in done.stderr.splitlines() if not line.startswith("mafsil: ")]) == 4
     shipped = (ROOT / "src" / "mafsil" / "cli" / "demo.toml").read_text("utf-8")
     assert shipped == (ROOT / "examples" / "jobs" / "pick_and_place_panda.toml").read_text("utf-8")
 

@@ -9,9 +9,10 @@ what is found there must reach it too, or the answer is an honest no.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
-from itertools import product
+from itertools import combinations
 
 import numpy as np
 
@@ -25,16 +26,39 @@ DELTA = 256 * 2.0**-52
 RESIDUAL = 1e-9
 TURN = 2 * np.pi
 GRID = 49
+MERGED = 1e-6
+"""Distance up to which the public call takes solutions for one."""
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""(count,) a number that vanishes on the surface, of axes (count, n, 3) and points (count, n + 1, 3), the tip last."""
+"""(count,) a number that vanishes on the surface, of axes (count, n, 3) and points (count, n + 1, 3), the hub last."""
 
 
-def bound(J: np.ndarray, n: int, residual: np.ndarray) -> np.ndarray:
-    """(k,) how far a solution with a residual may be from the planted one: see `ik_complete`."""
+@dataclass(frozen=True)
+class Specimen:
+    """An arm, the hub that its first joints carry, and its surfaces: the joint along which each is sought, and it."""
+
+    robot: Robot
+    hub: tuple[float, float, float]
+    carriers: int
+    surfaces: dict[str, tuple[int, Surface]]
+
+    @property
+    def chain(self) -> Chain:
+        """Its screws."""
+        chain = chain_of(self.robot.mechanism)
+        assert chain is not None
+        return chain
+
+
+def bound(J: np.ndarray, n: int, residual: np.ndarray, merged: bool = False) -> np.ndarray:
+    """(k,) how far a solution with a residual may be from the planted one: see `ik_complete`.
+
+    Where shoulder and elbow merge at once it is a root of x^4 = delta.
+    """
     least = np.linalg.svd(J, compute_uv=False)[..., min(6, n) - 1]
     delta = DELTA + residual
-    return np.minimum(delta / np.maximum(least, 1e-300), 64 * np.sqrt(delta))
+    folded = np.maximum(64 * np.sqrt(delta), merged * delta**0.25)
+    return np.minimum(delta / np.maximum(least, 1e-300), folded)
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: tuple[bool, ...]) -> np.ndarray:
@@ -43,19 +67,17 @@ def apart(q: np.ndarray, other: np.ndarray, slides: tuple[bool, ...]) -> np.ndar
     return np.abs(np.where(np.array(slides), d, (d + np.pi) % TURN - np.pi)).max(axis=-1)
 
 
-def placed(chain: Chain, hub: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Axes and points of all joints at configurations, the hub carried by the last joint but two as last point."""
-    T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-    axes, points = [], []
+def _placed(arm: Specimen, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Axes and points of all joints at configurations, the hub as last point."""
+    chain, T = arm.chain, np.broadcast_to(np.eye(4), (len(q), 4, 4))
+    axes, points, hub = [], [], np.zeros((len(q), 3))
     for i, screw in enumerate(chain.screws):
-        if i == len(chain) - min(3, len(chain) - 1):
-            before = T
         axes.append(T[:, :3, :3] @ chain.axes[i])
         points.append(T[:, :3, :3] @ chain.points[i] + T[:, :3, 3])
         T = T @ pose.exp(screw * q[:, i, None])
-    carrier = before if len(chain) == 6 else T
-    points.append(carrier[:, :3, :3] @ hub + carrier[:, :3, 3])
-    return np.stack(axes, axis=1), np.stack(points, axis=1)
+        if i + 1 == arm.carriers:
+            hub = T[:, :3, :3] @ np.array(arm.hub) + T[:, :3, 3]
+    return np.stack(axes, axis=1), np.stack([*points, hub], axis=1)
 
 
 def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -82,12 +104,163 @@ def stroke(w: np.ndarray, r: np.ndarray) -> np.ndarray:
     return (w[:, 2] * (r[:, -1] - r[:, 1])).sum(axis=-1)
 
 
+def determinant(w: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Of the Jacobian of an arm whose joints all turn."""
+    return np.linalg.det(np.concatenate([w, np.cross(r[:, :-1], w)], axis=2))
+
+
 def _offset_wrist() -> Robot:
     """A UR arm whose last two axes pass each other at 60 mm."""
     chain = chain_of(load("ur5e").mechanism)
     assert chain is not None
     points = chain.points.copy()
-    points[5] += 0.06 * chain.axes[4] @ np.eye(3)
     points[5] += 0.06 * np.cross(chain.axes[4], chain.axes[5])
     screws = np.concatenate([chain.axes, np.cross(points, chain.axes)], axis=1)
     return Robot.from_screws(screws, chain.home)
+
+
+@cache
+def specimens() -> dict[str, Specimen]:
+    """The arms, by name."""
+    both = {"wrist": (4, wrist), "elbow": (2, partial(elbow, 2, -1)), "shoulder": (1, shoulder)}
+    plane = {"wrist": (4, wrist), "elbow": (2, partial(elbow, 2, 3)), "shoulder": (1, shoulder)}
+    found = {
+        "puma560": Specimen(load("puma560"), (0.4521, -0.15, 0.4318), 3, both),
+        "stanford_arm": Specimen(load("stanford_arm"), (0, 0.1537, 0.4125), 3, {**both, "elbow": (2, stroke)}),
+        "cobra600": Specimen(load("cobra600"), (0, 0, 0), 4, {"elbow": (1, partial(elbow, 1, 3))}),
+        "planar3r": Specimen(load("planar3r"), (0, 0, 0), 3, {"elbow": (1, partial(elbow, 1, 2))}),
+        "offset_wrist": Specimen(_offset_wrist(), (0, 0, 0), 6, {f"joint{k + 1}": (k, determinant) for k in (4, 2, 1)}),
+    }
+    ur5e = load("ur5e")
+    chain = chain_of(ur5e.mechanism)
+    assert chain is not None
+    x, y, z = (chain.points[4, 0], chain.points[5, 1] + chain.home[1, 3] * 0, chain.points[5, 2])
+    found["ur5e"] = Specimen(ur5e, (x, y, z), 4, plane)
+    return found
+
+
+def plant(arm: Specimen, rng: np.random.Generator, count: int, chosen: tuple[str, ...]) -> np.ndarray:
+    """(up to count, n) configurations at the chosen surfaces or a little beside them."""
+    chain = arm.chain
+    n = len(chain)
+    q = rng.uniform(-np.pi, np.pi, (count, n))
+    rounded = (rng.random((count, 1)) < 0.2) & (rng.random((count, n)) < 0.5)
+    q = np.where(rounded, rng.integers(-1, 3, (count, n)) * (np.pi / 2), q)
+    for name in chosen:
+        q = _sought(arm, q, *arm.surfaces[name], rng)
+    for name in chosen:
+        beside = rng.choice([-1.0, 1.0], len(q)) * 10 ** rng.uniform(-12, -3, len(q))
+        q[:, arm.surfaces[name][0]] += np.where(rng.random(len(q)) < 0.3, 0.0, beside)
+    return q
+
+
+def _sought(arm: Specimen, q: np.ndarray, joint: int, surface: Surface, rng: np.random.Generator) -> np.ndarray:
+    """Configurations with the joint where the surface's number changes its sign; those without are left out."""
+
+    def number(rows: np.ndarray, x: np.ndarray) -> np.ndarray:
+        moved = rows.copy()
+        moved[:, joint] = x
+        return surface(*_placed(arm, moved))
+
+    # Not a divisor of the turn, so that no value of the grid is the root itself.
+    grid = np.linspace(-np.pi, np.pi, GRID) + 0.0123
+    values = np.stack([number(q, np.full(len(q), x)) for x in grid], axis=1)
+    changes = (values[:, :-1] * values[:, 1:] < 0) & (np.abs(values).max(axis=1, keepdims=True) > 1e-6)
+    some = changes.any(axis=1)
+    q, values = q[some], values[some]
+    at = np.where(changes[some], rng.random((len(q), GRID - 1)), -1.0).argmax(axis=1)
+    low, high, sign = grid[at], grid[at + 1], np.sign(values[np.arange(len(q)), at])
+    for _ in range(60):
+        middle = (low + high) / 2
+        same = number(q, middle) * sign > 0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    q = q.copy()
+    q[:, joint] = (low + high) / 2
+    return q
+
+
+def judged(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> dict[str, int]:
+    """Counts for one planted configuration."""
+    try:
+        answer = inverse_kinematics(robot, T)
+        families = answer.families
+        bad = {"bad_wrong": _misses(chain, answer, T), "bad_lost": 0, "bad_complete": 0, "bad_exception": 0}
+        if not _has(robot, chain, answer, families, q, T):
+            bad["bad_lost"], bad["bad_complete"] = 1, int(answer.complete)
+        return {**bad, "families": len(families), "not_proven": int(not answer.complete), "bad_twice": _twice(chain, answer)}
+    except Exception as error:
+        print(f"# {type(error).__name__}: {error}", file=sys.stderr)
+        return {"bad_exception": 1}
+
+
+def _misses(chain: Chain, answer: SolutionSet, T: np.ndarray) -> int:
+    """How many solutions do not reach the pose."""
+    if not len(answer):
+        return 0
+    missed = np.abs(forward(chain, answer.q) - T).max(axis=(1, 2))
+    return int((~(missed <= RESIDUAL + DELTA * max(1.0, chain.size))).sum())
+
+
+def _twice(chain: Chain, answer: SolutionSet) -> int:
+    """How many solutions repeat an earlier one."""
+    return sum(bool((apart(answer.q[:k], answer.q[k], chain.slides) < 1e-9).any()) for k in range(1, len(answer)))
+
+
+def _has(
+    robot: Robot, chain: Chain, answer: SolutionSet, families: tuple[SolutionFamily, ...], q: np.ndarray, T: np.ndarray
+) -> bool:
+    """Whether a configuration is in the list, or the member of a family at its own values of the free joints."""
+    J, names = jacobian(chain, q[None]), robot.joint_names
+    if len(answer) and _near(chain, J, answer.q, q, T):
+        return True
+    for family in families:
+        for joints in {(family.joint,), family.joints}:
+            member = family.follow({name: float(q[names.index(name)]) for name in joints})
+            if np.isfinite(member).all() and _near(chain, J, member[None], q, T):
+                return True
+    return False
+
+
+def _near(chain: Chain, J: np.ndarray, some: np.ndarray, q: np.ndarray, T: np.ndarray) -> bool:
+    """Whether one of some configurations is the planted one, as near as its residual says."""
+    missed = np.abs(forward(chain, some) - T).max(axis=(1, 2))
+    allowed = np.maximum(bound(np.repeat(J, len(some), axis=0), len(chain), missed, merged=True), MERGED)
+    return bool((apart(some, q, chain.slides) <= allowed).any())
+
+
+def _beyond(robot: Robot, chain: Chain, T: np.ndarray, way: np.ndarray) -> dict[str, int]:
+    """Counts for a pose pushed outwards, which may be out of reach."""
+    pushed = T.copy()
+    pushed[:3, 3] += way
+    try:
+        answer = inverse_kinematics(robot, pushed)
+        silent = not answer.explain()
+        return {"pushed": 1, "pushed_out": int(not len(answer)), "bad_wrong": _misses(chain, answer, pushed) + silent}
+    except Exception as error:
+        print(f"# {type(error).__name__}: {error}", file=sys.stderr)
+        return {"bad_exception": 1}
+
+
+def work(rng: np.random.Generator, name: str, count: int) -> dict[str, int]:
+    """About count configurations of one arm, equally many at every combination of its surfaces."""
+    arm = specimens()[name]
+    chain, total = arm.chain, {"singular": 0}
+    every = list(arm.surfaces)
+    chosen = [some for k in range(1, len(every) + 1) for some in combinations(every, k)]
+    if name == "offset_wrist":
+        chosen = [(one,) for one in every]
+    for some in chosen:
+        q = plant(arm, rng, -(-count // len(chosen)), some)
+        T = forward(chain, q)
+        for one, X in zip(q, T, strict=True):
+            parts = [judged(arm.robot, chain, one, X)]
+            if "elbow" in some and rng.random() < 0.2:
+                out = X[:3, 3] * 10 ** rng.uniform(-13, -3) * rng.choice([-1.0, 1.0])
+                parts.append(_beyond(arm.robot, chain, X, out))
+            bad = sum(value for part in parts for key, value in part.items() if key.startswith("bad_"))
+            if bad:
+                print(f"# {name} {some} q={one.tolist()!r} {parts}", file=sys.stderr)
+            for part in ({"singular": 1, f"at_{'_'.join(some)}": 1}, *parts):
+                for key, value in part.items():
+                    total[key] = total.get(key, 0) + value
+    return total

@@ -7,6 +7,7 @@ import json
 import os
 import sys
 import warnings
+from contextlib import AbstractContextManager, nullcontext
 from math import isfinite
 from typing import Any, cast
 
@@ -39,7 +40,8 @@ def main(arguments: list[str] | None = None) -> int:
         # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
-        return _run(words)
+        with _notices(words):
+            return _run(words)
     except MafsilError as error:
         if "--debug" in words:
             raise
@@ -86,6 +88,15 @@ def _run(words: list[str]) -> int:
     answer = operation(name)(**given)
     _print(answer, as_json=bool(as_json))
     return DONE if answer.refusal is None else FAILED
+
+
+def _notices(words: list[str]) -> AbstractContextManager[None]:
+    """What the package tells its logger about work of seconds, shown where somebody watches."""
+    if not (sys.stderr.isatty() or "--progress" in words):
+        return nullcontext()
+    from mafsil.cli.notices import shown
+
+    return shown(_complain)
 
 
 def _choose_language(words: list[str]) -> None:

@@ -11,7 +11,6 @@ import contextlib
 import hashlib
 import itertools
 import os
-import stat
 import struct
 import threading
 import time
@@ -21,10 +20,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from mafsil.code_folder import CACHE_VARIABLE, TEMPORARY, code_folder, is_off, prepare, write_whole
 from mafsil.messages import say
 
-CACHE_VARIABLE = "MAFSIL_CACHE"
-"""Environment variable: `off` keeps compiled code in memory only, anything else is the directory to use."""
 LIMIT_VARIABLE = "MAFSIL_CACHE_LIMIT"
 """Environment variable with the size in MiB above which the entries unused for longest are removed."""
 LIMIT_MIB = 1024
@@ -33,7 +31,7 @@ MAGIC = b"mafsilK\0"
 VERSION = 1
 _HEADER = struct.Struct("<8sI32sQ32s")
 _PARTS = struct.Struct("<IIIQ")
-_SUFFIX, _TEMPORARY, _LOCK = ".kernel", ".tmp", ".lock"
+_SUFFIX, _LOCK = ".kernel", ".lock"
 _ORPHAN_AGE = 3600.0
 _SWEEP_EVERY = 600.0
 _STAMP_AGE = 86400.0
@@ -136,7 +134,7 @@ class Store:
         path = self._path(key)
         if path is not None:
             try:
-                _write(path, encode(bytes.fromhex(key), entry))
+                write_whole(path, encode(bytes.fromhex(key), entry))
             except OSError as error:
                 warn("cache.unwritable", path=str(self.directory), reason=error.strerror or str(error))
             else:
@@ -213,7 +211,7 @@ class Store:
 
     def _usable(self) -> bool:
         if self._ready is None and self.directory is not None:
-            reason = _prepare(self.directory)
+            reason = prepare(self.directory)
             self._ready = not reason
             if reason:
                 warn("cache.unusable", path=str(self.directory), reason=reason)
@@ -226,33 +224,11 @@ def default() -> Store:
 
 
 @cache
-def _store(named: str, xdg: str, _home: str) -> Store:
-    if named.lower() == "off":
-        return Store(None)
-    if named:
-        return Store(Path(named).absolute())
-    if xdg and os.path.isabs(xdg):
-        return Store(Path(xdg) / "mafsil")
-    home = os.path.expanduser("~")
-    if not os.path.isabs(home):
+def _store(_named: str, _xdg: str, _home: str) -> Store:
+    directory = code_folder()
+    if directory is None and not is_off():
         warn("cache.homeless")
-        return Store(None)
-    return Store(Path(home) / ".cache" / "mafsil")
-
-
-def _prepare(directory: Path) -> str:
-    """Make the directory and see that it is ours alone; otherwise the reason why it cannot be used."""
-    try:
-        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = directory.stat()
-        if hasattr(os, "geteuid"):
-            if found.st_uid != os.geteuid():
-                return say("cache.foreign")
-            if stat.S_IMODE(found.st_mode) & 0o077:
-                directory.chmod(0o700)
-        return ""
-    except OSError as error:
-        return error.strerror or str(error)
+    return Store(directory)
 
 
 def _read(path: Path) -> bytes | None:
@@ -271,22 +247,6 @@ def _read(path: Path) -> bytes | None:
         return None
     except OSError:
         return b""
-
-
-def _write(path: Path, data: bytes) -> None:
-    """All of it or nothing, also when killed or without power."""
-    temporary = path.with_name(f"{path.stem[:16]}-{os.getpid()}-{os.urandom(6).hex()}{_TEMPORARY}")
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
-    try:
-        with open(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
 
 
 def _lock(path: Path, patience: float) -> int | None:
@@ -327,7 +287,7 @@ def _remove_old(directory: Path, limit: int, now: float) -> int:
             found = file.stat(follow_symlinks=False)
             if file.name.endswith(_SUFFIX):
                 kept.append((found.st_mtime, found.st_size, file.path))
-            elif file.name.endswith((_TEMPORARY, _LOCK)) and now - found.st_mtime > _ORPHAN_AGE:
+            elif file.name.endswith((TEMPORARY, _LOCK)) and now - found.st_mtime > _ORPHAN_AGE:
                 removed += _unlinked(file.path)
     total = sum(size for _, size, _ in kept)
     for _, size, path in sorted(kept):

@@ -1,16 +1,22 @@
 """How loops to convergence are compiled: one decorator, one set of options.
 
 Modules whose name ends in `_loops` use it at their top and are imported at first use only, for numba costs half a
-second to import. Compiled loops are kept on disk by numba, release the interpreter's lock and follow IEEE rules:
+second to import. Compiled loops are kept on disk (`loop_cache`), release the interpreter's lock and follow IEEE rules:
 a division by zero is an infinity, not an exception.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba import njit
+
+try:
+    from mafsil.solvers.loop_cache import LoopCache
+except (ImportError, AttributeError):  # A release of numba that is arranged otherwise: its own cache must do.
+    LoopCache = None
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -21,7 +27,7 @@ def compiled(function: F) -> F:
     Args:
         function: loops over arrays and numbers.
     """
-    return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+    return _kept(function, njit(nogil=True, error_model="numpy")(function))
 
 
 def reordered(function: F) -> F:
@@ -31,4 +37,14 @@ def reordered(function: F) -> F:
         function: loops over arrays and numbers.
     """
     flags = {"reassoc", "nsz", "contract"}
-    return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function))
+    return _kept(function, njit(nogil=True, error_model="numpy", fastmath=flags)(function))
+
+
+def _kept(function: F, dispatcher: Any) -> F:
+    """The compiled function, its code looked for on disk first."""
+    if LoopCache is not None and hasattr(dispatcher, "_cache"):
+        dispatcher._cache = LoopCache(function)
+    elif hasattr(dispatcher, "enable_caching"):
+        with contextlib.suppress(RuntimeError):  # No folder that it could write to.
+            dispatcher.enable_caching()
+    return cast(F, dispatcher)

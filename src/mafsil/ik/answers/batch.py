@@ -172,6 +172,7 @@ def _compiled(
         odd = ((facts[..., 0] <= setting.candidate) & (facts[..., 0] > CLEAR)) | (
             good & (free | (facts[..., 4] <= MERGED))
         )
+        odd |= setting.folded(facts) & (facts[..., 0] > CLEAR)
         if setting.quartic:
             odd |= (facts[..., 4] <= FOLD) | ~good.any(axis=1, keepdims=True)
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)

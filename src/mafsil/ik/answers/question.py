@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
+from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal, refusal
@@ -35,6 +36,12 @@ SCAN = 24
 
 REPRESENTATIVES = 8
 """Members of continua that are kept where nothing better than a search is known."""
+
+STEPS = (0.02, 2e-3, 2e-4)
+"""Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
+
+PATIENT = 40
+"""Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
 
 CROSSINGS = 181
 """Values of a free joint at which it is looked whether another continuum crosses nearby."""
@@ -153,14 +160,21 @@ class Question:
         usable = np.isfinite(q[0]).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-            folded = (facts[0, :, 4] <= FOLD) if self.setting.quartic else False
+            folded = (facts[0, :, 4] <= FOLD) if self.setting.quartic else self.setting.folded(facts[0])
             usable &= (facts[0, :, 0] <= self.setting.candidate) | folded
         rows = np.flatnonzero(usable)
         found = Rows.of(q[0, rows], facts[0, rows], rows)
+        if arm.exact and not arm.held:
+            found = self._straightened(arm.form, found)
         if arm.general is not None:
             # The ideal arm gives the names; what it misses near folds is found by elimination.
             return found.and_more(unlabelled(self._seeds))
         return found if arm.held else found.and_more(self._crossings(arm.form, near, found))
+
+    def _straightened(self, form: ClosedForm, found: Rows) -> Rows:
+        """Candidates with a wrist held straight that only rounding bends."""
+        q, free = straightened(self.setting, form.pattern, self.T, found.q, found.free)
+        return Rows(q, found.rows, found.codes, free)
 
     def _crossings(self, form: ClosedForm, near: JointVector, found: Rows) -> Rows:
         """Members of the continua of a free joint at which more joints become free: others cross there.
@@ -180,9 +194,9 @@ class Question:
                 for value in values[least]:
                     there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
                     q, facts, _ = self.labelled(form, there)
-                    new = int(np.nan_to_num(facts[0, k, 2])) & ~int(code)
-                    if facts[0, k, 0] <= self.setting.candidate and new:
-                        more = more.and_more(Rows.of(q[0, [k]], facts[0, [k]], np.array([k])))
+                    member = self._straightened(form, Rows.of(q[0, [k]], facts[0, [k]], np.array([k])))
+                    if facts[0, k, 0] <= self.setting.candidate and int(member.free[0]) & ~int(code):
+                        more = more.and_more(member)
         return more
 
     def _strength(self, form: ClosedForm, near: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
@@ -284,7 +298,7 @@ class Question:
             others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
             for j in [*preferred, *others]:
-                rates = self._along(q[k], null, cone, j)
+                rates = self._along(q[k], null, cone, j, STEPS if j in preferred else STEPS[:1])
                 if rates is not None:
                     choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
                     if j not in preferred[:-1]:
@@ -295,20 +309,23 @@ class Question:
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
                 yield SolutionFamily(k, names[j], moving, rates, joints, follow)
 
-    def _along(self, q: JointVector, null: Floats, cone: Floats | None, joint: int) -> JointVector | None:
+    def _along(
+        self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]
+    ) -> JointVector | None:
         """(n,) rates of a continuum through q along which a joint moves, that of the joint one; None without."""
         directions = (null.T @ null[:, joint])[None] if cone is None else cone[np.argsort(-np.abs(cone[:, joint]))]
         for direction in directions:
-            if abs(direction[joint]) > 1e-3 and self._moves(q, direction / direction[joint], joint):
-                return direction / direction[joint]
+            rates = direction / direction[joint] if abs(direction[joint]) > 1e-3 else None
+            if rates is not None and any(self._moves(q, rates, joint, step) for step in steps):
+                return rates
         return None
 
-    def _moves(self, q: JointVector, rates: JointVector, joint: int) -> bool:
-        """Whether the motion goes on for a finite way, to one side at least: more than a singular posture."""
-        step = 0.02 * rates / np.abs(rates).max()
-        for start in (q + step, q - step):
+    def _moves(self, q: JointVector, rates: JointVector, joint: int, step: float) -> bool:
+        """Whether the motion goes on for a step, to one side at least: more than a singular posture."""
+        way = step * rates / np.abs(rates).max()
+        for start in (q + way, q - way):
             moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, held=(joint,))
-            if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > 0.01:
+            if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
                 return True
         return False
 
@@ -321,29 +338,58 @@ class Question:
         chosen = [names.index(name) for name in values]
         near[chosen] = list(values.values())
         if setting.arm.form is None or row < 0:
-            return self._traced(chosen, start, near)
-        table = setting.arm.form.solve(self.T, near)
-        q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
-        q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
-        cost = np.where(residual <= self.tolerance, np.abs(q - near).sum(axis=1), np.inf)
-        cost[row] *= 1.0 - 1e-9
-        best = int(cost.argmin())
-        if np.isfinite(cost[best]) and np.abs(q[best, chosen] - near[chosen]).max() < 1e-9:
-            return q[best]
-        return self._traced(chosen, start, near)
+            return self._traced(chosen, start, near, rates if chosen == [joint] else None)
+        for wish in self._wishes(setting.arm.form, near, chosen):
+            table = setting.arm.form.solve(self.T, wish)
+            q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
+            q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
+            off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
+            cost = np.where((residual <= self.tolerance) & (off < 1e-9), np.abs(q - near).sum(axis=1), np.inf)
+            # The same root first: another may come nearer on a long way.
+            if np.isfinite(cost.min()):
+                return q[row if np.isfinite(cost[row]) else int(cost.argmin())]
+        return self._traced(chosen, start, near, rates if chosen == [joint] else None)
 
-    def _traced(self, joints: list[int], start: JointVector, goal: JointVector) -> JointVector:
-        """Along the family in small steps, the other joints following by Newton's method."""
-        way = np.abs(goal[joints] - start[joints]).max()
-        q, count = start, max(1, int(np.ceil(way / 0.05)))
+    def _wishes(self, form: ClosedForm, near: JointVector, chosen: list[int]) -> Iterator[JointVector]:
+        """Preferred values that may lead the closed form to members with chosen joints at their values."""
+        yield near
+        sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
+        if form.pattern.family in (Family.THREE_PARALLEL, Family.LINKED) and sixth in chosen and second >= 0:
+            # The closed form takes the sum of the turns about the parallel axes from joint 2: joint 6 follows it.
+            off = near[sixth] - form.solve(self.T, near).q[:, sixth]
+            for shift in np.unique(np.round(off[np.isfinite(off)], 12)):
+                for sign in (1.0, -1.0):
+                    yield _with(near, second, np.array([near[second] + sign * shift]))[0]
+
+    def _traced(
+        self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None
+    ) -> JointVector:
+        """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
+        turns = np.where(self.setting.turning[joints], 2 * np.pi, 0.0)
+        way = goal[joints] - start[joints]
+        short = way - turns * np.round(way / (2 * np.pi))
+        for one in (short, short - turns * np.sign(short)):
+            q = self._walked(joints, start, one, rates)
+            if np.isfinite(q).all():
+                q[joints] = goal[joints]
+                return q
+        return np.full(len(start), np.nan)
+
+    def _walked(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
+        """The member at the end of a way of some joints; NaN where the family does not go so far."""
+        setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / 0.05)))
+        # Where other joints may move as well, Newton's step of least norm would leave the family: it is led along.
+        ahead = np.zeros(len(q)) if rates is None else rates * way[0] / count
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:
-            q = q.copy()
-            q[joints] = (1 - s) * start[joints] + s * goal[joints]
-            setting = self.setting
-            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, held=tuple(joints))
+            before, q = q, q + ahead
+            q[joints] = start[joints] + s * way
+            moved, size = refined(
+                setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints)
+            )
             if size[0] > self.tolerance:
                 return np.full(len(start), np.nan)
             q = moved[0]
+            ahead = q - before
         return q
 
 

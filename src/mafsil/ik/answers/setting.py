@@ -12,12 +12,15 @@ from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_pattern import PointRoad
+from mafsil.mechanics.arm_pattern import Family, PointRoad
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
+
+SPLIT = 1e-2
+"""Residual up to which a row with four merged roots may become a solution by refinement [m | rad]."""
 
 FAR = 1e300
 """Stands for a limit that is none: compiled code takes finite numbers."""
@@ -72,6 +75,20 @@ class Setting:
         Rounding splits merged roots: two by its square root, four by its fourth root.
         """
         return 1e-2 if self.quartic else 1e-5
+
+    def folded(self, facts: Floats) -> NDArray[np.bool_]:
+        """(*batch, k) rows whose shoulder and another pair of roots merge: rounding splits them by its fourth root.
+
+        Args:
+            facts: (*batch, k, 6) of the closed form.
+        """
+        form = self.arm.form
+        if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+            return np.zeros(facts.shape[:-1], dtype=np.bool_)
+        # The code's digits in base three say one where two branches are one.
+        code = np.nan_to_num(facts[..., 3]).astype(np.int64)
+        merged = (code % 3 == 1) & ((code // 3 % 3 == 1) | (code // 9 % 3 == 1))
+        return np.asarray(merged & (facts[..., 0] <= SPLIT), dtype=np.bool_)
 
     @lazy
     def plain(self) -> bool:

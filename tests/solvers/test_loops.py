@@ -1,0 +1,224 @@
+"""Compiled loops on disk: kept for exactly the sources they were made from, checked, and announced once."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
+
+CALLEE = """
+from mafsil.solvers.loops import compiled
+
+@compiled
+def scaled(x):
+    return {factor} * x
+"""
+CALLER = """
+from mafsil.solvers.loops import compiled
+from callee_loops import scaled
+
+@compiled
+def total(n):
+    s = 0.0
+    for k in range(n):
+        s += scaled(k)
+    return s
+"""
+USE = """
+import logging, sys
+from pathlib import Path
+from mafsil.solvers import loop_cache
+loop_cache.PACKAGE = Path(sys.argv[1])
+logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+sys.path.insert(0, sys.argv[1])
+from caller_loops import total
+print(total(4))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """Two modules, of which one calls the other."""
+    folder = tmp_path / "package"
+    folder.mkdir()
+    (folder / "callee_loops.py").write_text(CALLEE.format(factor=2.0))
+    (folder / "caller_loops.py").write_text(CALLER)
+    return folder
+
+
+def run(package: Path, place: Path | str) -> tuple[float, str]:
+    """Sum of the loops in a fresh process, and what it told."""
+    environment = dict(os.environ) | {"MAFSIL_CACHE": str(place), "PYTHONDONTWRITEBYTECODE": "1", "MAFSIL_LANG": "en"}
+    done = subprocess.run(
+        [sys.executable, "-c", USE, str(package)], env=environment, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout), done.stderr
+
+
+def entries(place: Path) -> list[Path]:
+    return sorted(place.rglob("*.loop"))
+
+
+def test_the_second_process_compiles_nothing_and_an_edited_callee_counts(package: Path, tmp_path: Path) -> None:
+    """Numba's own cache would give the sum of the old callee: the file of the caller is as it was."""
+    place = tmp_path / "cache"
+    value, told = run(package, place)
+    assert value == 12.0
+    assert told.count("mafsil: ") == 1
+    assert str(place) in told
+    first = entries(place)
+    assert {path.name.split("-")[0] for path in first} == {"total", "scaled"}
+    assert run(package, place) == (12.0, "")
+    assert entries(place) == first
+
+    (package / "callee_loops.py").write_text(CALLEE.format(factor=5.0))
+    value, told = run(package, place)
+    assert value == 30.0
+    assert told.count("mafsil: ") == 1
+    assert len({path.parent for path in entries(place)}) == 2
+
+    (package / "callee_loops.py").write_text(CALLEE.format(factor=2.0))
+    assert run(package, place) == (12.0, ""), "the folder of the first sources is still good"
+
+
+def test_damaged_entries_are_compiled_again_and_mended(package: Path, tmp_path: Path) -> None:
+    place = tmp_path / "cache"
+    run(package, place)
+    for path in entries(place):
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 1
+        path.write_bytes(data if path.name.startswith("total") else b"")
+    assert run(package, place)[0] == 12.0
+    assert run(package, place) == (12.0, "")
+
+
+def test_without_a_usable_folder_code_stays_in_memory(package: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    for place in ("off", str(tmp_path / "file" / "below")):
+        value, told = run(package, place)
+        assert value == 12.0
+        assert told.count("mafsil: ") == 1
+        assert "memory only" in told
+    assert not entries(tmp_path)
+
+
+def test_a_disk_that_refuses_costs_only_time(package: Path, tmp_path: Path) -> None:
+    """A file where the folder of entries should be: neither it nor what lies below can be written, even by root."""
+    (tmp_path / "cache").mkdir(mode=0o700)
+    (tmp_path / "cache" / "loops").write_text("in the way")
+    assert run(package, tmp_path / "cache")[0] == 12.0
+    assert not entries(tmp_path)
+
+
+def test_processes_that_start_together_agree(package: Path, tmp_path: Path) -> None:
+    place = tmp_path / "cache"
+    command = [sys.executable, "-c", USE, str(package)]
+    environment = dict(os.environ) | {"MAFSIL_CACHE": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
+    started = [
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) for _ in range(3)
+    ]
+    assert [float(process.communicate()[0]) for process in started] == [12.0] * 3
+    assert len(entries(place)) == 2
+    assert not list(place.rglob("*.tmp"))
+
+
+def test_digest_follows_every_source_of_loops_and_is_cheap(package: Path) -> None:
+    from mafsil.solvers.loop_cache import PACKAGE, _digest_of_sources
+
+    names = [_digest_of_sources(package)]
+    (package / "other.py").write_text("not compiled")
+    assert _digest_of_sources(package) == names[0]
+    (package / "caller_loops.py").write_text(CALLER + "\n")
+    names.append(_digest_of_sources(package))
+    (package / "third_loops.py").write_text("")
+    names.append(_digest_of_sources(package))
+    (package / "third_loops.py").rename(package / "fourth_loops.py")
+    names.append(_digest_of_sources(package))
+    assert len(set(names)) == 4
+    assert PACKAGE == SOURCE
+    times = []
+    for _ in range(5):
+        began = time.perf_counter()
+        _digest_of_sources(PACKAGE)
+        times.append(time.perf_counter() - began)
+    assert min(times) < 0.05
+
+
+def test_folders_unused_for_long_are_removed(tmp_path: Path) -> None:
+    from mafsil.solvers.loop_cache import KEPT_DAYS, _remove_unused
+
+    for name, days in (("old", KEPT_DAYS + 1), ("young", KEPT_DAYS - 1)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.loop").write_bytes(b"")
+        then = time.time() - 86400 * days
+        os.utime(tmp_path / name, (then, then))
+    _remove_unused(tmp_path)
+    _remove_unused(tmp_path / "missing")
+    assert [path.name for path in tmp_path.iterdir()] == ["young"]
+
+
+def test_compiled_loops_use_only_what_the_digest_covers() -> None:
+    """Numbers imported from elsewhere would be frozen in the code without being part of its name."""
+    decorated = [p for p in SOURCE.rglob("*.py") if re.search(r"^@(compiled|reordered)\b", p.read_text("utf-8"), re.M)]
+    assert len(decorated) > 10
+    for path in decorated:
+        assert path.name.endswith("_loops.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("mafsil"):
+                assert str(node.module).endswith("loops") or node.module == "mafsil.arrays", (
+                    f"{path.name}: {node.module}"
+                )
+
+
+def test_another_numba_falls_back_to_its_own_cache(package: Path, tmp_path: Path) -> None:
+    """Where numba has no such parts, its own cache is asked for; where that has no folder either, memory serves."""
+    program = """
+import sys
+from numba.core.compiler import CompileResult
+del CompileResult._rebuild
+sys.path.insert(0, sys.argv[1])
+from mafsil.solvers import loops
+assert loops.LoopCache is None
+from caller_loops import total
+print(total(4))
+"""
+    environment = dict(os.environ) | {"MAFSIL_CACHE": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "numba")}
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(package)], env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout.strip()) == (0, "12.0"), done.stderr
+
+
+def test_the_command_line_tells_on_a_terminal_and_keeps_quiet_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import logging
+
+    from mafsil.cli import main as cli
+    from mafsil.messages import language, say
+
+    def work(words: list[str]) -> int:
+        logging.getLogger("mafsil").info(say("solvers.compiling", path="/cache"))
+        return 0
+
+    monkeypatch.setattr(cli, "_run", work)
+    assert cli.main(["demo"]) == 0
+    assert capsys.readouterr().err == ""
+    for code, word in (("en", "once"), ("ar", "مرة")):
+        language(code)
+        assert cli.main(["demo", "--progress"]) == 0
+        told = capsys.readouterr().err
+        assert told.count("\n") == 1
+        assert word in told
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert cli.main(["demo"]) == 0
+    assert capsys.readouterr().err.startswith("\r\x1b[Kmafsil: ")
+    assert not logging.getLogger("mafsil").handlers
