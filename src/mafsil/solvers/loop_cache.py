@@ -78,10 +78,11 @@ class LoopCache:
             sig: types of the arguments.
             data: numba's result of compilation.
         """
-        # A file edited since this process began may be in the code, but not in the folder's name.
-        if self._folder is None or data.library.has_dynamic_globals or _digest_of_sources(PACKAGE) != self._folder.name:
+        if self._folder is None or data.library.has_dynamic_globals:
             return
         with contextlib.suppress(OSError):
+            if _digest_of_sources(PACKAGE) != self._folder.name:
+                return  # A file edited since this process began may be in the code, but not in the folder's name.
             if not self._folder.is_dir():
                 _remove_unused(self._folder.parent)
                 self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -132,8 +133,8 @@ def _digest(data: bytes) -> bytes:
 
 def _remove_unused(place: Path) -> None:
     """Remove the folders of sources that nobody has begun to use for long."""
-    if place.is_dir():
-        for folder in place.iterdir():
+    for folder in place.iterdir() if place.is_dir() else ():
+        with contextlib.suppress(OSError):
             if time.time() - folder.stat().st_mtime > KEPT_DAYS * _DAY:
                 shutil.rmtree(folder, ignore_errors=True)
 

@@ -16,11 +16,14 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import refined
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 
-NEARLY = 1e-3
+NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
 
 STRAIGHT = 1e-11
 """Residual up to which a pose is reached with the wrist held straight [m | rad]."""
+
+HIDDEN = 5e-10
+"""The same where it is a thousand times less than the bend that was taken away: no bend of that size is real."""
 
 
 def straightened(
@@ -45,9 +48,10 @@ def straightened(
             start = q[rows]
             start[:, bend[0]] -= off[rows]
             found, residual = refined(setting.robot, start, T, setting.mask, None, held=bend)
-            rows, found = rows[residual <= STRAIGHT], found[residual <= STRAIGHT]
+            reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, 1e-3 * np.abs(off[rows])))
+            rows = rows[reached]
             q, free = q.copy(), free.copy()
-            q[rows] = found
+            q[rows] = found[reached]
             free[rows] += 1 << loose[0]
     return q, free
 

@@ -40,6 +40,9 @@ REPRESENTATIVES = 8
 STEPS = (0.02, 2e-3, 2e-4)
 """Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
 
+SAME = 1e-4
+"""How far a joint that stands still in a family may seem to move [rad | m]."""
+
 PATIENT = 40
 """Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
 
@@ -183,11 +186,12 @@ class Question:
         free joint from many values, and every least one surrounded ever more closely.
         """
         more = Rows.of(self.setting.nothing, np.zeros((0, 6)), np.zeros(0, dtype=np.int64))
-        for k, code in zip(found.rows, found.free, strict=True):
+        for k, code, posture in zip(found.rows, found.free, found.q, strict=True):
             # Only joints that are found before others can free these.
             first = form.pattern.joints[: _BEFORE.get(form.pattern.family, 0)]
             for j in (j for j in bits(int(code), self.setting.robot.n) if j in first):
-                low, high = max(self.setting.lower[j], -np.pi), min(self.setting.upper[j], np.pi)
+                low, high = (-np.pi, np.pi) if self.setting.turning[j] else (self.setting.lower[j], self.setting.upper[j])
+                low, high = max(low, -np.pi), min(high, np.pi)
                 values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
                 rank, strength = self._strength(form, _with(near, j, values), k, None)
                 least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
@@ -195,7 +199,9 @@ class Question:
                     there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
                     q, facts, _ = self.labelled(form, there)
                     member = self._straightened(form, Rows.of(q[0, [k]], facts[0, [k]], np.array([k])))
-                    if facts[0, k, 0] <= self.setting.candidate and int(member.free[0]) & ~int(code):
+                    crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
+                    crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - posture[j]) > SAME
+                    if facts[0, k, 0] <= self.setting.candidate and crossing:
                         more = more.and_more(member)
         return more
 
@@ -344,10 +350,14 @@ class Question:
             q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
             q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
             off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
-            cost = np.where((residual <= self.tolerance) & (off < 1e-9), np.abs(q - near).sum(axis=1), np.inf)
-            # The same root first: another may come nearer on a long way.
+            good = (residual <= self.tolerance) & (off < 1e-9)
+            cost = np.where(good, np.abs(q - near).sum(axis=1), np.inf)
+            # Joints that stand still in the family, and the same root; another may come nearer on a long way.
+            still = np.abs(q - near)[:, rates == 0.0].max(axis=1, initial=0.0) > SAME
+            cost += np.where(good & still, 1e6, 0.0)
+            cost[row] -= 1e3
             if np.isfinite(cost.min()):
-                return q[row if np.isfinite(cost[row]) else int(cost.argmin())]
+                return q[int(cost.argmin())]
         return self._traced(chosen, start, near, rates if chosen == [joint] else None)
 
     def _wishes(self, form: ClosedForm, near: JointVector, chosen: list[int]) -> Iterator[JointVector]:
@@ -361,9 +371,7 @@ class Question:
                 for sign in (1.0, -1.0):
                     yield _with(near, second, np.array([near[second] + sign * shift]))[0]
 
-    def _traced(
-        self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None
-    ) -> JointVector:
+    def _traced(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
         """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
         turns = np.where(self.setting.turning[joints], 2 * np.pi, 0.0)
         way = goal[joints] - start[joints]
@@ -383,9 +391,7 @@ class Question:
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:
             before, q = q, q + ahead
             q[joints] = start[joints] + s * way
-            moved, size = refined(
-                setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints)
-            )
+            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints))
             if size[0] > self.tolerance:
                 return np.full(len(start), np.nan)
             q = moved[0]

@@ -13,7 +13,7 @@ from mafsil.ik.answers.branch import missed
 from mafsil.ik.answers.setting import MASKS, Setting
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
-from mafsil.ik.refine import misses, refined
+from mafsil.ik.refine import misses, refined, residuals
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
 
 STARTS = 24
@@ -69,6 +69,10 @@ def refusal(
         q = _nearest_place(setting, arm.form.pattern, T, near, rows)
     if q is None:
         q = _nearest(setting, T, near, rows)
+    few = exact and setting.robot.n < 6 and setting.task == "pose"
+    places = _reaching_the_place(setting, T, q, tolerance) if few else setting.nothing
+    if len(places):
+        q = _least_turned(setting, T, places, q)
     error = misses(setting.robot, q[None], T, setting.mask, None)[0]
     position, rotation = float(np.linalg.norm(error[3:])), float(np.linalg.norm(error[:3]))
     facts: dict[str, object] = {"position_error": position, "rotation_error": rotation, "shortfall": position}
@@ -81,7 +85,7 @@ def refusal(
     if distance > radius * (1 + 1e-12):
         facts["shortfall"] = distance - radius if not exact else max(position, distance - radius)
         return Refusal(Verdict.OUT_OF_REACH, facts, q, step)
-    if exact and setting.robot.n < 6 and setting.task == "pose" and _place_reached(setting, T, q, tolerance):
+    if len(places):
         return Refusal(Verdict.NOT_OF_THIS_ARM, {**facts, "joints": setting.robot.n}, q, step)
     if proven and (kind is not Missed.NONE or arm.form is None or setting.robot.n >= 6):
         facts["shortfall"] = max(position, shortfall if kind is Missed.ORIENTATION else 0.0, 0.0)
@@ -190,9 +194,18 @@ def _nearest(
     return q[int(size.argmin())]
 
 
-def _place_reached(setting: Setting, T: PoseMatrix, q: JointVector, tolerance: float) -> bool:
-    """Whether the position alone can be reached, by an arm of few joints: from the posture, and from others."""
+def _reaching_the_place(setting: Setting, T: PoseMatrix, q: JointVector, tolerance: float) -> JointVector:
+    """(k, n) postures of an arm of few joints that reach the position alone, sought from q and from others."""
     mask = np.array(MASKS["position"], dtype=np.bool_)
     others = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (STARTS, setting.robot.n))
-    _, size = refined(setting.robot, np.concatenate([q[None], others]), T, mask, None, steps=40)
-    return bool(size.min() <= tolerance)
+    found, size = refined(setting.robot, np.concatenate([q[None], others]), T, mask, None, steps=40)
+    return found[size <= tolerance]
+
+
+def _least_turned(setting: Setting, T: PoseMatrix, places: JointVector, q: JointVector) -> JointVector:
+    """The nearest posture among q and those that reach the place; of equally near ones that which is at the place."""
+    turned, _ = refined(setting.robot, places, T, setting.mask, None, steps=40)
+    rows = np.concatenate([q[None], turned, places])
+    error = misses(setting.robot, rows, T, setting.mask, None)
+    order = np.lexsort((np.linalg.norm(error[:, 3:], axis=1), np.round(residuals(error), 9)))
+    return rows[order[0]]
