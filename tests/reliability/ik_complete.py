@@ -154,15 +154,16 @@ def _answers(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> bool:
     return bool(answer.families) or bool((near <= max(allowed, 1e-9)).any())
 
 
-def work(chosen: list[str], seed: int, cases: int) -> dict[str, int]:
-    """A shard: the chosen families and arms get the same number of poses, or all of them their shares."""
+def work(chosen: list[str], seed: int, cases: int, only: str = "") -> dict[str, int]:
+    """A shard: the chosen families and arms get the same number of poses, or all of them their shares, or one part."""
     robots = library()
     if chosen:
         asked = [("families" if name in FAMILIES else "mixed", name, cases / len(chosen)) for name in chosen]
     else:
         sources = {"regular": robots, "round": robots, "families": FAMILIES, "singular": ik_singular.specimens()}
+        shares = {only: 1.0} if only else SHARES
         asked = [
-            (part, name, share * cases / len(sources[part])) for part, share in SHARES.items() for name in sources[part]
+            (part, name, share * cases / len(sources[part])) for part, share in shares.items() for name in sources[part]
         ]
     total: dict[str, int] = {}
     for k, (part, name, share) in enumerate(asked):
@@ -192,9 +193,12 @@ def main() -> int:
     parser.add_argument("--shard", type=int, default=1_000_000, help="cases per shard")
     parser.add_argument("--seed", type=int, default=0, help="first shard")
     parser.add_argument("--family", nargs="*", default=[], help="families or robots; all if none")
+    parser.add_argument("--part", choices=SHARES, default="", help="one part only; all in their shares if none")
     parser.add_argument("--resume", type=Path, default=None, help="directory of the shard files, which are kept")
     options = parser.parse_args()
-    return int(not figures.run("R6", options, lambda seed, count: work(options.family, seed, count))["passed"])
+    return int(
+        not figures.run("R6", options, lambda seed, count: work(options.family, seed, count, options.part))["passed"]
+    )
 
 
 if __name__ == "__main__":

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from tests.reliability import ik_complete, ik_numerical, ik_unreachable
+from mafsil.ik import inverse_kinematics
+from mafsil.ik.chain import chain_of
+from tests.reliability import ik_complete, ik_eaik, ik_numerical, ik_singular, ik_unreachable
+from tests.reliability.arm_families import forward
 from tests.reliability.ik_arms import ARMS, arm
 
 
@@ -29,6 +33,45 @@ def test_planted_postures_are_found(name: str) -> None:
     found = ik_complete.work([name], seed=1, cases=400)
     assert found["cases"] >= 300
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R6")
+@pytest.mark.parametrize("name", ik_singular.ARMS)
+def test_postures_at_singular_surfaces_are_found_or_members_of_families(name: str) -> None:
+    found = ik_singular.work(np.random.default_rng(4), name, 60)
+    assert found["cases"] >= 50
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R6")
+def test_a_straight_wrist_at_a_folded_elbow_is_a_family_of_joint_4() -> None:
+    arm = ik_singular.specimens()["puma560"]
+    q = np.array([0.0, 2.5862768187304592, 1.6177742431347037, -2.3140338461064927, np.pi, 0.5465957355779478])
+    answer = inverse_kinematics(arm.robot, forward(arm.chain, q[None])[0])
+    members = [family.at(q[3]) for family in answer.families if family.joint == "joint4"]
+    assert members
+    assert min(np.abs((member - q + np.pi) % (2 * np.pi) - np.pi).max() for member in members) < 1e-6
+
+
+@pytest.mark.row("R6")
+def test_shoulder_elbow_and_wrist_at_once_are_not_out_of_reach() -> None:
+    arm = ik_singular.specimens()["ur5e"]
+    q = np.array([0.463643003, -1.468710203, -1.897264370e-12, -2.661570577, 3.141592656, -2.206380763])
+    for shift in np.linspace(-3e-9, 3e-9, 7):
+        T = forward(arm.chain, (q + shift * np.eye(6)[4])[None])[0]
+        assert len(inverse_kinematics(arm.robot, T))
+        assert inverse_kinematics(arm.robot, T[None]).solved.all()
+
+
+@pytest.mark.row("R6")
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "arm6r"])
+def test_postures_are_those_of_eaik(name: str) -> None:
+    pytest.importorskip("eaik.IK_HP")
+    robot = ik_complete.library()[name]
+    chain = chain_of(robot.mechanism)
+    assert chain is not None
+    found = ik_eaik.compared(robot, ik_eaik.rival(chain), np.random.default_rng(6), 200)
+    assert found["equal"] == 200
 
 
 @pytest.mark.row("R7")

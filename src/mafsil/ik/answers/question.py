@@ -40,6 +40,9 @@ REPRESENTATIVES = 8
 STEPS = (0.02, 2e-3, 2e-4)
 """Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
 
+STRIDE = 0.05
+"""Way along a family that Newton's method goes at once [rad | m]."""
+
 SAME = 1e-4
 """How far a joint that stands still in a family may seem to move [rad | m]."""
 
@@ -190,8 +193,11 @@ class Question:
             # Only joints that are found before others can free these.
             first = form.pattern.joints[: _BEFORE.get(form.pattern.family, 0)]
             for j in (j for j in bits(int(code), self.setting.robot.n) if j in first):
-                low, high = (-np.pi, np.pi) if self.setting.turning[j] else (self.setting.lower[j], self.setting.upper[j])
-                low, high = max(low, -np.pi), min(high, np.pi)
+                # Turning joints all round: solutions beyond limits are listed as well.
+                bounds = (
+                    (-np.inf, np.inf) if self.setting.turning[j] else (self.setting.lower[j], self.setting.upper[j])
+                )
+                low, high = max(bounds[0], -np.pi), min(bounds[1], np.pi)
                 values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
                 rank, strength = self._strength(form, _with(near, j, values), k, None)
                 least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
@@ -295,6 +301,8 @@ class Question:
         for k, J in enumerate(self.setting.scaled_jacobians(q)):
             U, values, Vt = np.linalg.svd(J, full_matrices=True)
             rank = int((values > SELF_MOTION * values[0]).sum())
+            # A free joint moves, even where merged roots leave the posture a little off its singular surface.
+            rank = min(rank, n - 1) if free[k] else rank
             null = Vt[rank:]
             if not len(null):
                 continue
@@ -345,16 +353,20 @@ class Question:
         near[chosen] = list(values.values())
         if setting.arm.form is None or row < 0:
             return self._traced(chosen, start, near, rates if chosen == [joint] else None)
+        if np.abs(near - start).max() <= STRIDE:
+            member = self._traced(chosen, start, near, rates if chosen == [joint] else None)
+            if np.isfinite(member).all():
+                return member
         for wish in self._wishes(setting.arm.form, near, chosen):
             table = setting.arm.form.solve(self.T, wish)
             q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
             q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
             off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
-            good = (residual <= self.tolerance) & (off < 1e-9)
+            # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
+            fixed = (rates == 0.0) & (chosen == [joint])
+            still = np.abs(q - near)[:, fixed].max(axis=1, initial=0.0) <= SAME
+            good = (residual <= self.tolerance) & (off < 1e-9) & still
             cost = np.where(good, np.abs(q - near).sum(axis=1), np.inf)
-            # Joints that stand still in the family, and the same root; another may come nearer on a long way.
-            still = np.abs(q - near)[:, rates == 0.0].max(axis=1, initial=0.0) > SAME
-            cost += np.where(good & still, 1e6, 0.0)
             cost[row] -= 1e3
             if np.isfinite(cost.min()):
                 return q[int(cost.argmin())]
@@ -385,7 +397,7 @@ class Question:
 
     def _walked(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
         """The member at the end of a way of some joints; NaN where the family does not go so far."""
-        setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / 0.05)))
+        setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / STRIDE)))
         # Where other joints may move as well, Newton's step of least norm would leave the family: it is led along.
         ahead = np.zeros(len(q)) if rates is None else rates * way[0] / count
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:

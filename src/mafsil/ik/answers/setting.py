@@ -19,8 +19,11 @@ from mafsil.robot import Robot
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
 
-SPLIT = 1e-2
-"""Residual up to which a row with four merged roots may become a solution by refinement [m | rad]."""
+SPLIT = 0.5
+"""Residual, in units of the arm, up to which a row with four merged roots may become a solution by refinement.
+
+A merged shoulder lets a straight wrist seem bent, and the turn of its last link is then anything.
+"""
 
 FAR = 1e300
 """Stands for a limit that is none: compiled code takes finite numbers."""
@@ -88,7 +91,7 @@ class Setting:
         # The code's digits in base three say one where two branches are one.
         code = np.nan_to_num(facts[..., 3]).astype(np.int64)
         merged = (code % 3 == 1) & ((code // 3 % 3 == 1) | (code // 9 % 3 == 1))
-        return np.asarray(merged & (facts[..., 0] <= SPLIT), dtype=np.bool_)
+        return np.asarray(merged & (facts[..., 0] <= SPLIT * form.pattern.size), dtype=np.bool_)
 
     @lazy
     def plain(self) -> bool:
