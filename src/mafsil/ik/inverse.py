@@ -12,14 +12,11 @@ from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
 from mafsil.ik.answers.question import FOLD, Question
-from mafsil.ik.answers.setting import MASKS, Setting, setting
+from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import tried, with_parameter
 from mafsil.robot import Robot
-
-CLEAR = 1e-11
-"""Residual below which a row of the closed form needs no refinement."""
 
 APART = 1e-4
 """Marks above which branches are distinct and isolated."""
@@ -101,7 +98,8 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
     chosen = facts[good]
     clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
     clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
-    if not clear or chosen[:, 4].min() < APART or chosen[:, 2].any():
+    least = chosen[:, 4].min() if clear else 0.0
+    if least < APART or chosen[:, 2].any() or (least < BENT and asked.folded(facts).any()):
         return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
     return SolutionSet(
         Question(asked, T, asked.middle, tolerance),

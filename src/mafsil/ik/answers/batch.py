@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
 from mafsil.ik.answers.question import FOLD, Question
-from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
@@ -24,9 +24,6 @@ VERDICTS = tuple(Verdict)
 
 CHUNK = 8192
 """Poses whose facts are held at once; memory beyond the results does not grow with the batch."""
-
-CLEAR = 1e-11
-"""Residual below which a row of the closed form needs no refinement."""
 
 APART = 1e-4
 """Marks below which rows are looked at for being the same solution."""
@@ -172,7 +169,7 @@ def _compiled(
         odd = ((facts[..., 0] <= setting.candidate) & (facts[..., 0] > CLEAR)) | (
             good & (free | (facts[..., 4] <= MERGED))
         )
-        odd |= setting.folded(facts) & (facts[..., 0] > CLEAR)
+        odd |= setting.folded(facts)
         if setting.quartic:
             odd |= (facts[..., 4] <= FOLD) | ~good.any(axis=1, keepdims=True)
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)

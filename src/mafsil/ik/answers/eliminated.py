@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.general import GeneralSix
-
-CLEAR = 1e-11
-"""Residual below which a solution needs no refinement."""
 
 ROWS = 4096
 """Poses whose errors are held at once."""

@@ -25,6 +25,12 @@ SPLIT = 0.5
 A merged shoulder lets a straight wrist seem bent, and the turn of its last link is then anything.
 """
 
+CLEAR = 1e-11
+"""Residual below which a row of the closed form needs no refinement."""
+
+NEARLY, BENT = 1e-3, 1e-2
+"""Residual up to which a row may become a solution by refinement where a solution's mark is that small."""
+
 FAR = 1e300
 """Stands for a limit that is none: compiled code takes finite numbers."""
 
@@ -80,18 +86,35 @@ class Setting:
         return 1e-2 if self.quartic else 1e-5
 
     def folded(self, facts: Floats) -> NDArray[np.bool_]:
-        """(*batch, k) rows whose shoulder and another pair of roots merge: rounding splits them by its fourth root.
+        """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.
 
         Args:
             facts: (*batch, k, 6) of the closed form.
         """
+        residual = facts[..., 0]
         form = self.arm.form
         if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-            return np.zeros(facts.shape[:-1], dtype=np.bool_)
-        # The code's digits in base three say one where two branches are one.
-        code = np.nan_to_num(facts[..., 3]).astype(np.int64)
-        merged = (code % 3 == 1) & ((code // 3 % 3 == 1) | (code // 9 % 3 == 1))
-        return np.asarray(merged & (facts[..., 0] <= SPLIT * form.pattern.size), dtype=np.bool_)
+            return np.zeros(residual.shape, dtype=np.bool_)
+        found = np.asarray((residual > CLEAR) & (residual <= SPLIT * form.pattern.size), dtype=np.bool_)
+        where = found.nonzero()
+        code = np.nan_to_num(facts[..., 3][where]).astype(np.int64)
+        merged = self.merged_twice(code) & (code % 3 == 1)
+        beside = residual[where] <= NEARLY * form.pattern.size
+        others = facts[tuple(index[beside] for index in where[:-1])]
+        beside[beside] = np.where(others[..., 0] <= CLEAR, others[..., 4], np.inf).min(axis=-1) <= BENT
+        found[where] = merged | beside
+        return found
+
+    def merged_twice(self, codes: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(*batch, k) whether two of shoulder, elbow and wrist have branches that are one.
+
+        The code's digits in base three say one where two branches are one.
+        """
+        form = self.arm.form
+        if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+            return np.zeros(codes.shape, dtype=np.bool_)
+        digits = codes[..., None] // np.array([1, 3, 9]) % 3
+        return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
 
     @lazy
     def plain(self) -> bool:
