@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.model import JointKind, Mechanism
+from mafsil.model import Mechanism
+from mafsil.verification.sizes import Sizes
 
 STANDARD_FALL = 9.81
 
@@ -75,15 +76,5 @@ class NaturalScale:
 
 def natural_scale(mechanism: Mechanism) -> NaturalScale:
     """Reach: the longest way from {s} along the links to a centre of mass, frame or tip, slides at 0.5 m."""
-    way = {mechanism.links[0].name: float(np.linalg.norm(mechanism.T_sb[:3, 3]))}
-    for joint in mechanism.joints:
-        slide = 0.5 if joint.kind is JointKind.PRISMATIC else np.pi * abs(joint.pitch)
-        way[joint.child] = way[joint.parent] + float(np.linalg.norm(joint.T_pj[:3, 3])) + slide
-    ends = [
-        way[link.name] + (0.0 if link.inertial is None else float(np.linalg.norm(link.inertial.com)))
-        for link in mechanism.links
-    ]
-    reach = max(*ends, way[mechanism.tip] + float(np.linalg.norm(mechanism.T_lt[:3, 3])), 1e-3)
-    mass = sum(link.inertial.mass for link in mechanism.links[1:] if link.inertial is not None)
-    slides = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
-    return NaturalScale(reach, max(mass, 1e-6), np.where(slides, reach, 1.0))
+    sizes = Sizes.of(mechanism)
+    return NaturalScale(sizes.reach, sizes.mass, sizes.unit)

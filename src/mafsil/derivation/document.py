@@ -103,8 +103,3 @@ class Derivation:
 def is_matrix(side: Side) -> TypeGuard[Entries]:
     """Whether a side is a matrix of formulas."""
     return isinstance(side, tuple) and bool(side) and isinstance(side[0], tuple) and not isinstance(side[0], Name)
-
-
-def is_product(side: Side) -> TypeGuard[Product]:
-    """Whether a side is names side by side."""
-    return isinstance(side, tuple) and not is_matrix(side)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite, require_function
 from mafsil.errors import InputError
@@ -17,7 +17,6 @@ PROBES = 8
 """Places within a step at which the sign is asked: two zeros of one event closer than that are not seen."""
 
 Function: TypeAlias = Callable[[float, Floats], "Floats | float"]
-Signs: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

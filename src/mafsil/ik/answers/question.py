@@ -294,7 +294,8 @@ class Question:
         """Why there is no solution, and the nearest pose."""
         form = self.setting.arm.form
         rows = None if form is None else self.labelled(form, self.near)
-        return refusal(self.setting, self.T, self.near, rows, self.tolerance)
+        eliminated = self._proven(self.setting.arm, 0)
+        return refusal(self.setting, self.T, self.near, rows, self.tolerance, eliminated=eliminated)
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
         """The continuum through each solution that can move while the pose stays."""

@@ -50,7 +50,13 @@ class Refusal:
 
 
 def refusal(
-    setting: Setting, T: PoseMatrix, near: JointVector, rows: tuple[Floats, Floats, Floats] | None, tolerance: float
+    setting: Setting,
+    T: PoseMatrix,
+    near: JointVector,
+    rows: tuple[Floats, Floats, Floats] | None,
+    tolerance: float,
+    *,
+    eliminated: bool,
 ) -> Refusal:
     """The reason why there is no solution.
 
@@ -60,6 +66,7 @@ def refusal(
         near: (n,) a posture to start from.
         rows: of the closed form: coordinates and facts.
         tolerance: residual of a solution.
+        eliminated: whether elimination proves that there is no solution.
     """
     arm = setting.arm
     exact = arm.exact and not arm.held and rows is not None
@@ -80,7 +87,7 @@ def refusal(
     distance = float(np.linalg.norm(T[:3, 3] - centre))
     # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
     sure = exact and not setting.quartic
-    proven = sure or (arm.general is not None and arm.general.proves(T, 0))
+    proven = sure or eliminated
     step = STEPS.get(kind, "")
     if distance > radius * (1 + 1e-12):
         facts["shortfall"] = distance - radius if not exact else max(position, distance - radius)

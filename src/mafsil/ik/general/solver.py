@@ -73,11 +73,6 @@ class GeneralSix:
         clean, valid = clean_poses(wanted.reshape(-1, 4, 4))
         return self._machine.solve(clean, valid, wanted.shape[:-2], pool.available() if threads is None else threads)
 
-    def proves(self, T: PoseMatrix, count: int) -> bool:
-        """Whether it is proven that a pose (4, 4) has so many solutions and no more."""
-        found = self.solve_all(T)
-        return bool(found.complete) and int(found.count) == count
-
     @lazy
     def _machine(self) -> _Machine:
         return _Machine(self.chain)
