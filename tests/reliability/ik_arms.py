@@ -9,8 +9,8 @@ from pathlib import Path
 
 from mafsil.model import Mechanism
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot
-from mafsil.robot.loading import load_mechanism
 
 
 @dataclass(frozen=True)

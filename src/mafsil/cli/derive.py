@@ -22,7 +22,8 @@ from mafsil.derivation.text import formula, side_text, step_sentence
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.model import Mechanism
-from mafsil.robot import Robot, load_mechanism
+from mafsil.model.loading import load_mechanism
+from mafsil.robot import Robot
 
 
 def _ik(mechanism: Mechanism) -> Derivation:

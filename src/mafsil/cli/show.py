@@ -13,7 +13,7 @@ from mafsil.cli.table import brief, table
 from mafsil.errors import FileError, InputError
 from mafsil.messages import say
 from mafsil.model import Joint, Mechanism
-from mafsil.robot import load_mechanism
+from mafsil.model.loading import load_mechanism
 
 PICTURES = (".html", ".png", ".svg", ".pdf")
 

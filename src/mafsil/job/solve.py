@@ -16,8 +16,8 @@ from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
+from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot
-from mafsil.robot.loading import load_mechanism
 
 
 class Watcher(Protocol):

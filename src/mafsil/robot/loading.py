@@ -1,14 +1,12 @@
-"""Robots by name or file."""
+"""Robots by name or file, and the gate for functions that want a robot."""
 
 from __future__ import annotations
 
-from os import PathLike, fspath
-from pathlib import Path
-from typing import cast
+from functools import lru_cache
+from os import PathLike
 
-from mafsil.errors import FileError, InputError
 from mafsil.model import Mechanism
-from mafsil.model.diagnostics import shown
+from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
 from mafsil.robot.robot import Robot
 
 
@@ -27,39 +25,18 @@ def load(source: str | PathLike[str], *, tip: str | None = None) -> Robot:
     return Robot(mechanism if tip is None else mechanism.with_tip(tip))
 
 
-def load_mechanism(source: str | PathLike[str]) -> Mechanism:
-    """The description of a robot from the library or a file; arguments and errors as for `load`."""
-    from mafsil.model import library
+def as_robot(robot: RobotLike) -> Robot:
+    """The robot itself, or the one that a Mechanism, a name of the library or the path of a file stands for.
 
-    if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
-        raise InputError("robot.source", got=type(source).__name__)
-    path = Path(source)
-    if not path.suffix and not _exists(path):
-        name = str(source)
-        if name != "default" and name not in library.names():
-            close = library.close_names(name)
-            key = "robot.no_file_close" if close else "robot.no_file"
-            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
-        return library.load(name)
-    match path.suffix.lower():
-        case ".urdf":
-            from mafsil.model import urdf
+    The Mechanisms asked for last (64 of them) keep their Robots, so that a loop of calls loads their kernels once.
 
-            return urdf.read(path)
-        case ".xml" | ".mjcf":
-            from mafsil.model import mjcf
-
-            return mjcf.read(path)
-        case ".toml":
-            from mafsil.model import table
-
-            return table.read(path)
-        case _:
-            raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
+    Raises:
+        InputError: something else.
+        FileError, ModelError: no such name or file, or a malformed one.
+    """
+    return robot if isinstance(robot, Robot) else _robot_of(as_mechanism(robot))
 
 
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False
+@lru_cache(maxsize=64)
+def _robot_of(mechanism: Mechanism) -> Robot:
+    return Robot(mechanism)
