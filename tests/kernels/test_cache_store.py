@@ -16,8 +16,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mafsil.code_store import CacheWarning
+from mafsil.code_store import store as stores
 from mafsil.kernels import cache
-from mafsil.kernels.cache import CacheWarning, Entry, Store, decode, encode
+from mafsil.kernels.cache import Entry, Store, decode, encode
 from mafsil.messages import keys, say, template
 
 KEY = "ab" * 32
@@ -26,7 +28,7 @@ ENTRY = Entry(code=b"code" * 300, inputs=b"\1" * 64, outputs=b"\2" * 128, proven
 
 @pytest.fixture(autouse=True)
 def _untold(monkeypatch):
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(stores, "_told", set())
 
 
 @pytest.fixture
@@ -75,11 +77,83 @@ def test_directory_and_files_are_private(store):
     assert all(stat.S_IMODE(p.stat().st_mode) == 0o600 for p in store.directory.iterdir() if p.suffix == ".kernel")
 
 
-def test_an_open_directory_of_ours_is_closed(tmp_path):
-    (tmp_path / "open").mkdir(mode=0o755)
+@pytest.mark.parametrize("mode", [0o777, 0o1777, 0o770, 0o722])
+def test_a_directory_where_others_may_write_is_refused_and_left_as_it_is(tmp_path, mode):
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(mode)
     store = Store(tmp_path / "open")
+    with pytest.warns(CacheWarning, match="others may write"):
+        store.put(KEY, ENTRY)
+    assert store.get(KEY) == ENTRY  # in memory
+    assert stat.S_IMODE((tmp_path / "open").stat().st_mode) == mode
+    assert not list((tmp_path / "open").iterdir())
+
+
+def test_a_directory_of_ours_that_others_may_only_read_is_used_and_left_as_it_is(tmp_path):
+    (tmp_path / "seen").mkdir()
+    (tmp_path / "seen").chmod(0o755)
+    Store(tmp_path / "seen").put(KEY, ENTRY)
+    assert Store(tmp_path / "seen").get(KEY) == ENTRY
+    assert stat.S_IMODE((tmp_path / "seen").stat().st_mode) == 0o755
+
+
+def test_a_link_is_refused_and_its_target_left_as_it_is(tmp_path):
+    (tmp_path / "target").mkdir()
+    (tmp_path / "target").chmod(0o755)
+    (tmp_path / "link").symlink_to(tmp_path / "target")
+    store = Store(tmp_path / "link")
+    with pytest.warns(CacheWarning, match="it is a link"):
+        store.put(KEY, ENTRY)
+    assert not list((tmp_path / "target").iterdir())
+    assert stat.S_IMODE((tmp_path / "target").stat().st_mode) == 0o755
+
+
+def test_a_parent_where_others_could_exchange_the_directory_is_refused(tmp_path):
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared").chmod(0o777)
+    store = Store(tmp_path / "shared" / "mine")
+    with pytest.warns(CacheWarning, match="exchange"):
+        store.put(KEY, ENTRY)
+    (tmp_path / "shared").chmod(0o1777)
+    Store(tmp_path / "shared" / "mine").put(KEY, ENTRY)
+    assert Store(tmp_path / "shared" / "mine").get(KEY) == ENTRY
+
+
+def _planted_link(path: Path, data: bytes) -> None:
+    elsewhere = path.with_name("elsewhere")
+    elsewhere.write_bytes(data)
+    path.symlink_to(elsewhere)
+
+
+def _planted_open(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+    path.chmod(0o666)
+
+
+def _planted_pipe(path: Path, _data: bytes) -> None:
+    os.mkfifo(path)
+
+
+@pytest.mark.parametrize("plant", [_planted_link, _planted_open, _planted_pipe])
+def test_what_others_may_have_written_is_not_read_nor_waited_for(store, plant):
+    """The bytes are right: only who could have written them is not."""
     store.put(KEY, ENTRY)
-    assert stat.S_IMODE((tmp_path / "open").stat().st_mode) == 0o700
+    path = store.directory / f"{KEY}.kernel"
+    data = path.read_bytes()
+    path.unlink()
+    plant(path, data)
+    with pytest.warns(CacheWarning, match="damaged"):
+        assert store.get(KEY) is None
+    assert not path.is_symlink()
+    assert not path.exists()
+
+
+def test_a_file_of_another_user_is_not_read(store, monkeypatch):
+    store.put(KEY, ENTRY)
+    assert store.get(KEY) == ENTRY
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    with pytest.warns(CacheWarning, match="damaged"):
+        assert store.get(KEY) is None
 
 
 def test_a_foreign_directory_is_refused(store, monkeypatch):
@@ -202,12 +276,12 @@ def test_limit_from_the_environment(store, monkeypatch):
     store.put(KEY, ENTRY)  # the first write sweeps
     assert store.get(KEY) is None
     monkeypatch.setenv("MAFSIL_CACHE_LIMIT", "no number")
-    assert cache._limit() == 1 << 30
+    assert stores._limit() == 1 << 30
 
 
 def test_sweeping_is_exclusive(store):
     store.put(KEY, ENTRY)
-    handle = cache._lock(store.directory / "sweep.lock", 0.0)
+    handle = stores._lock(store.directory / "sweep.lock", 0.0)
     assert handle is not None
     assert store.sweep(limit=0) == 0
     os.close(handle)
@@ -241,7 +315,7 @@ def test_compile_lock_passes_from_hand_to_hand(store):
 
 def test_compile_lock_is_not_waited_for_for_ever(store):
     assert store.get(KEY) is None
-    handle = cache._lock(store.directory / f"{KEY}.lock", 0.0)
+    handle = stores._lock(store.directory / f"{KEY}.lock", 0.0)
     assert handle is not None
     started = time.monotonic()
     with store.compiling(KEY, patience=0.1) as waited:

@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mafsil.code_store import CacheWarning
+from mafsil.code_store import store as stores
 from mafsil.errors import KernelError
 from mafsil.kernels import (
     Kernel,
@@ -34,7 +36,7 @@ from mafsil.kernels import (
     target,
     warm,
 )
-from mafsil.kernels.cache import CacheWarning, Store
+from mafsil.kernels.cache import Store
 from tests.reliability import specimens
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,7 +48,7 @@ builds: list[float] = []
 def folder(tmp_path, monkeypatch):
     """An empty cache, nothing loaded, nothing said."""
     monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(stores, "_told", set())
     compiler._images.clear()
     builds.clear()
     return tmp_path / "cache"

@@ -12,7 +12,8 @@ import threading
 
 import numpy as np
 
-from mafsil.kernels import Kernel, cache, compiler
+from mafsil.code_store import CACHE_VARIABLE
+from mafsil.kernels import Kernel, compiler
 from tests.reliability import figures, specimens
 
 THREADS = 64
@@ -23,7 +24,7 @@ ROWS = (1, 7, 9, 1000)
 def work(seed: int, calls: int) -> dict[str, int]:
     """`calls` calls in all, spread over 64 threads: points, batches, keywords, results of the caller."""
     with tempfile.TemporaryDirectory(prefix="mafsil-C1-") as folder:
-        os.environ[cache.CACHE_VARIABLE] = folder
+        os.environ[CACHE_VARIABLE] = folder
         compiler._images.clear()
         kernels = [specimens.kernel(links) for links in LINKS]
         serial = [_answers(kernel, links, seed) for kernel, links in zip(kernels, LINKS, strict=True)]

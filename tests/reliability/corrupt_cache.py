@@ -13,11 +13,14 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from mafsil.kernels import cache, compiler
-from mafsil.kernels.cache import Store
+from mafsil.code_store import CACHE_VARIABLE, CacheWarning, FileStore
+from mafsil.kernels import compiler
+from mafsil.kernels.cache import KERNEL
+from mafsil.solvers.loop_cache import LOOP
 from tests.reliability import figures, specimens
 
 SPECIMENS = tuple((links, 0) for links in (1, 2, 3, 4, 6))
+LOOPS = 3
 _HEADER = 84
 RECOMPILE_EVERY = 250
 
@@ -26,21 +29,23 @@ def work(seed: int, cases: int) -> dict[str, int]:
     """Damage one entry per case, ask for it, see that it is refused and replaced."""
     dice = random.Random(seed)
     count = dict.fromkeys(("cases", "bad_undetected", "bad_kept", "bad_recovered", "recompiled"), 0)
-    warnings.simplefilter("ignore", cache.CacheWarning)
+    warnings.simplefilter("ignore", CacheWarning)
     with tempfile.TemporaryDirectory(prefix="mafsil-K2-") as folder:
-        os.environ[cache.CACHE_VARIABLE] = folder
+        os.environ[CACHE_VARIABLE] = folder
         compiler._images.clear()  # what an earlier shard loaded would not be written to this folder
         keys = [specimens.kernel(*which).image.provenance.key for which in SPECIMENS]
         paths = [Path(folder) / f"{key}.kernel" for key in keys]
+        paths += [_loop(Path(folder), dice) for _ in range(LOOPS)]
         whole = [path.read_bytes() for path in paths]
         for case in range(cases):
-            victim = dice.randrange(len(keys))
+            victim = dice.randrange(len(paths))
             damage = DAMAGES[case % len(DAMAGES)]
             paths[victim].write_bytes(damage(dice, whole[victim], whole[victim - 1]))
             count["cases"] += 1
-            count["bad_undetected"] += Store(Path(folder)).get(keys[victim]) is not None
+            kind = KERNEL if victim < len(keys) else LOOP
+            count["bad_undetected"] += FileStore(Path(folder), kind).get(paths[victim].stem) is not None
             count["bad_kept"] += paths[victim].exists()
-            if case % RECOMPILE_EVERY == RECOMPILE_EVERY - 1:
+            if case % RECOMPILE_EVERY == RECOMPILE_EVERY - 1 and victim < len(keys):
                 compiler._images.clear()
                 links, which = SPECIMENS[victim]
                 count["bad_recovered"] += specimens.wrong(links, which, specimens.kernel(links, which))
@@ -48,6 +53,13 @@ def work(seed: int, cases: int) -> dict[str, int]:
                 whole[victim] = paths[victim].read_bytes()
             paths[victim].write_bytes(whole[victim])
     return count
+
+
+def _loop(folder: Path, dice: random.Random) -> Path:
+    """An entry of a compiled loop's size: what is in it does not matter to the seal."""
+    key = dice.randbytes(32).hex()
+    FileStore(folder, LOOP).put(key, dice.randbytes(dice.randrange(5_000, 60_000)))
+    return folder / f"{key}.loop"
 
 
 def _flip(dice: random.Random, data: bytes, _other: bytes) -> bytes:

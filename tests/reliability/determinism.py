@@ -14,7 +14,8 @@ import tempfile
 
 import numpy as np
 
-from mafsil.kernels import Kernel, batch, cache, compiler
+from mafsil.code_store import CACHE_VARIABLE
+from mafsil.kernels import Kernel, batch, compiler
 from tests.reliability import figures, specimens
 
 ROWS = 3000
@@ -27,7 +28,7 @@ def work(seed: int, scenarios: int) -> dict[str, int]:
     count = {"scenarios": 0, "hashes": 0, "bad_scenarios": 0}
     usual = batch._PART_WORK
     with tempfile.TemporaryDirectory(prefix="mafsil-D1-") as folder:
-        os.environ[cache.CACHE_VARIABLE] = folder
+        os.environ[CACHE_VARIABLE] = folder
         compiler._images.clear()
         cold = {number: _hashes(seed + number) for number in range(scenarios)}
         order = list(range(scenarios))

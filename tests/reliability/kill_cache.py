@@ -13,7 +13,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from mafsil.kernels import cache, compiler
+from mafsil.code_store import CACHE_VARIABLE
+from mafsil.kernels import compiler
 from mafsil.kernels.cache import Entry, Store, decode, encode
 from tests.reliability import figures, specimens
 
@@ -30,7 +31,7 @@ def work(seed: int, kills: int) -> dict[str, int]:
     )
     entries = _compiled()
     with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
-        os.environ[cache.CACHE_VARIABLE] = folder
+        os.environ[CACHE_VARIABLE] = folder
         for kill in range(kills):
             compiling = kill % COMPILE_EVERY == COMPILE_EVERY - 1
             if compiling:
@@ -52,7 +53,7 @@ def work(seed: int, kills: int) -> dict[str, int]:
 def _compiled() -> dict[str, Entry]:
     """Real entries, compiled once in this process."""
     with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
-        os.environ[cache.CACHE_VARIABLE] = folder
+        os.environ[CACHE_VARIABLE] = folder
         store = Store(Path(folder))
         keys = []
         for links, seed in SPECIMENS:

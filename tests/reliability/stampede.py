@@ -15,7 +15,8 @@ import time
 import warnings
 from pathlib import Path
 
-from mafsil.kernels import cache, compiler, target
+from mafsil.code_store import CACHE_VARIABLE
+from mafsil.kernels import compiler, target
 from mafsil.kernels.cache import Store
 from tests.reliability import figures, specimens
 from tests.reliability.kill_cache import _fork
@@ -52,7 +53,7 @@ def work(seed: int, rounds: int) -> dict[str, int]:
     )
     for number in range(rounds):
         with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
-            os.environ[cache.CACHE_VARIABLE] = folder
+            os.environ[CACHE_VARIABLE] = folder
             variants = VARIANTS[number % len(VARIANTS)]
             processes = CROWD if number % 5 == 4 else PROCESSES
             answers = _together(processes, variants)
@@ -66,7 +67,7 @@ def work(seed: int, rounds: int) -> dict[str, int]:
             count["bad_entries"] += _entries(folder) != distinct
             count["bad_twice"] += sum(a.endswith("compiled") for a in answers) > distinct
         with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
-            os.environ[cache.CACHE_VARIABLE] = folder
+            os.environ[CACHE_VARIABLE] = folder
             count["bad_bits"] += len(_threads()) != 1
             count["bad_entries"] += _entries(folder) != 1
             count["thread_rounds"] += 1

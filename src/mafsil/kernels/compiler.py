@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 import time
@@ -10,13 +11,17 @@ from dataclasses import dataclass
 from typing import Any
 from weakref import WeakValueDictionary
 
+from mafsil.code_store import warn
 from mafsil.errors import KernelError
-from mafsil.kernels import cache, call, image, target
+from mafsil.kernels import call, image, target
 from mafsil.kernels.cache import Entry, Store
 from mafsil.kernels.image import Image
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
+
+LONGEST_COMPILATION = 60.0
+"""How long the end of the process waits for a thread that compiles [s]."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ def _from_store(order: Order) -> Image | None:
     if loaded is not None and answer is not None and image.same_bits(answer, entry.outputs):
         return loaded
     order.store.discard(order.key)
-    cache.warn("cache.canary", name=order.signature.name)
+    warn("cache.canary", name=order.signature.name)
     return None
 
 
@@ -160,4 +165,10 @@ def _watch_forks() -> None:
         register(before=_llvm.acquire, after_in_parent=_llvm.release, after_in_child=_after_fork)
 
 
+def _wait_for_llvm() -> None:
+    """Nobody compiles any more: a thread inside LLVM while the process takes LLVM down would crash it."""
+    _llvm.acquire(timeout=LONGEST_COMPILATION)
+
+
 _watch_forks()
+atexit.register(_wait_for_llvm)

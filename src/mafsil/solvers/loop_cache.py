@@ -1,8 +1,8 @@
 """Machine code of compiled loops on disk, valid for exactly the sources that it was made from.
 
-A loop's code contains the loops that it calls, so what names its folder is a digest of all of them; numba's own cache
-asks only for the file of the loop itself and serves stale code when a callee has changed. One file per function and
-types, written whole and checked before anything of it is used: processes that start together cannot mix their entries.
+A loop's code contains the loops that it calls, so its key covers all of them; numba's own cache asks only for the file
+of the loop itself and serves stale code when a callee has changed. The entries lie beside those of the kernels, in the
+same form (`code_store`): whole or absent, bound to their key, read only where nobody else could have written them.
 """
 
 from __future__ import annotations
@@ -11,32 +11,23 @@ import contextlib
 import hashlib
 import logging
 import os
-import pickle
-import shutil
 import sys
-import time
 from collections.abc import Callable
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core.compiler import CompileResult
-from numba.core.serialize import dumps
 
-from mafsil.code_folder import code_folder, prepare, write_whole
+from mafsil.code_store import FileStore, Kind, code_folder
 from mafsil.messages import say
+from mafsil.solvers import loop_entry
 
 PACKAGE = Path(__file__).resolve().parents[1]
 COMPILED = "loops.py"
 """How the names of the files end whose functions are compiled, and of the one that holds the options."""
-KEPT_DAYS = 14
-"""Folders of other sources that nobody has used for so long are removed."""
-
-_to_parts, _from_parts = CompileResult._reduce, CompileResult._rebuild  # pyright: ignore[reportPrivateUsage]
-_SUFFIX = ".loop"
-_CHECK = 32
-_DAY = 86400.0
+LOOP = Kind(b"mafsilL\0", ".loop")
 
 
 class LoopCache:
@@ -49,10 +40,10 @@ class LoopCache:
     def __init__(self, function: Callable[..., Any]) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
         kept = function.__code__.co_filename.endswith(COMPILED) and function.__closure__ is None
-        self._folder = _folder() if kept else None
-        self.cache_path = None if self._folder is None else str(self._folder)
+        self._sources = _sources() if kept else None
+        self.cache_path = None
 
-    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The code for these types, or None, whereupon it is compiled.
 
         Args:
@@ -61,14 +52,17 @@ class LoopCache:
         """
         target_context.refresh()
         found = None
-        if self._folder is not None:
-            # Whatever is wrong with an entry, the loop can be compiled.
-            with contextlib.suppress(Exception):
-                data = self._path(self._folder, sig, target_context.codegen()).read_bytes()
-                if _digest(data[_CHECK:]) == data[:_CHECK]:
-                    found = _from_parts(target_context, *pickle.loads(data[_CHECK:]))
+        store = _store()
+        if self._sources is not None:
+            key = self._key(sig, target_context.codegen())
+            payload = store.get(key)
+            if payload is not None:
+                try:
+                    found = loop_entry.read(payload, tuple(sig), target_context)
+                except Exception:  # Whatever is wrong with an entry, the loop can be compiled.
+                    store.discard(key)
         if found is None:
-            _tell_once(self._folder)
+            _tell_once(store.directory)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -78,69 +72,54 @@ class LoopCache:
             sig: types of the arguments.
             data: numba's result of compilation.
         """
-        if self._folder is None or data.library.has_dynamic_globals:
+        if self._sources is None or data.library.has_dynamic_globals:
             return
-        with contextlib.suppress(OSError):
-            if _digest_of_sources(PACKAGE) != self._folder.name:
-                return  # A file edited since this process began may be in the code, but not in the folder's name.
-            if not self._folder.is_dir():
-                _remove_unused(self._folder.parent)
-                self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            payload = dumps(_to_parts(data))
-            write_whole(self._path(self._folder, sig, data.codegen), _digest(payload) + payload)
+        with contextlib.suppress(OSError, loop_entry.NotPlain):
+            # A file edited since this process began may be in the code, but not in the key.
+            if _digest_of_sources(PACKAGE) == self._sources:
+                _store().put(self._key(sig, data.codegen), loop_entry.written(data))
 
     def flush(self) -> None:
-        """Nothing to forget: a folder's name answers for the sources of what lies in it."""
+        """Nothing to forget: a key answers for the sources of its entry."""
 
-    def _path(self, folder: Path, sig: Any, codegen: Any) -> Path:
-        """One file per function, types, and processor with its features."""
-        words = repr((self._name, str(sig), codegen.magic_tuple()))
-        return folder / f"{self._name.rpartition('.')[2]}-{_digest(words.encode()).hex()[:32]}{_SUFFIX}"
+    def _key(self, sig: Any, codegen: Any) -> str:
+        """One entry per function, types, and processor with its features."""
+        return _digest(repr((self._sources, self._name, str(sig), codegen.magic_tuple())).encode())
 
 
 @cache
-def _folder() -> Path | None:
-    """Where the code of the present sources is kept, decided once in a process; None: in memory only."""
-    place = code_folder()
+def _store() -> FileStore:
+    return FileStore(code_folder(), LOOP)
+
+
+@cache
+def _sources() -> str | None:
+    """Name of the present sources, taken once in a process; None if they cannot be read."""
     try:
-        name = _digest_of_sources(PACKAGE)
+        return _digest_of_sources(PACKAGE)
     except OSError:
         return None
-    if place is None or prepare(place):
-        return None
-    folder = place / "loops" / name
-    with contextlib.suppress(OSError):
-        if time.time() - folder.stat().st_mtime > _DAY:
-            os.utime(folder)
-    return folder
 
 
 def _digest_of_sources(package: Path) -> str:
-    """Name of the sources of all compiled loops, with the releases of numba and Python."""
-    parts = [numba.__version__.encode(), (sys.implementation.cache_tag or sys.version).encode()]
+    """Name of the sources of all compiled loops, with the releases of numba, LLVM and Python."""
+    releases = (numba.__version__, version("llvmlite"), sys.implementation.cache_tag or sys.version)
+    parts = [release.encode() for release in releases]
     for place, folders, files in os.walk(package):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         for name in sorted(files):
             if name.endswith(COMPILED):
                 path = Path(place, name)
                 parts += [path.relative_to(package).as_posix().encode(), path.read_bytes()]
-    return _digest(b"".join(len(part).to_bytes(8, "little") + part for part in parts)).hex()[:32]
+    return _digest(b"".join(len(part).to_bytes(8, "little") + part for part in parts))
 
 
-def _digest(data: bytes) -> bytes:
-    return hashlib.blake2b(data, digest_size=_CHECK).digest()
-
-
-def _remove_unused(place: Path) -> None:
-    """Remove the folders of sources that nobody has begun to use for long."""
-    for folder in place.iterdir() if place.is_dir() else ():
-        with contextlib.suppress(OSError):
-            if time.time() - folder.stat().st_mtime > KEPT_DAYS * _DAY:
-                shutil.rmtree(folder, ignore_errors=True)
+def _digest(data: bytes) -> str:
+    return hashlib.blake2b(data, digest_size=32).hexdigest()
 
 
 @cache
 def _tell_once(folder: Path | None) -> None:
     """That seconds pass, for whoever listens to the logger `mafsil` (the command line on a terminal does)."""
-    sentence = say("solvers.compiling_unkept") if folder is None else say("solvers.compiling", path=str(folder.parent))
+    sentence = say("solvers.compiling_unkept") if folder is None else say("solvers.compiling", path=str(folder))
     logging.getLogger("mafsil").info(sentence)

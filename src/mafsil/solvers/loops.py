@@ -7,16 +7,20 @@ a division by zero is an infinity, not an exception.
 
 from __future__ import annotations
 
-import contextlib
+import atexit
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba import njit
+from numba.core.compiler_lock import global_compiler_lock
 
 try:
     from mafsil.solvers.loop_cache import LoopCache
-except (ImportError, AttributeError):  # A release of numba that is arranged otherwise: its own cache must do.
+except (ImportError, AttributeError):  # A release of numba that is arranged otherwise: loops stay in memory.
     LoopCache = None
+
+# A thread inside LLVM while the process takes LLVM down would crash it: the end waits for whoever compiles.
+atexit.register(global_compiler_lock.acquire)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -41,10 +45,10 @@ def reordered(function: F) -> F:
 
 
 def _kept(function: F, dispatcher: Any) -> F:
-    """The compiled function, its code looked for on disk first."""
+    """The compiled function, its code looked for on disk first.
+
+    Numba's own cache is never asked: it unpickles what it finds.
+    """
     if LoopCache is not None and hasattr(dispatcher, "_cache"):
         dispatcher._cache = LoopCache(function)
-    elif hasattr(dispatcher, "enable_caching"):
-        with contextlib.suppress(RuntimeError):  # No folder that it could write to.
-            dispatcher.enable_caching()
     return cast(F, dispatcher)
