@@ -198,3 +198,21 @@ def affine(size: int):
 
     x = ca.SX.sym("x", size)
     return ca.Function("affine", [x], [2 * x + np.arange(size)], ["A"], ["B"])
+
+
+@pytest.mark.row("K6")
+@pytest.mark.parametrize("threads", [1, None])
+def test_a_large_batch_is_done_in_pieces_between_which_ctrl_c_is_heard(threads):
+    """One piece would hold the interpreter's main thread until the last row."""
+    rows, calls = 1_000_000, []
+
+    def interrupted(_x, out):
+        calls.append(len(out[0]))
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    evaluate = batch.Evaluator(Signature("f", (Port("x"),), (Port("y"),)), interrupted, lambda: 1)
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(np.zeros(rows), threads=threads)
+    assert sum(calls) < rows / 2
+    assert max(calls) <= 1 << 16

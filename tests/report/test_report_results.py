@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -100,9 +101,19 @@ def test_orphans_of_killed_runs_are_swept(small_run: Run, tmp_path: Path) -> Non
     for orphan in (old, young):
         orphan.mkdir()
     os.utime(old, (0, 0))
+    finished = subprocess.Popen([sys.executable, "-c", ""])
+    finished.wait()
+    killed = tmp_path / f".out.partial-{platform.node()}-{finished.pid}-x"
+    running = tmp_path / f".out.partial-{platform.node()}-{os.getpid()}-x"
+    elsewhere = tmp_path / f".out.partial-another-machine-{finished.pid}-x"
+    for partial in (killed, running, elsewhere):
+        partial.mkdir()
     write_results(small_run, tmp_path / "out")
     assert not old.exists()
+    assert not killed.exists()
     assert young.exists()
+    assert running.exists()
+    assert elsewhere.exists()
 
 
 @pytest.mark.row("K5")

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact, single
 from mafsil.grasp.grasp import Grasp
+from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
 ON_SURFACE = 1e-6
@@ -62,7 +62,7 @@ def read(path: Path) -> Sketch:
         if path.is_file() and path.stat().st_size > LARGEST_FILE:
             raise FileError("grasp.file_too_large", path=path, limit=LARGEST_FILE)
         text = path.read_text("utf-8")
-        data = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+        data = json.loads(text) if path.suffix.lower() == ".json" else parsed_toml(text)
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError("grasp.file_unreadable", path=path, reason=reason) from None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,6 +16,7 @@ from mafsil.job import lines
 from mafsil.job.description import Job, Move, Part, Pose
 from mafsil.messages.visible import visible
 from mafsil.model.source import regular_bytes
+from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
 LARGEST_NUMBER = 1e9
@@ -75,9 +75,9 @@ def parse(text: str, source: str = "<text>") -> Job:
         JobError: a key is unknown, missing, of the wrong type or out of range.
     """
     try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise FileError("job.syntax", source=visible(source), reason=str(error) or type(error).__name__) from None
+        data = parsed_toml(text)
+    except ValueError as error:
+        raise FileError("job.syntax", source=visible(source), reason=str(error)) from None
     reader = _Reader(text, visible(source))
     reader.refuse_unknown(data, Job, ())
     reader.require(data, Job, ())

@@ -17,6 +17,8 @@ from mafsil.kernels.layout import Port, Signature
 _PART_WORK = 400_000
 """Operations that are worth handing to another thread: about 50 us."""
 _PARTS_PER_THREAD = 4
+_ROWS_AT_ONCE, _WORK_AT_ONCE = 1 << 16, 100_000_000
+"""Rows and operations after which a waiting Ctrl-C is heard: some 20 ms."""
 _FEW = 64
 _FLOAT64 = np.dtype(np.float64)
 _SMALL = 16
@@ -82,7 +84,7 @@ class Evaluator:
         results = None if out is None else self._given(out, batch)
         count = self._threads(batch, threads)
         try:
-            if count > 1 and not _overlapping(arrays, results or ()):
+            if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
                 return self._split(arrays, batch, results, count)
             return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
         except MemoryError:
@@ -152,6 +154,13 @@ class Evaluator:
         """The most parts that a batch is worth."""
         return min(prod(batch) * max(self._work(), 1) // _PART_WORK, max(batch))
 
+    def _pieces(self, batch: tuple[int, ...]) -> int:
+        """The fewest parts between which a waiting Ctrl-C is heard soon enough."""
+        rows = prod(batch)
+        if rows <= _SMALL:
+            return 1
+        return min(1 + max(rows // _ROWS_AT_ONCE, rows * self._work() // _WORK_AT_ONCE), max(batch))
+
     def _split(
         self,
         arrays: Sequence[Floats],
@@ -163,7 +172,7 @@ class Evaluator:
         ports = self._signature.ports
         if results is None:
             results = tuple(np.empty(batch + port.shape) for port in self._signature.outputs)
-        parts = min(self._parts(batch), _PARTS_PER_THREAD * threads)
+        parts = max(min(self._parts(batch), _PARTS_PER_THREAD * threads), self._pieces(batch))
         axis = batch.index(max(batch))
         edges = [batch[axis] * part // parts for part in range(parts + 1)]
         operands = [*arrays, *results]

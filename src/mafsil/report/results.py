@@ -6,6 +6,7 @@ import ctypes
 import errno
 import json
 import os
+import platform
 import shutil
 import sys
 import tempfile
@@ -48,7 +49,8 @@ def write_results(run: Run, directory: Path) -> Path:
     require_replaceable(directory)
     directory.parent.mkdir(parents=True, exist_ok=True)
     _sweep(directory)
-    partial = Path(tempfile.mkdtemp(prefix=f".{directory.name}.partial-", dir=directory.parent))
+    writer = f"{platform.node()}-{os.getpid()}"
+    partial = Path(tempfile.mkdtemp(prefix=f".{directory.name}.partial-{writer}-", dir=directory.parent))
     try:
         os.chmod(partial, 0o755)
         _write_all(run, partial)
@@ -170,5 +172,19 @@ def _exchanged(first: Path, second: Path) -> bool:
 def _sweep(directory: Path) -> None:
     """Remove what runs that were killed have left behind."""
     for orphan in directory.parent.glob(f".{directory.name}.partial-*"):
-        if orphan.is_dir() and time.time() - orphan.stat().st_mtime > _ORPHAN_AGE:
+        if orphan.is_dir() and (_writer_is_gone(orphan) or time.time() - orphan.stat().st_mtime > _ORPHAN_AGE):
             shutil.rmtree(orphan, ignore_errors=True)
+
+
+def _writer_is_gone(partial: Path) -> bool:
+    """Whether the process that wrote there ran on this machine and does not any more."""
+    host, _, number = partial.name.rpartition("-")[0].partition(".partial-")[2].rpartition("-")
+    if host != platform.node() or not number.isdigit():
+        return False
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return True
+    except OSError:
+        return False
+    return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 import msgspec
@@ -15,6 +14,7 @@ from mafsil.model.source import regular_bytes
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.form import KEYS, RobotTable
 from mafsil.model.table.text import line_of, numbers_of
+from mafsil.toml_source import parsed_toml
 
 SIZE_LIMIT = 1_000_000
 """Largest file that is read [bytes]; a table of a hundred joints has 30 000."""
@@ -58,16 +58,14 @@ def parse(text: str, path: str = "<text>") -> Mechanism:
 def decoded(text: str, path: str) -> RobotTable:
     """The text as a table of the right form, or the line where it is not."""
     try:
-        table = msgspec.convert(tomllib.loads(text), RobotTable)
-    except tomllib.TOMLDecodeError as error:
-        raise FileError("table.toml", path=path, reason=str(error)) from None
-    except RecursionError:
-        raise FileError("table.toml", path=path, reason="nested too deeply") from None
+        table = msgspec.convert(parsed_toml(text), RobotTable)
     except msgspec.ValidationError as error:
         reason, _, place = str(error).partition(" - at ")
         named = re.search(r"field `(\w+)`", reason)
         where = (place.strip("`") or "$") + (f".{named[1]}" if named else "")
         raise FileError("table.form", path=path, line=line_of(text, where), place=where, reason=reason) from None
+    except ValueError as error:
+        raise FileError("table.toml", path=path, reason=str(error)) from None
     _require_finite(table, text, path)
     _require_moments(table, text, path)
     _require_own_keys(table, text, path)
