@@ -23,11 +23,9 @@ def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]
 @pytest.mark.capability("09-7")
 def test_the_motion_is_the_library_s(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path, tau = tmp_path / "fall.csv", ["1", "2", "3", "0", "0", "0"]
-    code, out, _ = run(capsys, "--tau", *tau, "--duration", "0.5", "--friction", "--out", str(path), "--json")
+    code, out, _ = run(capsys, "--tau", *tau, "--duration", "0.5", "--out", str(path), "--json")
     found = json.loads(out)
-    moved = mf.forward_dynamics_trajectory(
-        mf.load("puma560"), found_start(), tau=np.array(tau, float), duration=0.5, friction=True
-    )
+    moved = mf.forward_dynamics_trajectory(mf.load("puma560"), found_start(), tau=np.array(tau, float), duration=0.5)
     assert code == 0
     np.testing.assert_array_equal(found["q"], moved.q[-1])
     np.testing.assert_array_equal(found["qd"], moved.qd[-1])
@@ -44,7 +42,7 @@ def found_start() -> np.ndarray:
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_people_read_the_end_and_the_energy(capsys: pytest.CaptureFixture[str], language: str, tmp_path: Path) -> None:
     path = tmp_path / "fall.csv"
-    code, out, _ = run(capsys, "--duration", "0.2", "--lang", language, "--out", str(path))
+    code, out, _ = run(capsys, "--duration", "0.2", "--frictionless", "--lang", language, "--out", str(path))
     assert code == 0
     assert "joint6" in out
     assert str(path) in out
@@ -56,7 +54,7 @@ def test_people_read_the_end_and_the_energy(capsys: pytest.CaptureFixture[str], 
     [
         (["--duration", "-1"], "--duration"),
         (["--duration", "x"], "--duration"),
-        (["--friction"], "--duration"),
+        (["--frictionless"], "--duration"),
         (["--out", "x.csv"], "--duration"),
         (["--duration", "1", "--qdd", *"000000"], "--duration"),
         (["--duration", "0.1", "--out", "/nowhere/at/all.csv"], "/nowhere/at/all.csv"),

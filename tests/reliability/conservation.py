@@ -95,6 +95,7 @@ def motion(number: int, duration: float = DURATION) -> ForwardMotion:
         robot,
         *start(number, robot.n),
         duration=duration,
+        friction=False,
         tolerance=TOLERANCE,
         momenta=is_free(number),
         most_steps=MOST_STEPS,

@@ -38,7 +38,7 @@ def main() -> int:
         robot = load(name)
         for way, settings in WAYS.items():
             began = perf_counter()
-            moved = forward_dynamics_trajectory(robot, FALL, duration=options.duration, **settings)
+            moved = forward_dynamics_trajectory(robot, FALL, duration=options.duration, friction=False, **settings)
             error = (moved.energy - moved.energy[0]) / robot.kinetic_energy(moved.q, moved.qd).max()
             tenths = " ".join(f"{np.abs(part).max():.0e}" for part in np.array_split(error, 10))
             trend = np.polyfit(moved.t, error, 1)[0] * moved.duration

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mafsil as mf
 from mafsil.errors import InputError
@@ -70,7 +71,14 @@ def test_euler_with_sampled_efforts_is_the_textbook_s_recursion(arm):
     rng, h, steps = np.random.default_rng(2), 1e-3, 50
     tau, wrench = 5.0 * rng.normal(size=(steps + 1, 6)), 2.0 * rng.normal(size=(steps + 1, 6))
     moved = mf.forward_dynamics_trajectory(
-        arm, HOME, tau=mf.Sampled(tau, h), tip_wrench=mf.Sampled(wrench, h), duration=h * steps, method="euler", step=h
+        arm,
+        HOME,
+        tau=mf.Sampled(tau, h),
+        tip_wrench=mf.Sampled(wrench, h),
+        duration=h * steps,
+        friction=False,
+        method="euler",
+        step=h,
     )
     q, qd = HOME.copy(), np.zeros(6)
     for k in range(steps):
@@ -105,12 +113,15 @@ def test_inverse_and_forward_dynamics_undo_each_other(arm):
 @pytest.mark.capability("09-6")
 def test_efforts_of_sampled_motions_by_differentiation(arm):
     trajectory, t = mf.trajectory.quintic(HOME, HOME + 0.4, 1.0), np.linspace(0.0, 1.0, 201)
-    exact = mf.inverse_dynamics_trajectory(arm, trajectory, t)
+    exact = mf.inverse_dynamics_trajectory(arm, trajectory, t, friction=False)
     for given in ({}, {"qd": exact.qd}, {"qd": exact.qd, "qdd": exact.qdd}):
         np.testing.assert_allclose(
-            mf.inverse_dynamics_trajectory(arm, exact.q, t, **given).tau, exact.tau, rtol=1e-6, atol=1e-6
+            mf.inverse_dynamics_trajectory(arm, exact.q, t, friction=False, **given).tau,
+            exact.tau,
+            rtol=1e-6,
+            atol=1e-6,
         )
-    of_function = mf.inverse_dynamics_trajectory(arm, lambda s: trajectory.at(s).u, t)
+    of_function = mf.inverse_dynamics_trajectory(arm, lambda s: trajectory.at(s).u, t, friction=False)
     np.testing.assert_allclose(of_function.tau, exact.tau, rtol=1e-6, atol=1e-6)
     # Power is the change of energy: nothing is lost without friction.
     energy = arm.kinetic_energy(exact.q, exact.qd) + arm.potential_energy(exact.q)
@@ -140,7 +151,7 @@ def test_momentum_about_a_free_axis_is_kept(arm):
         ({"method": "variational", "step": 2e-3}, 1e-13),
         ({"method": "variational4", "step": 4e-3}, 1e-13),
     ):
-        moved = mf.forward_dynamics_trajectory(free, HOME, rates, duration=2.0, **options)
+        moved = mf.forward_dynamics_trajectory(free, HOME, rates, duration=2.0, friction=False, **options)
         p = np.einsum("kij,kj->ki", free.mass_matrix(moved.q), moved.qd)
         assert np.abs(p[:, 0] - p[0, 0]).max() < max(limit, 1e-14) * 100 * np.abs(p).max()
         raw = moved.outcome.value.y[:, 6]
@@ -150,9 +161,11 @@ def test_momentum_about_a_free_axis_is_kept(arm):
 @pytest.mark.parametrize("method", ["dop853", "rk4", "variational"])
 def test_batches_equal_single_motions(arm, method):
     starts = HOME + 0.1 * np.random.default_rng(1).normal(size=(3, 6))
-    whole = mf.forward_dynamics_trajectory(arm, starts, duration=0.2, method=method, tolerance=1e-12)
+    whole = mf.forward_dynamics_trajectory(arm, starts, duration=0.2, friction=False, method=method, tolerance=1e-12)
     for row in range(3):
-        alone = mf.forward_dynamics_trajectory(arm, starts[row], duration=0.2, method=method, tolerance=1e-12)
+        alone = mf.forward_dynamics_trajectory(
+            arm, starts[row], duration=0.2, friction=False, method=method, tolerance=1e-12
+        )
         np.testing.assert_allclose(whole.at(0.2).u[row], alone.at(0.2).u, atol=1e-9)
     assert whole.energy.shape == (len(whole.t), 3)
 
@@ -218,6 +231,32 @@ def test_friction_takes_energy_and_comes_from_the_description(arm):
     assert free.energy_drift < 1e-6
     assert np.diff(lossy.energy).max() < 1e-7
     assert lossy.energy[-1] < lossy.energy[0]
+
+
+def test_friction_acts_unless_left_out():
+    """The equation on the page has friction in it: a joint with Coulomb friction falls slower, without a switch."""
+    hinge = mf.Robot.from_screws(
+        [[0, 0, 1, 0, 0, 0]],
+        np.eye(4),
+        inertials=[mf.Inertial(1.0, np.array([0.3, 0.0, 0.0]), np.diag([0.01] * 3))],
+        frictions=[mf.Friction(viscous=0.3)],
+        gravity=[0, -9.81, 0],
+    )
+    inertia, t = 0.01 + 0.09, np.linspace(0.0, 1.0, 5)
+    exact = solve_ivp(
+        lambda _, y: [y[1], (-0.3 * 9.81 * np.cos(y[0]) - 0.3 * y[1]) / inertia],
+        (0, 1), [0.0, 0.0], t_eval=t, rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    moved = mf.forward_dynamics_trajectory(hinge, [0.0], duration=1.0, tolerance=1e-11)
+    np.testing.assert_allclose(moved.at(t).u[:, 0], exact.y[0], atol=1e-8)
+    needed = mf.inverse_dynamics_trajectory(hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7))
+    free = mf.inverse_dynamics_trajectory(hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7), friction=False)
+    np.testing.assert_allclose(needed.tau - free.tau, 0.3, atol=1e-10)
+
+
+def test_variational_methods_refuse_coulomb_friction(arm):
+    with pytest.raises(InputError, match="joint1 has Coulomb friction"):
+        mf.forward_dynamics_trajectory(arm, HOME, duration=0.1, method="variational")
 
 
 def test_loads_agree_between_rates_and_momenta(arm):

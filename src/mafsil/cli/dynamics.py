@@ -23,7 +23,7 @@ def dynamics(
     tau: list[str] | None,
     duration: str | None,
     out: str | None,
-    friction: bool,
+    frictionless: bool,
     tip: str | None,
     degrees: bool,
 ) -> Answer:
@@ -36,17 +36,17 @@ def dynamics(
         q, qd, qdd: (n) coordinates, rates and accelerations as typed; rates and accelerations are zero if left out.
         tau: (n) efforts; asks for the accelerations.
         duration: of the motion under constant efforts, if that is asked for.
-        out, friction: file of the motion, and whether the joints' friction acts on it.
+        out, frictionless: file of the motion, and whether the joints' friction is left out of it.
         tip: another tip link.
         degrees: whether bare angles are degrees.
 
     Raises:
-        MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, `out` or `friction` without
+        MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, `out` or `frictionless` without
             `duration`, a state so large that numbers overflow, or efforts that determine no accelerations.
     """
     if qdd is not None and (tau is not None or duration is not None):
         raise InputError("cli.dynamics_both")
-    if duration is None and (out is not None or friction):
+    if duration is None and (out is not None or frictionless):
         raise InputError("cli.dynamics_over_time")
     arm = load(robot, tip=tip)
     zero = np.zeros(arm.n)
@@ -58,7 +58,7 @@ def dynamics(
         from mafsil.cli.motion import motion
 
         load_held = zero if tau is None else efforts("tau", tau, arm.mechanism)
-        return motion(arm, values["q"], values["qd"], load_held, duration, out, friction=friction)
+        return motion(arm, values["q"], values["qd"], load_held, duration, out, friction=not frictionless)
     if tau is None:
         values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
     else:
@@ -72,6 +72,7 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     q, qd = values["q"], values["qd"]
     M = np.asarray(arm.mass_matrix(q))
     c, g = np.asarray(arm.velocity_torque(q, qd)), np.asarray(arm.gravity_torque(q))
+    friction = np.asarray(arm.friction_torque(qd))
     energy = {"kinetic": float(arm.kinetic_energy(q, qd)), "potential": float(arm.potential_energy(q))}
     shown = {"qdd": values["qdd"], "tau": values["tau"], "c(q,qd)": c, "g(q)": g}
     _require_finite(arm, {**shown, "energy": np.array(list(energy.values())), "M(q)": M})
@@ -86,6 +87,7 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
         "mass_matrix": M,
         "velocity_torque": c,
         "gravity_torque": g,
+        "friction_torque": friction,
         "energy": energy,
         "beyond_effort_limit": excess,
     }
@@ -95,6 +97,8 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     lines = [say("cli.dynamics_forward_title" if forward else "cli.dynamics_inverse_title", robot=arm.name)]
     lines += [*table(head, rows), say("cli.mass_matrix"), *matrix(M)]
     lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
+    if friction.any():
+        lines.append(say("cli.dynamics_friction", values="  ".join(map(number, friction))))
     lines += [say("cli.beyond_effort", joint=name) for name in excess]
     return Answer(data, tuple(lines))
 

@@ -54,7 +54,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("tau", "number", many=True, metavar="TAU"),
             Parameter("duration", "number"),
             Parameter("out", "path"),
-            Parameter("friction", "flag"),
+            Parameter("frictionless", "flag"),
             _TIP,
             _DEGREES,
         ),

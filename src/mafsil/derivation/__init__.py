@@ -9,6 +9,7 @@ from mafsil.derivation.fk import derive_fk as derive_fk
 from mafsil.derivation.html import to_html as to_html
 from mafsil.derivation.ik import derive_ik as derive_ik
 from mafsil.derivation.jacobian import derive_jacobian as derive_jacobian
+from mafsil.derivation.lagrange import derive_lagrange as derive_lagrange
 from mafsil.derivation.latex import to_latex as to_latex
 from mafsil.derivation.review import Finding as Finding
 from mafsil.derivation.review import Review as Review

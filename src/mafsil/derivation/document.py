@@ -75,19 +75,21 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Derivation:
-    """What `derive_fk` and `derive_jacobian` hand back; `to_text`, `to_latex` and `to_html` write it.
+    """What the functions `derive_...` hand back; `to_text`, `to_latex` and `to_html` write it.
 
     Attributes:
         key: of the title's sentence.
         robot: name.
         steps: in order.
         states: number of random states at which every line was checked.
+        checked: key of the sentence that says against what.
     """
 
     key: str
     robot: str
     steps: tuple[Step, ...]
     states: int
+    checked: str = "derivation.checked"
 
     @property
     def worst_error(self) -> float:

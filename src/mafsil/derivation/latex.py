@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import unicodedata
+
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression
 from mafsil.derivation.factored import Part, factored
@@ -32,6 +34,7 @@ _SPECIAL = {
     "#": r"\#",
     "$": r"\$",
 }
+_DOTS = {"\u0307": r"\dot", "\u0308": r"\ddot"}
 _WIDEST = 100
 _LANGUAGES = {"en": "english", "ar": "arabic"}
 
@@ -63,7 +66,7 @@ def formula(polynomial: Polynomial) -> str:
 
 def sentence(text: str) -> str:
     """Words of a sentence, letters with an index as formulas."""
-    return with_letters(text, _escaped, lambda letter, index: f"${_GREEK.get(letter, letter)}_{{{index}}}$")
+    return with_letters(text, _escaped, lambda letter, index: f"${_letter(letter)}_{{{index}}}$")
 
 
 def _head(code: str) -> list[str]:
@@ -162,15 +165,32 @@ def _matrix(entries: Entries) -> str:
 def _name(name: Name) -> str:
     if not name.index:
         return _glyph(glyph(name.letter.strip())) if name.letter.strip().isalnum() else _words(name.letter)
-    return f"{_GREEK.get(name.letter, name.letter)}_{{{name.index.replace('−', '-')}}}"
+    index = "".join(_GREEK.get(letter, letter) for letter in name.index.replace("−", "-"))
+    return f"{_letter(name.letter)}_{{{index}}}"
+
+
+def _letter(text: str) -> str:
+    """A letter, Greek ones by name, dots above as accents."""
+    if text in _GREEK:
+        return _GREEK[text]
+    base, dots = text[:-1], _DOTS.get(unicodedata.normalize("NFD", text)[-1:], "")
+    return rf"{dots}{{{unicodedata.normalize('NFD', text)[0]}}}" if dots and len(base) <= 1 else text
 
 
 def _words(text: str) -> str:
-    return text.replace("det J", r"\det J").replace("×", r"\times").replace("·", r"\cdot ").replace("−", "-")
+    for letter, command in _GREEK.items():
+        text = text.replace(letter, command)
+    return (
+        text.replace("∂", r"\partial ")
+        .replace("det J", r"\det J")
+        .replace("×", r"\times")
+        .replace("·", r"\cdot ")
+        .replace("−", "-")
+    )
 
 
 def _glyph(letter: Glyph) -> str:
-    base = _GREEK.get(letter.letter, letter.letter)
+    base = _letter(letter.letter)
     return f"{base}_{{{letter.below}}}" if letter.below else base
 
 

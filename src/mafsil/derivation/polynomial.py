@@ -167,7 +167,7 @@ def rank(factor: Factor) -> tuple[object, ...]:
     if isinstance(factor, Symbol):
         letter = factor.name.rstrip("0123456789").partition("_")[0]
         if letter in RATES:
-            return (4, int(factor.name[len(letter) :]), letter)
+            return (4, int(factor.name[len(letter) :] or 0), letter)
         return (_FIRST.get(letter, 2), _natural(factor.name))
     return (3, tuple(_natural(name) for name, _ in factor.angle), tuple(k for _, k in factor.angle), factor.sine)
 

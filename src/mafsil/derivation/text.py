@@ -33,7 +33,7 @@ def to_text(derivation: Derivation, language: str | None = None) -> str:
 def checked_sentence(derivation: Derivation, language: str | None = None) -> str:
     """How the lines were checked, and how well they passed."""
     error = f"{derivation.worst_error:.1e}"
-    return say("derivation.checked", language=language, states=derivation.states, error=error)
+    return say(derivation.checked, language=language, states=derivation.states, error=error)
 
 
 def step_sentence(step: Step, language: str | None = None) -> str:

@@ -119,7 +119,7 @@ def forward_dynamics_trajectory(
     *,
     duration: float,
     tip_wrench: Source = None,
-    friction: bool = False,
+    friction: bool = True,
     method: str = "dop853",
     step: float | None = None,
     tolerance: float = 1e-9,
@@ -143,7 +143,7 @@ def forward_dynamics_trajectory(
         tau: efforts [N m | N]: None for none, (*batch, n) constant, f(t) or f(t, q, qd), or `Sampled`.
         duration: of the motion [s].
         tip_wrench: (m, f) that the tip exerts on the world, in the tip frame [N m, N], given as tau is.
-        friction: whether the joints' friction acts.
+        friction: whether the friction that the description gives its joints acts; False leaves it out.
         method: name of an integrator.
         step: of the fixed-step methods [s]; 1 ms if None; the last one is shortened to meet the duration. Adaptive
             methods take none longer, if given.
@@ -157,7 +157,8 @@ def forward_dynamics_trajectory(
         The motion; its status says whether it reached the end. A motion that blows up ends at the last good state.
 
     Raises:
-        InputError: a wrong shape, a number that is not finite or positive, an unknown method, events or momenta with a
+        InputError: a wrong shape, a number that is not finite or positive, an unknown method, a variational one with
+            Coulomb friction, events or momenta with a
             method that cannot have them, a step that needs more than `most_steps`.
         ModelError: the efforts determine no acceleration: some joint moves no inertia.
 
@@ -173,6 +174,8 @@ def forward_dynamics_trajectory(
     if end / h > budget.steps + 1e-9:
         raise InputError("simulation.most_steps", steps=end / h, limit=budget.steps)
     require_events(events)
+    if method in COMPOSITIONS and friction:
+        _require_smooth(robot, method)
     system = DrivenRobot(robot, signal("tau", tau, robot.n), signal("tip_wrench", tip_wrench, 6), friction)
     positions, rates = _start(system, q, qd)
     system.acceleration(0.0, positions, rates)
@@ -193,6 +196,13 @@ def forward_dynamics_trajectory(
             raise InputError("simulation.adaptive_only", method=method, known=", ".join(PAIRS))
         outcome = fixed_step_solution(system, method, (positions, rates), Clock.until(end, h), events, seconds)
     return _recorded(system, method, outcome, momenta)
+
+
+def _require_smooth(robot: Robot, method: str) -> None:
+    """Refuse Coulomb friction with a variational method: its step solves for a mean rate, which friction makes jump."""
+    for joint in robot.mechanism.joints:
+        if joint.moves and joint.friction is not None and (joint.friction.coulomb or joint.friction.coulomb_negative):
+            raise InputError("simulation.variational_friction", method=method, joint=joint.name)
 
 
 def _start(system: DrivenRobot, q: ArrayLike, qd: ArrayLike | None) -> tuple[JointVector, JointVector]:

@@ -50,7 +50,7 @@ def inverse_dynamics_trajectory(
     qd: ArrayLike | None = None,
     qdd: ArrayLike | None = None,
     tip_wrench: Source = None,
-    friction: bool = False,
+    friction: bool = True,
 ) -> InverseMotion:
     """The efforts tau(t) that a motion q(t) needs: tau = M qdd + c + g + friction + J' F_tip at each time.
 
@@ -64,7 +64,7 @@ def inverse_dynamics_trajectory(
         qd, qdd: (k, *batch, n) rates and accelerations of sampled motions, if they are known.
         tip_wrench: (m, f) that the tip exerts on the world, in the tip frame: None, constant, f(t), f(t, q, qd) or
             `Sampled` [N m, N].
-        friction: whether the joints' friction counts.
+        friction: whether the friction that the description gives its joints counts; False leaves it out.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, times that do not increase, fewer than three samples to
