@@ -1,28 +1,28 @@
 """Worked examples of dynamics: particle, planar 2R, published spatial 3R, RRPRRR, rigid bodies, motions over time."""
 
-import json
-from pathlib import Path
+from functools import cache
 
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import mafsil as mf
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
 from mafsil.mechanics.lagrange import christoffel_of, euler_lagrange, mass_matrix_of
 from mafsil.mechanics.newton_euler import newton_euler
-from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.mechanics.twist_chain import TwistChain, spatial_matrix
 from mafsil.model import Friction, Inertial
 from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.robot import Robot
+from tests.acceptance.reading import cases, unread_after
 
-CASES = {case["id"].split()[0]: case for case in json.loads((Path(__file__).parent / "09-dynamics.json").read_text())}
+ELSEWHERE = ("9-06", "9-10", "9-12", "9-18")
+"""Cases of the arm and body that 09-definitions.json defines, in test_09_more."""
+CASES = {name: case for name, case in cases("09-dynamics.json").items() if name not in ELSEWHERE}
 
 
-def close(value, expected, rtol=1e-6, atol=1e-9):
+def close(value, expected, rtol=1e-9, atol=1e-9):
     np.testing.assert_allclose(value, expected, rtol=rtol, atol=atol)
 
 
@@ -30,15 +30,25 @@ def state(case):
     return [np.array(case["input"][name], float) for name in ("theta", "dtheta", "ddtheta")]
 
 
-@pytest.fixture(scope="module")
-def planar():
+@cache
+def planar_arm():
     numbers = CASES["9-02"]["input"]
     mechanism = planar2r_point_masses(numbers["L"], numbers["m"])
     return Robot(mechanism.with_gravity(np.array(numbers["g_vec"], float)))
 
 
 @pytest.mark.capability("09-11", "09-12", "09-13", "09-14")
-def test_particle():
+def test_particle_by_typed_energies():
+    numbers = CASES["9-01"]["input"]
+    found = mf.derivation.derive_lagrange("m*dx**2/2", "m*g*x", {"x": "m"}, newton={"x": "m*ddx + m*g"})
+    values = {"m": numbers["m"], "g": numbers["g"], "x": 0.7, "dx": -0.3, "ddx": numbers["xdd"]}
+    by_lagrange, by_newton = (line.sides[0] for line in found.lines if line.left[0].letter == "f")
+    close(by_lagrange.evaluate(values), CASES["9-01"]["expect"]["f"])
+    close(by_newton.evaluate(values), CASES["9-01"]["expect"]["f"])
+
+
+@pytest.mark.capability("09-12", "09-13")
+def test_particle_by_expressions():
     numbers, (x, xd, xdd) = CASES["9-01"]["input"], (ca.SX.sym(name) for name in ("x", "xd", "xdd"))
     m, g = numbers["m"], numbers["g"]
     f = euler_lagrange(m * xd**2 / 2 - m * g * x, x, xd, xdd)
@@ -48,7 +58,8 @@ def test_particle():
 
 
 @pytest.mark.capability("09-9", "09-15", "09-16", "09-19", "09-20", "09-21", "09-59")
-def test_planar_2r(planar):
+def test_planar_2r():
+    planar = planar_arm()
     case, (q, qd, qdd) = CASES["9-02"], state(CASES["9-02"])
     expect = case["expect"]
     for road in (planar.inverse_dynamics, planar.lagrange_torque):
@@ -87,28 +98,12 @@ def test_planar_2r_from_positions():
 
 
 @pytest.mark.capability("09-15", "09-45")
-def test_planar_2r_stretched(planar):
+def test_planar_2r_stretched():
+    planar = planar_arm()
+    given = CASES["9-03"]["input"]
+    for name in ("m", "L", "g_vec"):
+        assert given[name] == CASES["9-02"]["input"][name]
     close(planar.inverse_dynamics(*state(CASES["9-03"])), CASES["9-03"]["expect"]["tau"])
-
-
-@pytest.mark.capability("09-30", "09-32", "09-33", "09-37")
-def test_rigid_body_wrench():
-    """The case's inertia stands elsewhere; momentum and moment give five of its six numbers, the rest is to check."""
-    numbers, expect = CASES["9-06"]["input"], CASES["9-06"]["expect"]
-    V, dV, m = np.array(numbers["V"]), np.array(numbers["Vdot"]), numbers["m"]
-    entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
-    bodies = []
-    for i, j in entries:
-        unit = np.zeros((3, 3))
-        unit[i, j] = unit[j, i] = 1.0
-        bodies.append(RigidBody(Inertial(m, np.zeros(3), unit)))
-    columns = [np.concatenate([body.momentum(V)[:3], body.moment(V, dV)]) for body in bodies]
-    values, *_ = np.linalg.lstsq(np.array(columns).T, np.concatenate([expect["P"][:3], expect["F"][:3]]))
-    body = RigidBody(Inertial(m, np.zeros(3), sum(x * b.inertial.inertia for x, b in zip(values, bodies, strict=True))))
-    close(body.wrench(V, dV), expect["F"])
-    close(body.momentum(V), expect["P"])
-    close(body.kinetic_energy(V), expect["K"])
-    close(body.force(V, dV), expect["F"][3:])
 
 
 @pytest.mark.capability("09-35", "09-36")
@@ -178,6 +173,10 @@ def test_published_spatial_3r_as_a_robot():
     F = case["input"]["Ftip"]
     close(scale * robot.inverse_dynamics(q, qd, qdd, F), expect["tau_id"])
     close(scale[:, None] * robot.mass_matrix(q) * scale, expect["M"])
+    close(scale * robot.velocity_torque(q, qd), expect["c"])
+    close(scale * robot.gravity_torque(q), expect["grav"])
+    close(scale * (robot.jacobian_body(q).T @ F), expect["tip_torque"])
+    assert case["input"]["note_frames"] == "M_rel = M01, M12, M23, M34 (4 = tool frame n+1)"
     close(robot.forward_dynamics(q, qd, case["input"]["tau_fd"] / scale, F) / scale, expect["ddtheta_fd"])
 
 
@@ -185,6 +184,7 @@ def test_published_spatial_3r_as_a_robot():
 def test_rrprrr():
     case = CASES["9-11"]
     numbers, expect = case["input"]["robot"], case["expect"]
+    assert numbers["com_rotations"] == "identity"
     frames = [np.eye(4) for _ in range(6)]
     for frame, place in zip(frames, numbers["com_positions"], strict=True):
         frame[:3, 3] = place
@@ -220,52 +220,46 @@ def test_one_joint_with_friction_by_explicit_euler():
         gravity=[0, -g, 0],
     )
 
-    def slope(q, qd):
-        return robot.forward_dynamics(q, qd, numbers["tau"] - robot.friction_torque(qd))
-
-    q, qd, h = np.array([numbers["theta0"]], float), np.array([numbers["dtheta0"]], float), numbers["h"]
-    for _ in range(numbers["N"]):
-        q, qd = q + h * qd, qd + h * slope(q, qd)
-    close(q[0], expect["theta_end"])
-    close(qd[0], expect["dtheta_end"])
-    fine = solve_ivp(lambda _, x: [x[1], slope(x[:1], x[1:])[0]], (0, 1), [0, 0], rtol=1e-11, atol=1e-12)
-    close(fine.y[:, -1], [expect["reference_theta"], expect["reference_dtheta"]])
+    start, rate, tau = [numbers["theta0"]], [numbers["dtheta0"]], [numbers["tau"]]
+    end, h = numbers["N"] * numbers["h"], numbers["h"]
+    euler = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, method="euler", step=h)
+    close(euler.q[-1, 0], expect["theta_end"])
+    close(euler.qd[-1, 0], expect["dtheta_end"])
+    assert len(euler.t) == numbers["N"] + 1
+    fine = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, tolerance=1e-12)
+    close([fine.q[-1, 0], fine.qd[-1, 0]], [expect["reference_theta"], expect["reference_dtheta"]])
+    without = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, friction=False)
+    assert abs(without.q[-1, 0] - expect["reference_theta"]) > 0.01
 
 
 @pytest.mark.capability("09-7", "09-65", "09-66")
-def test_planar_2r_in_free_fall(planar):
+def test_planar_2r_in_free_fall():
+    planar = planar_arm()
     numbers, expect = CASES["9-15"]["input"], CASES["9-15"]["expect"]
-    start, end, zero = np.array(numbers["theta0"]), numbers["t_end"], np.zeros(2)
+    assert numbers["robot"] == "9-02"
+    given = {"q": numbers["theta0"], "qd": numbers["dtheta0"], "tau": numbers["tau"], "duration": numbers["t_end"]}
 
-    def euler(h):
-        q, qd = start, zero
-        for _ in range(round(end / h)):
-            q, qd = q + h * qd, qd + h * planar.forward_dynamics(q, qd, zero)
-        return np.concatenate([q, qd])
+    def by_euler(h):
+        return mf.forward_dynamics_trajectory(planar, **given, method="euler", step=h)
 
-    def energy(x):
-        return float(planar.kinetic_energy(x[:2], x[2:]) + planar.potential_energy(x[:2]))
+    def end(motion):
+        return np.concatenate([motion.q[-1], motion.qd[-1]])
 
-    coarse, fine = euler(0.01), euler(0.005)
-    close(coarse, expect["euler_h_0_01"])
-    close(fine, expect["euler_h_0_005"])
-    close(energy(np.concatenate([start, zero])), expect["energy0"])
-    close(energy(coarse), expect["energy_euler_h_0_01"])
-    exact = solve_ivp(
-        lambda _, x: np.concatenate([x[2:], planar.forward_dynamics(x[:2], x[2:], zero)]),
-        (0, end),
-        np.concatenate([start, zero]),
-        rtol=1e-11,
-        atol=1e-12,
-    ).y[:, -1]
-    close(exact, expect["reference_state"])
-    errors = [np.linalg.norm(x - exact) for x in (coarse, fine, euler(0.00125), euler(0.000625))]
+    coarse, fine = by_euler(0.01), by_euler(0.005)
+    close(end(coarse), expect["euler_h_0_01"])
+    close(end(fine), expect["euler_h_0_005"])
+    close(coarse.energy[0], expect["energy0"])
+    close(coarse.energy[-1], expect["energy_euler_h_0_01"])
+    exact = mf.forward_dynamics_trajectory(planar, **given, tolerance=1e-12)
+    close(end(exact), expect["reference_state"])
+    errors = [np.linalg.norm(end(m) - end(exact)) for m in (coarse, fine, by_euler(0.00125), by_euler(0.000625))]
     assert abs(errors[0] / errors[1] - expect["error_ratio_about"]) < 0.25
     assert abs(errors[2] / errors[3] - 2.0) < 0.05, "first order"
 
 
 @pytest.mark.capability("09-8", "09-22")
-def test_a_robot_as_a_system_of_efforts_and_motion(planar):
+def test_a_robot_as_a_system_of_efforts_and_motion():
+    planar = planar_arm()
     """Efforts assembled from M, c and g, as a controller does, make errors die as those of unit masses."""
     wanted, omega = np.array([0.4, -0.9]), 8.0
 
@@ -299,14 +293,11 @@ def test_task_space_terms_of_a_pose():
 @pytest.mark.capability("09-30", "09-31")
 def test_free_body_about_its_intermediate_axis():
     numbers, expect = CASES["9-16"]["input"], CASES["9-16"]["expect"]
-    body = RigidBody(Inertial(1.0, np.zeros(3), np.diag(numbers["I_diag"]).astype(float)))
-
-    def slope(_, w):
-        return body.acceleration(np.concatenate([w, np.zeros(3)]), np.zeros(6))[:3]
-
-    w = solve_ivp(slope, (0, numbers["t_end"]), numbers["omega0"], rtol=1e-11, atol=1e-12).y[:, -1]
-    V = np.concatenate([w, np.zeros(3)])
-    close(w, expect["omega_end"], rtol=1e-6)
+    body = mf.RigidBody(Inertial(1.0, np.zeros(3), np.diag(numbers["I_diag"]).astype(float)))
+    start = np.concatenate([numbers["omega0"], np.zeros(3)])
+    moved = mf.free_body_motion(body, np.eye(4), start, duration=numbers["t_end"], tolerance=1e-13)
+    V = moved.V[-1]
+    close(V[:3], expect["omega_end"])
     close(body.kinetic_energy(V), expect["K"])
     close(np.linalg.norm(body.momentum(V)), expect["h_norm"])
 
@@ -321,6 +312,7 @@ def test_degenerate_mass_matrix():
     close(np.linalg.det(M), case["expect"]["detM"])
     with pytest.raises(ModelError, match=r"joint1.*moves no inertia"):
         robot.forward_dynamics(q, [0, 0], [1, 0])
+    assert case["expect"]["must"] == "report a singular mass matrix, not return accelerations"
     assert np.isnan(robot.forward_dynamics([q], [0, 0], [1, 0])).all(), "no accelerations in batches"
     report = robot.degeneracy(q)
     assert report.singular
@@ -333,14 +325,17 @@ def test_degenerate_mass_matrix():
 
 
 @pytest.mark.capability("09-47", "09-64")
-def test_sign_of_an_external_wrench(planar):
+def test_sign_of_an_external_wrench():
+    planar = planar_arm()
     case = CASES["9-20"]
     robot = Robot(planar.mechanism.with_gravity(np.zeros(3)))
-    q, zero = np.array([0, np.pi / 2]), np.zeros(2)
+    given = case["input"]
+    assert (given["robot"], given["gravity"], given["theta"]) == ("9-02", 0, [0, "pi/2"])
+    q, qd, tau = np.array([0, np.pi / 2]), np.array(given["dtheta"], float), np.array(given["tau"], float)
     R = robot.forward_kinematics(q)[:3, :3]
     force_on_tip = R.T @ case["input"]["force_ON_tip_in_space_axes"]
     exerted = -np.concatenate([np.zeros(3), force_on_tip])
-    qdd = robot.forward_dynamics(q, zero, zero, exerted)
+    qdd = robot.forward_dynamics(q, qd, tau, exerted)
     close(qdd, case["expect"]["ddtheta"])
     close(R @ (robot.jacobian_body(q) @ qdd)[3:], case["expect"]["tip_acceleration_space"])
 
@@ -349,4 +344,9 @@ def test_spatial_matrix_is_that_of_a_rigid_body():
     body = Inertial(2.0, np.array([0.1, -0.2, 0.3]), np.diag([0.1, 0.2, 0.25]))
     c = body.com
     about_origin = body.inertia + body.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    close(spatial_matrix(body.mass, body.mass * c, about_origin), RigidBody(body).spatial_inertia)
+    close(spatial_matrix(body.mass, body.mass * c, about_origin), mf.RigidBody(body).spatial_inertia)
+
+
+def test_every_key_of_every_case_is_read(request):
+    del request  # an argument, so that the guard does not call itself
+    assert unread_after(globals(), CASES) == []

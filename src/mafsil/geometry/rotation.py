@@ -227,6 +227,18 @@ def vee(W: ArrayLike) -> Vector3:
     return _vee.at(W)
 
 
+def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:
+    """(*batch, 3) commutator of so(3): vee([w_1][w_2] - [w_2][w_1]) = w_1 x w_2.
+
+    Args:
+        w_1, w_2: (*batch, 3).
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.2.2.
+    """
+    W_1, W_2 = hat(w_1), hat(w_2)
+    return vee(W_1 @ W_2 - W_2 @ W_1)
+
+
 def left_jacobian(r: ArrayLike) -> Floats:
     """(*batch, 3, 3) J with omega_s = J(r) rdot for R = exp(r), of (*batch, 3) [rad]."""
     return _left_jacobian.at(r)

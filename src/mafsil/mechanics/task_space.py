@@ -46,13 +46,28 @@ class TaskSpace:
         """(*batch, k) = mu + p."""
         return self.mu + self.p
 
-    def force(self, dV: ArrayLike) -> Floats:
-        """F (*batch, k) = Lambda dV + eta: what produces the acceleration dV (*batch, k)."""
-        return _times(self.Lambda, gate("dV", dV, (self.J.shape[-2],))) + self.eta
+    def force(self, dV: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
+        """F (*batch, k) = Lambda dV + eta + F_tip: with the joint efforts J' F the task accelerates by dV (*batch, k).
 
-    def acceleration(self, F: ArrayLike) -> Floats:
-        """DV (*batch, k) = Lambda^-1 (F - eta) that the joint efforts J' F produce."""
-        return _times(self.inverse, gate("F", F, (self.J.shape[-2],)) - self.eta)
+        Args:
+            dV: (*batch, k) derivative of the task's twist.
+            tip_wrench: (*batch, k) what the tip exerts on the world, in the same frame; none by default. What the world
+                exerts on the tip enters with the other sign.
+        """
+        return _times(self.Lambda, self._gate("dV", dV)) + self.eta + self._exerted(tip_wrench)
+
+    def acceleration(self, F: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
+        """DV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
+
+        Args:
+            F: (*batch, k) task force, `task_force` of joint efforts.
+            tip_wrench: as in `force`.
+        """
+        return _times(self.inverse, self._gate("F", F) - self.eta - self._exerted(tip_wrench))
+
+    def task_force(self, tau: ArrayLike) -> Floats:
+        """F (*batch, k) = J_bar' tau, which is J^-T tau for six joints: the task's share of the efforts (*batch, n)."""
+        return _times(_transposed(self.J_bar), gate("tau", tau, (self.J.shape[-1],)))
 
     def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
         """Tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
@@ -66,6 +81,12 @@ class TaskSpace:
             return task
         tau_0 = gate("internal", internal, (self.J.shape[-1],))
         return task + tau_0 - _times(_transposed(self.J), _times(_transposed(self.J_bar), tau_0))
+
+    def _gate(self, name: str, value: ArrayLike) -> Floats:
+        return gate(name, value, (self.J.shape[-2],))
+
+    def _exerted(self, tip_wrench: ArrayLike | None) -> Floats | float:
+        return 0.0 if tip_wrench is None else self._gate("tip_wrench", tip_wrench)
 
 
 def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats, qd: JointVector) -> TaskSpace:

@@ -1,0 +1,41 @@
+"""Vectors given in a frame that turns: their derivatives, and the accelerations of points from twists; any batch."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Vector3, gate
+
+
+def vector_rate(omega: ArrayLike, x: ArrayLike, dx: ArrayLike | None = None) -> Vector3:
+    """(*batch, 3) = dx + omega x x: the derivative of a vector, in the axes of the turning frame {b}.
+
+    Of the unit vectors of {b} themselves it is omega x e_i. In the axes of {s} the same vector is R_sb times this.
+
+    Args:
+        omega: (*batch, 3) angular velocity of {b}, in {b} [rad/s].
+        x: (*batch, 3) components of the vector in {b}, of any unit.
+        dx: (*batch, 3) their time derivatives; None for a vector fixed in {b}.
+
+    Reference: Lynch & Park, Modern Robotics, eq. 8.21; the transport theorem.
+    """
+    w, own = gate("omega", omega, (3,)), gate("x", x, (3,))
+    turned = np.cross(w, own)
+    return turned if dx is None else gate("dx", dx, (3,)) + turned
+
+
+def point_acceleration(V: ArrayLike, dV: ArrayLike, point: ArrayLike = (0.0, 0.0, 0.0)) -> Vector3:
+    """(*batch, 3) acceleration [m/s^2] of a point of a body, in the axes of its frame {b}.
+
+    dv + omega x v at the origin: the derivative of a twist's components is not yet the acceleration of a point.
+
+    Args:
+        V, dV: (*batch, 6) body twist (omega, v) and the derivative of its components, in {b}.
+        point: (*batch, 3) fixed in {b} [m]; its origin by default.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.2.1.
+    """
+    twist, rate, r = gate("V", V, (6,)), gate("dV", dV, (6,)), gate("point", point, (3,))
+    omega, alpha = twist[..., :3], rate[..., :3]
+    return rate[..., 3:] + np.cross(alpha, r) + np.cross(omega, twist[..., 3:] + np.cross(omega, r))
