@@ -12,7 +12,6 @@ from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.grasp import Body, Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
 from mafsil.grasp.regions import frictionless_regions, two_finger_regions
-from mafsil.grasp.second_order import Immobility, second_order
 from mafsil.grasp.sketch import read
 from mafsil.grasp.synthesis import (
     best_next_finger,
@@ -83,20 +82,6 @@ def test_refused_load_has_a_certificate():
     held = grasp.resist([0, 0, 0, 0, 3.0, 4.0])
     assert held.total_push == pytest.approx(10.0)
     assert grasp.resultant(held.forces) == pytest.approx([0, 0, 0, 0, -3, -4], abs=1e-9)
-
-
-def test_second_order_immobility():
-    corners = np.array([[0, 0], [1, 0], [0.5, np.sqrt(3) / 2]])
-    middles = polygon_contacts(corners, 1)
-    assert second_order(Grasp(middles)).immobility is Immobility.SECOND_ORDER
-    angles = np.radians([0, 120, 240])
-    rim = np.column_stack([np.cos(angles), np.sin(angles)])
-    assert second_order(Grasp([Contact(p, -p, curvature=1.0) for p in rim])).immobility is Immobility.NOT_SHOWN
-    flatter = Grasp([Contact(p, -p, curvature=0.5) for p in rim])
-    assert second_order(flatter).immobility is Immobility.SECOND_ORDER
-    wide = Grasp([Contact(p, -p, curvature=0.5, finger_curvature=-0.2) for p in rim])
-    assert second_order(wide).form.shape == (1, 1)
-    assert second_order(Grasp(middles[:1])).immobility is Immobility.NO_EQUILIBRIUM
 
 
 def test_two_finger_regions_hold_everywhere_inside():

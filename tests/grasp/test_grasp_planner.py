@@ -169,31 +169,6 @@ def test_pictures_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[
         operation("grasp")(file=str(sketch), picture=None, **empty)
 
 
-@pytest.mark.capability("03-3")
-def test_free_motions_move(tmp_path: Path) -> None:
-    from PIL import Image
-
-    turning = Grasp(
-        [Contact(p, n) for p, n in (((0, 1), (0, -1)), ((2, 0), (-1, 0)), ((0, -1), (0, 1)), ((-2, 0), (1, 0)))]
-    )
-    path = tmp_path / "turning.gif"
-    save_free_motions(turning, path, outline=np.array([(-2, -1), (2, -1), (2, 1), (-2, 1.0)]))
-    with Image.open(path) as picture:
-        assert picture.n_frames > 10
-    with pytest.raises(InputError, match="no free motion"):
-        save_free_motions(
-            Grasp(
-                [
-                    Contact((0.5, 1), (0, -1)),
-                    Contact((2, 0.5), (-1, 0)),
-                    Contact((-0.5, -1), (0, 1)),
-                    Contact((-2, -0.5), (1, 0)),
-                ]
-            ),
-            path,
-        )
-
-
 def test_a_plan_is_drawn_small_by_small() -> None:
     plan = plan_grasps(Body.from_triangles(CUBE, FACES), fingers=3)
     assert len(draw_plan(plan).axes) == 6

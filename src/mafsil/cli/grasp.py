@@ -113,6 +113,7 @@ def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None
         "grasp": held.to_dict(),
         "closure": found.to_dict(),
         "form_closure": form.to_dict(),
+        "second_order": held.second_order().to_dict(),
         "free_motions": {"both_ways": free.reversible, "one_way": free.rays},
         "load": None if forces is None else _load_data(sketch, forces),
     }

@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.grasp import Body, Closure, Contact, Grasp, Verdict
 from mafsil.grasp.ball import hull_facets
+from mafsil.grasp.displacement import free_twists, moved
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -68,6 +69,9 @@ def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, bo
         frame_space(axes, np.array([c.point for c in grasp.contacts]) if body is None else body.corners.reshape(-1, 3))
     verdict = say(f"grasp.verdict_{closure.verdict.value}")
     sentence = f"{grasp.name}: {verdict}" if grasp.name else verdict
+    flat = all(c.curvature_given for c in grasp.contacts)
+    if flat and not closure.force_closure and grasp.second_order().immobile:
+        sentence += "; " + say("grasp.second_order_short")
     figure.suptitle(visible(sentence), color=_COLOURS[closure.verdict], fontsize=11)
     return figure
 
@@ -107,21 +111,22 @@ def _plane(axes: Any, grasp: Grasp, closure: Closure, outline: Floats | None) ->
 
 def _shown_motions(grasp: Grasp, closure: Closure) -> list[Floats]:
     """Friction may stop what the normals let pass: motions are shown only where forces do not close."""
-    if closure.force_closure:
-        return []
-    free = grasp.free_motions()
-    return [*free.reversible, *free.rays][:3]
+    return [] if closure.force_closure else [twist for twist, _ in free_twists(grasp)][:3]
 
 
 def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: Floats | None) -> None:
-    """The body (or its contact points) a little later along a motion that the normals allow."""
-    step = 0.12 * size / max(float(np.abs(twist[1:]).max()), abs(float(twist[0])) * 0.5 * size, 1e-12)
+    """The body (or its contact points) a little later along a motion that leaves every finger outside."""
     corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
-    for s in (step, 0.5 * step):
-        angle = s * twist[0]
-        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        moved = corners @ turn.T + s * twist[1:]
-        axes.fill(*moved.T, facecolor="none", edgecolor=_YES, linewidth=0.9, linestyle="--")
+    for step in (0.06 * size, 0.03 * size):
+        pose = moved(grasp, twist, step)
+        if pose is not None:
+            axes.fill(
+                *(corners @ pose[:2, :2].T + pose[:2, 2]).T,
+                facecolor="none",
+                edgecolor=_YES,
+                linewidth=0.9,
+                linestyle="--",
+            )
 
 
 def _unresisted(axes: Any, wrench: Floats, size: float) -> None:

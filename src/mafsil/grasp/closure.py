@@ -22,6 +22,8 @@ ROUNDING = 1e-12
 """A margin below this share of the largest wrench is rounding of the input: marginal."""
 Exact: TypeAlias = Columns | Callable[[], Columns | None]
 """Exact columns, or what gives them when they are asked for."""
+NOISE = 1e-14
+"""Rows below this share of the largest are rounding."""
 RANK = 1e-10
 """Singular values below this share of the largest count as zero."""
 
@@ -246,7 +248,7 @@ def _unit(y: Floats) -> Floats:
 
 def _row_sizes(W: Floats) -> Floats:
     sizes = np.abs(W).max(axis=1)
-    return np.where(sizes > 0, sizes, 1.0)
+    return np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
 
 
 def _unit_columns(W: Floats) -> Floats:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import atan, cos, hypot, isfinite, isnan, pi
+from math import atan, cos, hypot, isfinite, pi
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -33,18 +33,21 @@ class Contact:
         direction: (d,) normal as given, of any length.
         mu: friction coefficient; 0 is frictionless.
         gamma: torsional coefficient of a soft finger [m], in space only.
-        curvature: of the body's boundary at the contact [1/m], positive where it bulges (plane only, second order).
-        finger_curvature: of the finger [1/m]; infinite for a pointed one.
+        curvature: of the body's boundary at the contact [1/m], positive where it bulges: one number, or in space the
+            symmetric (3, 3) tensor across the normal. Second order asks for it; flat if it was not given.
+        finger_curvature: of the finger [1/m], in the same way; infinite for a pointed one.
         name: for reports.
+        curvature_given: whether the curvature of the body was given.
     """
 
     point: Floats
     direction: Floats
     mu: float = 0.0
     gamma: float = 0.0
-    curvature: float = 0.0
-    finger_curvature: float = float("inf")
+    curvature: float | Floats = 0.0
+    finger_curvature: float | Floats = float("inf")
     name: str = field(default="")
+    curvature_given: bool = False
 
     def __init__(
         self,
@@ -53,8 +56,8 @@ class Contact:
         mu: float = 0.0,
         gamma: float = 0.0,
         *,
-        curvature: float = 0.0,
-        finger_curvature: float = float("inf"),
+        curvature: float | ArrayLike | None = None,
+        finger_curvature: float | ArrayLike = float("inf"),
         name: str = "",
     ) -> None:
         size = real_array("point", point).size
@@ -63,23 +66,17 @@ class Contact:
         r, n = (single(what, value, (size,)) for what, value in (("point", point), ("normal", normal)))
         if not np.linalg.norm(n) > 0.0:
             raise InputError("grasp.zero_normal", name=name or "contact", point=_shown(r))
-        mu, gamma, curvature, finger_curvature = (
-            _number(what, value)
-            for what, value in (
-                ("mu", mu), ("gamma", gamma), ("curvature", curvature), ("finger_curvature", finger_curvature)
-            )
-        )  # fmt: skip
+        mu, gamma = _number("mu", mu), _number("gamma", gamma)
         for what, value in (("mu", mu), ("gamma", gamma)):
             if not (isfinite(value) and value >= 0):
                 raise InputError("grasp.negative_coefficient", name=what, value=value)
-        if not isfinite(curvature) or isnan(finger_curvature):
-            fault = ("finger_curvature", finger_curvature) if isfinite(curvature) else ("curvature", curvature)
-            raise InputError("input.finite", name=fault[0], value=fault[1], index=())
+        bend = _curvature("curvature", 0.0 if curvature is None else curvature, n)
+        finger = _curvature("finger_curvature", finger_curvature, n, pointed=True)
         if gamma > 0 and size == 2:
             raise InputError("grasp.soft_in_plane", name=name or "contact")
         values = {
             "point": frozen(r), "direction": frozen(n), "mu": mu, "gamma": gamma,
-            "curvature": curvature, "finger_curvature": finger_curvature, "name": name,
+            "curvature": bend, "finger_curvature": finger, "name": name, "curvature_given": curvature is not None,
         }  # fmt: skip
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -107,6 +104,17 @@ class Contact:
         n = [v / longest for v in given]
         length = hypot(*n)
         return frozen([v / length for v in n])
+
+    @property
+    def shape(self) -> Floats:
+        """(d - 1, d - 1) curvature of the body along `tangents` [1/m]."""
+        return _along(self.curvature, self.tangents)
+
+    @property
+    def finger_shape(self) -> Floats | None:
+        """(d - 1, d - 1) curvature of the finger along `tangents` [1/m]; None for a pointed one."""
+        pointed = isinstance(self.finger_curvature, float) and self.finger_curvature == float("inf")
+        return None if pointed else _along(self.finger_curvature, self.tangents)
 
     @property
     def alpha(self) -> float:
@@ -192,6 +200,17 @@ class Contact:
         sideways = self.mu * push - hypot(*(float(v) for v in components[1 : self.dimension]))
         return sideways if self.model != "soft" else min(sideways, self.gamma * push - abs(float(components[3])))
 
+    def with_friction(self, mu: float, gamma: float = 0.0) -> Contact:
+        """The same contact with other coefficients.
+
+        Args:
+            mu, gamma: of friction and torsion.
+        """
+        return Contact(
+            self.point, self.direction, mu, gamma, curvature=self.curvature if self.curvature_given else None,
+            finger_curvature=self.finger_curvature, name=self.name,
+        )  # fmt: skip
+
     def moved(self, T: ArrayLike) -> Contact:
         """The same contact in another frame.
 
@@ -199,13 +218,14 @@ class Contact:
             T: (d + 1, d + 1) pose of the old frame in the new one.
         """
         pose, d = np.asarray(T, float), self.dimension
+        R = pose[:d, :d]
         return Contact(
-            pose[:d, :d] @ self.point + pose[:d, d],
-            pose[:d, :d] @ self.direction,
+            R @ self.point + pose[:d, d],
+            R @ self.direction,
             self.mu,
             self.gamma,
-            curvature=self.curvature,
-            finger_curvature=self.finger_curvature,
+            curvature=_turned(self.curvature, R) if self.curvature_given else None,
+            finger_curvature=_turned(self.finger_curvature, R),
             name=self.name,
         )
 
@@ -289,6 +309,31 @@ def single(name: str, value: ArrayLike, core: tuple[int, ...]) -> Floats:
     if array.shape != core:
         raise InputError("input.shape", name=name, expected=core, got=array.shape, hint="")
     return array
+
+
+def _curvature(name: str, value: float | ArrayLike, n: Floats, pointed: bool = False) -> float | Floats:
+    """One number, or a symmetric tensor across the normal."""
+    if not np.ndim(value):
+        number = _number(name, value)  # type: ignore[arg-type]
+        if not isfinite(number) and not (pointed and number == float("inf")):
+            raise InputError("input.finite", name=name, value=number, index=())
+        return number
+    K = single(name, value, (3, 3)) if len(n) == 3 else single(name, value, ())
+    size = float(np.abs(K).max())
+    along = float(np.abs(K @ n).max() / np.linalg.norm(n))
+    if np.abs(K - K.T).max() > 1e-9 * size or along > 1e-9 * size:
+        raise InputError("grasp.curvature_tensor", name=name, along=along)
+    return frozen(K)
+
+
+def _along(curvature: float | Floats, tangents: Floats) -> Floats:
+    if isinstance(curvature, float):
+        return curvature * np.eye(len(tangents))
+    return tangents @ curvature @ tangents.T
+
+
+def _turned(curvature: float | Floats, R: Floats) -> float | Floats:
+    return curvature if isinstance(curvature, float) else R @ curvature @ R.T
 
 
 def _number(name: str, value: float) -> float:

@@ -18,6 +18,7 @@ from mafsil.grasp.cone import RoundSet, has_round_cones
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.motion import ContactMotion, FreeMotions, Wiggle, contact_motion, free_motions, wiggle
+from mafsil.grasp.second_order import Immobility, SecondOrder, second_order
 from mafsil.messages import say
 from mafsil.solvers.rational import exact
 
@@ -130,7 +131,7 @@ class Grasp:
         Args:
             mu: for all.
         """
-        return Grasp([Contact(c.point, c.direction, mu, c.gamma, name=c.name) for c in self.contacts], self.name)
+        return Grasp([c.with_friction(mu, c.gamma) for c in self.contacts], self.name)
 
     def closure(self, facets: int | None = None, *, outer: bool = False, margins: bool = True) -> Closure:
         """Force closure with its proof; round cones as they are, unless polyhedral ones are asked for.
@@ -157,11 +158,15 @@ class Grasp:
 
     def form_closure(self) -> Closure:
         """Are all motions impossible whatever the forces (first order, friction ignored)?"""
-        return self.with_friction(0.0).frictionless_part().closure()
+        return self.frictionless_part().closure()
 
     def frictionless_part(self) -> Grasp:
         """Normals alone."""
-        return Grasp([Contact(c.point, c.direction, name=c.name) for c in self.contacts], self.name)
+        return Grasp([c.with_friction(0.0) for c in self.contacts], self.name)
+
+    def second_order(self) -> SecondOrder:
+        """Is the body held by the curvature at its contacts where first order leaves it free? Friction ignored."""
+        return second_order(self)
 
     def free_motions(self) -> FreeMotions:
         """Twists that the normals allow."""
@@ -262,11 +267,20 @@ class Grasp:
         force, form = self.closure(), self.form_closure()
         lines = [force.explain(language)]
         lines.append(say("grasp.form_yes" if form else "grasp.form_no", language=language))
+        if not form:
+            lines.append(self._second_order_sentence(language))
         free = self.free_motions()
         lines += [say("grasp.free_both_ways", language=language, twist=vector(y)) for y in free.reversible]
         lines += [say("grasp.free_one_way", language=language, twist=vector(y)) for y in free.rays]
         lines.append(say("grasp.rigid", language=language))
         return lines
+
+    def _second_order_sentence(self, language: str | None) -> str:
+        """What second order says, and on which condition where the curvature of the body was not given."""
+        found = self.second_order()
+        if found.immobility is Immobility.NO_EQUILIBRIUM or all(c.curvature_given for c in self.contacts):
+            return found.explain(language)
+        return say("grasp.if_flat", language=language, finding=found.explain(language))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as `from_dict` reads it."""
@@ -295,11 +309,13 @@ def contact_data(contact: Contact) -> dict[str, Any]:
         contact: what to write.
     """
     data: dict[str, Any] = {"point": contact.point.tolist(), "normal": contact.direction.tolist()}
-    for key in ("mu", "gamma", "curvature"):
+    for key in ("mu", "gamma"):
         if getattr(contact, key):
             data[key] = getattr(contact, key)
-    if np.isfinite(contact.finger_curvature):
-        data["finger_curvature"] = contact.finger_curvature
+    if contact.curvature_given:
+        data["curvature"] = np.asarray(contact.curvature).tolist()
+    if contact.finger_shape is not None:
+        data["finger_curvature"] = np.asarray(contact.finger_curvature).tolist()
     return data | ({"name": contact.name} if contact.name else {})
 
 

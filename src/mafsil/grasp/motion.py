@@ -116,12 +116,16 @@ def free_motions(A: Floats) -> FreeMotions:
     _, s, Vt = np.linalg.svd(W.T)
     rank = int((s > 1e-10).sum())
     reversible, lines = Vt[rank:], Vt[:rank].T
-    rays = _pointed_cone(W.T @ lines)
+    rays = extreme_rays(W.T @ lines)
     return FreeMotions(reversible, rays @ lines.T)
 
 
-def _pointed_cone(rows: Floats) -> Floats:
-    """Extreme rays of {z : rows z >= 0}, rows of full column rank."""
+def extreme_rays(rows: Floats) -> Floats:
+    """Extreme rays of the pointed cone {z : rows z >= 0}, one in each row.
+
+    Args:
+        rows: (n, r) of full column rank.
+    """
     r = rows.shape[1]
     if r == 0:
         return np.zeros((0, 0))

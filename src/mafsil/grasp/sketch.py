@@ -83,14 +83,15 @@ def parse(data: Any, source: str, folder: Path | None = None) -> Sketch:
         raise FileError("grasp.file_no_contacts", path=source)
     _known(data, _KEYS, source)
     contacts = [_contact(entry, k, source) for k, entry in enumerate(data["contact"])]
-    grasp = Grasp(contacts, str(data.get("name", "")))
     body = data.get("body", {})
     _known(body, {"outline", "mesh"}, source)
     if {"outline", "mesh"} <= body.keys():
         raise InputError("grasp.mesh_and_outline")
     outline = _outline(body["outline"]) if "outline" in body else None
     if outline is not None:
-        _require_on(grasp, outline)
+        _require_on(Grasp(contacts), outline)
+        contacts = [_on_edge(contact, outline) for contact in contacts]
+    grasp = Grasp(contacts, str(data.get("name", "")))
     solid = _solid(grasp, (folder or Path()) / str(body["mesh"])) if "mesh" in body else None
     return Sketch(grasp, _load(data, grasp, source), outline, solid)
 
@@ -147,6 +148,8 @@ def _contact(entry: Any, index: int, source: str) -> Contact:
     _known(entry, _CONTACT_KEYS, source)
     numbers = {key: value for key, value in entry.items() if key not in ("point", "normal", "name")}
     for key, value in numbers.items():
+        if key in ("curvature", "finger_curvature") and isinstance(value, list):
+            continue  # a tensor, which the contact checks
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError("input.numbers", name=f"contact {index}: {key}", got=type(value).__name__)
     return Contact(entry["point"], entry["normal"], name=str(entry.get("name", f"contact {index}")), **numbers)
@@ -181,6 +184,18 @@ def _require_on(grasp: Grasp, outline: Floats) -> None:
         off = distance_to_outline(contact.point, outline)
         if off > ON_SURFACE * size:
             raise InputError("grasp.off_surface", index=index, distance=off)
+
+
+def _on_edge(contact: Contact, outline: Floats) -> Contact:
+    """A contact inside a straight edge whose curvature was not given is flat."""
+    size = float(np.ptp(outline, axis=0).max())
+    at_corner = float(np.linalg.norm(outline - contact.point, axis=1).min()) <= ON_SURFACE * size
+    if contact.curvature_given or at_corner:
+        return contact
+    return Contact(
+        contact.point, contact.direction, contact.mu, contact.gamma, curvature=0.0,
+        finger_curvature=contact.finger_curvature, name=contact.name,
+    )  # fmt: skip
 
 
 def distance_to_outline(point: Floats, outline: Floats) -> float:

@@ -27,6 +27,8 @@ SPANS, OPEN, DOUBTFUL = 1, 0, -1
 """Verdicts of `positive_span`."""
 NEAR = 1e-5
 """Distances of the scaled set below it may be the boundary."""
+NOISE = 1e-14
+"""Rows below this share of the largest are rounding and stay small."""
 FULL_RANK = 1e-14
 """Least det(A A') / (trace / m)^m that is surely full rank."""
 
@@ -75,13 +77,17 @@ def normalise(unroll: tuple[int, ...], W: Floats, weights: Floats, R: Room) -> N
         weights: (n,) w.
         R: room.
     """
-    A, sizes, n = R.A, R.sizes, W.shape[1]
+    A, sizes, n, largest = R.A, R.sizes, W.shape[1], 0.0
     for j in range(n):
         sizes[j] = 0.0
     for i in range(len(unroll)):
         big = 0.0
         for j in range(n):
             big = max(big, abs(W[i, j]))
+        R.rows[i] = big
+        largest = max(largest, big)
+    for i in range(len(unroll)):
+        big = R.rows[i] if R.rows[i] > NOISE * largest else largest
         factor = 1.0 / big if big > 0.0 else 1.0
         R.rows[i] = factor
         for j in range(n):
