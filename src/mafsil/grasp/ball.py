@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.grasp.caps import capped_radius
 
 MOST_ROWS = 6
 """Of wrenches for which the compiled growth has room; larger sets go to Qhull."""
@@ -20,6 +21,8 @@ CORNERS, FACETS = 1000, 60_000
 TRIES = 3
 GAP = 1e-6
 """Wanted gap between the bounds of a round set's radius, relative."""
+DUST = 1e-7
+"""Gap that moving the corners costs, for wrenches of size 1."""
 CLOSE = 1e-12
 """Wanted gap between the bounds of a distance, relative."""
 NEAR = 1e-7
@@ -41,6 +44,11 @@ class Ball:
     upper: float
     weakest: Floats
     corners: int
+
+    @property
+    def met(self) -> bool:
+        """Whether the bounds are within a millionth of each other; if not, the radius is only known to lie between."""
+        return self.upper - self.radius <= GAP * self.upper + DUST
 
 
 def finite_ball(W: Floats) -> Ball:
@@ -79,16 +87,41 @@ def inscribed_ball(discs: Floats, *, together: bool = False, tolerance: float = 
     """
     from mafsil.solvers import hull_growth_loops as growth
 
-    weakest, D = np.zeros(discs.shape[2]), np.ascontiguousarray(discs)
-    m = D.shape[2]
-    P, R = _workspace(m)
+    D = np.ascontiguousarray(discs)
     for seed in range(1, TRIES + 1):
-        state, lower, upper, corners = growth.inscribed((0,) * m, D, together, tolerance, P, R, seed, weakest)
+        state, lower, upper, weakest, corners = _grown(D, together, tolerance, seed)
         if state == growth.FLAT or (state == growth.MET and lower <= 0.0):
             return Ball(0.0, max(0.0, upper), weakest, corners)
-        if state in (growth.MET, growth.FULL):
+        if state == growth.MET:
             return Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
+        if state == growth.FULL:
+            grown = Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
+            return grown if together or D.shape[1] == 1 else _capped(D, grown)
     return None
+
+
+def _grown(D: Floats, together: bool, tolerance: float, seed: int = 1) -> tuple[int, float, float, Floats, int]:
+    """How the growth ended, its two bounds, its direction and how many corners it had."""
+    from mafsil.solvers import hull_growth_loops as growth
+
+    m = D.shape[2]
+    weakest, (P, R) = np.zeros(m), _workspace(m)
+    state, lower, upper, corners = growth.inscribed((0,) * m, D, together, tolerance, P, R, seed, weakest)
+    return state, lower, upper, weakest, corners
+
+
+def _capped(D: Floats, grown: Ball) -> Ball:
+    """What growth left open, by proven caps about the smooth minima; what growth found if a minimum defies proof."""
+    from mafsil.solvers import hull_growth_loops as growth
+
+    def grow(discs: Floats, tolerance: float) -> tuple[bool, float, float, Floats]:
+        state, lower, upper, weakest, _ = _grown(discs, False, tolerance)
+        return state == growth.MET, lower, upper, weakest
+
+    padded = np.zeros((len(D), 4, D.shape[2]))
+    padded[:, : D.shape[1]] = D
+    found = capped_radius(padded, grow, GAP)
+    return grown if found is None else Ball(found[0], found[1], found[2], grown.corners)
 
 
 _rooms = threading.local()

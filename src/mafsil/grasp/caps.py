@@ -1,0 +1,321 @@
+"""The radius of a round set where growth alone does not end: smooth minima are proven, and then count as corners.
+
+Near a direction u* in which round cones reach least far, a polytope needs very many corners. There Newton's method
+finds u* itself, and second order proves a whole cap about it: with pieces h_i of multipliers l_i, slopes G_i across u*
+and curvatures q_i q_i' / r_i, for steps d across u* and any 0 < t <= 1,
+
+  max h_i(u* + d) >= sum l_i (1 + s G_i d) h_i,  s = t / max |G_i d|
+  2 s sum l_i G_i G_i' + (1 - t) sum l_i q_i q_i' / X_i - b I >= 0   implies   h(u* + d) >= b |u* + d|,  |d| <= p
+
+(X_i the most that r_i can be in the cap; a disc square to u*, met inside at n, adds (1 - |n|) |E' d|). The point b sqrt(1 + p^2) u* may then join the set: outside the cap it
+changes nothing, inside it the proof holds. Growth goes on with the joined set, and ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.solvers.linear_program import minimise
+
+Growth = Callable[[Floats, float], tuple[bool, float, float, Floats]]
+"""Discs and a relative tolerance to: whether the bounds met, radius that fits, radius not exceeded, direction."""
+ROUNDS = 150
+COARSE, FINE = 2e-2, 2e-7
+"""Tolerances of the growth between which minima are collected."""
+STEPS = 25
+STILL = 1e-10
+KINK = 0.1
+"""Radii below this share of the disc's size: the disc may be met inside, square to u."""
+SADDLES = 8
+BOX = 0.1
+"""First half width of the box of a linear program, in units of |u|."""
+SHARES = np.array([0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85])
+"""Values of t that are tried."""
+WIDEST, NARROWEST = 1.0, 1e-4
+"""Caps, as tangents of their half angle."""
+SPARE = 1e-8
+"""Share of b that pays for rounding in the proof of a cap."""
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A direction in which the set reaches least far among its neighbours.
+
+    Attributes:
+        u: (m,) unit direction.
+        value: how far.
+        pieces: discs that reach it.
+        multipliers: of the pieces, sum 1, with sum of l_i w_i = value u.
+        inner: (pieces, 2) where a disc square to u is met, |.| < 1; NaN for discs that are met at their rim.
+    """
+
+    u: Floats
+    value: float
+    pieces: list[int]
+    multipliers: Floats
+    inner: Floats
+
+
+def capped_radius(discs: Floats, grow: Growth, gap: float) -> tuple[float, float, Floats] | None:
+    """Bounds of the radius within a relative gap, and the weakest direction; None if some minimum defies proof.
+
+    Args:
+        discs: (k, 4, m) as in `solvers.disc_loops`, the origin strictly inside their hull.
+        grow: the growth.
+        gap: wanted.
+    """
+    minima: list[tuple[Minimum, float]] = []
+    best: Minimum | None = None
+    tolerance = COARSE
+    for _ in range(ROUNDS):
+        level = np.inf if best is None else best.value * (1.0 - 0.5 * gap)
+        corners = [level * np.hypot(1.0, width) * found.u for found, width in minima]
+        met, lower, _, u = grow(_joined(discs, corners), tolerance)
+        if best is not None and lower >= best.value * (1.0 - gap):
+            return min(lower, level), best.value, best.u
+        found = minimum(discs, u)
+        width = 0.0 if found is None else cap(discs, found)
+        known = found is not None and any(np.linalg.norm(found.u - other.u) < SAME for other, _ in minima)
+        if (
+            found is None
+            or width < NARROWEST
+            or known
+            or (best is not None and found.value > (1.0 + COARSE) * best.value)
+        ):
+            if not met or tolerance < FINE:
+                return None
+            tolerance *= 0.1
+            continue
+        if best is None or found.value < best.value:
+            best = found
+        minima.append((found, width))
+    return None
+
+
+def _joined(discs: Floats, corners: list[Floats]) -> Floats:
+    if not corners:
+        return discs
+    points = np.zeros((len(corners), *discs.shape[1:]))
+    points[:, 0] = corners
+    return np.ascontiguousarray(np.concatenate([discs, points]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Local:
+    """Discs seen along u: heights (k,), gradients (k, m), bends (k, m) q and radii r (k,) of q q' / r."""
+
+    heights: Floats
+    gradients: Floats
+    bends: Floats
+    radii: Floats
+
+
+def _seen(discs: Floats, u: Floats) -> _Local:
+    along = discs @ u
+    x, y = along[:, 1], along[:, 2]
+    r = np.hypot(x, y)
+    safe = np.where(r > 0, r, 1.0)[:, None]
+    sense = np.where(along[:, 3] >= 0, 1.0, -1.0)[:, None]
+    gradients = discs[:, 0] + (x[:, None] * discs[:, 1] + y[:, None] * discs[:, 2]) / safe + sense * discs[:, 3]
+    bends = (-y[:, None] * discs[:, 1] + x[:, None] * discs[:, 2]) / safe
+    return _Local(along[:, 0] + r + np.abs(along[:, 3]), gradients, bends, r)
+
+
+def minimum(discs: Floats, start: Floats) -> Minimum | None:
+    """The minimum below a direction: Newton's method on its conditions, from saddles downhill; None if it is lost.
+
+    Args:
+        discs: (k, 4, m).
+        start: (m,) unit direction.
+    """
+    for _ in range(SADDLES):
+        found = _stationary(discs, start)
+        if found is None:
+            return None
+        lower = _off_saddle(discs, found)
+        if lower is None:
+            return found
+        start = lower
+    return None
+
+
+def _off_saddle(discs: Floats, found: Minimum) -> Floats | None:
+    """A direction beside a saddle that reaches less far; None beside a minimum."""
+    seen = _seen(discs[found.pieces], found.u)
+    across = np.linalg.svd(found.u[None])[2][1:]
+    kinks = [discs[i, 1:3] for i, n in zip(found.pieces, found.inner, strict=True) if not np.isnan(n[0])]
+    _, s, Vt = np.linalg.svd(np.vstack([seen.gradients, *kinks]) @ across.T, full_matrices=True)
+    flat = Vt[int((s > 1e-7 * found.value).sum()) :] @ across
+    if not len(flat):
+        return None
+    q = np.where(np.isnan(found.inner[:, :1]), seen.bends, 0.0) @ flat.T
+    safe = np.where(seen.radii > 0, seen.radii, 1.0)
+    bend = np.einsum("i,ij,ik->jk", found.multipliers / safe, q, q) - found.value * np.eye(len(flat))
+    values, directions = np.linalg.eigh(bend)
+    if values[0] >= -STILL:
+        return None
+    aside = directions[:, 0] @ flat
+    trials = [found.u + step * aside for step in (0.5, -0.5, 0.2, -0.2, 0.05, -0.05, 0.01, -0.01)]
+    trials = [u / np.linalg.norm(u) for u in trials]
+    heights = [float(_seen(discs, u).heights.max()) for u in trials]
+    best = int(np.argmin(heights))
+    return trials[best] if heights[best] < found.value else None
+
+
+def _stationary(discs: Floats, start: Floats) -> Minimum | None:
+    """Where Newton's method ends."""
+    u = _descended(discs, start / np.linalg.norm(start))
+    seen = _seen(discs, u)
+    value = float(seen.heights.max())
+    multipliers = _first_multipliers(seen, u, value)
+    pieces = [int(i) for i in np.flatnonzero(multipliers > 1e-6)]
+    kinks = {i for i in pieces if seen.radii[i] < KINK * np.linalg.norm(discs[i, 1:3])}
+    for _ in range(12):
+        solved = _newton(discs, u, pieces, kinks, value)
+        if solved is None:
+            return None
+        at, weights, inner, level = solved
+        leaving = {i for i, w in zip(pieces, weights, strict=True) if w < -STILL}
+        rims = {
+            i for i, w, nu in zip(pieces, weights, inner, strict=True) if i in kinks and np.hypot(*nu) > max(w, 0.0)
+        }
+        heights = _seen(discs, at).heights
+        beyond = int(np.argmax(heights))
+        if leaving:
+            pieces = [i for i in pieces if i not in leaving]
+        elif rims:
+            kinks -= rims
+        elif heights[beyond] <= level * (1 + 1e-9):
+            positive = np.maximum(weights, 1e-300)
+            where = np.where([[i in kinks] for i in pieces], inner / positive[:, None], np.nan)
+            return Minimum(at, float(heights[beyond]), pieces, positive / positive.sum(), where)
+        elif beyond in pieces:
+            return None
+        else:
+            pieces = [*pieces, beyond]
+        if not pieces:
+            return None
+    return None
+
+
+def _descended(discs: Floats, u: Floats) -> Floats:
+    """A direction near a minimum: linear programs of the pieces in a box that grows and shrinks with success."""
+    reach, m = BOX, len(u)
+    value = float(_seen(discs, u).heights.max())
+    for _ in range(STEPS):
+        seen = _seen(discs, u)
+        across = np.linalg.svd(u[None])[2][1:]
+        rows = np.hstack([seen.gradients @ across.T, -np.ones((len(discs), 1))])
+        box = np.hstack([np.vstack([np.eye(m - 1), -np.eye(m - 1)]), np.zeros((2 * m - 2, 1))])
+        limits = np.concatenate([-seen.heights, np.full(2 * m - 2, reach)])
+        best = minimise(np.append(np.zeros(m - 1), 1.0), None, None, np.vstack([rows, box]), limits, free=m)
+        if best is None:
+            break
+        to = u + best.x[:-1] @ across
+        to /= np.linalg.norm(to)
+        there = float(_seen(discs, to).heights.max())
+        if there < value:
+            u, value, reach = to, there, 1.5 * reach
+        else:
+            reach *= 0.3
+        if reach < 1e-3 * BOX:
+            break
+    return u
+
+
+def _first_multipliers(seen: _Local, u: Floats, value: float) -> Floats:
+    """Multipliers that nearly balance, of discs that nearly reach."""
+    from scipy.optimize import nnls
+
+    k = len(seen.heights)
+    A = np.vstack([seen.gradients.T / value, np.ones(k), np.diag(3.0 * (value - seen.heights) / value)])
+    return nnls(A, np.concatenate([u, [1.0], np.zeros(k)]))[0]
+
+
+def _newton(
+    discs: Floats, u: Floats, pieces: list[int], kinks: set[int], value: float
+) -> tuple[Floats, Floats, Floats, float] | None:
+    """U, multipliers l, places n (times l) and value: sum l_i w_i = value u, h_i = value, |u| = 1.
+
+    A disc square to u (a kink) is met at a + E n: E' u = 0 comes in, n is unknown with it.
+    """
+    m, p = len(u), len(pieces)
+    bent = [k for k, i in enumerate(pieces) if i in kinks]
+    E = np.array([discs[pieces[k], 1:3] for k in bent]).reshape(-1, m)
+    size = m + p + len(E) + 1
+    x = np.concatenate([u, np.zeros(p + len(E)), [value]])
+    for step in range(STEPS):
+        u, weights, nu, value = x[:m], x[m : m + p], x[m + p : -1], float(x[-1])
+        seen = _seen(discs[pieces], u)
+        gradients, heights, bends = seen.gradients.copy(), seen.heights.copy(), seen.bends.copy()
+        for k in bent:
+            disc = discs[pieces[k]]
+            gradients[k] = disc[0] + np.copysign(1.0, disc[3] @ u) * disc[3]
+            heights[k], bends[k] = gradients[k] @ u, 0.0
+        if step == 0:
+            columns = np.hstack([gradients.T, E.T])
+            weights = np.linalg.lstsq(columns, value * u, rcond=None)[0]
+            x[m:-1], weights, nu = weights, weights[:p], weights[p:]
+        left = np.concatenate([gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]])
+        if np.abs(left).max() <= 1e-13 * value:
+            break
+        J = np.zeros((size, size))
+        safe = np.where(seen.radii > 0, seen.radii, 1.0)
+        J[:m, :m] = np.einsum("i,ij,ik->jk", weights / safe, bends, bends) - value * np.eye(m)
+        J[:m, m : m + p], J[m : m + p, :m] = gradients.T, gradients
+        J[:m, m + p : -1], J[m + p : -1, :m] = E.T, E
+        J[:m, -1], J[m : m + p, -1], J[-1, :m] = -u, -1.0, 2 * u
+        change = np.linalg.lstsq(J, -left, rcond=1e-12)[0]
+        far = float(np.linalg.norm(change[:m]))
+        x = x + min(1.0, 0.3 / far if far > 0 else 1.0) * change
+    else:
+        if np.abs(left).max() > 1e-9 * abs(value):
+            return None
+    inner = np.zeros((p, 2))
+    inner[bent] = nu.reshape(-1, 2)
+    return u / np.linalg.norm(u), weights, inner, value
+
+
+def cap(discs: Floats, found: Minimum) -> float:
+    """Tangent of the half angle of the widest cap that second order proves; 0 if none.
+
+    Args:
+        discs: (k, 4, m).
+        found: the minimum in its middle.
+    """
+    seen, level = _seen(discs[found.pieces], found.u), found.value * (1.0 - SPARE)
+    across = np.linalg.svd(found.u[None])[2][1:]
+    mine = discs[found.pieces]
+    kink = ~np.isnan(found.inner[:, 0])
+    met = np.where(kink[:, None], found.inner, 0.0)
+    sense = np.where(mine[:, 3] @ found.u >= 0, 1.0, -1.0)[:, None]
+    square = mine[:, 0] + sense * mine[:, 3] + np.einsum("kp,kpm->km", met, mine[:, 1:3])
+    G = np.where(kink[:, None], square, seen.gradients) @ across.T
+    q = np.where(kink[:, None], 0.0, seen.bends) @ across.T
+    G = G - found.multipliers @ G
+    steepest = float(np.linalg.norm(G, axis=1).max()) or 1.0
+    spread = np.linalg.norm(mine[:, 1:3], ord=2, axis=(1, 2))
+    left = np.where(kink, found.multipliers * (1.0 - np.hypot(*met.T)) / np.where(spread > 0, spread, 1.0), 0.0)
+    rims = mine[:, 1:3] @ across.T
+    kinks = np.einsum("i,ipj,ipk->jk", left, rims, rims)
+    sharp = np.einsum("i,ij,ik->jk", found.multipliers, G, G)
+
+    def proven(width: float) -> bool:
+        most = seen.radii + width * spread
+        bend = np.einsum("i,ij,ik->jk", found.multipliers / np.where(most > 0, most, 1.0), q, q)
+        forms = (2 * SHARES / (width * steepest))[:, None, None] * sharp + (1 - SHARES)[:, None, None] * (
+            bend + 2 / width * kinks
+        )
+        return bool(np.linalg.eigvalsh(forms)[:, 0].max() >= level)
+
+    width = WIDEST
+    while width >= NARROWEST:
+        if proven(width):
+            return width
+        width *= 0.8
+    return 0.0
