@@ -121,7 +121,9 @@ def _capped(D: Floats, grown: Ball) -> Ball:
     padded = np.zeros((len(D), 4, D.shape[2]))
     padded[:, : D.shape[1]] = D
     found = capped_radius(padded, grow, GAP)
-    return grown if found is None else Ball(found[0], found[1], found[2], grown.corners)
+    if found is None or found[1] > grown.upper:
+        return grown
+    return Ball(max(grown.radius, found[0]), found[1], found[2], grown.corners)
 
 
 _rooms = threading.local()

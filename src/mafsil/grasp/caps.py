@@ -33,7 +33,7 @@ KINK = 0.1
 SADDLES = 8
 BOX = 0.1
 """First half width of the box of a linear program, in units of |u|."""
-SHARES = np.array([0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85])
+SHARES = np.array([0.001, 0.003, 0.01, 0.03, 0.06, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85])
 """Values of t that are tried."""
 WIDEST, NARROWEST = 1.0, 1e-4
 """Caps, as tangents of their half angle."""
@@ -62,12 +62,12 @@ class Minimum:
 
 
 def capped_radius(discs: Floats, grow: Growth, gap: float) -> tuple[float, float, Floats] | None:
-    """Bounds of the radius within a relative gap, and the weakest direction; None if some minimum defies proof.
+    """Bounds of the radius and the weakest direction; None if no minimum was found.
 
     Args:
         discs: (k, 4, m) as in `solvers.disc_loops`, the origin strictly inside their hull.
         grow: the growth.
-        gap: wanted.
+        gap: wanted, relative; the lower bound is 0 where some minimum defies proof.
     """
     minima: list[tuple[Minimum, float]] = []
     best: Minimum | None = None
@@ -79,22 +79,17 @@ def capped_radius(discs: Floats, grow: Growth, gap: float) -> tuple[float, float
         if best is not None and lower >= best.value * (1.0 - gap):
             return min(lower, level), best.value, best.u
         found = minimum(discs, u)
+        if found is not None and (best is None or found.value < best.value):
+            best = found
         width = 0.0 if found is None else cap(discs, found)
         known = found is not None and any(np.linalg.norm(found.u - other.u) < SAME for other, _ in minima)
-        if (
-            found is None
-            or width < NARROWEST
-            or known
-            or (best is not None and found.value > (1.0 + COARSE) * best.value)
-        ):
-            if not met or tolerance < FINE:
-                return None
-            tolerance *= 0.1
+        if found is not None and not known and width > 0.0:
+            minima.append((found, width))
             continue
-        if best is None or found.value < best.value:
-            best = found
-        minima.append((found, width))
-    return None
+        if not met or tolerance < FINE:
+            break
+        tolerance *= 0.1
+    return None if best is None else (0.0, best.value, best.u)
 
 
 def _joined(discs: Floats, corners: list[Floats]) -> Floats:
