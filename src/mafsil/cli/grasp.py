@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import number as typed
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
-from mafsil.grasp import Grasp, GraspPlan, plan_grasps
+from mafsil.grasp import Ball, Grasp, GraspPlan, Wiggle, plan_grasps
 from mafsil.grasp.closure import Closure, vector
 from mafsil.grasp.elimination import eliminate
 from mafsil.grasp.forces import ContactForces
@@ -34,6 +37,10 @@ def grasp(
     mu: str | float | None = None,
     gamma: str | float | None = None,
     opening: str | float | None = None,
+    length: str | float | None = None,
+    about: Sequence[str | float] | None = None,
+    wiggle: str | float | None = None,
+    push: str | float | None = None,
 ) -> Answer:
     """Verdicts on a sketch, or the best grasps of a mesh.
 
@@ -43,6 +50,9 @@ def grasp(
         steps: show the elimination row by row.
         picture: file to draw into.
         fingers, mu, gamma, opening: of the grasps of a mesh.
+        length, about: moments of the quality are divided by the one [m] and taken about the other point [m].
+        wiggle: clearance of every finger [m].
+        push: greatest normal force of each contact against the load [N].
 
     Raises:
         MafsilError: no such file, no grasp, an unknown kind of picture, an option for the other kind of file.
@@ -58,10 +68,27 @@ def grasp(
         "opening": None if opening is None else typed("--opening", str(opening)),
     }
     if mesh:
-        _refuse({"facets": facets, "steps": steps or None}, "grasp.not_for_mesh", file)
+        asked = {"length": length, "about": about, "wiggle": wiggle, "push": push}
+        _refuse({"facets": facets, "steps": steps or None, **asked}, "grasp.not_for_mesh", file)
         return _plan(file, {name: value for name, value in plan.items() if value is not None}, picture)
     _refuse(plan, "grasp.not_for_sketch", file)
-    return _judge(file, facets, steps, picture)
+    wanted = _Wanted(
+        1.0 if length is None else typed("--length", str(length)),
+        None if about is None else [typed("--about", str(v)) for v in about],
+        None if wiggle is None else typed("--wiggle", str(wiggle)),
+        None if push is None else typed("--push", str(push)),
+    )
+    return _judge(file, facets, steps, picture, wanted)
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What is asked beyond the verdicts."""
+
+    length: float
+    about: list[float] | None
+    clearance: float | None
+    push: float | None
 
 
 def _refuse(options: dict[str, Any], key: str, file: str) -> None:
@@ -103,21 +130,27 @@ def _plan_picture(plan: GraspPlan, path: Path) -> None:
     save_plan(plan, path)
 
 
-def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None) -> Answer:
+def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None, wanted: _Wanted) -> Answer:
     """Force closure, form closure, free motions, quality, and contact forces if the file has a load."""
     sketch = read(Path(file))
     held, edges = sketch.grasp, None if facets is None else _count(facets, "facets")
     found, form, free = held.closure(edges), held.form_closure(), held.free_motions()
-    forces = None if sketch.load is None else held.resist(sketch.load)
+    forces = None if sketch.load is None else held.resist(sketch.load, push=wanted.push)
+    ball = held.quality(wanted.length, about=wanted.about) if found.force_closure else None
+    wiggled = None if wanted.clearance is None else held.wiggle(wanted.clearance)
     data: dict[str, Any] = {
         "grasp": held.to_dict(),
         "closure": found.to_dict(),
         "form_closure": form.to_dict(),
         "second_order": held.second_order().to_dict(),
         "free_motions": {"both_ways": free.reversible, "one_way": free.rays},
+        "quality": None if ball is None else _ball_data(ball, wanted),
+        "wiggle": None if wiggled is None else {"bounded": wiggled.bounded, "range": wiggled.range},
         "load": None if forces is None else _load_data(sketch, forces),
     }
-    lines = [*_head(held), *_verdict(held, found), *held.explain()[1:]]
+    lines = [*_head(held), *_verdict(held, found, ball, wanted), *held.explain()[1:]]
+    if wiggled is not None:
+        lines += _wiggle_lines(wiggled)
     if forces is not None:
         lines += _load_lines(forces)
     if steps:
@@ -149,11 +182,30 @@ def _head(held: Grasp) -> list[str]:
     return [say("grasp.title", name=held.name or "-", count=len(held), place=place), *table(head, rows)]
 
 
-def _verdict(held: Grasp, found: Closure) -> list[str]:
+def _ball_data(ball: Ball, wanted: _Wanted) -> dict[str, Any]:
+    return {
+        "radius": ball.radius, "upper": ball.upper, "met": ball.met, "weakest": ball.weakest,
+        "length": wanted.length, "about": wanted.about,
+    }  # fmt: skip
+
+
+def _wiggle_lines(found: Wiggle) -> list[str]:
+    key = "grasp.wiggle_bounded" if found.bounded else "grasp.wiggle_open"
+    names = ("theta", "x", "y") if len(found.range) == 3 else ("rx", "ry", "rz", "x", "y", "z")
+    rows = [
+        (name, number(low, 6), number(high, 6)) for name, (low, high) in zip(names, found.range.tolist(), strict=True)
+    ]
+    head = (say("grasp.coordinate_head"), say("grasp.least_head"), say("grasp.greatest_head"))
+    return [say(key, clearance=found.clearance), *table(head, rows)]
+
+
+def _verdict(held: Grasp, found: Closure, ball: Ball | None, wanted: _Wanted) -> list[str]:
     lines = [found.explain()]
-    if found.force_closure:
-        key = "grasp.ball" if found.upper <= found.margin * (1 + 1e-9) else "grasp.ball_between"
-        lines.append(say(key, radius=found.margin, upper=found.upper, length=1.0))
+    if ball is not None:
+        exact = ball.upper <= ball.radius * (1 + 1e-9)
+        key = "grasp.ball" if exact else "grasp.ball_between" if ball.met else "grasp.ball_gap"
+        point = vector(np.zeros(held.dimension) if wanted.about is None else np.array(wanted.about))
+        lines.append(say(key, radius=ball.radius, upper=ball.upper, length=wanted.length, point=point))
         if found.weakest is not None:
             lines.append(say("grasp.weakest", wrench=vector(found.weakest)))
     if held.dimension == 2 and len(held) == 2 and all(c.mu > 0 for c in held.contacts):

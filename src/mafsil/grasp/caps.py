@@ -7,7 +7,8 @@ and curvatures q_i q_i' / r_i, for steps d across u* and any 0 < t <= 1,
   max h_i(u* + d) >= sum l_i (1 + s G_i d) h_i,  s = t / max |G_i d|
   2 s sum l_i G_i G_i' + (1 - t) sum l_i q_i q_i' / X_i - b I >= 0   implies   h(u* + d) >= b |u* + d|,  |d| <= p
 
-(X_i the most that r_i can be in the cap; a disc square to u*, met inside at n, adds (1 - |n|) |E' d|). The point b sqrt(1 + p^2) u* may then join the set: outside the cap it
+(X_i the most that r_i can be in the cap; a disc square to u*, met inside at n, adds (1 - |n|) |E' d|).
+The point b sqrt(1 + p^2) u* may then join the set: outside the cap it
 changes nothing, inside it the proof holds. Growth goes on with the joined set, and ends.
 """
 
@@ -244,8 +245,10 @@ def _newton(
     E = np.array([discs[pieces[k], 1:3] for k in bent]).reshape(-1, m)
     size = m + p + len(E) + 1
     x = np.concatenate([u, np.zeros(p + len(E)), [value]])
+    weights, nu = np.zeros(p), np.zeros(len(E))
     for step in range(STEPS):
-        u, weights, nu, value = x[:m], x[m : m + p], x[m + p : -1], float(x[-1])
+        u, weights, value = x[:m], np.asarray(x[m : m + p], float), float(x[-1])
+        nu = np.asarray(x[m + p : -1], float)
         seen = _seen(discs[pieces], u)
         gradients, heights, bends = seen.gradients.copy(), seen.heights.copy(), seen.bends.copy()
         for k in bent:
@@ -255,7 +258,8 @@ def _newton(
         if step == 0:
             columns = np.hstack([gradients.T, E.T])
             weights = np.linalg.lstsq(columns, value * u, rcond=None)[0]
-            x[m:-1], weights, nu = weights, weights[:p], weights[p:]
+            x[m:-1] = weights
+            weights, nu = np.asarray(weights[:p], float), np.asarray(weights[p:], float)
         left = np.concatenate([gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]])
         if np.abs(left).max() <= 1e-13 * value:
             break
@@ -272,8 +276,8 @@ def _newton(
         if np.abs(left).max() > 1e-9 * abs(value):
             return None
     inner = np.zeros((p, 2))
-    inner[bent] = nu.reshape(-1, 2)
-    return u / np.linalg.norm(u), weights, inner, value
+    inner[bent] = np.asarray(nu, float).reshape(-1, 2)
+    return np.asarray(u / np.linalg.norm(u), float), weights, inner, value
 
 
 def cap(discs: Floats, found: Minimum) -> float:

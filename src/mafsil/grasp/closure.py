@@ -54,6 +54,7 @@ class Closure:
             resisted, and without friction the body is free to move along the twist y. None for a yes.
         weakest: (m,) direction of the external wrench that is hardest to resist, if yes.
         exact: where exact arithmetic places the origin, if it was asked.
+        facts: further numbers of the sentence.
     """
 
     verdict: Verdict
@@ -67,6 +68,7 @@ class Closure:
     certificate: Floats | None = None
     weakest: Floats | None = None
     exact: Place | None = None
+    facts: tuple[tuple[str, int], ...] = ()
 
     @property
     def force_closure(self) -> bool:
@@ -81,7 +83,7 @@ class Closure:
         shown = "-" if self.certificate is None else vector(self.certificate)
         return say(
             self.reason, language=language, rank=self.rank, rows=self.rows, margin=self.margin,
-            count=self.columns.shape[1], least=self.rows + 1, certificate=shown,
+            count=self.columns.shape[1], least=self.rows + 1, certificate=shown, **dict(self.facts),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -137,6 +139,24 @@ def closure(
                 columns = W if whole is None else np.asarray(np.linalg.solve(M, columns), float)
             return _yes(W, columns, found.x, whole, margins)
     return _careful(W, exact, whole, transform, margins)
+
+
+def counted_out(found: Closure, open_directions: Floats, pushes: Floats, facts: dict[str, int]) -> Closure:
+    """The no of contacts that are too few for their models, whatever their places.
+
+    Args:
+        found: the verdict without counting.
+        open_directions: (m, q) wrenches along which no frictional contact acts.
+        pushes: (m, k) wrenches of the frictionless contacts, k <= q.
+        facts: numbers for the sentence.
+    """
+    inside = open_directions.T @ pushes
+    y = _separating(inside) if pushes.shape[1] and np.abs(inside).max() > 0 else np.eye(len(inside))[0]
+    margin, upper = (0.0, 0.0) if found.verdict is Verdict.MARGINAL else (found.margin, found.upper)
+    return Closure(
+        Verdict.NO, "grasp.counted_out", found.rank, found.rows, margin, upper, found.columns,
+        certificate=_unit(open_directions @ y), exact=found.exact, facts=tuple(facts.items()),
+    )  # fmt: skip
 
 
 def _careful(

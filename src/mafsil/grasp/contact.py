@@ -200,6 +200,22 @@ class Contact:
         sideways = self.mu * push - hypot(*(float(v) for v in components[1 : self.dimension]))
         return sideways if self.model != "soft" else min(sideways, self.gamma * push - abs(float(components[3])))
 
+    def to_body(self, components: ArrayLike) -> Floats:
+        """(d,) force in the axes of the body.
+
+        Args:
+            components: (d,) tangential parts along `tangents`, then the push, as in `frame`: z along the normal.
+        """
+        return single("components", components, (self.dimension,)) @ np.vstack([self.tangents, self.normal])
+
+    def to_contact(self, force: ArrayLike) -> Floats:
+        """(d,) tangential parts along `tangents`, then the push, of a force in the axes of the body.
+
+        Args:
+            force: (d,) [N].
+        """
+        return np.vstack([self.tangents, self.normal]) @ single("force", force, (self.dimension,))
+
     def with_friction(self, mu: float, gamma: float = 0.0) -> Contact:
         """The same contact with other coefficients.
 
@@ -260,21 +276,24 @@ def line_contact(start: ArrayLike, end: ArrayLike, normal: ArrayLike, mu: float 
     return patch_contact([start, end], normal, mu, name)
 
 
-def patch_contact(corners: Sequence[ArrayLike], normal: ArrayLike, mu: float = 0.0, name: str = "") -> list[Contact]:
-    """A flat patch as the corners of its outline.
+def patch_contact(
+    corners: Sequence[ArrayLike], normal: ArrayLike, mu: float = 0.0, name: str = "", *, gamma: float = 0.0
+) -> list[Contact]:
+    """A flat patch as the corners of its outline: the same wrenches, coefficients being the same all over it.
 
     Args:
         corners: at least one point (d,) [m], all in one plane normal to `normal`.
         normal: (d,) into the body.
         mu: friction coefficient.
         name: for reports.
+        gamma: torsional coefficient of soft material at every point of it [m], in space.
 
     Raises:
         InputError: no corner, or corners that do not lie in one plane normal to `normal`.
     """
     if not corners:
         raise InputError("grasp.no_contacts")
-    contacts = [Contact(p, normal, mu, name=f"{name or 'patch'}.{k}") for k, p in enumerate(corners)]
+    contacts = [Contact(p, normal, mu, gamma, name=f"{name or 'patch'}.{k}") for k, p in enumerate(corners)]
     points = np.array([c.point for c in contacts])
     heights = (points - points[0]) @ contacts[0].normal
     size = float(np.abs(points - points[0]).max())

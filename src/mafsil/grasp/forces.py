@@ -68,6 +68,17 @@ class ContactForces:
     certificate: Floats | None
     shortfall: float
 
+    def moments(self, points: ArrayLike) -> Floats:
+        """Moments of the contact forces about the origin [N m]: (contacts,) in the plane, (contacts, 3) in space.
+
+        Args:
+            points: (contacts, d) of the contacts [m].
+        """
+        at = gate("points", points, self.forces.shape, finite=True)
+        if self.forces.shape[1] == 2:
+            return at[:, 0] * self.forces[:, 1] - at[:, 1] * self.forces[:, 0]
+        return np.cross(at, self.forces)
+
     @property
     def holds(self) -> bool:
         """Whether the load is held."""

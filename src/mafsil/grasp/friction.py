@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import atan, exp, log, tan
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
+from mafsil.grasp.contact import Contact
 from mafsil.messages import say
 
 TYPICAL = (0.1, 1.0)
@@ -65,6 +67,23 @@ def coefficient(alpha: float) -> float:
 def is_typical(mu: float) -> bool:
     """Whether mu is one of hard dry materials (or 0); others are allowed, and worth a second look."""
     return mu == 0.0 or TYPICAL[0] <= mu <= TYPICAL[1]
+
+
+def friction_remarks(contacts: Sequence[Contact], language: str | None = None) -> list[str]:
+    """One sentence for every coefficient out of the common range; empty if all are common.
+
+    Args:
+        contacts: of a grasp.
+        language: of the sentences.
+    """
+    found: dict[float, list[str]] = {}
+    for index, contact in enumerate(contacts):
+        if not is_typical(contact.mu):
+            found.setdefault(contact.mu, []).append(contact.name or str(index))
+    return [
+        say("grasp.unusual_friction", language=language, mu=mu, names=", ".join(names), low=TYPICAL[0], high=TYPICAL[1])
+        for mu, names in found.items()
+    ]
 
 
 def split(force: ArrayLike, normal: ArrayLike) -> tuple[Floats, Floats]:

@@ -13,11 +13,22 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
-from mafsil.grasp.closure import Closure, closure, conditioning, vector
+from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
 from mafsil.grasp.cone import RoundSet, has_round_cones
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.counting import count_contacts
 from mafsil.grasp.forces import ContactForces, resist
-from mafsil.grasp.motion import ContactMotion, FreeMotions, Wiggle, contact_motion, free_motions, wiggle
+from mafsil.grasp.friction import friction_remarks
+from mafsil.grasp.motion import (
+    ContactMotion,
+    FreeMotions,
+    Rest,
+    Wiggle,
+    contact_motion,
+    free_motions,
+    rest_position,
+    wiggle,
+)
 from mafsil.grasp.second_order import Immobility, SecondOrder, second_order
 from mafsil.messages import say
 from mafsil.solvers.rational import exact
@@ -37,8 +48,10 @@ class Grasp:
         name: for reports.
     """
 
-    def __init__(self, contacts: Sequence[Contact | Sequence[Contact]], name: str = "") -> None:
-        """Gather contacts; a list inside the list (line, patch, corner) counts as its members.
+    def __init__(self, contacts: Sequence[Contact | Sequence[Any]], name: str = "") -> None:
+        """Gather contacts; a list of contacts inside the list (line, patch, corner) counts as its members.
+
+        A plain (point, normal), with mu and gamma behind if wanted, is a contact too.
 
         Args:
             contacts: all in the plane or all in space.
@@ -48,8 +61,8 @@ class Grasp:
             InputError: none, or of mixed dimension.
         """
         flat: list[Contact] = []
-        for item in contacts:
-            flat.extend([item] if isinstance(item, Contact) else item)
+        for index, item in enumerate(contacts):
+            flat.extend(_members(item, index))
         if not flat:
             raise InputError("grasp.no_contacts")
         for index, contact in enumerate(flat):
@@ -144,9 +157,21 @@ class Grasp:
         M = conditioning([c.point for c in self.contacts])
         if facets is None and has_round_cones(self.contacts):
             whole = RoundSet.of(self.contacts, np.eye(self.rows))
-            return closure(whole.rim(START), whole=whole, transform=M, margins=margins)
-        A = self.matrix(facets or 16, outer=outer)
-        return closure(A, exact=self._exact_columns, transform=M, margins=margins)
+            found = closure(whole.rim(START), whole=whole, transform=M, margins=margins)
+        else:
+            A = self.matrix(facets or 16, outer=outer)
+            found = closure(A, exact=self._exact_columns, transform=M, margins=margins)
+        return found if found else self._counted(found)
+
+    def _counted(self, found: Closure) -> Closure:
+        """Too few contacts for their models are a no, never marginal: no change of numbers helps."""
+        count = count_contacts(self.contacts)
+        if count.enough or not count.frictional:
+            return found
+        free = [c.basis[:, 0] for c in self.contacts if c.mu == 0 and c.gamma == 0]
+        facts = {"spanned": count.spanned, "needed": count.needed, "there": count.frictionless}
+        pushes = np.column_stack(free) if free else np.zeros((self.rows, 0))
+        return counted_out(found, count.open_directions, pushes, facts)
 
     def bracket(self, facets: int = 16) -> tuple[Closure, Closure]:
         """Verdicts with inscribed and circumscribed cones: a yes of the first and a no of the second are certain.
@@ -181,13 +206,22 @@ class Grasp:
         y = gate("twist", twist, (self.rows,), finite=True)
         return tuple(contact_motion(y, c.point, c.normal) for c in self.contacts)
 
-    def wiggle(self, clearance: float) -> Wiggle:
+    def wiggle(self, clearance: ArrayLike) -> Wiggle:
         """How far the body moves if every finger stands off a little.
 
         Args:
-            clearance: [m].
+            clearance: [m], one for all or (contacts,).
         """
         return wiggle(self.normals_matrix, clearance)
+
+    def rest_position(self, wrench: ArrayLike, clearance: ArrayLike) -> Rest:
+        """Where the body comes to rest between fingers that stand off, under a load and without friction.
+
+        Args:
+            wrench: (m,) external (m, f) [N m, N].
+            clearance: [m], one for all or (contacts,).
+        """
+        return rest_position(self.normals_matrix, wrench, clearance)
 
     def resist(self, wrench: ArrayLike, **limits: Any) -> ContactForces:
         """Smallest contact forces that hold the body under one external wrench; limits as in `forces.resist`.
@@ -272,6 +306,7 @@ class Grasp:
         free = self.free_motions()
         lines += [say("grasp.free_both_ways", language=language, twist=vector(y)) for y in free.reversible]
         lines += [say("grasp.free_one_way", language=language, twist=vector(y)) for y in free.rays]
+        lines += friction_remarks(self.contacts, language)
         lines.append(say("grasp.rigid", language=language))
         return lines
 
@@ -302,6 +337,18 @@ class Grasp:
         return parse(data, source="data").grasp
 
 
+def _members(item: Any, index: int) -> list[Contact]:
+    """The contacts that one entry stands for."""
+    if isinstance(item, Contact):
+        return [item]
+    entries = list(item) if isinstance(item, Sequence | np.ndarray) and not isinstance(item, str) else []
+    if entries and all(isinstance(entry, Contact) for entry in entries):
+        return [entry for entry in entries if isinstance(entry, Contact)]
+    if not 2 <= len(entries) <= 4 or any(np.ndim(v) != 1 for v in entries[:2]):
+        raise InputError("grasp.contact_entry", index=index, got=type(item).__name__)
+    return [Contact(*entries)]
+
+
 def contact_data(contact: Contact) -> dict[str, Any]:
     """One contact as plain data.
 
@@ -329,3 +376,15 @@ def compare(grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | Non
     """
     rated = [(grasp, grasp.quality(length, about=about)) for grasp in grasps]
     return sorted(rated, key=lambda pair: -pair[1].radius)
+
+
+def compare_under_load(grasps: Sequence[Grasp], wrench: ArrayLike, clearance: ArrayLike) -> list[tuple[Grasp, Rest]]:
+    """Fixtures of one body, the one that yields least under a load first: by the work the load does until it rests.
+
+    Args:
+        grasps: written in one frame.
+        wrench: (m,) external (m, f) [N m, N].
+        clearance: of every finger [m].
+    """
+    rated = [(grasp, grasp.rest_position(wrench, clearance)) for grasp in grasps]
+    return sorted(rated, key=lambda pair: pair[1].work)

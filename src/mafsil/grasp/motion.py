@@ -12,8 +12,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats
-from mafsil.errors import InputError
+from mafsil.arrays import Floats, gate
+from mafsil.errors import InputError, MafsilError
 from mafsil.messages import say
 from mafsil.solvers.linear_program import minimise
 
@@ -56,16 +56,18 @@ class Wiggle:
     """Small displacements that a clearance at every contact leaves: {y : A' y >= -clearance}.
 
     Attributes:
-        clearance: distance between body and each finger [m].
+        clearance: distance between body and each finger [m], one for all or (n,).
         bounded: whether the fixture holds at all (form closure).
         greatest: (m,) greatest displacement along each coordinate (theta in radians, then metres); inf if free.
-        greatest_norm: of the twist, with moments and lengths as they are; clearance / ball radius.
+        range: (m, 2) least and greatest displacement along each coordinate.
+        greatest_norm: of the twist, radians and metres as they are; for one clearance clearance / ball radius.
         corners: (k, m) corners of the set, or None if unbounded.
     """
 
-    clearance: float
+    clearance: float | Floats
     bounded: bool
     greatest: Floats
+    range: Floats
     greatest_norm: float
     corners: Floats | None
 
@@ -171,43 +173,106 @@ def _independent_rows(rows: Floats) -> list[int]:
     return chosen
 
 
-def wiggle(A: Floats, clearance: float) -> Wiggle:
-    """How far the body moves if every finger stands off by a small clearance (first order).
+def wiggle(A: Floats, clearance: ArrayLike) -> Wiggle:
+    """How far the body moves if the fingers stand off by small clearances (first order).
 
     Args:
         A: (m, n) wrenches of unit pushes of the frictionless contacts.
-        clearance: [m], positive.
+        clearance: [m], positive, one for all or (n,).
 
     Raises:
-        InputError: the clearance is not positive.
+        InputError: a clearance that is not positive, or another number of them.
     """
-    if not clearance > 0:
-        raise InputError("input.positive", name="clearance", value=clearance)
+    d = _clearances(clearance, A.shape[1])
+    given = float(d[0]) if not np.ndim(clearance) else d
     m, n = A.shape
-    greatest = np.array([_extent(A, clearance, k) for k in range(m)])
+    extent = np.array([[_extent(A, d, k, 1.0), _extent(A, d, k, -1.0)] for k in range(m)])
+    greatest = np.abs(extent).max(axis=1)
     if not np.isfinite(greatest).all() or n <= m:
-        return Wiggle(clearance, False, greatest, np.inf, None)
+        return Wiggle(given, False, greatest, extent, np.inf, None)
     from mafsil.grasp.ball import hull_facets
 
-    facets = hull_facets(A)
+    facets = hull_facets(A / d)
     if facets is None or (facets[:, -1] >= 0).any():
-        return Wiggle(clearance, False, greatest, np.inf, None)
-    corners = clearance * facets[:, :-1] / facets[:, -1:]
-    return Wiggle(clearance, True, greatest, float(np.linalg.norm(corners, axis=1).max()), np.unique(corners, axis=0))
+        return Wiggle(given, False, greatest, extent, np.inf, None)
+    corners = facets[:, :-1] / facets[:, -1:]
+    furthest = float(np.linalg.norm(corners, axis=1).max())
+    return Wiggle(given, True, greatest, extent, furthest, _distinct(corners, 1e-9 * furthest))
 
 
-def _extent(A: Floats, clearance: float, k: int) -> float:
-    """Max |y_k| with A' y >= -clearance; infinite where the program has no bound."""
-    from mafsil.errors import MafsilError
+def _distinct(points: Floats, near: float) -> Floats:
+    """Rows without repetition, in order."""
+    kept: list[Floats] = []
+    for p in points[np.lexsort(points.T[::-1])]:
+        if all(np.abs(p - other).max() > near for other in kept):
+            kept.append(p)
+    return np.array(kept)
 
+
+def _clearances(clearance: ArrayLike, n: int) -> Floats:
+    d = gate("clearance", clearance, (), finite=True)
+    if d.ndim > 1 or (d.ndim == 1 and len(d) != n):
+        raise InputError("input.shape", name="clearance", expected=(n,), got=d.shape, hint="")
+    if not (d > 0).all():
+        raise InputError("input.positive", name="clearance", value=float(d.min()))
+    return np.broadcast_to(d, (n,)).astype(float)
+
+
+def _extent(A: Floats, d: Floats, k: int, sign: float) -> float:
+    """The least (sign 1) or greatest (-1) y_k with A' y >= -d; infinite where the program has no bound."""
+    m = len(A)
+    cost = np.zeros(m)
+    cost[k] = sign
+    try:
+        found = minimise(cost, None, None, -A.T, d, free=m)
+    except MafsilError:
+        return -sign * np.inf
+    return sign * found.value if found else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Where a load pushes a body that has clearance.
+
+    Attributes:
+        displacement: (m,) small displacement (theta, then metres) at rest; NaN if the load is not resisted.
+        work: of the load until then [J]; infinite if it is not resisted.
+        closed: indices of contacts whose gap is closed and that push.
+        pushes: (n,) of the contacts at rest [N].
+    """
+
+    displacement: Floats
+    work: float
+    closed: tuple[int, ...]
+    pushes: Floats
+
+    @property
+    def resisted(self) -> bool:
+        """Whether the body comes to rest."""
+        return bool(np.isfinite(self.work))
+
+
+def rest_position(A: Floats, wrench: ArrayLike, clearance: ArrayLike) -> Rest:
+    """Where a load moves a body between fingers that stand off: max y . w with A' y >= -d.
+
+    By duality the work is min sum d_i x_i with A x = -w, x >= 0; the contacts with x_i > 0 have closed their gaps.
+
+    Args:
+        A: (m, n) wrenches of unit pushes of the frictionless contacts.
+        wrench: (m,) external (m, f) [N m, N].
+        clearance: [m], positive, one for all or (n,).
+
+    Raises:
+        InputError: shapes do not fit, or a clearance is not positive.
+    """
     m, n = A.shape
-    best = 0.0
-    for sign in (1.0, -1.0):
-        cost = np.zeros(m)
-        cost[k] = sign
-        try:
-            found = minimise(cost, None, None, -A.T, np.full(n, clearance), free=m)
-        except MafsilError:
-            return np.inf
-        best = max(best, -found.value if found else 0.0)
-    return best
+    w, d = gate("wrench", wrench, (m,), finite=True), _clearances(clearance, n)
+    size = float(np.abs(w).max()) or 1.0
+    held = minimise(d / d.max(), A, -w / size)
+    if held is None:
+        return Rest(np.full(m, np.nan), np.inf, (), np.zeros(n))
+    found = minimise(-w / size, None, None, -A.T, d / d.max(), free=m)
+    assert found is not None, "no displacement at all is allowed"
+    pushes = size * held.x
+    closed = tuple(int(i) for i in np.flatnonzero(held.x > STILL))
+    return Rest(d.max() * found.x, float(d @ pushes), closed, pushes)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import acos, asin, cos, sin
+from math import acos, asin, cos, sin, tan
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.closure import Closure, closure
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.grasp import Grasp
 from mafsil.messages import say
 from mafsil.solvers.linear_program import minimise
 
@@ -68,12 +69,15 @@ class ThreeFingers:
         pose: (4, 4) of the frame of S in the frame of the body: z normal to S, origin in the middle.
         sections: of the three cones.
         planar: closure of the sections in S, if all three are plane cones.
+        certificate: (6,) the wrench (m, f) that is not resisted where a cone does not cut S in a plane cone: a moment
+            about the line through the other two contacts; None otherwise.
     """
 
     collinear: bool
     pose: PoseMatrix | None
     sections: tuple[PlaneSection, ...]
     planar: Closure | None
+    certificate: Floats | None = None
 
     @property
     def force_closure(self) -> bool:
@@ -147,8 +151,9 @@ def three_fingers(contacts: Sequence[Contact]) -> ThreeFingers:
     if pose is None:
         return ThreeFingers(True, None, (), None)
     sections = tuple(cone_section(pose[:3, :3].T @ c.normal, c.alpha) for c in contacts)
-    if any(section.kind is not Section.CONE for section in sections):
-        return ThreeFingers(False, pose, sections, None)
+    missing = [i for i, section in enumerate(sections) if section.kind is not Section.CONE]
+    if missing:
+        return ThreeFingers(False, pose, sections, None, _moment_about_the_others(contacts, missing[0]))
     return ThreeFingers(False, pose, sections, closure(_planar_matrix(_flat_points(contacts, pose), sections)))
 
 
@@ -188,6 +193,38 @@ def three_finger_forces(
     return ThreeForces(
         forces, normal_part, in_plane, eta, squeeze, float(np.linalg.norm(left + np.asarray(wrench, float)))
     )
+
+
+def _moment_about_the_others(contacts: Sequence[Contact], i: int) -> Floats:
+    """Y = +-(u, p_j x u), u along the line through the other two: they have no part in it, contact i has one sense."""
+    j, k = (index for index in range(3) if index != i)
+    line = contacts[k].point - contacts[j].point
+    u = line / np.linalg.norm(line)
+    y = np.concatenate([u, np.cross(contacts[j].point, u)])
+    return y if float(y @ contacts[i].basis[:, 0]) >= 0 else -y
+
+
+def planar_slice(contacts: Sequence[Contact]) -> tuple[Grasp, PoseMatrix]:
+    """Three contacts in space as a plane grasp on the plane S through them, and the pose of S in the body.
+
+    The points are in the frame of S, normals are their projections, and mu is the tangent of the section's half angle:
+    the grasp in space closes if and only if this one does.
+
+    Args:
+        contacts: three of them, each of whose cones cuts S in a plane cone.
+
+    Raises:
+        InputError: not three in space, on one line, or a cone without a section.
+    """
+    found = three_fingers(contacts)
+    if found.pose is None or any(s.kind is not Section.CONE for s in found.sections):
+        raise InputError("grasp.no_slice", reason=found.explain())
+    points = _flat_points(contacts, found.pose)
+    flat = [
+        Contact(p, s.direction, tan(s.half_angle), name=c.name)
+        for p, s, c in zip(points, found.sections, contacts, strict=True)
+    ]
+    return Grasp(flat), found.pose
 
 
 def _plane_frame(contacts: Sequence[Contact]) -> PoseMatrix | None:

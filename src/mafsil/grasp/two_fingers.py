@@ -7,7 +7,7 @@ In the frame with the contacts at (0, -1) and (0, 1) the four cone edges make an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import atan2
 
@@ -54,6 +54,10 @@ class TwoFingers:
         matrix: (3, 4) wrenches (f_x, f_y, m) of the edges in the frame of the theorem.
         combination: (4,) sum 1, all > 0, matrix @ combination = 0, if closed; else None.
         certificate: (3,) y != 0 with y . column >= 0 for all four, in the frame of the theorem, if not closed.
+        delta: (2,) angles of the normals from the line [rad], of the first from d = p2 - p1, of the second from -d;
+            None where only theta was given.
+        unresisted: (3,) the wrench (m, f_x, f_y) that the contacts do not resist, in their own frame: as a twist the
+            turn about the contact whose cone holds the line, or about any of them; None if closed or without contacts.
     """
 
     case: NguyenCase
@@ -61,6 +65,8 @@ class TwoFingers:
     matrix: Floats
     combination: Floats | None
     certificate: Floats | None
+    delta: Floats | None = None
+    unresisted: Floats | None = None
 
     @property
     def force_closure(self) -> bool:
@@ -86,7 +92,34 @@ def two_fingers(first: Contact, second: Contact) -> TwoFingers:
     psi = _angle(d, first.normal)
     phi = _angle(-d, second.normal)
     theta = [first.alpha + psi, first.alpha - psi, second.alpha - phi, second.alpha + phi]
-    return nguyen(theta)
+    found = nguyen(theta)
+    delta = frozen([psi, phi])
+    if found.force_closure:
+        return replace(found, delta=delta)
+    return replace(found, delta=delta, unresisted=frozen(_unresisted(first, second, found.case)))
+
+
+def _unresisted(first: Contact, second: Contact, case: NguyenCase) -> Floats:
+    """A y with y . w >= 0 for both contacts: a turn about one of them, or the field n_i / (n_i . d) at both."""
+    wrenches = np.hstack([first.wrenches(), second.wrenches()])
+    slack = -1e-9 * float(np.abs(wrenches).max())
+    trials = [sign * np.array([1.0, p[1], -p[0]]) for p in (second.point, first.point) for sign in (1.0, -1.0)]
+    if case is NguyenCase.SAME_WAY:
+        trials = [sign * _field(first, second) for sign in (1.0, -1.0)] + trials
+    best = max(trials, key=lambda y: float((y @ wrenches).min()))
+    for y in trials:
+        if float((y @ wrenches).min()) >= slack:
+            return y
+    return best
+
+
+def _field(first: Contact, second: Contact) -> Floats:
+    """The twist that moves each contact point along its own normal with the same speed along the line."""
+    d = second.point - first.point
+    u, v = (c.normal / float(c.normal @ d) for c in (first, second))
+    turn = np.array([-d[1], d[0]])
+    omega = float((v - u) @ turn) / float(d @ d)
+    return np.array([omega, u[0] + omega * first.point[1], u[1] - omega * first.point[0]])
 
 
 def nguyen(theta: ArrayLike) -> TwoFingers:
