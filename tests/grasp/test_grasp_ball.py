@@ -121,3 +121,47 @@ def test_the_margin_of_a_no_is_that_of_the_round_cones() -> None:
         assert outer - 1e-9 <= -found.upper <= -found.margin <= inner + 1e-9
         reach, _ = RoundSet.of(held.contacts, np.eye(6)).furthest(-found.certificate)
         assert reach < 0
+
+
+def ring(fingers: int, mu: float, phase: float = 0.0) -> Grasp:
+    t = phase + 2 * np.pi * np.arange(fingers) / fingers
+    points = np.column_stack([np.cos(t), np.sin(t), np.zeros(fingers)])
+    return Grasp([Contact(p, -p, mu) for p in points])
+
+
+@pytest.mark.capability("03-42", "03-29")
+@pytest.mark.parametrize("mu", [0.5, 0.6])
+def test_a_ring_of_four_is_found_to_a_millionth_however_it_is_turned(mu: float) -> None:
+    found = [ring(4, mu, phase).quality() for phase in (0.0, 0.7)]
+    for ball in found:
+        assert ball.met
+        assert ball.upper - ball.radius <= 1e-6 * ball.upper
+    assert found[0].upper == pytest.approx(found[1].upper, rel=1e-9)
+    reach, _ = RoundSet.of(ring(4, mu).contacts, np.eye(6)).furthest(found[0].weakest)
+    assert reach == pytest.approx(found[0].upper, rel=1e-9)
+
+
+@pytest.mark.capability("03-42")
+@pytest.mark.parametrize("phase", [0.0, 0.7])
+def test_a_ring_of_three_has_its_true_radius_between_the_bounds_and_says_that_they_did_not_meet(phase: float) -> None:
+    ball = ring(3, 0.6, phase).quality()
+    assert ball.upper == pytest.approx(0.6 / np.sqrt(3), rel=1e-9)
+    assert ball.radius <= 0.6 / np.sqrt(3)
+    assert not ball.met
+
+
+def test_a_proven_cap_holds_everywhere_inside() -> None:
+    from mafsil.grasp.caps import cap, minimum
+
+    whole = RoundSet.of(ring(4, 0.6).contacts, np.eye(6))
+    rng = np.random.default_rng(0)
+    found = None
+    while found is None:
+        found = minimum(whole.discs, rng.normal(size=6))
+    width = cap(whole.discs, found)
+    assert width > 0.01
+    for _ in range(400):
+        aside = rng.normal(size=6)
+        aside -= found.u * (found.u @ aside)
+        u = found.u + width * rng.uniform() * aside / np.linalg.norm(aside)
+        assert whole.furthest(u / np.linalg.norm(u))[0] >= found.value * (1 - 1e-7)

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.linear_program import minimise
 
 Growth = Callable[[Floats, float], tuple[bool, float, float, Floats]]
 """Discs and a relative tolerance to: whether the bounds met, radius that fits, radius not exceeded, direction."""
@@ -32,8 +31,6 @@ STILL = 1e-10
 KINK = 0.1
 """Radii below this share of the disc's size: the disc may be met inside, square to u."""
 SADDLES = 8
-BOX = 0.1
-"""First half width of the box of a linear program, in units of |u|."""
 SHARES = np.array([0.001, 0.003, 0.01, 0.03, 0.06, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85])
 """Values of t that are tried."""
 WIDEST, NARROWEST = 1.0, 1e-4
@@ -165,7 +162,7 @@ def _off_saddle(discs: Floats, found: Minimum) -> Floats | None:
 
 def _stationary(discs: Floats, start: Floats) -> Minimum | None:
     """Where Newton's method ends."""
-    u = _descended(discs, start / np.linalg.norm(start))
+    u = start / np.linalg.norm(start)
     seen = _seen(discs, u)
     value = float(seen.heights.max())
     multipliers = _first_multipliers(seen, u, value)
@@ -199,31 +196,6 @@ def _stationary(discs: Floats, start: Floats) -> Minimum | None:
     return None
 
 
-def _descended(discs: Floats, u: Floats) -> Floats:
-    """A direction near a minimum: linear programs of the pieces in a box that grows and shrinks with success."""
-    reach, m = BOX, len(u)
-    value = float(_seen(discs, u).heights.max())
-    for _ in range(STEPS):
-        seen = _seen(discs, u)
-        across = np.linalg.svd(u[None])[2][1:]
-        rows = np.hstack([seen.gradients @ across.T, -np.ones((len(discs), 1))])
-        box = np.hstack([np.vstack([np.eye(m - 1), -np.eye(m - 1)]), np.zeros((2 * m - 2, 1))])
-        limits = np.concatenate([-seen.heights, np.full(2 * m - 2, reach)])
-        best = minimise(np.append(np.zeros(m - 1), 1.0), None, None, np.vstack([rows, box]), limits, free=m)
-        if best is None:
-            break
-        to = u + best.x[:-1] @ across
-        to /= np.linalg.norm(to)
-        there = float(_seen(discs, to).heights.max())
-        if there < value:
-            u, value, reach = to, there, 1.5 * reach
-        else:
-            reach *= 0.3
-        if reach < 1e-3 * BOX:
-            break
-    return u
-
-
 def _first_multipliers(seen: _Local, u: Floats, value: float) -> Floats:
     """Multipliers that nearly balance, of discs that nearly reach."""
     from scipy.optimize import nnls
@@ -242,10 +214,12 @@ def _newton(
     """
     m, p = len(u), len(pieces)
     bent = [k for k, i in enumerate(pieces) if i in kinks]
-    E = np.array([discs[pieces[k], 1:3] for k in bent]).reshape(-1, m)
+    E: Floats = np.array([discs[pieces[k], 1:3] for k in bent], float).reshape(-1, m)
     size = m + p + len(E) + 1
     x = np.concatenate([u, np.zeros(p + len(E)), [value]])
-    weights, nu = np.zeros(p), np.zeros(len(E))
+    weights: Floats = np.zeros(p)
+    nu: Floats = np.zeros(len(E))
+    left: Floats = np.full(1, np.inf)
     for step in range(STEPS):
         u, weights, value = x[:m], np.asarray(x[m : m + p], float), float(x[-1])
         nu = np.asarray(x[m + p : -1], float)
@@ -257,9 +231,8 @@ def _newton(
             heights[k], bends[k] = gradients[k] @ u, 0.0
         if step == 0:
             columns = np.hstack([gradients.T, E.T])
-            weights = np.linalg.lstsq(columns, value * u, rcond=None)[0]
-            x[m:-1] = weights
-            weights, nu = np.asarray(weights[:p], float), np.asarray(weights[p:], float)
+            x[m:-1] = np.linalg.lstsq(columns, value * u, rcond=None)[0]
+            weights, nu = np.asarray(x[m : m + p], float), np.asarray(x[m + p : -1], float)
         left = np.concatenate([gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]])
         if np.abs(left).max() <= 1e-13 * value:
             break
