@@ -16,6 +16,7 @@ from mafsil.grasp import (
     NguyenCase,
     closure,
     contact_state,
+    eliminate,
     friction_angle,
     nguyen,
     three_finger_forces,
@@ -25,6 +26,7 @@ from mafsil.grasp import (
 from mafsil.grasp.ball import finite_ball
 from mafsil.grasp.friction import margin, soft_finger_admits
 from mafsil.grasp.routes import all_routes, reduction_and_program
+from mafsil.grasp.synthesis import fixture
 from mafsil.solvers.linear_program import nonnegative_solution
 from mafsil.solvers.rational import Place, judge
 
@@ -52,8 +54,7 @@ def agree_columns(case, A):
     if "origin_ball_radius" in want:
         agree(case, found.margin, want["origin_ball_radius"])
     if "null_vector_sum1" in want:
-        x = np.linalg.svd(A)[2][-1]
-        agree(case, x / x.sum(), want["null_vector_sum1"])
+        agree(case, found.combination / found.combination.sum(), want["null_vector_sum1"])
         assert (A @ found.combination) == pytest.approx(0, abs=1e-12)
         assert found.combination.min() > 0
     reduced = reduction_and_program(A)
@@ -150,18 +151,25 @@ def test_l_shape_forces():
     found = nonnegative_solution(np.array(given["A"], float), b)
     agree(case, found.x, want["x"])
     agree(case, found.cost, want["sum"])
+    # The family of all solutions, x_i = c_i + t: each reduced row with the free column, from one elimination.
+    reduced = eliminate(np.array(given["A"], float))
+    particular = reduced.right_side(b)
+    assert (reduced.pivots, reduced.free) == ((0, 1, 2), (3,))
+    assert reduced.S[:, 0] == pytest.approx([-1, -1, -1])
+    shown = ", ".join(f"x{i + 1}={v:g}+t" for i, v in enumerate(particular))
+    assert f"{shown}, x4=t, t>={max(0.0, -particular.min()):g}" == want["general"]
 
 
 @pytest.mark.capability("03-10")
 def test_fixture():
     case = CASES["fixture-3-2-1-with-clamp"]
     grasp = grasp_of(case)
-    A = grasp.matrix()
     found = grasp.closure()
     assert found.force_closure == case["expected"]["force_closure"]
     agree(case, found.margin, case["expected"]["origin_ball_radius"])
-    reactions = np.linalg.solve(A[:, :6], -A[:, 6])
-    agree(case, reactions, case["expected"]["locator_reactions_per_unit_clamp"])
+    placed = fixture(grasp.contacts[:6], grasp.contacts[6])
+    assert placed.holds
+    agree(case, placed.reactions, case["expected"]["locator_reactions_per_unit_clamp"])
     limit = Grasp([*grasp.contacts[:6], Contact((0.9, 0.9, 0.6), (-1, -1, -1))]).closure()
     assert (limit.verdict.value, limit.exact) == ("marginal", Place.BOUNDARY)
 

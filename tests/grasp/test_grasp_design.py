@@ -149,7 +149,7 @@ def test_task_quality():
     assert together.upper >= pinch().quality().radius
 
 
-@pytest.mark.capability("03-1", "03-15", "03-30", "03-39")
+@pytest.mark.capability("03-1", "03-15", "03-30")
 def test_command_reads_sketches_and_draws(tmp_path):
     sketch = tmp_path / "pinch.json"
     sketch.write_text(json.dumps({**pinch().to_dict(), "load": {"force": [0, -9.81]}}))
@@ -159,6 +159,8 @@ def test_command_reads_sketches_and_draws(tmp_path):
     assert answer.data["load"]["total_push"] == pytest.approx(19.62)
     assert picture.stat().st_size > 10_000
     assert any("R1" in line for line in answer.lines)
+    assert "all bodies are taken as rigid" in answer.lines
+    assert answer.data["closure"]["assumes"] == "rigid bodies"
     with pytest.raises(InputError, match="--facets"):
         operation("grasp")(file=str(sketch), facets="x", steps=False, picture=None)
 

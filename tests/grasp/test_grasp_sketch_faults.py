@@ -49,7 +49,6 @@ FAULTS = {
 }
 
 
-@pytest.mark.capability("03-20")
 @pytest.mark.parametrize("name", FAULTS)
 def test_faulty_sketches_are_refused_by_name(name, tmp_path):
     path = tmp_path / "sketch.json"
@@ -60,7 +59,6 @@ def test_faulty_sketches_are_refused_by_name(name, tmp_path):
         assert caught.value.message(language)
 
 
-@pytest.mark.capability("03-20")
 @pytest.mark.parametrize("language", ["en", "ar"])
 @pytest.mark.parametrize(
     "options",

@@ -216,12 +216,12 @@ def _newton(
     bent = [k for k, i in enumerate(pieces) if i in kinks]
     E: Floats = np.array([discs[pieces[k], 1:3] for k in bent], float).reshape(-1, m)
     size = m + p + len(E) + 1
-    x = np.concatenate([u, np.zeros(p + len(E)), [value]])
+    x: Floats = np.asarray(np.concatenate([u, np.zeros(p + len(E)), [value]]), float)
     weights: Floats = np.zeros(p)
     nu: Floats = np.zeros(len(E))
     left: Floats = np.full(1, np.inf)
     for step in range(STEPS):
-        u, weights, value = x[:m], np.asarray(x[m : m + p], float), float(x[-1])
+        u, weights, value = np.asarray(x[:m], float), np.asarray(x[m : m + p], float), float(x[-1])
         nu = np.asarray(x[m + p : -1], float)
         seen = _seen(discs[pieces], u)
         gradients, heights, bends = seen.gradients.copy(), seen.heights.copy(), seen.bends.copy()
@@ -233,7 +233,8 @@ def _newton(
             columns = np.hstack([gradients.T, E.T])
             x[m:-1] = np.linalg.lstsq(columns, value * u, rcond=None)[0]
             weights, nu = np.asarray(x[m : m + p], float), np.asarray(x[m + p : -1], float)
-        left = np.concatenate([gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]])
+        parts = [gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]]
+        left = np.asarray(np.concatenate(parts), float)
         if np.abs(left).max() <= 1e-13 * value:
             break
         J = np.zeros((size, size))
@@ -244,7 +245,7 @@ def _newton(
         J[:m, -1], J[m : m + p, -1], J[-1, :m] = -u, -1.0, 2 * u
         change = np.linalg.lstsq(J, -left, rcond=1e-12)[0]
         far = float(np.linalg.norm(change[:m]))
-        x = x + min(1.0, 0.3 / far if far > 0 else 1.0) * change
+        x = np.asarray(x + min(1.0, 0.3 / far if far > 0 else 1.0) * change, float)
     else:
         if np.abs(left).max() > 1e-9 * abs(value):
             return None

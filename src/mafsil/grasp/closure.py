@@ -98,6 +98,7 @@ class Closure:
             "combination": self.combination,
             "certificate": self.certificate,
             "weakest": self.weakest,
+            "assumes": "rigid bodies",
             "exact": None if self.exact is None else self.exact.value,
         }
 
