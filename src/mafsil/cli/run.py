@@ -10,9 +10,11 @@ from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError
 from mafsil.job import Refusal, Run, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judgement import joint_quantity, summary
 from mafsil.job.reading import parse, text_of
 from mafsil.messages import language, say
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, require_replaceable, write_results
 
@@ -69,15 +71,22 @@ def _answer(outcome: Run, report: Path) -> Answer:
     numbers = summary(outcome)
     data = as_data(outcome, numbers) | {"report": str(report)}
     lines = [say("cli.run_title", title=outcome.job.title or outcome.robot.name, verdict=verdict(outcome).text)]
+    worst = int(numbers.joint_error.argmax())
+    joint = visible(outcome.robot.joint_names[worst])
+    off = f"{joint_quantity(outcome, worst, float(numbers.joint_error[worst]))} ({joint})"
     rows = [
-        (say("report.cycle"), f"{numbers.cycle:.3f} s"),
-        (say("report.tip_error"), f"{1e3 * numbers.tip_error:.3g} mm"),
-        (say("report.joint_error"), f"{numbers.joint_error.max():.2g}"),
-        (say("report.energy"), f"{numbers.energy:.4g} J"),
+        (say("report.cycle"), quantity(numbers.cycle, "s")),
+        (say("report.tip_error"), quantity(numbers.tip_error, "m")),
+        (say("report.tip_turn"), quantity(numbers.tip_turn, "rad")),
+        (say("report.joint_error"), off),
+        (say("report.energy"), quantity(numbers.energy, "J")),
     ]
+    if numbers.targets:
+        reached = sum(one.reached for one in numbers.arrivals)
+        rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))
     lines += table(("", ""), rows)[1:]
     marks = {"good": "-", "warning": "!", "failure": "!!"}
     lines += [f"  {marks[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
     lines.append(say("cli.run_written", path=report))
-    refusal = outcome.stopped.sentence(language()) if outcome.stopped is not None else None
-    return Answer(data, tuple(lines), refusal)
+    failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
+    return Answer(data, tuple(lines), failures[0] if failures else None)

@@ -3,6 +3,7 @@
 from mafsil.control.computed_torque import ComputedTorque as ComputedTorque
 from mafsil.control.computed_torque import computed_torque as computed_torque
 from mafsil.control.gains import Gains as Gains
+from mafsil.control.inertia_gains import inertia_gains as inertia_gains
 from mafsil.control.joint_feedback import Feedforward as Feedforward
 from mafsil.control.joint_feedback import JointFeedback as JointFeedback
 from mafsil.control.joint_feedback import feedforward as feedforward

@@ -43,6 +43,21 @@ class Grasp(Part, frozen=True, kw_only=True):
     known: bool = True
 
 
+class Tolerance(Part, frozen=True, kw_only=True):
+    """How near a target has to be reached; what is left out is taken from the job, then from the defaults.
+
+    Attributes:
+        position: of the tip [m]; 1 mm.
+        orientation: of the tip [rad, or degrees]; 0.5 degrees.
+        joints: of a goal in joint coordinates, one number for all turning joints [rad, or degrees], or one per joint
+            [m for sliding ones]; `orientation` for turning joints and `position` for sliding ones if left out.
+    """
+
+    position: Positive | None = None
+    orientation: Positive | None = None
+    joints: Positive | tuple[Positive, ...] | None = None
+
+
 class Move(Part, frozen=True, kw_only=True):
     """One step: exactly one of joints, pose, pick, place and pause.
 
@@ -59,6 +74,7 @@ class Move(Part, frozen=True, kw_only=True):
         place: let go of it.
         pause: rest [s].
         hold: time that pick and place take [s].
+        tolerance: of this move, if another than the job's.
     """
 
     name: str = ""
@@ -73,6 +89,7 @@ class Move(Part, frozen=True, kw_only=True):
     place: bool = False
     pause: Positive | None = None
     hold: NotNegative = 0.3
+    tolerance: Tolerance | None = None
 
 
 class Start(Part, frozen=True, kw_only=True):
@@ -121,17 +138,18 @@ class Controller(Part, frozen=True, kw_only=True):
 
     Attributes:
         kind: `computed_torque`, or `pd_gravity` (PD with gravity compensation).
-        frequency: natural frequency of the error dynamics of computed torque [rad/s].
-        damping: its damping ratio.
-        stiffness, rate_gain: of the PD law, one number or one per joint [N m/rad, N m s/rad].
+        frequency: natural frequency of the error dynamics of computed torque; 20 if None [rad/s].
+        damping: its damping ratio; 1 if None.
+        stiffness, rate_gain: of the PD law, one number or one per joint; from the inertia of each joint if None
+            [N m/rad, N m s/rad].
         rate: how often the law is evaluated [Hz]; each simulation step if None.
     """
 
     kind: Literal["computed_torque", "pd_gravity"] = "computed_torque"
-    frequency: Positive = 20.0
-    damping: Positive = 1.0
-    stiffness: Positive | tuple[Positive, ...] = 400.0
-    rate_gain: Positive | tuple[Positive, ...] = 40.0
+    frequency: Positive | None = None
+    damping: Positive | None = None
+    stiffness: Positive | tuple[Positive, ...] | None = None
+    rate_gain: Positive | tuple[Positive, ...] | None = None
     rate: Positive | None = None
 
 
@@ -148,7 +166,8 @@ class Simulation(Part, frozen=True, kw_only=True):
 
     Attributes:
         step: of the integrator [s].
-        method: integrator.
+        method: integrator; rk4 if None, or implicit_friction where the friction of light links is too stiff for the
+            step. A method that is named is used or refused, never replaced.
         settle: time at rest after the last move [s].
         friction: whether the joints have the friction of the description.
         mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
@@ -156,7 +175,7 @@ class Simulation(Part, frozen=True, kw_only=True):
     """
 
     step: Annotated[float, msgspec.Meta(ge=1e-6, le=0.1)] = 0.001
-    method: Literal["semi_implicit_euler", "rk4"] = "rk4"
+    method: Literal["rk4", "semi_implicit_euler", "implicit_friction"] | None = None
     settle: NotNegative = 0.3
     friction: bool = True
     mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
@@ -199,6 +218,7 @@ class Job(Part, frozen=True, kw_only=True):
     tool: Tool = Tool()
     start: Start = Start()
     limits: Bounds = Bounds()
+    tolerance: Tolerance = Tolerance()
     controller: Controller = Controller()
     simulation: Simulation = Simulation()
     report: Report = Report()

@@ -3,34 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from itertools import groupby
+from dataclasses import replace
 
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import Law, computed_torque, gravity_compensation
+from mafsil.control import Law, computed_torque, gravity_compensation, inertia_gains
 from mafsil.errors import JobError
 from mafsil.job import judgement
+from mafsil.job.arrival import arrival
 from mafsil.job.description import Grasp, Job
-from mafsil.job.plan import Leg, Plan
+from mafsil.job.payload import box_inertia
+from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
+from mafsil.job.stretch import Driven, Stretch, stretches
+from mafsil.messages.quantities import quantity
 from mafsil.robot import Robot
-from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate, suitable_integrator
-from mafsil.trajectory import Trajectory, sequence
+from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
+from mafsil.trajectory import Trajectory
 
+FREQUENCY, DAMPING = 20.0, 1.0
+"""Of the error dynamics of computed torque where the job names none [rad/s, 1]."""
+EXPLICIT = "rk4"
+"""The integrator where no friction is too stiff for it."""
+PLACES = 24
+"""Along a stretch, where inertia and friction are looked at."""
 MOST_TICKS = 3_000_000
 """Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Stretch:
-    """Legs during which the tool holds the same thing."""
-
-    start: float
-    trajectory: Trajectory
-    held: Grasp | None
 
 
 def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[float], None] = lambda share: None) -> Run:
@@ -46,24 +47,39 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         JobError: the controller's gains do not fit the robot, or the motion is too long to be simulated.
     """
     _require_short(job, plan)
+    planned = tuple(stretches(plan))
+    models = [_loaded(robot, stretch.held, known=True) for stretch in planned]
+    plants = [
+        _plant(job, model if stretch.held is None or stretch.held.known else _loaded(robot, stretch.held))
+        for stretch, model in zip(planned, models, strict=True)
+    ]
+    method, remark = _method(job, planned, plants)
     recordings: list[Recording] = []
-    start = 0.0
-    for index, stretch in enumerate(_stretches(plan)):
-        scenario = _scenario(job, robot, stretch, index, recordings[-1] if recordings else None)
+    driven: list[Driven] = []
+    for stretch, model, loaded in zip(planned, models, plants, strict=True):
+        gripped = stretch.held is None or _gripped(job, robot, plan, stretch, recordings[-1], driven[-1])
+        plant = loaded if gripped else _plant(job, robot)
+        scenario = _scenario(job, model, stretch, plant, recordings, method)
+        driven.append(Driven(stretch, scenario, gripped))
 
-        def told(share: float, begin: float = start, length: float = stretch.trajectory.duration) -> None:
+        def told(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)
 
         recordings.append(simulate(scenario, told))
-        start += stretch.trajectory.duration
         if not recordings[-1].status.succeeded:
             break
     recording = _joined(recordings)
     stopped = None
     if not recording.status.succeeded:
-        stopped = Remark("failure", "job.stopped", {"time": recording.duration, "reason": recording})
-    run = Run(job, text, robot, plan, recording, stopped)
-    return replace(run, remarks=judgement.remarks(run, judgement.summary(run)))
+        stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
+    run = Run(job, text, robot, plan, recording, tuple(driven), stopped)
+    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark))
+
+
+def _gripped(job: Job, robot: Robot, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
+    """Whether the tip was at the part when the pick that begins this stretch ended."""
+    judged = arrival(job, robot, plan, stretch.first - 1, tape, before.stretch.start)
+    return judged is not None and judged.reached
 
 
 def _require_short(job: Job, plan: Plan) -> None:
@@ -74,41 +90,60 @@ def _require_short(job: Job, plan: Plan) -> None:
         raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
 
-def _stretches(plan: Plan) -> Iterator[_Stretch]:
-    start = 0.0
-    for _, group in groupby(plan.legs, key=lambda leg: id(leg.held)):
-        legs: list[Leg] = list(group)
-        whole = sequence(*(leg.trajectory for leg in legs))
-        yield _Stretch(start, whole, legs[0].held)
-        start += whole.duration
+def _loaded(robot: Robot, held: Grasp | None, *, known: bool = False) -> Robot:
+    """The robot with what it holds; with `known` only if the controller is told about it."""
+    if held is None or (known and not held.known):
+        return robot
+    return Plant(robot).with_payload(held.mass, held.offset, box_inertia(held)).robot
 
 
-def _scenario(job: Job, robot: Robot, stretch: _Stretch, index: int, before: Recording | None) -> Scenario:
-    settings, held = job.simulation, stretch.held
-    loaded = Plant(robot, friction=settings.friction)
-    if held is not None:
-        a, b, c = (edge**2 for edge in held.size)
-        loaded = loaded.with_payload(held.mass, held.offset, held.mass / 12 * np.diag([b + c, a + c, a + b]))
-    model = loaded.robot if held is None or held.known else robot
-    plant = loaded if settings.mass_error == 0.0 else loaded.with_scaled_inertia(1.0 + settings.mass_error)
-    noise = settings.noise
+def _plant(job: Job, robot: Robot) -> Plant:
+    """The true arm: its friction, and the masses that its model does not know."""
+    plant = Plant(robot, friction=job.simulation.friction)
+    error = job.simulation.mass_error
+    return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+
+
+def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tuple[str, tuple[Remark, ...]]:
+    """The integrator: the one that is asked for, or the one that fits, with a remark where that is not rk4.
+
+    Raises:
+        JobError: friction is too stiff for the method that is asked for.
+    """
+    asked, step = job.simulation.method, job.simulation.step
+    if asked == IMPLICIT_FRICTION:
+        return asked, ()
+    stiffest = max(
+        friction_stiffness(plant, stretch.trajectory.at(np.linspace(0.0, stretch.trajectory.duration, PLACES)).u)
+        for stretch, plant in zip(planned, plants, strict=True)
+    )
+    if stiffest * step <= STIFF:
+        return asked or EXPLICIT, ()
+    facts = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
+    if asked is not None:
+        raise JobError("job.stiff_method", method=asked, **facts, other=IMPLICIT_FRICTION)
+    return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", facts | {"method": IMPLICIT_FRICTION}),)
+
+
+def _scenario(job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str) -> Scenario:
+    settings, noise = job.simulation, job.simulation.noise
     noisy = noise.position > 0.0 or noise.velocity > 0.0
     return Scenario(
         robot=model,
         trajectory=stretch.trajectory,
-        law=_law(job, model),
+        law=_law(job, model, stretch.trajectory),
         plant=plant,
-        q=None if before is None else before.q[-1],
-        qd=None if before is None else before.qd[-1],
+        q=past[-1].q[-1] if past else None,
+        qd=past[-1].qd[-1] if past else None,
         disturbances=tuple(_pushes(job, stretch)),
-        noise=SensorNoise(noise.position, noise.velocity, noise.seed + index) if noisy else None,
+        noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
         step=settings.step,
         period=None if job.controller.rate is None else 1.0 / job.controller.rate,
-        integrator=suitable_integrator(plant, stretch.trajectory.at(0.0).u, settings.step, settings.method),
+        integrator=method,
     )
 
 
-def _pushes(job: Job, stretch: _Stretch) -> Iterator[WrenchPulse]:
+def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
     """The disturbances that act during a stretch, in its own time."""
     for push in job.disturbance:
         begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
@@ -116,12 +151,20 @@ def _pushes(job: Job, stretch: _Stretch) -> Iterator[WrenchPulse]:
             yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
 
 
-def _law(job: Job, model: Robot) -> Law:
+def _law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     controller = job.controller
     if controller.kind == "computed_torque":
-        return computed_torque(model, natural_frequency=controller.frequency, damping_ratio=controller.damping)
-    kp = _gains("stiffness", controller.stiffness, model)
-    return gravity_compensation(model, kp, _gains("rate_gain", controller.rate_gain, model))
+        frequency = FREQUENCY if controller.frequency is None else controller.frequency
+        damping = DAMPING if controller.damping is None else controller.damping
+        return computed_torque(model, natural_frequency=frequency, damping_ratio=damping)
+    period = job.simulation.step if controller.rate is None else 1.0 / controller.rate
+    own = inertia_gains(model, trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u, period)
+    kp = own.kp if controller.stiffness is None else _gains("stiffness", controller.stiffness, model)
+    # A stiffness without a rate gain keeps the damping ratio of our own gains.
+    kd = own.kd * np.sqrt(kp / own.kp)
+    if controller.rate_gain is not None:
+        kd = _gains("rate_gain", controller.rate_gain, model)
+    return gravity_compensation(model, kp, kd)
 
 
 def _gains(name: str, value: float | tuple[float, ...], model: Robot) -> Floats:

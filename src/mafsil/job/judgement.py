@@ -1,4 +1,4 @@
-"""The numbers that sum up a run, and what in them deserves a remark."""
+"""The numbers that sum up a run, and what in them deserves a remark: every word computed from the recording."""
 
 from __future__ import annotations
 
@@ -6,17 +6,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix
-from mafsil.job.plan import Plan
-from mafsil.job.remark import Remark
+from mafsil.arrays import Floats
+from mafsil.geometry import rotation
+from mafsil.job.arrival import Arrival, arrivals, goal_of, tolerances
+from mafsil.job.causes import cause
+from mafsil.job.description import Move
+from mafsil.job.holding import overloads
+from mafsil.job.plan import label
+from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
+from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
-from mafsil.model import JointLimits
+from mafsil.model import JointKind, JointLimits
 
-NEAR_EFFORT, NEAR_SPEED = 0.9, 1.0
-"""Shares of a limit from which on a remark is made."""
+NEAR_EFFORT = 0.9
+"""Share of the effort limit from which on a remark is made."""
+BROKEN = 1.02
+"""Share of a limit of speed or acceleration beyond which it is broken; what lies between is a warning."""
+TOUCHED = 1.0 + 1e-9
+"""Share of a limit up to which it is kept, whatever rounding does."""
 LARGE_ERROR = 5e-3
 """Distance of the tip from its path from which on a remark is made [m]."""
+GIVES_WAY = (np.pi / 2, 0.5)
+"""How far beyond everything planned a turning or a sliding joint is when the arm has given way [rad, m]."""
+MOST_MISSES = 5
+"""Misses that get a sentence each; the rest are counted."""
+REMAINING = 0.25
+"""Share of a tolerance from which on the cause of a remaining error is told."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,10 +44,13 @@ class Summary:
         cycle: until the last move ends, without the rest after it [s].
         joint_error: largest deviation of each joint [rad | m].
         tip_error, tip_error_time: largest distance of the tip from its path [m], and when [s].
-        final_errors: distance of the tip from the target of each leg that has one, at its end [m].
+        tip_turn, tip_turn_time: largest angle between the tip and its planned orientation [rad], and when [s].
+        arrivals: of each leg that has a target and came to its end.
+        targets: how many legs have one.
         peak_effort, peak_effort_time: largest effort [N m | N], and when [s].
         rms_effort: root mean square.
         peak_speed, peak_speed_time: [rad/s | m/s], and when [s].
+        peak_acceleration, peak_acceleration_time: [rad/s^2 | m/s^2], and when [s].
         lowest, highest: range of motion [rad | m].
         energy: mechanical work put in by the joints, braking not recovered [J].
         saturated: time during which the law asked for more than the limit [s].
@@ -43,17 +62,27 @@ class Summary:
     joint_error: Floats
     tip_error: float
     tip_error_time: float
-    final_errors: Floats
+    tip_turn: float
+    tip_turn_time: float
+    arrivals: tuple[Arrival, ...]
+    targets: int
     peak_effort: Floats
     peak_effort_time: Floats
     rms_effort: Floats
     peak_speed: Floats
     peak_speed_time: Floats
+    peak_acceleration: Floats
+    peak_acceleration_time: Floats
     lowest: Floats
     highest: Floats
     energy: float
     saturated: Floats
     excess_share: Floats
+
+    @property
+    def missed(self) -> tuple[Arrival, ...]:
+        """Targets that were not reached when their moves ended."""
+        return tuple(one for one in self.arrivals if not one.reached)
 
 
 def summary(run: Run) -> Summary:
@@ -63,23 +92,29 @@ def summary(run: Run) -> Summary:
     step = np.diff(t, prepend=t[0])
     actual, wanted = run.tips()
     astray = np.linalg.norm(actual[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    turned = np.asarray(rotation.angle_between(actual[:, :3, :3], wanted[:, :3, :3]))
     power = np.maximum(tape.tau * tape.qd, 0.0).sum(axis=1)
     demand = np.where(np.isfinite(limit), np.abs(tape.tau_commanded) / np.where(limit > 0, limit, 1.0), 0.0)
     settled = [leg.kind == "settle" for leg in run.plan.legs]
     rest = run.plan.legs[-1].trajectory.duration if settled and settled[-1] else 0.0
-    peak, speed = np.abs(tape.tau).argmax(axis=0), np.abs(tape.qd).argmax(axis=0)
+    peak, speed, hardest = (np.abs(x).argmax(axis=0) for x in (tape.tau, tape.qd, tape.qdd))
     return Summary(
         duration=float(t[-1]),
         cycle=min(run.plan.duration - rest, float(t[-1])),
         joint_error=np.abs(tape.q - tape.q_ref).max(axis=0),
         tip_error=float(astray.max()),
         tip_error_time=float(t[astray.argmax()]),
-        final_errors=_final_errors(run.plan, t, actual),
+        tip_turn=float(turned.max()),
+        tip_turn_time=float(t[turned.argmax()]),
+        arrivals=arrivals(run.job, run.robot, run.plan, tape),
+        targets=sum(goal_of(leg) is not None for leg in run.plan.legs),
         peak_effort=np.abs(tape.tau).max(axis=0),
         peak_effort_time=t[peak],
         rms_effort=np.sqrt((tape.tau**2).mean(axis=0)),
         peak_speed=np.abs(tape.qd).max(axis=0),
         peak_speed_time=t[speed],
+        peak_acceleration=np.abs(tape.qdd).max(axis=0),
+        peak_acceleration_time=t[hardest],
         lowest=tape.q.min(axis=0),
         highest=tape.q.max(axis=0),
         energy=float((power * step).sum()),
@@ -91,58 +126,180 @@ def summary(run: Run) -> Summary:
 def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     """What the reader should know, the worst first."""
     found = [] if run.stopped is None else [run.stopped]
-    found += _effort_remarks(run, numbers) + _motion_remarks(run, numbers)
+    collapse = _collapse(run)
+    found += collapse + _miss_remarks(run, numbers) + _overload_remarks(run)
+    found += _effort_remarks(run, numbers)
+    # Limits that an arm breaks while it falls are no news of their own.
+    found += [] if collapse else _limit_remarks(run, numbers)
+    found += _stray_remarks(numbers)
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
-    found += _late_pushes(run, numbers)
-    if run.stopped is None and len(numbers.final_errors):
-        facts = {"count": len(numbers.final_errors), "error": 1e3 * float(numbers.final_errors.max())}
-        found.append(Remark("good", "job.all_reached", facts))
-    return (*found, *(remark for remark in run.plan.remarks if remark.level == "good"))
+    found += _late_pushes(run, numbers) + _kept_parts(run)
+    found.sort(key=lambda remark: remark.level != "failure")
+    return (*found, *_good_news(run, numbers), *(remark for remark in run.plan.remarks if remark.level == "good"))
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """The move of a leg, called in the reader's language."""
+
+    index: int
+    move: Move
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`move 3 'lift'`."""
+        return label(self.index, self.move, language)
+
+
+def where(run: Run, leg: int) -> Where:
+    """How remarks call the move of a leg."""
+    index = run.plan.legs[leg].index
+    return Where(index, run.job.move[index])
+
+
+def joint_quantity(run: Run, joint: int, value: float, per: str = "") -> str:
+    """A coordinate, or with `per` its rate, for people."""
+    prismatic = run.robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC
+    return quantity(value, ("m" if prismatic else "rad") + per)
+
+
+def error_facts(run: Run, judged: Arrival) -> dict[str, object]:
+    """How far off an arrival was, for sentences: the tip for poses, the worst joint for joint goals."""
+    joint = int((judged.joint_errors / judged.tolerances.joints).argmax())
+    return {
+        "position": quantity(judged.position_error, "m"),
+        "angle": quantity(judged.orientation_error, "rad"),
+        "allowed_position": quantity(judged.tolerances.position, "m"),
+        "allowed_angle": quantity(judged.tolerances.orientation, "rad"),
+        "joint": visible(run.robot.joint_names[joint]),
+        "error": joint_quantity(run, joint, float(judged.joint_errors[joint])),
+        "allowed": joint_quantity(run, joint, float(judged.tolerances.joints[joint])),
+    }
+
+
+def _miss_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    """Every target that was missed, by how much and why; a part that was not gripped."""
+    found: list[Remark] = []
+    for judged in numbers.missed[:MOST_MISSES]:
+        facts = {"move": where(run, judged.leg), **error_facts(run, judged)}
+        reason = cause(run, judged)
+        key = f"job.missed_{judged.goal}" if reason is None else f"job.missed_{judged.goal}_why"
+        found.append(Remark("failure", key, facts if reason is None else facts | {"reason": reason}))
+    if len(numbers.missed) > MOST_MISSES:
+        found.append(Remark("failure", "job.more_missed", {"count": len(numbers.missed) - MOST_MISSES}))
+    return found
+
+
+def _collapse(run: Run) -> list[Remark]:
+    """The joint that is farthest beyond everything planned, if the arm has given way."""
+    tape = run.recording
+    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates])
+    beyond = np.maximum(tape.q_ref.min(axis=0) - tape.q, tape.q - tape.q_ref.max(axis=0))
+    share = beyond / np.where(turning, *GIVES_WAY)
+    if not share.max() > 1.0:
+        return []
+    joint = int(share.max(axis=0).argmax())
+    begin = float(tape.t[int((share[:, joint] > 1.0).argmax())])
+    facts = {
+        "joint": visible(run.robot.joint_names[joint]),
+        "excess": joint_quantity(run, joint, float(beyond[:, joint].max())),
+        "time": quantity(begin, "s"),
+    }
+    return [Remark("failure", "job.gives_way", facts)]
+
+
+def _overload_remarks(run: Run) -> list[Remark]:
+    found: list[Remark] = []
+    for overload in overloads(run):
+        facts: dict[str, object] = {
+            "joint": visible(run.robot.joint_names[overload.joint]),
+            "share": quantity(overload.share, "share"),
+            "time": quantity(overload.time, "s"),
+        }
+        if overload.held is not None:
+            facts |= {"mass": quantity(overload.held.mass, "kg"), "part": visible(overload.held.name)}
+        found.append(Remark("failure", "job.cannot_hold" if overload.held is None else "job.cannot_hold_part", facts))
+    return found
 
 
 def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    """Joints at their effort limits: a failure where a target was missed, a warning where all were reached."""
     found: list[Remark] = []
+    level: Level = "failure" if numbers.missed or run.stopped is not None else "warning"
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
-        share = 100 * float(numbers.excess_share[k])
+        share = float(numbers.excess_share[k])
+        facts = {"joint": joint, "share": quantity(share, "share")}
         if numbers.saturated[k] > 0.0:
-            facts = {"joint": joint, "time": float(numbers.saturated[k]), "share": share}
-            found.append(Remark("failure", "job.at_saturation", facts))
-        elif share > 100 * NEAR_EFFORT:
-            facts = {"joint": joint, "time": float(numbers.peak_effort_time[k]), "share": share}
-            found.append(Remark("warning", "job.near_saturation", facts))
+            time = quantity(float(numbers.saturated[k]), "s")
+            found.append(Remark(level, "job.at_saturation", facts | {"time": time}))
+        elif share > NEAR_EFFORT:
+            time = quantity(float(numbers.peak_effort_time[k]), "s")
+            found.append(Remark("warning", "job.near_saturation", facts | {"time": time}))
     return found
 
 
-def _motion_remarks(run: Run, numbers: Summary) -> list[Remark]:
-    """Joints beyond their range or speed, a tip that strays."""
+def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    """Joints beyond their range, speed or acceleration."""
     found: list[Remark] = []
     limits: JointLimits = run.robot.limits
     tape = run.recording
+    allowed = tolerances(run.job, run.robot, 0).joints
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
         beyond = np.maximum(limits.lower[k] - tape.q[:, k], tape.q[:, k] - limits.upper[k])
-        if beyond.max() > 1e-9:
-            facts = {"joint": joint, "excess": float(beyond.max()), "time": float(tape.t[beyond.argmax()])}
-            found.append(Remark("failure", "job.limit_crossed", facts))
-        share = float(numbers.peak_speed[k] / limits.velocity[k]) if limits.velocity[k] > 0 else 0.0
-        if share > NEAR_SPEED:
-            facts = {"joint": joint, "share": 100 * share, "time": float(numbers.peak_speed_time[k])}
-            found.append(Remark("warning", "job.speed_crossed", facts))
-    if numbers.tip_error > LARGE_ERROR:
-        facts = {"error": 1e3 * numbers.tip_error, "time": numbers.tip_error_time}
-        found.append(Remark("warning", "job.large_error", facts))
+        excess = float(beyond.max())
+        if excess > 1e-9:
+            facts = {"joint": joint, "excess": joint_quantity(run, k, excess)}
+            level: Level = "failure" if excess > allowed[k] else "warning"
+            time = quantity(float(tape.t[beyond.argmax()]), "s")
+            found.append(Remark(level, "job.limit_crossed", facts | {"time": time}))
+        for name, peaks, times, limit, per in (
+            ("speed", numbers.peak_speed, numbers.peak_speed_time, limits.velocity, "/s"),
+            ("acceleration", numbers.peak_acceleration, numbers.peak_acceleration_time, limits.acceleration, "/s²"),
+        ):
+            share = float(peaks[k] / limit[k]) if limit[k] > 0 else 0.0
+            if share > TOUCHED:
+                facts = {"joint": joint, "value": joint_quantity(run, k, float(peaks[k]), per)}
+                facts |= {"limit": joint_quantity(run, k, float(limit[k]), per), "time": quantity(float(times[k]), "s")}
+                level = "failure" if share > BROKEN else "warning"
+                found.append(Remark(level, f"job.{name}_crossed", facts))
     return found
+
+
+def _stray_remarks(numbers: Summary) -> list[Remark]:
+    if numbers.tip_error <= LARGE_ERROR:
+        return []
+    facts = {"error": quantity(numbers.tip_error, "m"), "time": quantity(numbers.tip_error_time, "s")}
+    return [Remark("warning", "job.large_error", facts)]
 
 
 def _late_pushes(run: Run, numbers: Summary) -> list[Remark]:
     late = [push for push in run.job.disturbance if push.start >= numbers.duration]
-    return [Remark("warning", "job.late_disturbance", {"start": push.start, "end": numbers.duration}) for push in late]
+    end = quantity(numbers.duration, "s")
+    return [
+        Remark("warning", "job.late_disturbance", {"start": quantity(push.start, "s"), "end": end}) for push in late
+    ]
 
 
-def _final_errors(plan: Plan, t: Floats, actual: PoseMatrix) -> Floats:
-    """Distance from each target, at the end of the leg that leads there [m]."""
-    errors: list[float] = []
-    for leg, end in zip(plan.legs, plan.starts[1:], strict=True):
-        row = min(int(np.searchsorted(t, end)), len(t) - 1)
-        if leg.target is not None and end <= t[-1] + 1e-9:
-            errors.append(float(np.linalg.norm(actual[row, :3, 3] - leg.target[:3, 3])))
-    return np.array(errors)
+def _kept_parts(run: Run) -> list[Remark]:
+    """A part that the job picks and never places."""
+    held = run.plan.legs[-1].held
+    if held is None and run.plan.legs[-1].kind == "pick":
+        held = run.job.move[run.plan.legs[-1].index].pick
+    return [] if held is None else [Remark("warning", "job.part_kept", {"part": visible(held.name)})]
+
+
+def _good_news(run: Run, numbers: Summary) -> list[Remark]:
+    """All targets reached, if they were; what is left of the error, and why."""
+    if run.stopped is not None or not numbers.targets or len(numbers.arrivals) < numbers.targets or numbers.missed:
+        return []
+    facts = {
+        "count": numbers.targets,
+        "position": quantity(max(one.position_error for one in numbers.arrivals), "m"),
+        "angle": quantity(max(one.orientation_error for one in numbers.arrivals), "rad"),
+    }
+    found = [Remark("good", "job.all_reached", facts)]
+    worst = max(numbers.arrivals, key=lambda one: one.share)
+    reason = cause(run, worst) if worst.share > REMAINING else None
+    if reason is not None:
+        rest = {"move": where(run, worst.leg), "share": quantity(worst.share, "share"), "reason": reason}
+        found.append(Remark("good", "job.remaining", rest))
+    return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix, frozen
+from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.job.description import Grasp, Tool
 from mafsil.job.poses import pose_matrix
 from mafsil.model import Inertial, Mechanism
@@ -31,6 +31,12 @@ def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
         replace(item, inertial=united(item.inertial, body)) if item.name == link else item for item in mechanism.links
     )
     return replace(mechanism, links=tuple(links))
+
+
+def box_inertia(grasp: Grasp) -> Floats:
+    """(3, 3) rotational inertia of the box about its centre [kg m^2]."""
+    a, b, c = (edge**2 for edge in grasp.size)
+    return grasp.mass / 12 * np.diag([b + c, a + c, a + b])
 
 
 def box_in_tip(grasp: Grasp) -> PoseMatrix:

@@ -22,6 +22,9 @@ LARGEST_FILE = 1_000_000
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "pause")
+TIP_TOLERANCES = ("position", "orientation")
+GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
+"""Gains of each law; those of another one have no effect and are refused."""
 NOT_YET = {"obstacle": "job.no_obstacles"}
 _MOST_CLOSE = 3
 
@@ -87,6 +90,7 @@ def parse(text: str, source: str = "<text>") -> Job:
         raise reader.translated(error, data) from None
     for k, move in enumerate(job.move):
         reader.check_move(move, k)
+    reader.check_controller(job)
     reader.refuse_not_finite(data, ())
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
@@ -140,6 +144,20 @@ class _Reader:
             raise self.error("job.line_pose", ("move", k, "path"))
         if move.pose is not None:
             self.check_pose(move.pose, ("move", k, "pose"))
+        if move.tolerance is not None:
+            judged = () if move.pause is not None else ("joints",) if move.joints is not None else TIP_TOLERANCES
+            for name in move.tolerance.__struct_fields__:
+                if getattr(move.tolerance, name) is not None and name not in judged:
+                    raise self.error("job.no_tolerance", ("move", k, "tolerance", name), action=given[0])
+
+    def check_controller(self, job: Job) -> None:
+        """Every gain that is given belongs to the law that is chosen."""
+        foreign = [kind for kind in GAINS if kind != job.controller.kind]
+        for kind in foreign:
+            for name in GAINS[kind]:
+                if getattr(job.controller, name) is not None:
+                    facts = {"kind": job.controller.kind, "known": ", ".join(GAINS[job.controller.kind])}
+                    raise self.error("job.no_gain", ("controller", name), **facts)
 
     def check_pose(self, pose: Pose, path: lines.Path) -> None:
         """At most one way to say the orientation; a quaternion that can be normalised."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 from mafsil.messages import say
+
+Level: TypeAlias = Literal["good", "warning", "failure"]
+"""How good the news is."""
 
 
 @runtime_checkable
@@ -28,13 +31,13 @@ class Remark:
         facts: its values; a text `@area.name` is itself a key, an object that explains itself is asked to.
     """
 
-    level: Literal["good", "warning", "failure"]
+    level: Level
     key: str
     facts: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        return say(self.key, language=language, **{name: _said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,7 @@ class Refusal:
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
-        return say(self.key, language=language, **{name: _said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
 
 
 class Refused(Exception):
@@ -62,7 +65,8 @@ class Refused(Exception):
         self.refusal = Refusal(key, facts)
 
 
-def _said(value: object, language: str | None) -> object:
+def said(value: object, language: str | None) -> object:
+    """A fact of a sentence: a text `@area.name` is itself a key, an object that explains itself is asked to."""
     if isinstance(value, str) and value.startswith("@"):
         return say(value[1:], language=language)
     return value.explain(language=language) if isinstance(value, Explains) else value

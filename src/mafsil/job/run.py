@@ -11,6 +11,7 @@ from mafsil.arrays import PoseMatrix
 from mafsil.job.description import Job
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
+from mafsil.job.stretch import Driven
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 
@@ -25,6 +26,7 @@ class Run:
         robot: with its tool, empty-handed.
         plan: the motion that was asked of the controller.
         recording: what happened, tick by tick.
+        driven: what was simulated, stretch by stretch.
         stopped: why the simulation ended early, or None.
         remarks: what the reader should know.
     """
@@ -34,6 +36,7 @@ class Run:
     robot: Robot
     plan: Plan
     recording: Recording
+    driven: tuple[Driven, ...]
     stopped: Remark | None = None
     remarks: tuple[Remark, ...] = field(default=())
 

@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.job.judgement import Summary
+from mafsil.job.arrival import Arrival
+from mafsil.job.judgement import Summary, error_facts, joint_quantity, summary
 from mafsil.job.payload import box_in_tip
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
 from mafsil.messages import say
+from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
 from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
@@ -36,7 +38,7 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
     return Page(
         language=language,
         title=run.job.title or words("untitled", robot=robot),
-        subtitle=f"{robot} · {controller} · {1e3 * run.job.simulation.step:g} ms",
+        subtitle=f"{robot} · {controller} · {method(run)} · {quantity(run.job.simulation.step, 's')}",
         verdict=verdict(run, language),
         duration=numbers.duration,
         scene=scene(run),
@@ -51,14 +53,30 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
     )
 
 
+def method(run: Run) -> str:
+    """The integrator that ran."""
+    return str(run.recording.metadata["integrator"])
+
+
 def verdict(run: Run, language: str | None = None) -> Finding:
-    """How the run went, in a few words."""
-    grave = sum(remark.level == "failure" for remark in run.remarks)
+    """How the run went, in a few words: the gravest thing that its remarks say."""
+    grave = {remark.key for remark in run.remarks if remark.level == "failure"}
     mild = sum(remark.level == "warning" for remark in run.remarks)
+
+    def failure(key: str, **facts: object) -> Finding:
+        return Finding("failure", say(f"report.verdict_{key}", language=language, **facts))
+
     if run.stopped is not None:
-        return Finding("failure", say("report.verdict_stopped", language=language))
+        return failure("stopped")
+    if "job.gives_way" in grave:
+        return failure("gives_way")
+    numbers = summary(run)
+    if numbers.missed:
+        return failure("missed", count=len(numbers.missed), total=numbers.targets)
+    if grave & {"job.cannot_hold", "job.cannot_hold_part"}:
+        return failure("cannot_hold")
     if grave:
-        return Finding("failure", say("report.verdict_failures", language=language, count=grave))
+        return failure("failures", count=sum(remark.level == "failure" for remark in run.remarks))
     if mild:
         return Finding("warning", say("report.verdict_warnings", language=language, count=mild))
     return Finding("good", say("report.verdict_good", language=language))
@@ -105,18 +123,23 @@ def scene(run: Run) -> Scene:
 
 
 def _parts(run: Run, moments: Floats, tips: Floats) -> list[tuple[Body, Floats]]:
-    """Each thing that is picked, with its pose at each moment: waiting, carried, left."""
+    """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left."""
     found: list[tuple[Body, Floats]] = []
     starts = run.plan.starts
+    taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
     for k, leg in enumerate(run.plan.legs):
         grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
         if grasp is None:
             continue
-        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), len(starts) - 1)
-        taken, left = (int(np.searchsorted(moments, starts[j])) for j in (k, until))
-        carried = np.clip(np.arange(len(moments)), taken, left)
-        track = tips[np.minimum(carried, len(tips) - 1)] @ box_in_tip(grasp)
-        found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track))
+        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), None)
+        goal = leg.trajectory.at(leg.trajectory.duration).u
+        track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
+        if k in taken:
+            begin = int(np.searchsorted(moments, starts[k + 1]))
+            end = len(moments) if until is None else int(np.searchsorted(moments, starts[until + 1]))
+            track[begin:end] = tips[begin:end]
+            track[end:] = tips[min(end, len(tips)) - 1]
+        found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track @ box_in_tip(grasp)))
     return found
 
 
@@ -156,43 +179,79 @@ def _plots(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
     names, limit = run.robot.joint_names, run.robot.limits.effort
     worst = int(numbers.joint_error.argmax())
-    unit = "m" if run.robot.mechanism.coordinates[worst].kind is JointKind.PRISMATIC else "rad"
     share = np.where(np.isfinite(limit), numbers.peak_effort / np.where(limit > 0, limit, 1.0), 0.0)
     hardest = int(share.argmax())
     level: Level = "failure" if numbers.saturated.any() else "warning" if share[hardest] > 0.9 else "good"
     figures = [
         Figure(words("cycle"), f"{numbers.cycle:.3f}", "s", words("cycle_note", count=len(run.job.move))),
-        Figure(
-            words("tip_error"),
-            f"{1e3 * numbers.tip_error:.3g}",
-            "mm",
-            words("at", time=f"{numbers.tip_error_time:.2f} s"),
-        ),
-        Figure(words("joint_error"), f"{numbers.joint_error[worst]:.2g}", unit, names[worst]),
+        *_target_figures(numbers, words),
+        _figure(words("tip_error"), quantity(numbers.tip_error, "m"), _at(numbers.tip_error_time, words)),
+        _figure(words("tip_turn"), quantity(numbers.tip_turn, "rad"), _at(numbers.tip_turn_time, words)),
+        _figure(words("joint_error"), joint_quantity(run, worst, float(numbers.joint_error[worst])), names[worst]),
     ]
     if np.isfinite(limit).any():
-        percent = f"{100 * share[hardest]:.0f}"
+        percent = digits(100 * float(share[hardest]))
         figures.append(Figure(words("peak_effort"), percent, words("percent_limit"), names[hardest], level))
-    figures.append(Figure(words("energy"), f"{numbers.energy:.3g}", "J", words("energy_note")))
+    figures.append(Figure(words("energy"), digits(numbers.energy), "J", words("energy_note")))
     seconds = float(run.recording.metadata["seconds"])
     real = numbers.duration / seconds if seconds > 0 else 0.0
     figures.append(Figure(words("speed_of_simulation"), f"{real:.1f}", "×", words("speed_note")))
     return tuple(figures)
 
 
+def _figure(label: str, value: str, note: str) -> Figure:
+    """A quantity, its unit shown smaller."""
+    number, _, unit = value.partition(" ")
+    return Figure(label, number, unit, note)
+
+
+def _at(time: float, words: _Words) -> str:
+    return words("at", time=quantity(time, "s"))
+
+
+def _target_figures(numbers: Summary, words: _Words) -> list[Figure]:
+    """How many targets were reached, and the largest errors at the ends of their moves."""
+    if not numbers.targets:
+        return []
+    reached = sum(one.reached for one in numbers.arrivals)
+    worst = {
+        "position": quantity(max((one.position_error for one in numbers.arrivals), default=0.0), "m"),
+        "angle": quantity(max((one.orientation_error for one in numbers.arrivals), default=0.0), "rad"),
+    }
+    level: Level = "good" if reached == numbers.targets else "failure"
+    value = words("targets_value", reached=reached, total=numbers.targets)
+    note = words("targets_note", **worst) if numbers.arrivals else ""
+    return [Figure(words("targets"), value, "", note, level)]
+
+
 def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
-    errors = iter(numbers.final_errors)
+    judged = {one.leg: one for one in numbers.arrivals}
     steps: list[Step] = []
-    for leg, start, end in zip(run.plan.legs, run.plan.starts, run.plan.starts[1:], strict=False):
+    for k, (leg, start, end) in enumerate(zip(run.plan.legs, run.plan.starts, run.plan.starts[1:], strict=False)):
         text, level = "", "good"
-        if end > run.recording.t[-1] + 2 * run.job.simulation.step:
+        if k in judged:
+            text = _arrived(run, leg, judged[k], words)
+            level = "good" if judged[k].reached else "failure"
+        elif end > run.recording.t[-1] + 2 * run.job.simulation.step:
             text, level = words("not_finished"), "failure"
-        elif leg.target is not None:
-            text = words("reached", error=f"{1e3 * next(errors):.2g} mm")
-        elif leg.kind == "pick" and (grasp := run.job.move[leg.index].pick) is not None:
-            text = words("picked", name=grasp.name, mass=f"{grasp.mass:g} kg")
         steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
     return tuple(steps)
+
+
+def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
+    """Where the arm was at the end of a leg, by all that is judged there."""
+    facts = error_facts(run, judged)
+    grasp = run.job.move[leg.index].pick
+    if judged.goal == "pick" and grasp is not None:
+        part = {"name": grasp.name, "mass": quantity(grasp.mass, "kg")}
+        return words("picked" if judged.reached else "not_gripped", **part, **facts)
+    if judged.goal == "place":
+        driven = max((one for one in run.driven if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
+        if not driven.gripped:
+            return words("nothing_placed")
+        return words("placed" if judged.reached else "place_missed", **facts)
+    kind = "_joints" if judged.goal == "joints" else ""
+    return words(("reached" if judged.reached else "missed") + kind, **facts)
 
 
 def _name(leg: Leg, words: _Words) -> str:
@@ -203,26 +262,28 @@ def _name(leg: Leg, words: _Words) -> str:
 
 
 def _joint_table(run: Run, numbers: Summary, words: _Words) -> Table:
-    head = tuple(words(key) for key in ("joint", "range", "peak_speed", "peak_torque", "rms_torque", "largest_error"))
+    keys = ("joint", "range", "peak_speed", "peak_acceleration", "peak_torque", "rms_torque", "largest_error")
+    head = tuple(words(key) for key in keys)
     rows: list[tuple[str, ...]] = []
     for k, joint in enumerate(run.robot.mechanism.coordinates):
         unit, effort = ("m", "N") if joint.kind is JointKind.PRISMATIC else ("rad", "N m")
-        bounds = joint.limits
+        bounds, acceleration = joint.limits, float(numbers.peak_acceleration[k])
         rows.append(
             (
                 joint.name,
                 f"{numbers.lowest[k]:.3f} … {numbers.highest[k]:.3f} {unit}",
-                f"{numbers.peak_speed[k]:.3g} {unit}/s{_share(numbers.peak_speed[k], bounds.velocity)}",
-                f"{numbers.peak_effort[k]:.3g} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",
-                f"{numbers.rms_effort[k]:.3g} {effort}",
-                f"{numbers.joint_error[k]:.2e} {unit}",
+                f"{digits(float(numbers.peak_speed[k]))} {unit}/s{_share(numbers.peak_speed[k], bounds.velocity)}",
+                f"{digits(acceleration)} {unit}/s²{_share(acceleration, bounds.acceleration)}",
+                f"{digits(float(numbers.peak_effort[k]))} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",
+                f"{digits(float(numbers.rms_effort[k]))} {effort}",
+                joint_quantity(run, k, float(numbers.joint_error[k])),
             )
         )
     return Table(head, tuple(rows))
 
 
 def _share(value: float, limit: float) -> str:
-    return f" ({100 * value / limit:.0f} %)" if np.isfinite(limit) and limit > 0 else ""
+    return f" ({digits(100 * value / limit)} %)" if np.isfinite(limit) and limit > 0 else ""
 
 
 def _facts(run: Run, words: _Words) -> tuple[Facts, ...]:

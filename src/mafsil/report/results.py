@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import InputError
+from mafsil.job.arrival import goal_of, tolerances
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.run import Run
 from mafsil.messages import LANGUAGES, language
@@ -102,8 +103,9 @@ def _write_all(run: Run, directory: Path) -> None:
 def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
     """Numbers, findings and steps as plain data."""
     names = run.robot.joint_names
-    per_joint = ("joint_error", "peak_effort", "rms_effort", "peak_speed", "lowest", "highest", "saturated")
-    single = ("duration", "cycle", "tip_error", "tip_error_time", "energy")
+    per_joint = ("joint_error", "peak_effort", "rms_effort", "peak_speed", "peak_acceleration", "lowest", "highest")
+    per_joint += ("saturated",)
+    single = ("duration", "cycle", "tip_error", "tip_error_time", "tip_turn", "tip_turn_time", "energy")
     return {
         "format": FORMAT,
         "title": run.job.title,
@@ -120,7 +122,13 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
             for remark in run.remarks
         ],
         "steps": _steps(run),
-        "simulation": {"step": run.job.simulation.step, "seconds": run.recording.metadata["seconds"]},
+        "targets": _targets(run, numbers),
+        "simulation": {
+            "step": run.job.simulation.step,
+            "method_asked": run.job.simulation.method,
+            "method": contents.method(run),
+            "seconds": run.recording.metadata["seconds"],
+        },
         "versions": contents.versions(),
         "files": list(FILES),
     }
@@ -137,6 +145,36 @@ def _steps(run: Run) -> list[dict[str, Any]]:
         }
         for leg, start in zip(run.plan.legs, run.plan.starts, strict=False)
     ]
+
+
+def _targets(run: Run, numbers: Summary) -> list[dict[str, Any]]:
+    """Every target with all its errors [m, rad, rad | m], what is allowed, what is judged; null if never come to."""
+    judged = {one.leg: one for one in numbers.arrivals}
+    found: list[dict[str, Any]] = []
+    for k, leg in enumerate(run.plan.legs):
+        goal = goal_of(leg)
+        if goal is None:
+            continue
+        one, allowed = judged.get(k), tolerances(run.job, run.robot, leg.index)
+        found.append(
+            {
+                "step": k,
+                "move": leg.index,
+                "name": leg.name,
+                "judged": ["joints"] if goal == "joints" else ["position", "orientation"],
+                "time": float(run.plan.starts[k + 1]),
+                "position_error": None if one is None else one.position_error,
+                "orientation_error": None if one is None else one.orientation_error,
+                "joint_errors": None if one is None else one.joint_errors.tolist(),
+                "tolerance": {
+                    "position": allowed.position,
+                    "orientation": allowed.orientation,
+                    "joints": allowed.joints.tolist(),
+                },
+                "reached": one is not None and one.reached,
+            }
+        )
+    return found
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -1,0 +1,68 @@
+"""Gains of independent joints from the inertia that they move, as hard as the sampling rate allows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, gate, positive, require_finite, require_kind
+from mafsil.control.gains import Gains
+from mafsil.robot import Robot
+
+NATURAL_FREQUENCY, DAMPING_RATIO = 60.0, 0.7
+"""Of each joint, all others held [rad/s, 1]."""
+MOST_DECAY = 1.4
+"""Largest decay of any error in one sampling period; from 2 on the sampled loop is unstable."""
+_SHRINK, _ROUNDS = 0.5, 500
+
+
+def inertia_gains(
+    robot: Robot,
+    q: ArrayLike,
+    period: float,
+    natural_frequency: float = NATURAL_FREQUENCY,
+    damping_ratio: float = DAMPING_RATIO,
+) -> Gains:
+    """PD gains scaled with the inertia of each joint: Kp = w^2 M_ii, Kd = 2 zeta w M_ii.
+
+    Algorithm:
+        1. M_ii is the largest along q, w the natural frequency asked for.
+        2. The sampled rate loop is stable while period * eig(M^-1 Kd) < 2; the largest eigenvalue along q, with its
+           mode, is looked for.
+        3. While it is above 1.4, w of each joint is lowered by that joint's part in the mode.
+
+    Args:
+        robot: the model.
+        q: (k, n) configurations that the motion passes [rad | m].
+        period: between two calls of the law [s].
+        natural_frequency: w of each joint, the others held [rad/s].
+        damping_ratio: zeta.
+
+    Returns:
+        Gains in units of effort, without an integral.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite or not positive.
+    """
+    require_kind("robot", robot, "Robot", "mass_matrix")
+    for name, value in (("period", period), ("natural_frequency", natural_frequency), ("damping_ratio", damping_ratio)):
+        positive(name, value)
+    places = require_finite("q", gate("q", q, (robot.n,))).reshape(-1, robot.n)
+    M = np.asarray(robot.mass_matrix(places))
+    inertia = np.einsum("kii->ki", M).max(axis=0)
+    w = np.full(robot.n, natural_frequency)
+    inverse = np.linalg.inv(M)
+    for _ in range(_ROUNDS):
+        decay, part = _fastest(inverse, 2.0 * damping_ratio * w * inertia)
+        if decay * period <= MOST_DECAY:
+            break
+        w = w * (1.0 - part * (1.0 - max(MOST_DECAY / (decay * period), _SHRINK)))
+    return Gains.of(robot.n, w**2 * inertia, 2.0 * damping_ratio * w * inertia)
+
+
+def _fastest(inverse: Floats, kd: Floats) -> tuple[float, Floats]:
+    """Largest eigenvalue of M^-1 Kd among all configurations [1/s], and the part (n,) of each joint in its mode."""
+    root = np.sqrt(kd)
+    values, modes = np.linalg.eigh(root[:, None] * inverse * root)
+    hardest = int(values[:, -1].argmax())
+    return float(values[hardest, -1]), modes[hardest, :, -1] ** 2

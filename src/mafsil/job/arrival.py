@@ -1,0 +1,149 @@
+"""Whether the arm was where a move ends when it ended: by all that the move names, from the recorded motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, radians
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.errors import JobError
+from mafsil.geometry import rotation
+from mafsil.job.description import Job
+from mafsil.job.plan import Leg, Plan
+from mafsil.model import JointKind
+from mafsil.robot import Robot
+from mafsil.simulation import Recording
+
+POSITION, ORIENTATION = 1e-3, radians(0.5)
+"""Tolerances where the job names none [m, rad]."""
+INSTANT = 1e-9
+"""Times closer than this are the same [s]."""
+Goal: TypeAlias = Literal["pose", "joints", "pick", "place"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tolerances:
+    """How near a target has to be reached: position [m], orientation [rad], joints (n,) [rad | m]."""
+
+    position: float
+    orientation: float
+    joints: Floats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arrival:
+    """Where the arm was at the end of a leg that has a target.
+
+    Attributes:
+        leg: index in the plan.
+        goal: what is judged: the tip for `pose`, `pick` and `place` (its planned pose), coordinates for `joints`.
+        time: end of the leg [s].
+        q: (n,) configuration at that time [rad | m].
+        position_error, orientation_error: of the tip [m, rad].
+        joint_errors: (n,) magnitudes [rad | m].
+        tolerances: what is allowed.
+    """
+
+    leg: int
+    goal: Goal
+    time: float
+    q: JointVector
+    position_error: float
+    orientation_error: float
+    joint_errors: Floats
+    tolerances: Tolerances
+
+    @property
+    def share(self) -> float:
+        """The largest of the judged errors over its tolerance: at most 1 where the target is reached."""
+        if self.goal == "joints":
+            return float((self.joint_errors / self.tolerances.joints).max())
+        allowed = self.tolerances
+        return max(self.position_error / allowed.position, self.orientation_error / allowed.orientation)
+
+    @property
+    def reached(self) -> bool:
+        """Whether all that the target names is within its tolerance; never with NaN."""
+        return self.share <= 1.0
+
+
+def goal_of(leg: Leg) -> Goal | None:
+    """What is judged at the end of a leg; None where it goes nowhere."""
+    if leg.target is not None:
+        return "pose"
+    kinds: dict[str, Goal] = {"joint": "joints", "line": "pose", "pick": "pick", "place": "place"}
+    return kinds.get(leg.kind)
+
+
+def arrival(job: Job, robot: Robot, plan: Plan, index: int, tape: Recording, start: float = 0.0) -> Arrival | None:
+    """The judgement of one leg; None where there is no target, or the recording ends before.
+
+    Args:
+        job, robot, plan: what was asked; the robot with its tool.
+        index: of the leg.
+        tape: what happened.
+        start: when the recording begins, in the time of the plan [s].
+    """
+    leg, end = plan.legs[index], float(plan.starts[index + 1])
+    goal = goal_of(leg)
+    if goal is None or not len(tape.t) or end - start > tape.t[-1] + INSTANT:
+        return None
+    q = configuration(tape, end - start)
+    wanted = leg.trajectory.at(leg.trajectory.duration).u
+    T = np.asarray(robot.forward_kinematics(q))
+    T_wanted = np.asarray(robot.forward_kinematics(wanted)) if leg.target is None else leg.target
+    return Arrival(
+        leg=index,
+        goal=goal,
+        time=end,
+        q=q,
+        position_error=float(np.linalg.norm(T[:3, 3] - T_wanted[:3, 3])),
+        orientation_error=float(rotation.angle_between(T[:3, :3], T_wanted[:3, :3])),
+        joint_errors=np.abs(q - wanted),
+        tolerances=tolerances(job, robot, leg.index),
+    )
+
+
+def arrivals(job: Job, robot: Robot, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:
+    """The judgements of all legs that have a target and came to their end."""
+    found = (arrival(job, robot, plan, k, tape) for k in range(len(plan.legs)))
+    return tuple(one for one in found if one is not None)
+
+
+def configuration(tape: Recording, time: float) -> JointVector:
+    """(n,) where the arm was at a time: between two ticks, the cubic that has their positions and rates."""
+    last = len(tape.t) - 1
+    k = int(np.clip(np.searchsorted(tape.t, time + INSTANT, side="right") - 1, 0, last))
+    step = float(tape.t[k + 1] - tape.t[k]) if k < last else 0.0
+    u = (time - float(tape.t[k])) / step if step > 0.0 else 0.0
+    if u <= 0.0:
+        return tape.q[k]
+    a, b, va, vb = tape.q[k], tape.q[k + 1], step * tape.qd[k], step * tape.qd[k + 1]
+    rise = u * u * (3.0 - 2.0 * u)
+    return np.asarray(a + rise * (b - a) + u * (1.0 - u) ** 2 * va + u * u * (u - 1.0) * vb)
+
+
+def tolerances(job: Job, robot: Robot, move: int) -> Tolerances:
+    """What is allowed at the end of a move: its own tolerance, else the job's, else the defaults.
+
+    Raises:
+        JobError: a list of joint tolerances does not fit the robot.
+    """
+    degree = pi / 180.0 if job.angles == "degrees" else 1.0
+    own, general = job.move[move].tolerance, job.tolerance
+    position, orientation, joints = (
+        getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
+        for name in ("position", "orientation", "joints")
+    )
+    metres = POSITION if position is None else float(position)
+    angle = ORIENTATION if orientation is None else degree * float(orientation)
+    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    if isinstance(joints, tuple):
+        if len(joints) != robot.n:
+            raise JobError("job.tolerance_count", expected=robot.n, got=len(joints))
+        return Tolerances(metres, angle, np.array(joints) * np.where(turning, degree, 1.0))
+    turn = angle if joints is None else degree * float(joints)
+    return Tolerances(metres, angle, np.where(turning, turn, metres))

@@ -1,0 +1,75 @@
+"""Whether the arm could hold what it carries, still, wherever the plan brings it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.job.description import Grasp
+from mafsil.job.run import Run
+from mafsil.job.stretch import Driven
+from mafsil.robot import Robot
+
+PLACES_PER_LEG = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Overload:
+    """A place of the plan that the arm could not hold.
+
+    Attributes:
+        held: what it would hold there, besides itself.
+        share: least effort that holds it, over the limit.
+        joint: coordinate that needs it.
+        time: when the plan is there [s].
+    """
+
+    held: Grasp | None
+    share: float
+    joint: int
+    time: float
+
+
+def overloads(run: Run) -> tuple[Overload, ...]:
+    """Where static equilibrium is beyond the effort limits: the hardest place of each part, and of the empty arm."""
+    worst: dict[int, Overload] = {}
+    for driven in run.driven:
+        legs = sum(leg.held is driven.stretch.held for leg in run.plan.legs)
+        t = np.linspace(0.0, driven.stretch.trajectory.duration, 2 + PLACES_PER_LEG * legs)
+        share = holding_effort(run, driven, driven.stretch.trajectory.at(t).u)
+        row, joint = np.unravel_index(int(share.argmax()), share.shape)
+        most = float(share[row, joint])
+        before = worst.get(id(driven.carried))
+        if most > 1.0 and (before is None or most > before.share):
+            worst[id(driven.carried)] = Overload(driven.carried, most, int(joint), driven.stretch.start + float(t[row]))
+    return tuple(worst.values())
+
+
+def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
+    """Least effort (k, n) that holds each joint still over its limit: gravity less what static friction carries.
+
+    Args:
+        run: whose robot moves.
+        driven: what it carries, with the masses as they really are.
+        q: (k, n) configurations [rad | m].
+    """
+    plant = driven.scenario.true_plant
+    gravity = np.asarray(run.robot.gravity_torque(q))
+    if driven.carried is not None:
+        gravity = gravity + _weight(run.robot, driven.carried, q)
+    load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
+    if plant.has_friction:
+        law = plant.friction_law
+        load = load - (np.maximum(law.positive, law.negative) + np.abs(law.offset)) @ np.abs(law.gain)
+    limit = run.robot.limits.effort
+    return np.where(np.isfinite(limit), np.maximum(load, 0.0) / np.where(limit > 0.0, limit, np.inf), 0.0)
+
+
+def _weight(robot: Robot, held: Grasp, q: JointVector) -> Floats:
+    """(k, n) efforts that hold a part up: tau = -J' F, F its weight at the tip, in the tip frame."""
+    R = np.asarray(robot.forward_kinematics(q))[:, :3, :3]
+    force = held.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
+    wrench = np.concatenate([np.cross(np.array(held.offset), force), force], axis=1)
+    return -np.einsum("kij,ki->kj", np.asarray(robot.jacobian_body(q)), wrench)
