@@ -9,10 +9,15 @@ from mafsil.arrays import Floats, gate, positive, require_finite, require_kind
 from mafsil.control.gains import Gains
 from mafsil.robot import Robot
 
-NATURAL_FREQUENCY, DAMPING_RATIO = 60.0, 0.7
+NATURAL_FREQUENCY, DAMPING_RATIO = 55.0, 0.7
 """Of each joint, all others held [rad/s, 1]."""
-MOST_DECAY = 1.4
+MOST_RAISED = 5.0
+"""How much faster a light joint may be than asked, that it is not dragged along by the heavy ones."""
+MOST_DECAY = 1.5
 """Largest decay of any error in one sampling period; from 2 on the sampled loop is unstable."""
+SOFT, AROUND = 0.2, 0.4
+"""Where a joint gets less than this share of the frequency asked for, the arm will stray; then the loop has to be
+stable this far around the motion too [1, rad | m]."""
 _SHRINK, _ROUNDS = 0.5, 500
 
 
@@ -26,10 +31,12 @@ def inertia_gains(
     """PD gains scaled with the inertia of each joint: Kp = w^2 M_ii, Kd = 2 zeta w M_ii.
 
     Algorithm:
-        1. M_ii is the largest along q, w the natural frequency asked for.
+        1. M_ii is the largest along q. w is the natural frequency asked for, raised by sqrt(sum_j |M_ij| / M_ii) where
+           the other joints push more mass through this one than it moves itself.
         2. The sampled rate loop is stable while period * eig(M^-1 Kd) < 2; the largest eigenvalue along q, with its
            mode, is looked for.
-        3. While it is above 1.4, w of each joint is lowered by that joint's part in the mode.
+        3. While it is above 1.5, w of each joint is lowered by that joint's part in the mode.
+        4. If that leaves a joint soft, the same again with configurations around the motion.
 
     Args:
         robot: the model.
@@ -48,16 +55,26 @@ def inertia_gains(
     for name, value in (("period", period), ("natural_frequency", natural_frequency), ("damping_ratio", damping_ratio)):
         positive(name, value)
     places = require_finite("q", gate("q", q, (robot.n,))).reshape(-1, robot.n)
-    M = np.asarray(robot.mass_matrix(places))
+    inertia, w = _frequencies(robot, places, period, natural_frequency, damping_ratio)
+    if w.min() < SOFT * natural_frequency:
+        around = [places + side * row for row in AROUND * np.eye(robot.n) for side in (-1.0, 1.0)]
+        inertia, w = _frequencies(robot, np.concatenate([places, *around]), period, natural_frequency, damping_ratio)
+    return Gains.of(robot.n, w**2 * inertia, 2.0 * damping_ratio * w * inertia)
+
+
+def _frequencies(robot: Robot, q: Floats, period: float, asked: float, damping: float) -> tuple[Floats, Floats]:
+    """Largest inertia (n,) of each joint along q (k, n), and the frequency (n,) that the sampling allows [rad/s]."""
+    M = np.asarray(robot.mass_matrix(q), dtype=np.float64)
     inertia = np.einsum("kii->ki", M).max(axis=0)
-    w = np.full(robot.n, natural_frequency)
-    inverse = np.linalg.inv(M)
+    coupled = np.abs(M).sum(axis=2).max(axis=0)
+    w = asked * np.minimum(np.sqrt(coupled / inertia), MOST_RAISED)
+    inverse = np.asarray(np.linalg.inv(M), dtype=np.float64)
     for _ in range(_ROUNDS):
-        decay, part = _fastest(inverse, 2.0 * damping_ratio * w * inertia)
+        decay, part = _fastest(inverse, 2.0 * damping * w * inertia)
         if decay * period <= MOST_DECAY:
             break
         w = w * (1.0 - part * (1.0 - max(MOST_DECAY / (decay * period), _SHRINK)))
-    return Gains.of(robot.n, w**2 * inertia, 2.0 * damping_ratio * w * inertia)
+    return inertia, w
 
 
 def _fastest(inverse: Floats, kd: Floats) -> tuple[float, Floats]:
