@@ -182,7 +182,7 @@ def _at_limit(run: Run, judged: Arrival, joint: int) -> float:
     tape = run.recording
     inside = (tape.t >= run.plan.starts[judged.leg]) & (tape.t <= judged.time)
     beyond = (tape.tau != tape.tau_commanded)[:, joint] & inside
-    return float((beyond * np.diff(tape.t, prepend=tape.t[0])).sum())
+    return float((beyond[:-1] * np.diff(tape.t)).sum())
 
 
 def _growth(driven: Driven, q: Floats) -> float:

@@ -90,6 +90,8 @@ def summary(run: Run) -> Summary:
     tape, limit = run.recording, run.robot.limits.effort
     t = tape.t
     step = np.diff(t, prepend=t[0])
+    # The effort of a tick is held until the next one; that of the last tick counts as long as the one before.
+    held = np.append(step[1:], step[-1])
     actual, wanted = run.tips()
     astray = np.linalg.norm(actual[:, :3, 3] - wanted[:, :3, 3], axis=1)
     turned = np.asarray(rotation.angle_between(actual[:, :3, :3], wanted[:, :3, :3]))
@@ -118,7 +120,7 @@ def summary(run: Run) -> Summary:
         lowest=tape.q.min(axis=0),
         highest=tape.q.max(axis=0),
         energy=float((power * step).sum()),
-        saturated=((demand > 1.0 + 1e-9) * step[:, None]).sum(axis=0),
+        saturated=((demand > TOUCHED) * held[:, None]).sum(axis=0),
         excess_share=demand.max(axis=0),
     )
 
