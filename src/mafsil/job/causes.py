@@ -23,7 +23,7 @@ MAIN_PART = 0.5
 """Part of an error from which on its cause is named."""
 UNSTABLE = 1.01
 """Growth of an error from tick to tick from which on the gains are called too hard for the rate."""
-OBSERVED, TURNS = 60, 12
+OBSERVED, TURNS = 100, 4
 """Ticks before a miss in which so many changes of sense show that the joint oscillates."""
 
 
@@ -148,7 +148,9 @@ def cause(run: Run, judged: Arrival) -> Cause | None:
     if name == "model":
         return _named(run, name, joint, amount=amount, what=f"@job.{_unknown(run, driven)}")
     if name == "limit":
-        return _named(run, name, joint, amount=amount, time=quantity(_at_limit(run, judged, joint), "s"))
+        limited = _limited(run, row)
+        time = quantity(_at_limit(run, judged, limited), "s")
+        return _named(run, name, joint, amount=amount, limited=visible(run.robot.joint_names[limited]), time=time)
     return _named(run, name, joint, amount=amount)
 
 
@@ -175,6 +177,13 @@ def _unknown(run: Run, driven: Driven) -> str:
     if part:
         return "unknown_part" if driven.gripped else "missing_part"
     return "unknown_masses"
+
+
+def _limited(run: Run, row: int) -> int:
+    """The joint of which the law asks most beyond its limit at a tick."""
+    tape, limit = run.recording, run.robot.limits.effort
+    beyond = np.abs(tape.tau_commanded[row] - tape.tau[row])
+    return int((beyond / np.where(limit > 0.0, limit, 1.0)).argmax())
 
 
 def _at_limit(run: Run, judged: Arrival, joint: int) -> float:

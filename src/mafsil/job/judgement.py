@@ -283,10 +283,9 @@ def _late_pushes(run: Run, numbers: Summary) -> list[Remark]:
 
 def _kept_parts(run: Run) -> list[Remark]:
     """A part that the job picks and never places."""
-    held = run.plan.legs[-1].held
-    if held is None and run.plan.legs[-1].kind == "pick":
-        held = run.job.move[run.plan.legs[-1].index].pick
-    return [] if held is None else [Remark("warning", "job.part_kept", {"part": visible(held.name)})]
+    actions = [move for move in run.job.move if move.place or move.pick is not None]
+    kept = actions[-1].pick if actions else None
+    return [] if kept is None else [Remark("warning", "job.part_kept", {"part": visible(kept.name)})]
 
 
 def _good_news(run: Run, numbers: Summary) -> list[Remark]:
