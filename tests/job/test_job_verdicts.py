@@ -233,7 +233,7 @@ def test_actual_speed_and_acceleration_are_judged() -> None:
     said = {remark.facts["joint"]: remark for remark in run.remarks if remark.key == "job.acceleration_crossed"}
     for joint, is_over in zip(run.robot.joint_names, over, strict=True):
         assert (joint in said and said[joint].level == "failure") == is_over
-    assert "beyond its limit of" in sentences(run, "failure")[0]
+    assert "exceeds its acceleration limit of" in sentences(run, "failure")[0]
 
 
 @pytest.mark.parametrize("method", ["rk4", "semi_implicit_euler"])

@@ -253,7 +253,7 @@ def _limits(check: Check) -> None:
             share = peak / limit if limit > 0 else 0.0
             check.expect((remark is not None) == (share > 1 + 1e-9 and not collapsed), name, what, share)
             if remark is not None:
-                fine = same(remark.facts["value"], peak) and same(remark.facts["limit"], limit)
+                fine = same(remark.facts["over"], share - 1.0) and same(remark.facts["limit"], limit)
                 check.expect(fine, name, what, remark.facts, peak)
                 check.expect(remark.level == ("failure" if share > 1.02 else "warning"), name, what, "level")
 
@@ -390,7 +390,8 @@ def _cause(check: Check, k: int, cause: object) -> None:
     check.expect(same(facts["amount"], abs(part), 1e-7), "amount", facts, part)
     if key == "limit":
         limited = run.robot.joint_names.index(str(facts["limited"]))
-        inside = (tape.t >= check.ends[k] - run.plan.legs[k].trajectory.duration) & (tape.t <= check.ends[k])
+        begin = check.ends[k] - run.plan.legs[k].trajectory.duration
+        inside = (tape.t > begin - 1e-9) & (tape.t < check.ends[k] - 1e-9)
         beyond = np.abs(tape.tau_commanded[:, limited]) > run.robot.limits.effort[limited]
         time = float((beyond & inside)[:-1] @ np.diff(tape.t))
         check.expect(same(facts["time"], time, 1e-6), "time at the limit", facts, time)

@@ -4,7 +4,11 @@ import base64
 import hashlib
 import json
 import re
+import shutil
+import subprocess
 from html.parser import HTMLParser
+from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -152,3 +156,36 @@ def test_a_bracket_that_the_arabic_opened_is_closed_by_it() -> None:
     html = fragments.text("افتُرض 4 rad/s² (أو m/s²)")
     assert '<bdi dir="ltr">m/s²</bdi>)' in html
     assert '<bdi dir="ltr">sin(q)</bdi>' in fragments.text("الدالة sin(q)")
+
+
+DRAWN = """
+const place = [0.1, 0.2, 0.3, 1, 0, 0, 0], pack = rows => btoa(String.fromCharCode(...new Uint8Array(new Float32Array(rows).buffer)));
+let corners = 0;
+class Renderer { mesh(shape) { corners += shape.vertices.length / 6; return { count: shape.indices.length }; } }
+globalThis.getComputedStyle = () => ({ getPropertyValue: () => "#123456" });
+globalThis.document = { documentElement: null };
+for (const count of [0, 12, 13, 2000]) {
+  corners = 0;
+  const view = Object.create(Replay.prototype);
+  Object.assign(view, { renderer: new Renderer(), size: 1, showFrames: true, showPath: false, tips: new Float32Array(place),
+    poses: new Float32Array(0), scene: { surfaces: [], bodies: [], frames: 1, floor: 0, targets: Array(count).fill({ pose: place }) } });
+  view.build();
+  const items = view.items(0);
+  const sticks = items.filter(item => item.mesh.count === count * 18);
+  console.log(count, items.length, sticks.length, corners);
+}
+"""  # noqa: E501
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="no Node here")
+def test_many_targets_are_drawn_in_three_meshes(tmp_path: Path) -> None:
+    """Of 2,000 targets, 12,000 draws of round shafts and cones a frame would be too many."""
+    assets = resources.files("mafsil.report").joinpath("template")
+    scripts = [assets.joinpath(name).read_text("utf-8") for name in ("matrix.js", "shapes.js", "replay.js")]
+    (tmp_path / "drawn.js").write_text("\n".join([*scripts, DRAWN]), "utf-8")
+    done = subprocess.run(["node", str(tmp_path / "drawn.js")], capture_output=True, text=True, check=True)
+    rows = {int(line.split()[0]): [int(word) for word in line.split()[1:]] for line in done.stdout.splitlines()}
+    frames = rows[0][0]
+    assert rows[12][0] == frames + 6 * 12
+    assert rows[13][:2] == rows[2000][:2] == [frames + 3, 3]
+    assert rows[2000][2] - rows[0][2] == 2000 * 3 * 6

@@ -189,7 +189,7 @@ def _limited(run: Run, row: int) -> int:
 def _at_limit(run: Run, judged: Arrival, joint: int) -> float:
     """How long the law asked a joint for more than its limit during the leg [s]."""
     tape = run.recording
-    inside = (tape.t >= run.plan.starts[judged.leg]) & (tape.t <= judged.time)
+    inside = (tape.t > run.plan.starts[judged.leg] - INSTANT) & (tape.t < judged.time - INSTANT)
     beyond = (tape.tau != tape.tau_commanded)[:, joint] & inside
     return float((beyond[:-1] * np.diff(tape.t)).sum())
 

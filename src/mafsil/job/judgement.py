@@ -259,8 +259,8 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
         ):
             share = float(peaks[k] / limit[k]) if limit[k] > 0 else 0.0
             if share > TOUCHED:
-                facts = {"joint": joint, "value": joint_quantity(run, k, float(peaks[k]), per)}
-                facts |= {"limit": joint_quantity(run, k, float(limit[k]), per), "time": quantity(float(times[k]), "s")}
+                facts = {"joint": joint, "limit": joint_quantity(run, k, float(limit[k]), per)}
+                facts |= {"over": quantity(share - 1.0, "share"), "time": quantity(float(times[k]), "s")}
                 level = "failure" if share > BROKEN else "warning"
                 found.append(Remark(level, f"job.{name}_crossed", facts))
     return found

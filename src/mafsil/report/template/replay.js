@@ -1,5 +1,7 @@
 // The robot's motion in 3D: poses of links over time, tip path, target frames, a camera that orbits.
 const unpack = text => new Float32Array(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
+// More targets than this are drawn as thin sticks, three meshes in all, however many there are.
+const FEW_TARGETS = 12;
 const AXES = [[0.83, 0.24, 0.22, 1], [0.25, 0.62, 0.32, 1], [0.22, 0.44, 0.84, 1]];
 
 class Replay {
@@ -30,6 +32,10 @@ class Replay {
     this.shaft = this.renderer.mesh(Shapes.cylinder(s * 0.0042, s * 0.085));
     this.head = this.renderer.mesh(Shapes.cone(s * 0.0105, s * 0.03));
     this.ball = this.renderer.mesh(Shapes.of("sphere", [s * 0.0085]));
+    const places = this.scene.targets.map(target => Matrix.pose(...target.pose));
+    this.few = places.length <= FEW_TARGETS ? places : [];
+    this.many = places.length <= FEW_TARGETS ? [] : [0, 1, 2].map(axis => ({ colour: [...AXES[axis].slice(0, 3), 0.62],
+      mesh: this.renderer.mesh(Shapes.sticks(places.map(T => [Array.from(T.slice(12, 15)), Array.from(T.slice(4 * axis, 4 * axis + 3))]), s * 0.035, s * 0.0016)) }));
     const points = [];
     for (let i = 0; i < this.scene.frames; i++) points.push(Array.from(this.tips.subarray(7 * i, 7 * i + 3)));
     this.path = this.renderer.mesh(Shapes.tube(points, s * 0.0032));
@@ -75,7 +81,8 @@ class Replay {
     }
     if (this.showFrames) {
       list.push(...this.triad(tip, 1, 1, true), ...this.triad(identity, 1.15, 1, true));
-      for (const target of this.scene.targets) list.push(...this.triad(Matrix.pose(...target.pose), 0.75, 0.62, false));
+      for (const place of this.few) list.push(...this.triad(place, 0.75, 0.62, false));
+      for (const axis of this.many) list.push({ ...axis, model: identity, shadow: false });
     }
     return list;
   }

@@ -90,6 +90,16 @@ const Shapes = {
     }
     return { vertices, indices };
   },
+  // One axis of many frames, [position, direction] each, as thin three-sided sticks in a single mesh.
+  sticks(axes, length, r) {
+    const vertices = [], indices = [];
+    for (const [p, along] of axes) {
+      const stick = Shapes.tube([p, Vector.plus(p, along, length)], r, 3), base = vertices.length / 6;
+      for (const x of stick.vertices) vertices.push(x);
+      for (const i of stick.indices) indices.push(base + i);
+    }
+    return { vertices, indices };
+  },
   // Round tube along points [[x, y, z], ...]; 6 * sides indices for each step, in order.
   tube(points, r, sides = 8) {
     const vertices = [], indices = [];
