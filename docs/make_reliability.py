@@ -98,6 +98,15 @@ ROWS = (
         "Elbow arms, plane arms and one SCARA arm: where elementary geometry knows the answer.",
     ),
     Row(
+        "J1",
+        "Random jobs for library arms, hostile gains, weak motors, friction, pushes, wrong masses, low rates: every "
+        "sentence, number and cause of the verdict is what plain NumPy finds in the recording; nothing is left out.",
+        "jobs",
+        1_000,
+        "job_verdicts --jobs 1000 --resume DIR",
+        "Plans that are refused are counted, not judged; robots from files, vias and lines run in the other tests.",
+    ),
+    Row(
         "F1",
         "Damaged robot files: no crash, no foreign exception, no hang over 2 s, memory below 256 MB, accepted "
         "models keep the invariants.",

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.geometry import rotation
 from mafsil.job.arrival import Arrival, arrivals, goal_of, tolerances
 from mafsil.job.causes import cause
 from mafsil.job.description import Move
 from mafsil.job.holding import overloads
-from mafsil.job.plan import label
+from mafsil.job.plan import Plan, label
 from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
 from mafsil.messages.quantities import quantity
@@ -92,9 +91,7 @@ def summary(run: Run) -> Summary:
     step = np.diff(t, prepend=t[0])
     # The effort of a tick is held until the next one; that of the last tick counts as long as the one before.
     held = np.append(step[1:], step[-1])
-    actual, wanted = run.tips()
-    astray = np.linalg.norm(actual[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    turned = np.asarray(rotation.angle_between(actual[:, :3, :3], wanted[:, :3, :3]))
+    astray, turned = tape.tip_position_error, tape.tip_rotation_error
     power = np.maximum(tape.tau * tape.qd, 0.0).sum(axis=1)
     demand = np.where(np.isfinite(limit), np.abs(tape.tau_commanded) / np.where(limit > 0, limit, 1.0), 0.0)
     settled = [leg.kind == "settle" for leg in run.plan.legs]
@@ -109,7 +106,7 @@ def summary(run: Run) -> Summary:
         tip_turn=float(turned.max()),
         tip_turn_time=float(t[turned.argmax()]),
         arrivals=arrivals(run.job, run.robot, run.plan, tape),
-        targets=sum(goal_of(leg) is not None for leg in run.plan.legs),
+        targets=targets(run.plan),
         peak_effort=np.abs(tape.tau).max(axis=0),
         peak_effort_time=t[peak],
         rms_effort=np.sqrt((tape.tau**2).mean(axis=0)),
@@ -150,6 +147,17 @@ class Where:
     def explain(self, *, language: str | None = None) -> str:
         """`move 3 'lift'`."""
         return label(self.index, self.move, language)
+
+
+def targets(plan: Plan) -> int:
+    """How many legs of a plan have a target."""
+    return sum(goal_of(leg) is not None for leg in plan.legs)
+
+
+def missed(found: tuple[Remark, ...]) -> int:
+    """How many targets were missed, by the remarks of a run."""
+    single = sum(remark.key.startswith("job.missed_") for remark in found)
+    return single + sum(int(str(remark.facts["count"])) for remark in found if remark.key == "job.more_missed")
 
 
 def where(run: Run, leg: int) -> Where:

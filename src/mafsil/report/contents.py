@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.job import judgement
 from mafsil.job.arrival import Arrival
-from mafsil.job.judgement import Summary, error_facts, joint_quantity, summary
+from mafsil.job.judgement import Summary, error_facts, joint_quantity
 from mafsil.job.payload import box_in_tip
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
@@ -34,6 +35,7 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
     words = _Words(language)
     rows = plot_rows(run)
     findings = tuple(Finding(remark.level, remark.sentence(language)) for remark in run.remarks)
+    findings = findings or (Finding("good", words("no_findings")),)
     robot, controller = run.robot.name, words(f"controller_{run.job.controller.kind}")
     return Page(
         language=language,
@@ -70,9 +72,8 @@ def verdict(run: Run, language: str | None = None) -> Finding:
         return failure("stopped")
     if "job.gives_way" in grave:
         return failure("gives_way")
-    numbers = summary(run)
-    if numbers.missed:
-        return failure("missed", count=len(numbers.missed), total=numbers.targets)
+    if missed := judgement.missed(run.remarks):
+        return failure("missed", count=missed, total=judgement.targets(run.plan))
     if grave & {"job.cannot_hold", "job.cannot_hold_part"}:
         return failure("cannot_hold")
     if grave:
@@ -101,7 +102,7 @@ def scene(run: Run) -> Scene:
     mechanism = run.robot.mechanism
     poses = np.asarray(run.robot.link_poses(run.recording.q[rows]))
     tips, references = run.tips(rows)
-    parts = _parts(run, moments, tips)
+    parts = part_tracks(run, moments)
     seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3]])
     drawing = Drawing(mechanism)
     centre, size, floor = drawing.extent(seen, poses[0])
@@ -122,10 +123,16 @@ def scene(run: Run) -> Scene:
     )
 
 
-def _parts(run: Run, moments: Floats, tips: Floats) -> list[tuple[Body, Floats]]:
-    """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left."""
+def part_tracks(run: Run, moments: Floats) -> list[tuple[Body, Floats]]:
+    """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left.
+
+    Args:
+        run: what happened.
+        moments: (frames,) times [s].
+    """
     found: list[tuple[Body, Floats]] = []
-    starts = run.plan.starts
+    starts, t = run.plan.starts, run.recording.t
+    tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
     taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
     for k, leg in enumerate(run.plan.legs):
         grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
