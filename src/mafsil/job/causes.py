@@ -135,13 +135,16 @@ def cause(run: Run, judged: Arrival) -> Cause | None:
     if parts is None:
         return None
     joint = worst_joint(run, judged)
-    growth = _growth(driven, judged.q)
-    if growth > UNSTABLE and _oscillates(run, row, joint):
-        rate = f"{digits(1.0 / driven.scenario.control_period)} Hz"
-        return _named(run, "gains", joint, rate=rate, growth=digits(growth))
     e = float(parts.error[joint])
     name, part = max(parts.parts().items(), key=lambda item: float(item[1][joint]) * np.sign(e))
-    if float(part[joint]) * np.sign(e) < MAIN_PART * abs(e) or e == 0.0:
+    named = e != 0.0 and float(part[joint]) * np.sign(e) >= MAIN_PART * abs(e)
+    growth = _growth(driven, judged.q)
+    if growth > UNSTABLE and ((named and name == "limit") or _oscillates(run, row, joint)):
+        # Where the limits hold a loop that would run away, it is the gains that bring it there.
+        rate = f"{digits(1.0 / driven.scenario.control_period)} Hz"
+        key = "gains_limit" if named and name == "limit" else "gains"
+        return _named(run, key, joint, rate=rate, growth=digits(growth))
+    if not named:
         return None
     prismatic = run.robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC
     amount = quantity(abs(float(part[joint])), "m" if prismatic else "rad")

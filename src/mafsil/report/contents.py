@@ -226,7 +226,8 @@ def _target_figures(numbers: Summary, words: _Words) -> list[Figure]:
         "angle": quantity(max((one.orientation_error for one in numbers.arrivals), default=0.0), "rad"),
     }
     level: Level = "good" if reached == numbers.targets else "failure"
-    value = words("targets_value", reached=reached, total=numbers.targets)
+    # Read left to right in both languages, as all values of the cards.
+    value = f"{reached} / {numbers.targets}"
     note = words("targets_note", **worst) if numbers.arrivals else ""
     return [Figure(words("targets"), value, "", note, level)]
 
