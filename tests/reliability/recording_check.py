@@ -98,10 +98,11 @@ class Check:
             found[k] = (distance, angle, errors, share)
         return found
 
-    def allowed(self, index: int) -> tuple[float, float, np.ndarray]:
-        """Tolerances of a move, by the rules of the page on job files."""
+    def allowed(self, index: int | None) -> tuple[float, float, np.ndarray]:
+        """Tolerances of a move, or of the job in general, by the rules of the page on job files."""
         job = self.run.job
-        layers = [layer for layer in (job.move[index].tolerance, job.tolerance) if layer is not None]
+        own = None if index is None else job.move[index].tolerance
+        layers = [layer for layer in (own, job.tolerance) if layer is not None]
 
         def first(name: str) -> float | None:
             return next((getattr(layer, name) for layer in layers if getattr(layer, name) is not None), None)
@@ -243,7 +244,7 @@ def _limits(check: Check) -> None:
         check.expect((remark is not None) == (excess > 1e-9 and not collapsed), name, "range", excess)
         if remark is not None:
             check.expect(same(remark.facts["excess"], excess), name, "excess", remark.facts, excess)
-            allowed = check.allowed(0)[2][k]
+            allowed = check.allowed(None)[2][k]
             check.expect(remark.level == ("failure" if excess > allowed else "warning"), name, "level of excess")
         for what, peak, limit in (
             ("speed", np.abs(tape.qd[:, k]).max(), limits.velocity),

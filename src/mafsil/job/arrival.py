@@ -126,14 +126,18 @@ def configuration(tape: Recording, time: float) -> JointVector:
     return np.asarray(a + rise * (b - a) + u * (1.0 - u) ** 2 * va + u * u * (u - 1.0) * vb)
 
 
-def tolerances(job: Job, robot: Robot, move: int) -> Tolerances:
+def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
     """What is allowed at the end of a move: its own tolerance, else the job's, else the defaults.
+
+    Args:
+        job, robot: what is asked; the robot with its tool.
+        move: index in the job; None for what the job says in general.
 
     Raises:
         JobError: a list of joint tolerances does not fit the robot.
     """
     degree = pi / 180.0 if job.angles == "degrees" else 1.0
-    own, general = job.move[move].tolerance, job.tolerance
+    own, general = None if move is None else job.move[move].tolerance, job.tolerance
     position, orientation, joints = (
         getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
         for name in ("position", "orientation", "joints")

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.control import Law, computed_torque, gravity_compensation, inertia_gains
 from mafsil.errors import JobError
 from mafsil.job import judgement
-from mafsil.job.arrival import arrival
+from mafsil.job.arrival import arrival, tolerances
 from mafsil.job.description import Grasp, Job
 from mafsil.job.payload import box_inertia
 from mafsil.job.plan import Plan
@@ -44,9 +44,12 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         progress: told the share of the time that has been simulated.
 
     Raises:
-        JobError: the controller's gains do not fit the robot, or the motion is too long to be simulated.
+        JobError: gains or tolerances do not fit the robot, friction is too stiff for the integrator that is asked
+            for, or the motion is too long to be simulated.
     """
     _require_short(job, plan)
+    for move in range(len(job.move)):
+        tolerances(job, robot, move)
     planned = tuple(stretches(plan))
     models = [_loaded(robot, stretch.held, known=True) for stretch in planned]
     plants = [

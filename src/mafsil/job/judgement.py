@@ -252,7 +252,7 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
     found: list[Remark] = []
     limits: JointLimits = run.robot.limits
     tape = run.recording
-    allowed = tolerances(run.job, run.robot, 0).joints
+    allowed = tolerances(run.job, run.robot).joints
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
         beyond = np.maximum(limits.lower[k] - tape.q[:, k], tape.q[:, k] - limits.upper[k])
         excess = float(beyond.max())
