@@ -25,6 +25,12 @@ CORES: dict[str, tuple[int, ...]] = {
     "axis": (3,),
     "unit_screw": (6,),
     "quaternion": (4,),
+    "rotation_vector": (3,),
+    "exponential_coordinates": (6,),
+    "planar_coordinates": (3,),
+    "amount": (),
+    "duration": (),
+    "part_turn": (),
 }
 """Core shape of every kind of member."""
 
