@@ -89,7 +89,7 @@ def test_verdicts_of_rigid_motion():
     assert found
     assert not found.mirrored
     np.testing.assert_allclose(found.T, T.array, atol=1e-14)
-    bent = moved + [[0, 0, 0], [0, 0, 1e-3], [0, 0, 0], [0, 0, 0]]
+    bent = moved + np.array([[0, 0, 0], [0, 0, 1e-3], [0, 0, 0], [0, 0, 0]])
     assert not points.rigid_motion(TETRAHEDRON, bent)
     assert not points.rigid_motion(TETRAHEDRON, bent).mirrored
     assert points.rigid_motion(TETRAHEDRON, bent, tolerance=2e-3)

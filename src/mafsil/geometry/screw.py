@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
 from mafsil.geometry.declared import Declared
 
-
 _from_axis = Declared("screw.from_axis", "direction:3 point:3 pitch", "S:6", {"direction": "axis"})
 _pitch = Declared("screw.pitch", "S:6", "pitch")
 _nearest_point = Declared("screw.nearest_point", "S:6", "point:3")
@@ -113,7 +112,7 @@ def integral(omega: ArrayLike, theta: ArrayLike) -> Floats:
 
 
 def integral_inverse(omega: ArrayLike, theta: ArrayLike) -> Floats:
-    """(*batch, 3, 3) G(theta)^-1; its determinant 2 theta (1 - cos theta) vanishes at whole turns, which are refused."""
+    """(*batch, 3, 3) G(theta)^-1; whole turns are refused, where det G = 2 theta (1 - cos theta) vanishes."""
     return _integral_inverse.at(omega, theta)
 
 

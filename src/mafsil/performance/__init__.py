@@ -47,6 +47,7 @@ from mafsil.performance.scaling import TOLERANCE as TOLERANCE
 from mafsil.performance.scaling import characteristic_length as characteristic_length
 from mafsil.performance.scaling import scaled_jacobian as scaled_jacobian
 from mafsil.performance.singularity import Singularity as Singularity
+from mafsil.performance.singularity import default_task as default_task
 from mafsil.performance.singularity import generic_rank as generic_rank
 from mafsil.performance.singularity import is_singular as is_singular
 from mafsil.performance.singularity import rank as rank

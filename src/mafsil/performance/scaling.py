@@ -124,6 +124,7 @@ class Scaled:
         point: (*batch, 3) where the linear part is taken, in {s} [m].
         length: [m].
         columns: (n,) qd = columns * rates of J.
+        q: (*batch, n) the configurations.
     """
 
     J: Floats
@@ -131,6 +132,7 @@ class Scaled:
     point: Vector3
     length: float
     columns: Floats
+    q: Floats
 
     @property
     def row_factors(self) -> Floats:
@@ -166,9 +168,8 @@ def scaled_jacobian(
         J = tool_jacobian(robot, q)
         point = robot.forward_kinematics(q)[..., :3, 3]
     columns = np.where(sliding_joints(robot), length, 1.0)
-    scaled = Scaled(J, rows, point, float(length), columns)
-    factors = scaled.row_factors[:, None] * columns
-    return Scaled(J[..., list(rows), :] * factors, rows, point, float(length), columns)
+    factors = np.array([1.0 if row < 3 else 1.0 / length for row in rows])[:, None] * columns
+    return Scaled(J[..., list(rows), :] * factors, rows, point, float(length), columns, np.asarray(q, dtype=float))
 
 
 def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.int64]:

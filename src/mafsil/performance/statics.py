@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, Vector6, gate
+from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.performance.lost_motions import vector_text, wrench_reading
@@ -231,9 +231,14 @@ def total_wrench(
 
     Returns:
         (6,) wrench (m, f) about that point.
+
+    Raises:
+        InputError: not one point for each force.
     """
     f = np.atleast_2d(gate("forces", forces, (3,), finite=True))
-    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - gate("about", about, (3,), finite=True)
+    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - single("about", about, (3,))
+    if f.ndim != 2 or f.shape != r.shape:
+        raise InputError("performance.one_point_each", forces=f.shape, points=r.shape)
     total = wrench.from_force(r, f).sum(axis=0)
     if moments is not None:
         total[:3] += np.atleast_2d(gate("moments", moments, (3,), finite=True)).sum(axis=0)
