@@ -106,6 +106,23 @@ def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
     return np.where(exists[..., None], x[..., :2] / divisor, np.inf), exists
 
 
+def screw(T: ArrayLike) -> tuple[Any, Any, Floats]:
+    """The unit screw and amount of planar displacements: omega (*batch) in (1, -1, 0), amount (*batch), v (*batch, 2).
+
+    T = exp((omega, v) amount), amount in [0, pi] [rad], or [m] of a translation; a clockwise turn has omega = -1. The
+    identity has omega 0, amount 0 and v 0.
+
+    Args:
+        T: (*batch, 3, 3).
+    """
+    V = np.asarray(log(T))
+    angle, slide = np.abs(V[..., 0]), np.linalg.norm(V[..., 1:], axis=-1)
+    turns = angle > TRANSLATION
+    amount = np.where(turns, angle, slide)
+    omega = np.where(turns, np.sign(V[..., 0]), 0.0)
+    return omega, amount, V[..., 1:] / np.where(amount > 0, amount, 1.0)[..., None]
+
+
 def about_pole(psi: ArrayLike, point: ArrayLike) -> PoseMatrix:
     """(*batch, 3, 3) displacement by an angle (*batch) [rad] about a point (*batch, 2) [m]."""
     return _about_pole.at(psi, point)
