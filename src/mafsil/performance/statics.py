@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
+from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.lost_motions import vector_text, wrench_reading
 from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.singularity import wrenches_of
@@ -33,9 +35,21 @@ class StaticsStatus(Status):
 
 STATUSES = tuple(StaticsStatus)
 
+JACOBIANS: dict[str, Callable[[Robot, ArrayLike, str | None], Floats]] = {
+    "body": lambda robot, q, frame: robot.jacobian_body(q, frame=frame),
+    "space": lambda robot, q, frame: robot.jacobian_space(q, frame=frame),
+    "tip": lambda robot, q, frame: tool_jacobian(robot, q, frame=frame),
+}
+"""Whose transpose takes a wrench to joint efforts, by where the wrench is given."""
+
 
 def joint_torque(
-    robot: Robot, q: ArrayLike, F: ArrayLike, *, given_in: Literal["body", "space"] = "body", frame: str | None = None
+    robot: Robot,
+    q: ArrayLike,
+    F: ArrayLike,
+    *,
+    given_in: Literal["body", "space", "tip"] = "body",
+    frame: str | None = None,
 ) -> JointVector:
     """Tau = J_b' F_b = J_s' F_s: joint efforts with which the tip exerts a wrench on the world; gravity left aside.
 
@@ -45,7 +59,8 @@ def joint_torque(
         robot: the arm.
         q: (*batch, n) joint coordinates [rad | m].
         F: (*batch, 6) wrench (m, f) that the frame exerts on the world [N m, N].
-        given_in: `body`, the frame's own axes and origin, or `space`, those of {s}.
+        given_in: `body`, the frame's own axes and origin; `space`, those of {s}; `tip`, at the frame's origin in the
+            axes of {s}, as force sensors tell it. The three are different numbers for one wrench and never guessed.
         frame: name of a link; the tip frame if None.
 
     Returns:
@@ -53,9 +68,9 @@ def joint_torque(
 
     Reference: Lynch & Park, Modern Robotics, sec. 5.2.
     """
-    if given_in not in ("body", "space"):
-        raise InputError("input.choice", name="given_in", value=given_in, known="body, space")
-    J = (robot.jacobian_body if given_in == "body" else robot.jacobian_space)(q, frame=frame)
+    if given_in not in JACOBIANS:
+        raise InputError("input.choice", name="given_in", value=given_in, known=", ".join(JACOBIANS))
+    J = JACOBIANS[given_in](robot, q, frame)
     return np.einsum("...ij,...i->...j", J, gate("F", F, (6,)))
 
 
