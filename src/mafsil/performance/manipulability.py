@@ -299,7 +299,8 @@ def manipulability(
         q: (*batch, n) joint coordinates [rad | m].
         measure: `yoshikawa` (product of singular values), `inverse_condition` (smallest over largest),
             `smallest`, or `isotropy` (geometric over arithmetic mean of their squares).
-        task: rows that count; the arm's `default_task` if None. Where angles and lengths meet, lengths are divided by `length`.
+        task: rows that count; the arm's `default_task` if None. Where angles and lengths meet, lengths are divided by
+            `length`.
         length: [m]; the arm's characteristic length if None. `length=1.0` gives the plain numbers in SI units.
 
     Returns:
