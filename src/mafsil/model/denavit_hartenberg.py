@@ -49,13 +49,13 @@ class DHRow:
     kind: Literal["R", "P"] = "R"
     offset: float = 0.0
 
-    def transform(self, convention: Convention, q: float = 0.0) -> PoseMatrix:
+    def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""
         turn = self.theta + (self.offset + q if self.kind == "R" else 0.0)
         slide = self.d + (self.offset + q if self.kind == "P" else 0.0)
         along_x = rotation_x(self.alpha) @ translation(self.a, 0.0, 0.0)
         along_z = rotation_z(turn) @ translation(0.0, 0.0, slide)
-        return along_x @ along_z if convention is Convention.MODIFIED else along_z @ along_x
+        return along_x @ along_z if convention_of(convention) is Convention.MODIFIED else along_z @ along_x
 
 
 def mechanism_from_dh(
