@@ -53,7 +53,7 @@ def draw_joint_screws(robot: Robot, q: Floats) -> Any:
         if np.linalg.norm(columns[:, k]) * scale > 0.02 * size:
             space.arrow(axes, tip, scale * columns[:, k], colour, 1.6)
             space.label(axes, tip + REACH * scale * columns[:, k], rf"$\dot q_{k + 1}$", colour)
-    space.title(figure, say("pictures.joint_screws", robot=robot.name))
+    space.title(figure, say("pictures.joint_screws", robot=robot.name), size=10.0)
     space.view(axes, np.vstack([chain, *(tip + scale * c for c in columns.T)]))
     return figure
 
@@ -90,7 +90,7 @@ def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) ->
                 space.arrow(axes, place, step, colour, 2.0)
                 space.label(axes, place + REACH * step, f"${letter}_{k}$", colour)
                 ends.append((place + step)[None])
-    space.title(figure, say("pictures.free_bodies", robot=robot.name, largest=f"{largest:.4g}"))
+    space.title(figure, say("pictures.free_bodies", robot=robot.name, largest=f"{largest:.4g}"), size=9.0)
     space.view(axes, np.vstack(ends))
     return figure
 
