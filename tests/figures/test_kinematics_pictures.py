@@ -88,7 +88,7 @@ def test_an_arm_gets_its_exponentials_one_by_one(tmp_path):
     rows = exponential_frames(arm, q)
     np.testing.assert_allclose(rows[-1], q)
     assert (rows[: PER_MOTION + 1, 0] == 0).all(), "the last joint moves first"
-    save_exponentials_animation(arm, tmp_path / "arm.gif", q)
+    save_exponentials_animation(arm, q, tmp_path / "arm.gif")
     with Image.open(tmp_path / "arm.gif") as film:
         assert film.n_frames > PER_MOTION
 
@@ -122,7 +122,7 @@ def test_pictures_of_velocities_and_forces(tmp_path):
     flat = mf.load("planar3r")
     load = LinkLoad(flat.mechanism.link_names[2], [3.0, -40.0, 0], point=[0.2, 0, 0])
     assert {"$f_1$", "$r_1$"} <= set(words(draw_free_bodies(flat, np.array([0.3, 0.4, 0.5]), [load])))
-    save_joint_screws(arm, tmp_path / "screws.png", q)
-    save_free_bodies(flat, tmp_path / "forces.png", [0.3, 0.4, 0.5], [load])
+    save_joint_screws(arm, q, tmp_path / "screws.png")
+    save_free_bodies(flat, [0.3, 0.4, 0.5], tmp_path / "forces.png", [load])
     save_unreachable_frame(pose.exp([0, 0.5, 0, 0.2, 0.3, 0.1]), tmp_path / "no_row.png")
     assert all(file.stat().st_size > 5000 for file in tmp_path.iterdir())

@@ -79,13 +79,13 @@ def save_row_animation(row: DHRow, path: Path, convention: Convention | str = "m
     _write(draw, len(frames), path)
 
 
-def save_exponentials_animation(robot: Robot, path: Path, q: ArrayLike) -> None:
+def save_exponentials_animation(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Write as a GIF how an arm at home gets its exponentials one by one, the last joint first.
 
     Args:
         robot: the arm.
-        path: .gif.
         q: (n,) final coordinates [rad | m].
+        path: .gif.
     """
     rows = exponential_frames(robot, q)
     poses, tips = robot.link_poses(rows), robot.forward_kinematics(rows)

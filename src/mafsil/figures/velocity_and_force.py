@@ -21,13 +21,13 @@ from mafsil.robot import Robot
 REACH = 1.15
 
 
-def save_joint_screws(robot: Robot, path: Path, q: ArrayLike) -> None:
+def save_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Draw the axes of all joints of a posture: the columns of the space Jacobian, each with what it adds at the tip.
 
     Args:
         robot: the arm.
-        path: .png, .svg or .pdf.
         q: (n,) joint coordinates [rad | m].
+        path: .png, .svg or .pdf.
     """
     configuration = require_one("q", q, robot.n)
     space.save(lambda: draw_joint_screws(robot, configuration), Path(path))
@@ -58,13 +58,13 @@ def draw_joint_screws(robot: Robot, q: Floats) -> Any:
     return figure
 
 
-def save_free_bodies(robot: Robot, path: Path, q: ArrayLike, loads: Sequence[LinkLoad] = ()) -> None:
+def save_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[LinkLoad] = ()) -> None:
     """Draw the free-body diagram of every link in equilibrium: loads, and the force that each joint passes on.
 
     Args:
         robot: the arm.
-        path: .png, .svg or .pdf.
         q: (n,) joint coordinates [rad | m].
+        path: .png, .svg or .pdf.
         loads: acting on links; the weights are counted besides.
     """
     configuration = require_one("q", q, robot.n)
