@@ -5,7 +5,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.geometry import pose, screw, twist, wrench
+from mafsil.geometry import pose, rotation, screw, twist, wrench
+from mafsil.model.dh_frames import tables_of_either_sense, tables_of_screws
 from mafsil.model.exponential_products import inverse_product, mixed_product
 from mafsil.model.exponentials import screws
 from mafsil.model.frame_changes import reframed, with_reversed_joint
@@ -17,11 +18,14 @@ from mafsil.performance import (
     generalized_force,
     greatest_speed,
     holding_torque,
+    jacobian_by_inspection,
     joint_torque,
     manipulability,
     pinned_arm,
     rank_of_screws,
     rate_effort,
+    symbolic_jacobian_by_inspection,
+    task_coordinates,
     task_jacobian,
     tool_jacobian,
     torque_along,
@@ -230,3 +234,84 @@ def test_rank_of_screws():
     P = pose.exp([0.3, 0.1, 2, 10, 20, 30])
     assert rank_of_screws(star @ pose.adjoint(P).T).rank == 3
     assert rank_of_screws([[0, 0, 0, 0, 0, 1], [0, 0, 0, 1, 0, 0], [0, 0, 0, 1, 0, 1]]).rank == 2
+
+
+@pytest.mark.capability("05-3")
+def test_forward_kinematics_of_the_rows_that_count():
+    arm, q = mf.load("planar3r"), np.random.default_rng(0).uniform(-1, 1, (5, 3))
+    L, sums = np.array([1.0, 0.8, 0.5]), np.cumsum(q, axis=1)
+    place = np.stack([np.cos(sums) @ L, np.sin(sums) @ L], axis=1)
+    np.testing.assert_allclose(task_coordinates(arm, q, "planar_position"), place, atol=1e-14)
+    full = task_coordinates(arm, q, "planar")
+    np.testing.assert_allclose(full[:, 1:], place, atol=1e-14)
+    np.testing.assert_allclose(np.angle(np.exp(1j * (full[:, 0] - sums[:, 2]))), 0, atol=1e-14)
+    np.testing.assert_allclose(task_coordinates(arm, q, [4, 3]), place[:, ::-1], atol=1e-14)
+    puma = mf.load("puma560")
+    np.testing.assert_allclose(task_coordinates(puma, Q, "position"), puma.forward_kinematics(Q)[:3, 3])
+    r = task_coordinates(puma, Q, "orientation")
+    np.testing.assert_allclose(rotation.exp(r), puma.forward_kinematics(Q)[:3, :3], atol=1e-14)
+    for robot, rows in ((puma, [0, 3]), (puma, [2, 3])):
+        with pytest.raises(InputError, match="turns"):
+            task_coordinates(robot, Q, rows)
+
+
+@pytest.mark.capability("05-52")
+def test_inspection_with_symbols():
+    sympy = pytest.importorskip("sympy")
+    a, L1, L2 = sympy.symbols("q1 L1 L2")
+    c, s = sympy.cos(a), sympy.sin(a)
+    J = symbolic_jacobian_by_inspection(
+        [[0, 0, 1], [0, 0, 1], [0, 0, 1]], [[0, 0, 0], [L1 * c, L1 * s, 0], [0, 0, 0]], "RRP"
+    )
+    assert J[3][1] == L1 * s
+    assert J[4][1] == -L1 * c
+    assert [row[2] for row in J] == [0, 0, 0, 0, 0, 1]
+    numbers = np.array([[float(sympy.sympify(x).subs({a: 0.3, L1: 1.2, L2: 1})) for x in row] for row in J])
+    points = [[0, 0, 0], [1.2 * np.cos(0.3), 1.2 * np.sin(0.3), 0], [0, 0, 0]]
+    np.testing.assert_allclose(numbers, jacobian_by_inspection([[0, 0, 1]] * 3, points, "RRP"), atol=1e-15)
+    with pytest.raises(InputError, match="letter"):
+        symbolic_jacobian_by_inspection([[0, 0, 1]], [[0, 0, 0], [0, 0, 0]])
+
+
+@pytest.mark.capability("05-52")
+def test_inspection_from_the_tool_gives_the_body_jacobian():
+    arm = mf.load("puma560")
+    T_bs = np.linalg.inv(arm.forward_kinematics(Q))
+    seen = pose.adjoint(T_bs) @ arm.jacobian_space(Q)
+    points = np.stack([screw.nearest_point(column) for column in seen.T])
+    np.testing.assert_allclose(jacobian_by_inspection(seen[:3].T, points), arm.jacobian_body(Q), atol=1e-13)
+
+
+@pytest.mark.capability("05-97")
+def test_tables_of_either_sense_are_one_arm():
+    arm = mf.load("rrrp")
+    found, q = screws(arm.mechanism), np.array([0.3, -0.4, 0.5, 0.1])
+    T = arm.forward_kinematics(q)
+    plain = len(list(tables_of_screws(found.S_s, found.home)))
+    both = list(tables_of_either_sense(found.S_s, found.home))
+    assert len(both) == 16 * plain
+    for table, signs in both:
+        np.testing.assert_allclose(mf.Robot(table.mechanism()).forward_kinematics(signs * q), T, atol=1e-12)
+    assert len({tuple(np.round([row.alpha for row in table.rows], 9)) for table, _ in both}) > 1
+
+
+@pytest.mark.capability("05-48")
+def test_rules_of_differentiation():
+    rng = np.random.default_rng(4)
+    A, B = (pose.exp(rng.normal(size=6)) for _ in range(2))
+    S, theta, rate, h = rng.normal(size=6), 0.7, 1.3, 1e-6
+    np.testing.assert_allclose(pose.inverse(A @ B), pose.inverse(B) @ pose.inverse(A), atol=1e-13)
+    E = pose.exp(S * theta)
+    slope = (pose.exp(S * (theta + rate * h)) - pose.exp(S * (theta - rate * h))) / (2 * h)
+    np.testing.assert_allclose(slope, pose.hat(S) @ E * rate, atol=1e-8)
+    np.testing.assert_allclose(slope, E @ pose.hat(S) * rate, atol=1e-8)
+    np.testing.assert_allclose(pose.exp(-S * theta), pose.inverse(E), atol=1e-13)
+
+
+@pytest.mark.capability("05-57")
+def test_a_jacobian_drives_inverse_kinematics():
+    arm = mf.load("puma560")
+    goal, q = arm.forward_kinematics(Q), Q + 0.05
+    for _ in range(6):
+        q = q + np.linalg.solve(arm.jacobian_body(q), pose.error(arm.forward_kinematics(q), goal))
+    np.testing.assert_allclose(q, Q, atol=1e-10)

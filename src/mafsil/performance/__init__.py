@@ -24,6 +24,7 @@ from mafsil.performance.jacobians import jacobian_by_inspection as jacobian_by_i
 from mafsil.performance.jacobians import joint_twists as joint_twists
 from mafsil.performance.jacobians import point_velocity as point_velocity
 from mafsil.performance.jacobians import space_from_body as space_from_body
+from mafsil.performance.jacobians import symbolic_jacobian_by_inspection as symbolic_jacobian_by_inspection
 from mafsil.performance.jacobians import tool_jacobian as tool_jacobian
 from mafsil.performance.link_loads import LinkLoad as LinkLoad
 from mafsil.performance.link_loads import VirtualWork as VirtualWork
@@ -76,6 +77,7 @@ from mafsil.performance.statics import tip_wrench as tip_wrench
 from mafsil.performance.statics import total_wrench as total_wrench
 from mafsil.performance.statics import work as work
 from mafsil.performance.tasks import TASKS as TASKS
+from mafsil.performance.tasks import task_coordinates as task_coordinates
 from mafsil.performance.tasks import task_jacobian as task_jacobian
 from mafsil.performance.tasks import task_rows as task_rows
 from mafsil.performance.workspace import WorkspaceMap as WorkspaceMap

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -160,6 +161,40 @@ def jacobian_by_inspection(
     turning = np.concatenate([w, np.cross(p, w) + pitch * w], axis=-1)
     columns = np.where(sliding, np.concatenate([np.zeros_like(w), w], axis=-1), turning)
     return np.swapaxes(columns, -1, -2)
+
+
+def symbolic_jacobian_by_inspection(
+    directions: Sequence[Sequence[Any]],
+    points: Sequence[Sequence[Any]],
+    kinds: str | None = None,
+    pitches: Sequence[Any] | None = None,
+) -> list[list[Any]]:
+    """`jacobian_by_inspection` of symbols: entries that add and multiply, such as those of SymPy or CasADi.
+
+    Args:
+        directions: n unit vectors along the axes; nothing is normalised.
+        points: n points of the axes.
+        kinds: a letter for each joint, `R` or `P`; all R if None.
+        pitches: of helical joints; none if None.
+
+    Returns:
+        Six rows of n entries.
+
+    Raises:
+        InputError: not one point, letter and pitch for each direction.
+    """
+    letters = "R" * len(directions) if kinds is None else kinds.upper()
+    h = [0] * len(directions) if pitches is None else list(pitches)
+    if len({len(directions), len(points), len(letters), len(h)}) > 1 or set(letters) - {"R", "P"}:
+        raise InputError("performance.joint_letters", given=letters, n=len(directions))
+    columns: list[list[Any]] = []
+    for (wx, wy, wz), (px, py, pz), letter, pitch in zip(directions, points, letters, h, strict=True):
+        if letter == "P":
+            columns.append([0, 0, 0, wx, wy, wz])
+            continue
+        v = (py * wz - pz * wy, pz * wx - px * wz, px * wy - py * wx)
+        columns.append([wx, wy, wz, *(m + pitch * w for m, w in zip(v, (wx, wy, wz), strict=True))])
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def _columns(name: str, J: ArrayLike) -> Floats:
