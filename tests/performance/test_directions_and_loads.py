@@ -44,6 +44,7 @@ def test_effort_is_the_least_rate(part):
     arm = mf.load("puma560")
     u = np.array([1.0, -2.0, 0.5])
     effort = float(rate_effort(arm, Q, u, part))
+    assert float(rate_effort("puma560", Q, u, part)) == effort == float(rate_effort(arm.mechanism, Q, u, part))
     J = task_jacobian(arm, Q, "position" if part == "linear" else "orientation")
     least = np.linalg.lstsq(J, u / np.linalg.norm(u), rcond=None)[0]
     assert effort == pytest.approx(np.linalg.norm(least), rel=1e-10)

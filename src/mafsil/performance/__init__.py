@@ -11,11 +11,11 @@ from mafsil.performance.determinant import DeterminantFactors as DeterminantFact
 from mafsil.performance.determinant import Factor as Factor
 from mafsil.performance.determinant import determinant_factors as determinant_factors
 from mafsil.performance.determinant import natural_task as natural_task
-from mafsil.performance.free_body import FreeBody as FreeBody
-from mafsil.performance.free_body import free_body as free_body
 from mafsil.performance.directions import greatest_speed as greatest_speed
 from mafsil.performance.directions import rate_effort as rate_effort
 from mafsil.performance.directions import torque_along as torque_along
+from mafsil.performance.free_body import FreeBody as FreeBody
+from mafsil.performance.free_body import free_body as free_body
 from mafsil.performance.isotropy import IsotropySearch as IsotropySearch
 from mafsil.performance.isotropy import isotropic_configurations as isotropic_configurations
 from mafsil.performance.jacobians import analytic_jacobian as analytic_jacobian

@@ -9,17 +9,18 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
+from mafsil.model.loading import RobotLike
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.manipulability import Part, rate_jacobian
 from mafsil.performance.scaling import TOLERANCE
-from mafsil.robot import Robot
+from mafsil.robot import as_robot
 
 OUTSIDE = 1e-6
 """Part of a unit direction that no joint rates produce, above which the direction is lost."""
 
 
 def rate_effort(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     direction: ArrayLike,
     part: Part = "linear",
@@ -31,7 +32,7 @@ def rate_effort(
     """Least size of the joint rates that move the tip at unit speed along a direction: sqrt(u' (J J')^-1 u).
 
     Args:
-        robot: the arm.
+        robot: the arm, its mechanism, name or path.
         q: (*batch, n) joint coordinates [rad | m].
         direction: (*batch, 3) in {s}, (*batch, 2) for the part `planar`; any length but zero.
         part: `linear` (motion of the tip's point, however the tip turns), `planar` or `angular`.
@@ -42,7 +43,7 @@ def rate_effort(
     Returns:
         (*batch); infinite where the direction is lost.
     """
-    J = rate_jacobian(robot, q, part, point=point, weighted=weighted, length=length)
+    J = rate_jacobian(as_robot(robot), q, part, point=point, weighted=weighted, length=length)
     u = _unit(direction, J.shape[-2])
     U, s, _ = np.linalg.svd(J, full_matrices=False)
     along = np.einsum("...ij,...i->...j", U, u)
@@ -53,7 +54,7 @@ def rate_effort(
 
 
 def greatest_speed(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     direction: ArrayLike,
     part: Part = "linear",
@@ -72,7 +73,7 @@ def greatest_speed(
 
 
 def torque_along(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     direction: ArrayLike,
     kind: Literal["force", "moment"] = "force",
@@ -83,7 +84,7 @@ def torque_along(
     """(*batch, n) joint efforts for a unit force, or a unit moment, that the tip exerts along a direction.
 
     Args:
-        robot: the arm.
+        robot: the arm, its mechanism, name or path.
         q: (*batch, n) joint coordinates [rad | m].
         direction: (*batch, 3) in {s}, any length but zero.
         kind: `force` (per N) or `moment` (per N m).
@@ -92,7 +93,7 @@ def torque_along(
     """
     if kind not in ("force", "moment"):
         raise InputError("input.choice", name="kind", value=kind, known="force, moment")
-    J = tool_jacobian(robot, q, frame=frame, point=point)
+    J = tool_jacobian(as_robot(robot), q, frame=frame, point=point)
     rows = J[..., 3:, :] if kind == "force" else J[..., :3, :]
     return np.einsum("...ij,...i->...j", rows, _unit(direction, 3))
 

@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, Vector3, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
+from mafsil.model.loading import RobotLike
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.scaling import TOLERANCE, require_one
-from mafsil.robot import Robot
+from mafsil.robot import as_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +54,18 @@ class LinkLoad:
         return F
 
 
-def generalized_force(robot: Robot, q: ArrayLike, loads: Sequence[LinkLoad]) -> JointVector:
+def generalized_force(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad]) -> JointVector:
     """Q = sum of J_k' F_k: what loads on links do for each joint coordinate, by virtual work.
 
     Args:
-        robot: the arm.
+        robot: the arm, its mechanism, name or path.
         q: (*batch, n) joint coordinates [rad | m].
         loads: on any links.
 
     Returns:
         (*batch, n) [N m | N]; the joints hold the loads with tau = -Q, gravity left aside.
     """
+    robot = as_robot(robot)
     total = np.zeros_like(gate("q", q, (robot.n,)))
     for load in loads:
         J = tool_jacobian(robot, q, frame=load.link, point=single("point", load.point, (3,)))
@@ -72,15 +74,16 @@ def generalized_force(robot: Robot, q: ArrayLike, loads: Sequence[LinkLoad]) -> 
     return total
 
 
-def holding_torque(robot: Robot, q: ArrayLike, loads: Sequence[LinkLoad], *, gravity: bool = False) -> JointVector:
+def holding_torque(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad], *, gravity: bool = False) -> JointVector:
     """(*batch, n) efforts that hold the arm against loads on its links: tau = -Q.
 
     Args:
-        robot: the arm.
+        robot: the arm, its mechanism, name or path.
         q: (*batch, n) joint coordinates [rad | m].
         loads: on any links.
         gravity: whether the arm's own weight is held too.
     """
+    robot = as_robot(robot)
     held = robot.gravity_torque(q) if gravity else 0.0
     return held - generalized_force(robot, q, loads)
 
@@ -106,7 +109,7 @@ class VirtualWork:
 
 
 def virtual_work(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     loads: Sequence[LinkLoad] = (),
     tau: ArrayLike | None = None,
@@ -127,6 +130,7 @@ def virtual_work(
         gravity: whether weights are loads too.
         tolerance: of the sum, relative to the sizes of its terms.
     """
+    robot = as_robot(robot)
     configuration = require_one("q", q, robot.n)
     terms = [generalized_force(robot, configuration, [load]) for load in loads]
     terms.append(np.zeros(robot.n) if tau is None else single("tau", tau, (robot.n,)))
