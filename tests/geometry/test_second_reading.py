@@ -254,6 +254,15 @@ def test_planar_screws():
     assert (amount >= 0).all()
 
 
+@pytest.mark.capability("04-14")
+def test_the_identity_has_every_pole_and_a_translation_one_at_infinity():
+    poles, exists = planar.finite_pole(np.stack([np.eye(3), planar.pose(0.0, [1.0, 2.0]), planar.pose(np.pi, [2, 0])]))
+    assert exists.tolist() == [False, False, True]
+    assert np.isnan(poles[0]).all()
+    assert np.isinf(poles[1]).all()
+    np.testing.assert_allclose(poles[2], [1, 0], atol=1e-12)
+
+
 def test_common_normals():
     rng = np.random.default_rng(7)
     p, d, r, e = rng.normal(size=(4, 100, 3))

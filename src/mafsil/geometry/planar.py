@@ -99,11 +99,15 @@ def pole(T: ArrayLike) -> Vector3:
 
 
 def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
-    """Pole (*batch, 2) [m] and whether there is one (*batch); where the displacement only translates, inf and False."""
+    """Pole (*batch, 2) [m] and whether there is one (*batch).
+
+    False with inf where the displacement only translates; False with NaN for the identity, which keeps every point.
+    """
     x = np.asarray(pole(T))
     exists = np.abs(x[..., 2]) > TRANSLATION / 2
     divisor = np.where(exists, x[..., 2], 1.0)[..., None]
-    return np.where(exists[..., None], x[..., :2] / divisor, np.inf), exists
+    nowhere = np.where((np.abs(x) <= TRANSLATION).all(-1, keepdims=True), np.nan, np.inf)
+    return np.where(exists[..., None], x[..., :2] / divisor, nowhere), exists
 
 
 def screw(T: ArrayLike) -> tuple[Any, Any, Floats]:
