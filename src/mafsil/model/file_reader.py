@@ -50,7 +50,7 @@ class Format:
             repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
 
         Returns:
-            The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
+            The mechanism; what was normalised, guessed or repaired stands in its `provenance.remarks`.
 
         Raises:
             FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
@@ -129,7 +129,9 @@ class FileReader:
         mechanism = self._built(reading, text)
         ordered = tuple(sorted(reading.diagnostics, key=lambda d: (d.file, d.line, d.column)))
         if mechanism is not None:
-            mechanism = replace(mechanism, provenance=Provenance(text.name, notes=_notes(ordered)))
+            warnings = tuple(d for d in ordered if d.severity is Severity.WARNING)
+            provenance = Provenance(text.name, notes=_notes(warnings), remarks=warnings)
+            mechanism = replace(mechanism, provenance=provenance)
         return Report(text.name, ordered, mechanism)
 
     def _built(self, reading: Reading, text: Text) -> Mechanism | None:
@@ -144,8 +146,8 @@ class FileReader:
         return None
 
 
-def _notes(diagnostics: tuple[Diagnostic, ...]) -> tuple[str, ...]:
+def _notes(warnings: tuple[Diagnostic, ...]) -> tuple[str, ...]:
     """What was guessed or normalised, as the notes of the mechanism."""
-    warnings = [d.line_of_text("en") for d in diagnostics if d.severity is Severity.WARNING]
+    notes = tuple(warning.line_of_text("en") for warning in warnings[:MOST_NOTES])
     more = len(warnings) - MOST_NOTES
-    return (*warnings[:MOST_NOTES], f"... {more} more") if more > 0 else tuple(warnings)
+    return (*notes, f"... {more} more") if more > 0 else notes

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -17,6 +18,23 @@ from mafsil.model.placement import checked_pose
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 
+class Remark(Protocol):
+    """One thing that a reader has to say about a file, in either language; the readers' Diagnostic is one."""
+
+    @property
+    def code(self) -> str:
+        """Stable code, such as `J0405`."""
+        ...
+
+    def sentence(self, language: str | None = None) -> str:
+        """What it is and what to do."""
+        ...
+
+    def line_of_text(self, language: str | None = None) -> str:
+        """Place, code and sentence on one line."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Provenance:
     """Where a description comes from.
@@ -25,11 +43,14 @@ class Provenance:
         source: file, publication or table.
         licence: of the source, if it has one.
         notes: what was guessed, known errors, conventions converted at the border.
+        remarks: every warning of the file's reader: what was guessed, normalised, ignored or dropped; the notes say
+            the first of them in English.
     """
 
     source: str = ""
     licence: str = ""
     notes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ def formatted(mechanism: Mechanism) -> str:
             "gravity": mechanism.gravity,
             "base": {"matrix": mechanism.T_sb},
             "tool": {"matrix": mechanism.T_lt},
-            "provenance": asdict(mechanism.provenance),
+            "provenance": {key: getattr(mechanism.provenance, key) for key in ("source", "licence", "notes")},
         },
         [_joint_fields(joint, link) for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True)],
     )
