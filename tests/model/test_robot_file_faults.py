@@ -9,14 +9,16 @@ from mafsil.model import mjcf, urdf
 from mafsil.model.faults import FAULTS
 from tests.model.mjcf.hostile_models import CASES as MJCF_CASES
 from tests.model.urdf.hostile_files import CASES as URDF_CASES
+from tests.model.xacro.hostile_xacros import CASES as XACRO_CASES
 
-ELSEWHERE = {"F0101", "F0102", "F0103", "M0704"}
-"""Faults of files on disk, raised in test_robot_file_source.py and test_hostile_models.py."""
+ELSEWHERE = {"F0101", "F0102", "F0103", "M0704", "F0138", "X1114", "X1119", "X1121"}
+"""Faults of files on disk, raised in test_robot_file_source.py, test_hostile_models.py and test_xacro.py."""
 
 
 def test_every_fault_is_raised() -> None:
     raised = {code for case in URDF_CASES for code in urdf.diagnose(case.data).codes}
     raised |= {code for case in MJCF_CASES for code in mjcf.diagnose(case.data).codes}
+    raised |= {code for case in XACRO_CASES for code in urdf.diagnose(case.data).codes}
     assert raised | ELSEWHERE == set(FAULTS)
 
 
@@ -24,6 +26,6 @@ def test_every_fault_has_its_sentence_and_no_sentence_is_left_over() -> None:
     named = {fault.key.partition(".")[2] for fault in FAULTS.values()}
     for language in ("en", "ar"):
         others = {key for key in keys(language, "robotfile") if not key.startswith("repair_")}
-        assert others == named | {"refused", "not_regular"}
+        assert others == named | {"refused", "not_regular", "perhaps"}
         for key in named:
             assert list(string.Formatter().parse(template(f"robotfile.{key}", language)))

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
@@ -22,6 +23,11 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.*)", re.DOTALL)
 _PACKAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 _SEARCH_PATHS = ("MAFSIL_PACKAGE_PATH", "ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH")
 MOST_ANCESTORS = 40
+NEAR_ANCESTORS = 5
+"""Folders above a robot file in whose neighbourhood packages of other names than their folders are looked for."""
+MOST_MANIFESTS = 1000
+"""Folders that are looked at for them."""
+_MANIFEST_NAME = re.compile(rb"<name>\s*([A-Za-z0-9_][A-Za-z0-9_.-]*)\s*</name>")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +60,7 @@ class Assets:
     packages: tuple[Path, ...] = ()
     _found: dict[str, Path | None] = field(default_factory=dict[str, Path | None])
     _root: Path | None = None
+    _by_manifest: dict[str, Path] | None = None
 
     @classmethod
     def of(cls, folder: Path | None, packages: Iterable[str | Path] = ()) -> Assets:
@@ -113,7 +120,8 @@ class Assets:
         return _inside(self.folder, path, (self.root, *self.packages))
 
     def _absolute(self, path: str) -> Resolved:
-        roots = (*(() if self.root is None else (self.root,)), *self.packages)
+        found = (package for package in self._found.values() if package is not None)
+        roots = (*(() if self.root is None else (self.root,)), *self.packages, *found)
         return _inside(Path("/"), path.lstrip("/"), roots)
 
     def _search(self, name: str) -> Path | None:
@@ -122,7 +130,36 @@ class Assets:
             for candidate in (place, place / name, place / "share" / name):
                 if candidate.name == name and candidate.is_dir():
                     return candidate.resolve()
-        return None
+        return self._declared(name)
+
+    def _declared(self, name: str) -> Path | None:
+        """The package whose package.xml says the name, its folder being called otherwise."""
+        if self._by_manifest is None:
+            around = () if self.folder is None else (self.folder, *self.folder.parents)[:NEAR_ANCESTORS]
+            self._by_manifest = _manifests((*around, *self.packages))
+        return self._by_manifest.get(name)
+
+
+def _manifests(places: Iterable[Path]) -> dict[str, Path]:
+    """Packages by the name in their package.xml, among the places and what lies in them; the first of a name counts."""
+    found: dict[str, Path] = {}
+    left = MOST_MANIFESTS
+    for place in places:
+        if place == Path(place.anchor) or left <= 0:
+            continue
+        try:
+            folders = [place, *(Path(entry.path) for entry in islice(os.scandir(place), left) if entry.is_dir())]
+        except OSError:
+            continue
+        left -= len(folders)
+        for folder in folders:
+            try:
+                manifest = (folder / "package.xml").read_bytes()[:10_000]
+            except OSError:
+                continue
+            if (name := _MANIFEST_NAME.search(manifest)) is not None:
+                found.setdefault(name[1].decode("ascii"), folder.resolve())
+    return found
 
 
 def _inside(base: Path, path: str, roots: tuple[Path, ...]) -> Resolved:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
 from mafsil.errors import ModelError
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
-from mafsil.model.faults import INCONSISTENT
+from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, noted
+from mafsil.model.repairing import Change, mended, noted, of_errors
 from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.xacro import is_xacro
 from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
 
 Build: TypeAlias = Callable[[Reading, Assets, str, ReadLimits], Mechanism | None]
@@ -39,6 +40,7 @@ class Format:
         packages: Iterable[str | Path] = (),
         limits: ReadLimits = DEFAULT_LIMITS,
         repair: bool = False,
+        arguments: Mapping[str, str] | None = None,
     ) -> Mechanism:
         """The mechanism that a file describes.
 
@@ -47,7 +49,8 @@ class Format:
             packages: further directories in which meshes and included files may lie; for URDF directories of packages,
                 or that hold packages, for `package://` references.
             limits: sizes beyond which the file is refused.
-            repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
+            repair: carry out the repairs of errors that leave no choice before giving up; the file is not touched.
+            arguments: of a xacro file, by name.
 
         Returns:
             The mechanism; what was normalised, guessed or repaired stands in its `provenance.remarks`.
@@ -55,7 +58,7 @@ class Format:
         Raises:
             FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
         """
-        return self.reader(packages, limits).read(source, repair=repair)
+        return self.reader(packages, limits, arguments).read(source, repair=repair)
 
     def diagnose(
         self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
@@ -73,7 +76,7 @@ class Format:
     def repair(
         self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
     ) -> tuple[str, tuple[Change, ...]]:
-        """A corrected document, and what was changed in it: all repairs that the diagnostics of `source` offer.
+        """A corrected document, and what was changed in it: all repairs on offer that leave no choice.
 
         Args:
             source, packages, limits: as for `read`; included files are left alone.
@@ -86,9 +89,14 @@ class Format:
         """
         return self.reader(packages, limits).repair(source)
 
-    def reader(self, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
+    def reader(
+        self,
+        packages: Iterable[str | Path] = (),
+        limits: ReadLimits = DEFAULT_LIMITS,
+        arguments: Mapping[str, str] | None = None,
+    ) -> FileReader:
         """The reader itself, for what works on files beside reading them; arguments as for `read`."""
-        return FileReader(self.build, tuple(packages), limits)
+        return FileReader(self.build, tuple(packages), limits, dict(arguments or {}))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +106,14 @@ class FileReader:
     build: Build
     packages: tuple[str | Path, ...]
     limits: ReadLimits
+    arguments: dict[str, str] = field(default_factory=dict[str, str])
 
     def read(self, source: Source, *, repair: bool) -> Mechanism:
         """The mechanism; after the repairs of its errors if asked for."""
         report = self.diagnose(source)
         if report.ok or not repair:
             return require_mechanism(report)
-        text, changes = mended(source, self.limits, self.report_of, only_errors=True)
+        text, changes = mended(source, self.limits, self.report_of, of_errors)
         return noted(require_mechanism(self.report_of(text)), changes)
 
     def diagnose(self, source: Source) -> Report:
@@ -123,7 +132,7 @@ class FileReader:
     def report_of(self, text: Text) -> Report:
         """The report about a decoded document."""
         try:
-            reading = Reading(parse(text.data, self.limits), list(text.remarks))
+            reading = Reading(parse(text.data, self.limits), list(text.remarks), arguments=self.arguments)
         except Refusal as refusal:
             return Report(text.name, (*text.remarks, refusal.diagnostic))
         mechanism = self._built(reading, text)
@@ -135,12 +144,15 @@ class FileReader:
         return Report(text.name, ordered, mechanism)
 
     def _built(self, reading: Reading, text: Text) -> Mechanism | None:
+        root = reading.document.root
+        if self.arguments and not is_xacro(root):
+            reading.report(NO_ARGUMENTS, root, names=", ".join(self.arguments))
         try:
             mechanism = self.build(reading, Assets.of(text.folder, self.packages), text.name, self.limits)
         except Refusal as refusal:
             reading.diagnostics.append(refusal.diagnostic)
         except ModelError as error:
-            reading.report(INCONSISTENT, reading.document.root, reason=str(error))
+            reading.report(INCONSISTENT, root, reason=str(error))
         else:
             return None if reading.failed else mechanism
         return None

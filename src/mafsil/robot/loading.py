@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from os import PathLike
 
@@ -10,18 +11,23 @@ from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
 from mafsil.robot.robot import Robot
 
 
-def load(source: str | PathLike[str], *, tip: str | None = None) -> Robot:
+def load(
+    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+) -> Robot:
     """A robot from the library or a file.
 
     Args:
-        source: a name of the library, or a path to a .urdf, .xml (MJCF) or .toml (DH or screws) file.
+        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
+            elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame, if another than the description's default.
+        xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
 
     Raises:
+        InputError: arguments for something other than a file.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    mechanism = load_mechanism(source)
+    mechanism = load_mechanism(source, xacro_args=xacro_args)
     return Robot(mechanism if tip is None else mechanism.with_tip(tip))
 
 
