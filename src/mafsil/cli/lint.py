@@ -27,7 +27,7 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
         MafsilError: no such robot, file or code, `fix` for another format than URDF, a file that cannot be written.
     """
     report = linted(robot)
-    data = {
+    data: dict[str, object] = {
         "source": report.source,
         "ok": not report.errors,
         "diagnostics": [item.as_dict() for item in report],

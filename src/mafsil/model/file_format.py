@@ -14,6 +14,8 @@ _BY_SUFFIX = {
     ".xacro": "robot",
     ".xml": "mujoco",
     ".mjcf": "mujoco",
+    ".sdf": "sdf",
+    ".world": "sdf",
 }
 """Root elements that are expected where a file cannot be read as XML."""
 PROLOGUE = 1 << 16
@@ -32,7 +34,7 @@ def reader_of(
     """
     tag = root_tag(path)
     expected = _BY_SUFFIX.get(path.suffix.lower())
-    match tag if tag in ("robot", "mujoco") else expected:
+    match tag if tag in ("robot", "mujoco", "sdf", "gazebo") else expected:
         case "robot":
             from mafsil.model import urdf
 
@@ -41,6 +43,10 @@ def reader_of(
             from mafsil.model.mjcf.reader import file_reader
 
             return file_reader(packages, arguments=arguments)
+        case "sdf" | "gazebo":
+            from mafsil.model import sdf
+
+            return sdf.file_reader(packages, arguments=arguments)
         case _:
             return None
 

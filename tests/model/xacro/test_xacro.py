@@ -150,9 +150,16 @@ def test_places_of_faults_in_included_files(arm: Path) -> None:
     part.write_text(SEGMENT.replace("${-range}", "${-rage}"))
     with pytest.raises(FileError, match=r"urdf/parts/segment.xacro:8:\d+: X1107 'rage'.*range"):
         mf.load(arm)
-    (arm.parents[1] / "config" / "arm.yaml").write_text("a: &b 1\n")
+    (arm.parents[1] / "config" / "arm.yaml").write_text("a: !secret 1\n")
     with pytest.raises(FileError, match=r"X1119 config/arm.yaml, line 1"):
         mf.load(arm)
+
+
+def test_arguments_of_the_root_element() -> None:
+    text = '<robot name="$(arg n)" xmlns:xacro="x">%s<link name="a"/></robot>'
+    assert urdf.read(text % '<xacro:arg name="n" default="ur"/>').name == "ur"
+    (error,) = urdf.diagnose(text % "").errors
+    assert (error.code, error.line) == ("X1110", 1)
 
 
 def test_a_circle_of_includes_is_refused(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -52,7 +52,7 @@ class Materials:
 
 
 @contextmanager
-def looking_at_a_shape(reading: Reading) -> Iterator[None]:
+def looking_at_a_shape(reading: Reading) -> Generator[None]:
     """While this lasts errors are warnings: nothing that is only seen or touched stops the mechanics."""
     reading.in_shape = True
     try:

@@ -58,6 +58,8 @@ def left_over(root: Element) -> list[Element]:
     found = [element for element in _read_elements(root) if element.tag.startswith(PREFIX)]
     if any(element.tag.removeprefix(PREFIX) not in DEFINITIONS for element in root.children if element in found):
         return []
+    if any("${" in value or "$(" in value for value in root.attributes.values()):
+        return []
     outside = [child for child in root.children if child not in found]
     if not any(child.tag == "link" for child in outside) or any(is_xacro(child) for child in outside):
         return []
@@ -104,9 +106,13 @@ class _Expansion:
     def run(self) -> Element | None:
         """The expanded root, or None after an error."""
         root = self.files.begin()
+        result = self._made(root, {}, [])
         try:
-            result = self._copied(root, self.top)
             result.children = self._contents(root, self.top, result)
+            result.attributes |= self._evaluated(root, self.top)  # last: they may use arguments declared inside
+        except XacroFault as fault:
+            self.reading.report(fault.fault, root, None, None, **fault.facts)
+            return None
         except Reported:
             return None
         except RecursionError:

@@ -1,6 +1,7 @@
-"""The part of YAML in which parameters of robots are written: block and flow collections, scalars, units.
+"""The part of YAML in which parameters of robots are written: block and flow collections, scalars, units, anchors.
 
-Anchors, aliases, merges, several documents and tags other than units are refused: they can make a small file endless.
+Several documents, texts over several lines and tags other than units are refused. Of a key that stands twice the last
+counts. What an alias stands for is the same object, so a small file stays small; who writes it out bounds it.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, XacroFault
@@ -103,7 +104,7 @@ def _uncommented(text: str) -> str:
     for at, c in enumerate(text):
         if quote:
             quote = "" if c == quote else quote
-        elif c in "'\"" and (at == 0 or text[at - 1] in " \t[{,:"):
+        elif c in "'\"" and (at == 0 or text[at - 1] in " \t[{,:" or text[at - 1] == c == "'"):
             quote = c
         elif c == "#" and (at == 0 or text[at - 1] in " \t"):
             return text[:at]
@@ -116,6 +117,7 @@ class _Block:
     def __init__(self, lines: list[_Line]) -> None:
         self.lines = lines
         self.at = 0
+        self.anchors: dict[str, Node] = {}
 
     def node(self, indent: int, depth: int) -> Node:
         """The collection or scalar that begins at the present line."""
@@ -149,17 +151,30 @@ class _Block:
             key = _key(line)
             if key is None:
                 raise YamlFault(line.number, "expected `key: value`")
-            name = _scalar(line.text[:key].rstrip(), line.number)
-            if name in found:
-                raise YamlFault(line.number, f"the key {name} stands twice")
-            rest = line.text[key + 1 :].strip()
-            if rest and rest not in UNITS:
+            name = line.text[:key].rstrip()
+            anchor, rest = _anchor(line.text[key + 1 :].strip())
+            if rest:
                 line.indent, line.text = line.indent + 1, rest
-                found[name] = self._scalar(indent)
+                value = self._scalar(indent)
             else:
                 self.at += 1
-                found[name] = self._below(indent, depth, sequences_too=True)
+                value = self._below(indent, depth, sequences_too=True)
+            if anchor:
+                self.anchors[anchor] = value
+            if name == "<<":
+                self._merge(found, value, line.number)
+            else:
+                found[_scalar(name, line.number)] = value
         return found
+
+    @staticmethod
+    def _merge(found: dict[Node, Node], value: Node, line: int) -> None:
+        """Keys of another mapping, or of several, that are not there yet."""
+        for other in cast("list[Node]", value) if isinstance(value, list) else [value]:
+            if not isinstance(other, dict):
+                raise YamlFault(line, "only mappings can be merged")
+            for key, inner in cast("dict[Node, Node]", other).items():
+                found.setdefault(key, inner)
 
     def _here(self, indent: int) -> bool:
         if self.at >= len(self.lines) or self.lines[self.at].indent < indent:
@@ -186,9 +201,19 @@ class _Block:
         if text[0] in "|>":
             raise YamlFault(number, "texts over several lines are not read")
         while self.at < len(self.lines) and (self.lines[self.at].indent > indent or _is_open(text)):
+            if text[0] not in "[{" and _key(self.lines[self.at]) is not None:
+                raise YamlFault(self.lines[self.at].number, "unexpected indentation")
             text += " " + self.lines[self.at].text
             self.at += 1
-        return _Flow(text, number).whole()
+        return _Flow(text, number, self.anchors).whole()
+
+
+def _anchor(text: str) -> tuple[str, str]:
+    """The name of an anchor before a value, or empty, and the value."""
+    if not text.startswith("&"):
+        return "", text
+    name, _, rest = text[1:].partition(" ")
+    return name, rest.strip()
 
 
 def _key(line: _Line) -> int | None:
@@ -209,15 +234,16 @@ def _is_open(text: str) -> bool:
 class _Flow:
     """A scalar, `[a, b]` or `{a: b}` on one line."""
 
-    def __init__(self, text: str, line: int) -> None:
+    def __init__(self, text: str, line: int, anchors: dict[str, Node]) -> None:
         self.text = text
         self.line = line
+        self.anchors = anchors
         self.at = 0
 
     def whole(self) -> Node:
         """The value, with nothing after it."""
         if self.text[0] not in "[{":
-            return _scalar(self.text, self.line)
+            return self._value(self.text)
         value = self._node(0)
         if self.text[self.at :].strip():
             raise YamlFault(self.line, f"unexpected text: {self.text[self.at :][:20]}")
@@ -232,7 +258,15 @@ class _Flow:
             return self._list(depth)
         if start == "{":
             return self._dictionary(depth)
-        return _scalar(self._word(",]}"), self.line)
+        return self._value(self._word(",]}"))
+
+    def _value(self, text: str) -> Node:
+        """A scalar, or what an alias stands for."""
+        if not text.startswith("*"):
+            return _scalar(text, self.line)
+        if text[1:] not in self.anchors:
+            raise YamlFault(self.line, f"the anchor {text[1:40]} is not defined before")
+        return self.anchors[text[1:]]
 
     def _list(self, depth: int) -> Node:
         found: list[Node] = []
@@ -296,8 +330,8 @@ def _scalar(text: str, line: int) -> Node:
         if tag not in UNITS:
             raise YamlFault(line, f"the tag {tag[:40]} is not read")
         return _number(rest.strip(), line) * UNITS[tag]
-    if text[:1] in ("&", "*") or text.startswith("<<"):
-        raise YamlFault(line, "anchors, aliases and merges are not read")
+    if text[:1] in ("&", "*"):
+        raise YamlFault(line, "an anchor or alias cannot stand here")
     if text[:1] in ("'", '"'):
         return _quoted(text, line)
     if text in _WORDS:
