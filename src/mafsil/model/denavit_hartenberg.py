@@ -9,8 +9,8 @@ Classic (distal; Paul, Corke, Spong): frame {i} sits at the far end of link i, o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Literal, Unpack
 
@@ -18,10 +18,15 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, gate
 from mafsil.errors import ModelError
+from mafsil.model.diagnostics import Diagnostic
+from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
-from mafsil.model.mechanism import Mechanism
+from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+
+TURN, MOST_DEGREES = 6.3, 720.0
+"""Angles [rad] between which a whole number is taken for degrees."""
 
 
 class Convention(Enum):
@@ -86,12 +91,23 @@ def mechanism_from_dh(
     """
     _require_rows(rows)
     homes, within = _placed(rows, convention_of(convention))
+    provenance = parts.get("provenance") or Provenance()
+    parts["provenance"] = replace(provenance, remarks=(*provenance.remarks, *_in_degrees(rows)))
     return serial_arm(
         [JointPlace(_KINDS[row.kind], T_pj, T_li) for row, T_pj, T_li in zip(rows, homes, within, strict=True)],
         base=base,
         T_lt=within[-1] if tool is None else within[-1] @ checked_pose("tool", tool),
         **parts,
     )
+
+
+def _in_degrees(rows: Sequence[DHRow]) -> Iterator[Diagnostic]:
+    """Remarks about angles that are whole degrees and more than a turn: radians are hardly ever typed so."""
+    for k, row in enumerate(rows, start=1):
+        angles = {"alpha": row.alpha, "theta": row.theta, **({"offset": row.offset} if row.kind == "R" else {})}
+        for entry, value in angles.items():
+            if TURN < abs(value) <= MOST_DEGREES and 2 * value == round(2 * value):
+                yield Diagnostic(DH_DEGREES, 0, 0, {"row": k, "entry": entry, "value": value})
 
 
 def frames_in_links(rows: Sequence[DHRow], convention: Convention | str) -> tuple[PoseMatrix, ...]:

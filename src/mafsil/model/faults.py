@@ -1,7 +1,7 @@
 """The catalogue of faults of robot files: code, severity, sentence key.
 
 Letters: F file and XML, N number, S structure, J joint, I inertia, G geometry and assets, M only in MJCF,
-X only in xacro, D only in SDFormat.
+X only in xacro, D only in SDFormat, T tables.
 """
 
 from mafsil.model.diagnostics import Fault, Severity
@@ -194,3 +194,6 @@ SDF_FLOATING = _warning("D1209", "sdf_floating")
 SDF_CHOICE = _error("D1210", "sdf_choice")
 SDF_QUATERNION = _error("D1211", "sdf_quaternion")
 SDF_AUTO = _error("D1212", "sdf_auto")
+
+# Tables
+DH_DEGREES = _warning("T1301", "dh_degrees")

@@ -13,6 +13,7 @@ import numpy as np
 
 from mafsil.errors import FileError, InputError
 from mafsil.model.diagnostics import Diagnostic, Report
+from mafsil.model.faults import DH_DEGREES
 from mafsil.model.faults import FAULTS as READER_FAULTS
 from mafsil.model.file_format import reader_of
 from mafsil.model.file_reader import FileReader
@@ -133,7 +134,9 @@ def _whole(mechanism: Mechanism) -> Iterator[Finding]:
 
 
 def _without_file(mechanism: Mechanism) -> Report:
-    remarks = tuple(finding.without_place() for finding in findings(mechanism))
+    """The remarks about a robot without a file, with those about the table that it was made of."""
+    of_table = [d for d in mechanism.provenance.remarks if isinstance(d, Diagnostic) and d.fault is DH_DEGREES]
+    remarks = (*of_table, *(finding.without_place() for finding in findings(mechanism)))
     return Report(mechanism.name, remarks, mechanism)
 
 

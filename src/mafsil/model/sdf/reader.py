@@ -57,12 +57,8 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     if reading.failed:
         return None
     joints = resolve_mimics(reading, assembly.joints)
-    fixed_to_space = assembly.base == assembly.links[0].name and assembly.base not in {p.name for p in parts.links}
-    T_sb = (
-        None
-        if fixed_to_space or not assembly.base
-        else parts.frames.T_ws @ parts.frames.pose(reading, assembly.base, model)
-    )
+    stands = any(part.name == assembly.base for part in parts.links)
+    T_sb = parts.frames.T_ws @ parts.frames.pose(reading, assembly.base, model) if stands else None
     if reading.failed:
         return None
     name = model.get("name").strip() or "sdf"
