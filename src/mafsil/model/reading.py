@@ -213,7 +213,7 @@ class Reading:
             for element in self.document.root.walk():
                 for key in NAMING.intersection(element.attributes):
                     self._names.setdefault(element.get(key), []).append((element, key))
-        if not new or new in self._names:
+        if not new or new in self._names or old not in self._names:
             return None
         edits = tuple(self._document_of(e).set_attribute(e, key, new) for e, key in self._names[old])
         return Repair("robotfile.repair_rename", edits, {"old": shown(old), "new": shown(new)})

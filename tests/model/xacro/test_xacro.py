@@ -162,6 +162,11 @@ def test_arguments_of_the_root_element() -> None:
     assert (error.code, error.line) == ("X1110", 1)
 
 
+def test_a_name_with_blanks_that_stands_nowhere_in_the_file() -> None:
+    text = '<robot name="r" xmlns:xacro="x"><xacro:property name="x" value="b"/><link name=" ${x}"/></robot>'
+    assert "S0302" in urdf.diagnose(text).codes
+
+
 def test_a_circle_of_includes_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.xacro"
     file.write_text(f'{HEAD}<xacro:include filename="a.xacro"/></robot>')

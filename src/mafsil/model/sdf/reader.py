@@ -170,4 +170,4 @@ def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
 
 
 SDF = Format(_build)
-read, diagnose, file_reader = SDF.read, SDF.diagnose, SDF.reader
+read, diagnose, repair, file_reader = SDF.read, SDF.diagnose, SDF.repair, SDF.reader
