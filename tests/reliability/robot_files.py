@@ -70,8 +70,8 @@ SDF_ARM = b"""<sdf version="1.7"><world name="w"><gravity>0 0 -9.8</gravity><mod
 <link name="b"><pose relative_to="f">0 0 1 0.1 0.2 0.3</pose></link><link name="c"/>
 <joint name="j" type="revolute"><parent>a</parent><child>b</child><pose>0 0 0.1 0 0 0</pose><axis>
 <xyz expressed_in="__model__">0 1 1</xyz><limit><lower>-1</lower><upper>1</upper></limit><dynamics><damping>1</damping>
-</dynamics></axis></joint><joint name="k" type="universal"><parent>b</parent><child>c</child><axis><xyz>1 0 0</xyz></axis>
-<axis2><xyz>0 1 0</xyz></axis2></joint></model></world></sdf>"""
+</dynamics></axis></joint><joint name="k" type="universal"><parent>b</parent><child>c</child>
+<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint></model></world></sdf>"""
 
 SEEDS: dict[str, tuple[bytes, ...]] = {
     "urdf": (URDF_ARM, URDF_ARM, URDF_SMALL),

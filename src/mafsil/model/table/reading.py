@@ -64,16 +64,17 @@ def decoded(text: str, path: str) -> RobotTable:
     """The text as a table of the right form, or the line where it is not."""
     try:
         found = parsed_toml(text)
-        _require_robot(found, path)
-        _require_known(found, RobotTable, "$", text, path)
+    except ValueError as error:
+        raise FileError("table.toml", path=path, reason=str(error)) from None
+    _require_robot(found, path)
+    _require_known(found, RobotTable, "$", text, path)
+    try:
         table = msgspec.convert(found, RobotTable)
     except msgspec.ValidationError as error:
         reason, _, place = str(error).partition(" - at ")
         named = re.search(r"field `(\w+)`", reason)
         where = (place.strip("`") or "$") + (f".{named[1]}" if named else "")
         raise FileError("table.form", path=path, line=line_of(text, where), place=where, reason=reason) from None
-    except ValueError as error:
-        raise FileError("table.toml", path=path, reason=str(error)) from None
     _require_finite(table, text, path)
     _require_moments(table, text, path)
     _require_own_keys(table, text, path)
