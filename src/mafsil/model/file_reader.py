@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from mafsil.errors import ModelError
+from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
 from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS
@@ -21,6 +21,7 @@ from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
 Build: TypeAlias = Callable[[Reading, Assets, str, ReadLimits], Mechanism | None]
 """Makes a mechanism of a parsed document, its assets, its name and the limits, or None after errors."""
 MOST_NOTES = 50
+_MOST_SHOWN = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +113,9 @@ class FileReader:
         """The mechanism; after the repairs of its errors if asked for."""
         report = self.diagnose(source)
         if report.ok or not repair:
-            return require_mechanism(report)
+            mechanism = require_mechanism(report)
+            _warn_of(report)
+            return mechanism
         text, changes = mended(source, self.limits, self.report_of, of_errors)
         return noted(require_mechanism(self.report_of(text)), changes)
 
@@ -138,9 +141,7 @@ class FileReader:
         mechanism = self._built(reading, text)
         ordered = tuple(sorted(reading.diagnostics, key=lambda d: (d.file, d.line, d.column)))
         if mechanism is not None:
-            warnings = tuple(d for d in ordered if d.severity is Severity.WARNING)
-            provenance = Provenance(text.name, notes=_notes(warnings), remarks=warnings)
-            mechanism = replace(mechanism, provenance=provenance)
+            mechanism = replace(mechanism, provenance=_origin(mechanism, text.name, ordered))
         return Report(text.name, ordered, mechanism)
 
     def _built(self, reading: Reading, text: Text) -> Mechanism | None:
@@ -156,6 +157,22 @@ class FileReader:
         else:
             return None if reading.failed else mechanism
         return None
+
+
+def _warn_of(report: Report) -> None:
+    """One Python warning per load, if the file was changed or looks wrong: the first remarks, and how many more."""
+    remarks = report.warnings
+    if remarks:
+        shown = "; ".join(remark.line_of_text() for remark in remarks[:_MOST_SHOWN])
+        more = len(remarks) - _MOST_SHOWN
+        shown = f"{shown}; +{more}" if more > 0 else shown
+        warn(ModelWarning("model.load_remarks", source=report.source, count=len(remarks), remarks=shown))
+
+
+def _origin(mechanism: Mechanism, name: str, diagnostics: tuple[Diagnostic, ...]) -> Provenance:
+    """The file, and what was chosen, guessed or normalised."""
+    warnings = tuple(d for d in diagnostics if d.severity is Severity.WARNING)
+    return Provenance(name, notes=(*_notes(warnings), *mechanism.provenance.notes), remarks=warnings)
 
 
 def _notes(warnings: tuple[Diagnostic, ...]) -> tuple[str, ...]:

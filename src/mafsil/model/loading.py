@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Protocol, TypeAlias, cast
 
-from mafsil.errors import FileError, InputError
+from mafsil.errors import FileError, InputError, ModelWarning, warn
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
 from mafsil.model.mechanism import Mechanism
+from mafsil.model.tip import choose_tip
 
 
 class Described(Protocol):
@@ -72,13 +73,38 @@ class RobotFile(PathLike[str]):
         return self.path
 
 
-def load_mechanism(source: str | PathLike[str], *, xacro_args: Mapping[str, object] | None = None) -> Mechanism:
-    """The description of a robot from the library or a file.
+def load_mechanism(
+    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+) -> Mechanism:
+    """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
 
     Args:
         source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
             elements, or of a .toml file (DH or screws).
+        tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
+
+    Warns:
+        ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
+
+    Raises:
+        InputError: neither a name nor a path, arguments for something other than a file.
+        FileError: no such file or name, or a malformed file; the sentence says where and what to do.
+        ModelError: the file describes something that is no robot, or has no link of that name.
+    """
+    mechanism = _read(source, xacro_args)
+    choice = choose_tip(mechanism.links[0].name, mechanism.joints)
+    note = choice.sentence("en")
+    origin = mechanism.provenance
+    if note in origin.notes and tip is not None:
+        mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
+    elif note in origin.notes:
+        warn(ModelWarning("model.load_tip", source=shown(str(source)), choice=choice))
+    return mechanism if tip is None else mechanism.with_tip(tip)
+
+
+def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> Mechanism:
+    """The description as the library or the file gives it.
 
     Raises:
         InputError: neither a name nor a path, arguments for something other than a file.

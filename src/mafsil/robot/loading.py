@@ -22,13 +22,15 @@ def load(
         tip: name of the link that carries the tip frame, if another than the description's default.
         xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
 
+    Warns:
+        ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
+
     Raises:
         InputError: arguments for something other than a file.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    mechanism = load_mechanism(source, xacro_args=xacro_args)
-    return Robot(mechanism if tip is None else mechanism.with_tip(tip))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args))
 
 
 def as_robot(robot: RobotLike) -> Robot:
