@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from math import degrees
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.figures.picture_file import picture_file
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import frame_poses
 from mafsil.model.dh_from_axes import DHTable
 from mafsil.model.dh_link import four_motions
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.loading import of_mechanism
 
 _INK, _AXIS, _NORMAL, _OFFSET = "#39424a", "#8a949c", "#d9702a", "#7a4fb5"
 _X, _Z = "#d33f3a", "#2f6fd0"
@@ -23,7 +25,8 @@ _SHORT = 1e-6
 """Lengths below this fraction of the arm's size are not drawn."""
 
 
-def save_dh_frames(mechanism: Mechanism, table: DHTable, path: Path, q: ArrayLike | None = None) -> None:
+@of_mechanism
+def save_dh_frames(mechanism: Mechanism, table: DHTable, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw the frames of a table into a file.
 
     Args:
@@ -32,6 +35,7 @@ def save_dh_frames(mechanism: Mechanism, table: DHTable, path: Path, q: ArrayLik
         path: .png, .svg or .pdf.
         q: (n,) coordinates of the table's joints [rad | m]; a relaxed posture if None.
     """
+    path = picture_file(path)
     import matplotlib
 
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 9, "text.color": _INK}):
@@ -192,7 +196,7 @@ def _round(value: float) -> float:
     return 0.0 if abs(value) < 1e-11 else value
 
 
-def save_link_motions(row: DHRow, path: Path, q: float = 0.0, convention: str = "modified") -> None:
+def save_link_motions(row: DHRow, path: str | PathLike[str], q: float = 0.0, convention: str = "modified") -> None:
     """Draw the four motions that carry {i-1} into {i}, one panel each: the frame before in grey, the frame after.
 
     Args:
@@ -201,6 +205,7 @@ def save_link_motions(row: DHRow, path: Path, q: float = 0.0, convention: str = 
         q: joint coordinate [rad | m].
         convention: `modified` or `classic`.
     """
+    path = picture_file(path)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

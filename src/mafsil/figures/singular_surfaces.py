@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,19 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.figures.performance_sheet import INK, SOFT, flat_axes, label, save, sheet
+from mafsil.figures.picture_file import picture_file
 from mafsil.messages import direction
 from mafsil.performance import DeterminantFactors, determinant_factors, workspace_map
 from mafsil.performance.scaling import ranges, require_one, sliding_joints
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 _COLOURS = ("#c4312c", "#2f6fd0", "#2f9e57", "#8a4fb5", "#d9702a", "#39424a")
 
 
+@of_robot
 def save_singular_surfaces(
     robot: Robot,
-    path: Path,
+    path: str | PathLike[str],
     *,
     joints: tuple[int, int] | None = None,
     at: ArrayLike | None = None,
@@ -38,6 +40,7 @@ def save_singular_surfaces(
         task: as for `determinant_factors`.
         language: of the labels; the current one if None.
     """
+    path = picture_file(path)
     determinant = determinant_factors(robot, task)
     lower, upper = ranges(robot)
     rest = (lower + upper) / 2 if at is None else require_one("at", at, robot.n)

@@ -20,7 +20,7 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 REACHED = 1e-9
 """By how much the ideal arm's steps may miss and its branch still exist [m | rad]."""
@@ -68,6 +68,7 @@ class Continuation:
         return "\n".join([*lines, self.answer.explain(language)])
 
 
+@of_robot
 def continued_branches(robot: Robot, T_sd: ArrayLike) -> Continuation:
     """The solutions of one pose, each with the branch of the nearest ideal arm that it continues.
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, positive, require_kind
+from mafsil.arrays import PoseMatrix, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
@@ -16,14 +16,15 @@ from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import tried, with_parameter
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 APART = 1e-4
 """Marks above which branches are distinct and isolated."""
 
 
 def inverse_kinematics(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     *,
     frame: str | None = None,
@@ -59,7 +60,7 @@ def inverse_kinematics(
         plain = near is None and free is None and T_sd.dtype == np.float64
         if asked.kernel is not None and plain and type(tolerance) is float and CLEAR <= tolerance < np.inf:
             return _quick(asked, T_sd, tolerance)
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     tolerance = positive("tolerance", tolerance)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, positive, require_kind, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 NewtonForm = Literal["body", "space"]
 
@@ -42,6 +42,7 @@ class NewtonRecord:
         return len(self.iterates) - 1
 
 
+@of_robot
 def newton_ik(
     robot: Robot,
     T_sd: ArrayLike,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 TwistForm = Literal["body", "space", "tip"]
 RANK = 1e-9
@@ -46,6 +46,7 @@ class Rates:
         return self.qd.shape[-1] - self.rank
 
 
+@of_robot
 def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None) -> Floats:
     """(*batch, m, n) Jacobian of a task.
 
@@ -96,6 +97,7 @@ def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
     return twist
 
 
+@of_robot
 def joint_rates(
     robot: Robot,
     q: ArrayLike,
@@ -142,6 +144,7 @@ def joint_rates(
     return Rates(qd, miss, rank, null_space)
 
 
+@of_robot
 def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLike, ArrayLike]]) -> JointVector:
     """(n,) rates that fulfil tasks in strict order: each is pursued only in the self-motion left by those before.
 
@@ -172,6 +175,7 @@ def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLik
     return qd
 
 
+@of_robot
 def integrate_rates(
     robot: Robot,
     start: ArrayLike,

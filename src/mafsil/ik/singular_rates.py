@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, gate, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,7 @@ class BoundedRates:
         return self.directions[index][:, int(self.rank[index]) :]
 
 
+@of_robot
 def bounded_rates(
     robot: Robot,
     q: ArrayLike,

@@ -17,7 +17,7 @@ from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Status
 
 FINEST = 2.0**-14
@@ -148,6 +148,7 @@ class Track:
         return "\n".join(lines)
 
 
+@of_robot
 def track(
     robot: Robot,
     T_path: ArrayLike,

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import isfinite, pi, radians
+from math import isfinite, radians
 from typing import Any, Literal, TypeAlias, Unpack, cast
 
 import numpy as np

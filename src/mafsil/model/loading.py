@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import wraps
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Protocol, TypeAlias, cast
+from typing import Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from mafsil.errors import FileError, InputError, ModelWarning, warn
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
 
 class Described(Protocol):
@@ -71,6 +75,16 @@ class RobotFile(PathLike[str]):
 
     def __str__(self) -> str:
         return self.path
+
+
+def of_mechanism(function: Callable[Concatenate[Mechanism, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
+    """The function of a Mechanism as one of whatever names a robot."""
+
+    @wraps(function)
+    def call(mechanism: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
+        return function(as_mechanism(mechanism), *args, **named)
+
+    return call
 
 
 def load_mechanism(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, frozen, gate, real_array
+from mafsil.arrays import PoseMatrix, real_array, require_finite, single
 from mafsil.errors import InputError
 from mafsil.model.link import Inertial
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -64,15 +64,18 @@ def with_payload(
         link: that carries the body, in whose frame the numbers are; the tip frame if None.
 
     Raises:
-        InputError: wrong shapes, NaN or infinities.
-        ModelError: an unknown link, a negative mass, mass properties that no body has.
+        InputError: wrong shapes, NaN or infinities, a negative mass.
+        ModelError: an unknown link, mass properties that no body has.
     """
     mechanism = as_mechanism(robot)
     carrier = mechanism.link(mechanism.tip if link is None else link)
-    kilograms = float(gate("mass", mass, (), finite=True))
-    body = Inertial(kilograms, frozen(gate("com", com, (3,), finite=True)))
-    if inertia is not None:
-        body = require_physical(replace(body, inertia=gate("inertia", inertia, (3, 3), finite=True)))
+    kilograms = float(single("mass", mass, ()))
+    if kilograms < 0.0:
+        raise InputError("input.range", name="mass", value=kilograms, low=0.0, high=np.inf)
+    own = np.zeros((3, 3)) if inertia is None else single("inertia", inertia, (3, 3))
+    body = Inertial(kilograms, single("com", com, (3,)), own)
+    if own.any():
+        require_physical(body)
     if not kilograms:
         return mechanism
     if link is None:
@@ -86,7 +89,7 @@ def _pose(name: str, value: ArrayLike) -> PoseMatrix:
     array = real_array(name, value)
     if array.shape == (3,):
         T = np.eye(4)
-        T[:3, 3] = gate(name, array, (3,), finite=True)
+        T[:3, 3] = require_finite(name, array)
         return T
     if array.shape != (4, 4):
         raise InputError("input.shape", name=name, expected="(4, 4) or (3,)", got=array.shape, hint="")

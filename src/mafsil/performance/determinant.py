@@ -22,7 +22,7 @@ from mafsil.performance.axis_cases import Cause
 from mafsil.performance.scaling import characteristic_length, random_configurations, sliding_joints
 from mafsil.performance.tasks import task_jacobian, task_rows
 from mafsil.performance.trigonometric_form import TrigonometricForm, fitted
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 CHECKS = 200
 """Random configurations at which a product is compared with the determinant."""
@@ -150,6 +150,7 @@ class DeterminantFactors:
         return "\n".join([head, *rows])
 
 
+@of_robot
 def natural_task(robot: Robot) -> str:
     """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position.
 
@@ -203,6 +204,7 @@ def _factors(robot: Robot, task: str) -> DeterminantFactors:
     return determinant_factors(robot, task)
 
 
+@of_robot
 def determinant_factors(robot: Robot, task: str | None = None) -> DeterminantFactors:
     """The determinant of the Jacobian, factored into geometric conditions, each verified.
 

@@ -11,7 +11,7 @@ from mafsil.messages import say
 from mafsil.performance.manipulability import jacobian_hessian
 from mafsil.performance.scaling import random_configurations, ranges, scaled_jacobian
 from mafsil.performance.tasks import Task
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.solvers.least_squares import damped_step
 
 ISOTROPIC = 1e-8
@@ -44,6 +44,7 @@ class IsotropySearch:
         return say(f"performance.{key}", language=language, **facts)
 
 
+@of_robot
 def isotropic_configurations(
     robot: Robot,
     task: Task = "position",

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, Vector6, gate
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 LOCK = 1e-9
 """Determinant of the rate matrix below which three angles have no rates: a gimbal lock."""
 
 
+@of_robot
 def tool_jacobian(robot: Robot, q: ArrayLike, *, frame: str | None = None, point: ArrayLike | None = None) -> Floats:
     """Angular velocity of a frame and velocity of one of its points, both in the axes of {s}.
 
@@ -42,6 +43,7 @@ def tool_jacobian(robot: Robot, q: ArrayLike, *, frame: str | None = None, point
     return np.concatenate([R @ omega, R @ v], axis=-2)
 
 
+@of_robot
 def point_velocity(
     robot: Robot, q: ArrayLike, qd: ArrayLike, *, frame: str | None = None, point: ArrayLike | None = None
 ) -> Vector3:
@@ -57,6 +59,7 @@ def point_velocity(
     return np.einsum("...ij,...j->...i", tool_jacobian(robot, q, frame=frame, point=point)[..., 3:, :], rates)
 
 
+@of_robot
 def joint_twists(robot: Robot, q: ArrayLike, qd: ArrayLike) -> Vector6:
     """(*batch, n, 6) what each joint alone contributes to V_s; their sum is V_s = J_s qd.
 
@@ -67,6 +70,7 @@ def joint_twists(robot: Robot, q: ArrayLike, qd: ArrayLike) -> Vector6:
     return np.swapaxes(robot.jacobian_space(q) * gate("qd", qd, (robot.n,))[..., None, :], -1, -2)
 
 
+@of_robot
 def analytic_jacobian(robot: Robot, q: ArrayLike, orientation: str = "ZYX", *, frame: str | None = None) -> Floats:
     """Rates of orientation coordinates and of the position, from joint rates.
 

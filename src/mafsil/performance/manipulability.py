@@ -16,7 +16,7 @@ from mafsil.messages import say
 from mafsil.performance.scaling import characteristic_length, scaled_jacobian, sliding_joints
 from mafsil.performance.singularity import asked
 from mafsil.performance.tasks import Task, task_jacobian
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 Part = Literal["linear", "angular", "planar"]
 _TASK_OF: Mapping[str, Task] = MappingProxyType(
@@ -119,6 +119,7 @@ def _image(A: Floats) -> Ellipsoid:
     return Ellipsoid(U, s, np.swapaxes(Vt, -1, -2))
 
 
+@of_robot
 def velocity_ellipsoid(
     robot: Robot,
     q: ArrayLike,
@@ -151,6 +152,7 @@ def velocity_ellipsoid(
     return _told(_image(J), robot, weighted, length)
 
 
+@of_robot
 def force_ellipsoid(
     robot: Robot,
     q: ArrayLike,
@@ -284,6 +286,7 @@ MEASURES: Mapping[str, Callable[[Floats], Floats]] = MappingProxyType(
 """Measures of singular values (*batch, k), all zero at singularities."""
 
 
+@of_robot
 def manipulability(
     robot: Robot,
     q: ArrayLike,
@@ -312,6 +315,7 @@ def manipulability(
     return _measure(measure)(s)
 
 
+@of_robot
 def manipulability_gradient(
     robot: Robot,
     q: ArrayLike,
@@ -336,6 +340,7 @@ def _rows(robot: Robot, task: Task | None) -> Task:
     return asked(robot).task if task is None else task
 
 
+@of_robot
 def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
     """(*batch, n, 6, n) derivatives of the tool Jacobian (axes of {s}, at the tip) by each coordinate.
 

@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.performance.link_loads import LinkLoad
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,7 @@ class JointReactions:
     torque: JointVector
 
 
+@of_robot
 def joint_reactions(
     robot: Robot, q: ArrayLike, tip_wrench: ArrayLike | None = None, *, loads: Sequence[LinkLoad] = ()
 ) -> JointReactions:
@@ -74,6 +75,7 @@ def _link_index(names: Sequence[str], link: str) -> int:
     return list(names).index(link)
 
 
+@of_robot
 def link_weights(robot: Robot, q: ArrayLike) -> list[Floats]:
     """For each link the wrench (*batch, 6) of its weight, moments about the origin of {s}, axes of {s}."""
     mechanism = robot.mechanism
@@ -88,6 +90,7 @@ def link_weights(robot: Robot, q: ArrayLike) -> list[Floats]:
     return weights
 
 
+@of_robot
 def unbalanced_links(robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
     """(*batch, L - 1, 6) net wrench on every moving link: zero everywhere if the reactions hold the arm.
 

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.model import JointKind
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.tasks import Task, task_rows
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 SAMPLES = 256
 """Configurations over which lengths and generic ranks are taken."""
@@ -58,6 +58,7 @@ def ranges(robot: Robot, *, limited: bool = True) -> tuple[Floats, Floats]:
     return lower, np.maximum(lower, upper)
 
 
+@of_robot
 def random_configurations(robot: Robot, count: int, seed: int = SEED, *, limited: bool = True) -> Floats:
     """(count, n) configurations, uniform within `ranges`; the same for the same seed.
 
@@ -71,6 +72,7 @@ def random_configurations(robot: Robot, count: int, seed: int = SEED, *, limited
     return np.random.default_rng(seed).uniform(lower, upper, (count, robot.n))
 
 
+@of_robot
 def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -> float:
     """A length [m] of the arm that divides translations so that they compare with angles.
 
@@ -140,6 +142,7 @@ class Scaled:
         return np.array([1.0 if row < 3 else 1.0 / self.length for row in self.rows])
 
 
+@of_robot
 def scaled_jacobian(
     robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None, at: Literal["tip", "axes"] = "tip"
 ) -> Scaled:

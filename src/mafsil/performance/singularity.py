@@ -30,9 +30,10 @@ from mafsil.performance.scaling import (
 )
 from mafsil.performance.screw_systems import canonical_system
 from mafsil.performance.tasks import Task, task_rows
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
+@of_robot
 def default_task(robot: Robot) -> str:
     """The task that an arm is asked about unless another is named: its natural one, if it reaches full rank there.
 
@@ -111,6 +112,7 @@ def _looked_at(robot: Robot, task: str) -> tuple[int, ...]:
     return tuple(range(6)) if idle else rows
 
 
+@of_robot
 def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, length: float | None = None) -> Floats:
     """Singular values of the Jacobian without units, largest first.
 
@@ -130,6 +132,7 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, len
     return values
 
 
+@of_robot
 def rank(
     robot: Robot,
     q: ArrayLike,
@@ -142,6 +145,7 @@ def rank(
     return rank_of(singular_values(robot, q, task=task, length=length), tolerance)
 
 
+@of_robot
 def generic_rank(robot: Robot, *, task: Task | None = None) -> int:
     """The rank that almost all configurations have.
 
@@ -157,6 +161,7 @@ def _generic(robot: Robot, rows: tuple[int, ...]) -> int:
     return int(rank(robot, random_configurations(robot, 32, limited=False), task=rows).max(initial=0))
 
 
+@of_robot
 def is_singular(
     robot: Robot,
     q: ArrayLike,
@@ -264,6 +269,7 @@ def _cause_line(cause: Cause, language: str | None) -> str:
     return say("performance.case_number", language=language, number=cause.number, sentence=sentence)
 
 
+@of_robot
 def singularity(
     robot: Robot,
     q: ArrayLike,

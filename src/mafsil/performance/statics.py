@@ -17,7 +17,7 @@ from mafsil.performance.lost_motions import vector_text, wrench_reading
 from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.singularity import wrenches_of
 from mafsil.performance.tasks import Task
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Status
 
 BALANCED = 1e-9
@@ -43,6 +43,7 @@ JACOBIANS: dict[str, Callable[[Robot, ArrayLike, str | None], Floats]] = {
 """Whose transpose takes a wrench to joint efforts, by where the wrench is given."""
 
 
+@of_robot
 def joint_torque(
     robot: Robot,
     q: ArrayLike,
@@ -117,6 +118,7 @@ class TipWrench:
         return "\n".join(lines)
 
 
+@of_robot
 def tip_wrench(
     robot: Robot, q: ArrayLike, tau: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE
 ) -> TipWrench:
@@ -159,6 +161,7 @@ def _kernels(scaled: Scaled, tolerance: float) -> tuple[Floats, Floats]:
     return wrenches_of(scaled, U[:, found:]), Vt[found:] * scaled.columns
 
 
+@of_robot
 def structure_wrenches(robot: Robot, q: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE) -> Floats:
     """(k, 6) independent wrenches (m, f) in {s} that the arm carries without any joint effort.
 
@@ -171,6 +174,7 @@ def structure_wrenches(robot: Robot, q: ArrayLike, *, task: Task = "pose", toler
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[0]
 
 
+@of_robot
 def self_motion(robot: Robot, q: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE) -> Floats:
     """(k, n) independent joint rates with which the tip stays at rest; arguments as `structure_wrenches`."""
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[1]
@@ -193,6 +197,7 @@ class PinnedArm:
     drift: float
 
 
+@of_robot
 def pinned_arm(
     robot: Robot, q: ArrayLike, *, task: Task = "planar_position", steps: int = 50, step: float = 0.02
 ) -> PinnedArm:

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.model.loading import RobotLike
 from mafsil.performance.jacobians import tool_jacobian
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import Robot, as_robot, of_robot
 
 FLAT = 1e-9
 """Tilt of z [rad] that counts as none where only an angle about z is asked for."""
@@ -85,6 +85,7 @@ def task_coordinates(robot: RobotLike, q: ArrayLike, task: Task = "pose", *, fra
     return np.concatenate([r, T[..., :3, 3]], axis=-1)[..., list(rows)]
 
 
+@of_robot
 def task_jacobian(
     robot: Robot, q: ArrayLike, task: Task = "pose", *, frame: str | None = None, point: ArrayLike | None = None
 ) -> Floats:

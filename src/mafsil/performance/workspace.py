@@ -20,7 +20,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.scaling import ranges as drawn_from
 from mafsil.performance.scaling import sliding_joints
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 CHUNK = 65_536
 """Configurations that are evaluated at once."""
@@ -203,6 +203,7 @@ class _Grid:
     dexterous: bool
 
 
+@of_robot
 def workspace_map(
     robot: Robot,
     samples: int = 1_000_000,

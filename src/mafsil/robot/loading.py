@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from functools import lru_cache, wraps
 from os import PathLike
+from typing import Concatenate, ParamSpec, TypeVar
 
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
 from mafsil.robot.robot import Robot
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
 
 def load(
@@ -43,6 +47,16 @@ def as_robot(robot: RobotLike) -> Robot:
         FileError, ModelError: no such name or file, or a malformed one.
     """
     return robot if isinstance(robot, Robot) else _robot_of(as_mechanism(robot))
+
+
+def of_robot(function: Callable[Concatenate[Robot, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
+    """The function of a Robot as one of whatever names a robot."""
+
+    @wraps(function)
+    def call(robot: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
+        return function(robot if isinstance(robot, Robot) else as_robot(robot), *args, **named)
+
+    return call
 
 
 @lru_cache(maxsize=64)

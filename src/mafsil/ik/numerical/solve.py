@@ -27,7 +27,8 @@ from mafsil.ik.numerical.search import Plan, cached_plan
 from mafsil.ik.numerical.task import PoseTask, TaskKind, pose_task
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.result import STATUSES, IKResult, IKStatus
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -49,7 +50,7 @@ _NOBODY.setflags(write=False)
 
 
 def solve_ik(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     seed: ArrayLike | None = None,
     *,
@@ -104,7 +105,7 @@ def solve_ik(
     """
     begun = perf_counter()
     if type(robot) is not Robot:
-        require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+        robot = as_robot(robot)
     wanted = gate("T_sd", T_sd, (4, 4))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")

@@ -23,7 +23,7 @@ from mafsil.ik.general import GeneralSix
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.kernels.lazy import lazy
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
@@ -255,6 +255,7 @@ class Redundancy:
         return chain
 
 
+@of_robot
 def redundancy(robot: Robot, parameter: str | None = None) -> Redundancy:
     """How the postures of a seven-joint arm are counted.
 
