@@ -38,6 +38,10 @@ class InputError(MafsilError, ValueError):
     """An argument is wrong: its name, the place, the value, the limit and what to do stand in the sentence."""
 
 
+class OperandError(InputError, TypeError):
+    """Two values are joined by an operator that means nothing for them, such as a point added to a point."""
+
+
 class UnknownNameError(MafsilError, AttributeError):
     """An object of mafsil has no attribute of that name; the sentence says which ones look like it."""
 

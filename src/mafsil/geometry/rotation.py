@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
 from mafsil.arrays import Floats, Vector3, gate
+from mafsil.errors import InputError
 from mafsil.geometry import membership
 from mafsil.geometry.declared import Declared
 from mafsil.geometry.euler import from_davenport as from_davenport
@@ -47,6 +48,10 @@ _left_jacobian = Declared("so3.left_jacobian", "r:3", "J:3,3", _VECTOR)
 _left_jacobian_inverse = Declared("so3.left_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
 _right_jacobian = Declared("so3.right_jacobian", "r:3", "J:3,3", _VECTOR)
 _right_jacobian_inverse = Declared("so3.right_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
+
+
+SKEWNESS = 1e-6
+"""By how much W + W' may differ from zero, as a share of the largest entry: rounding, and differences of poses."""
 
 
 def exp(r: ArrayLike) -> Floats:
@@ -227,8 +232,23 @@ def hat(w: ArrayLike) -> Floats:
 
 
 def vee(W: ArrayLike) -> Vector3:
-    """(*batch, 3) w of the skew part (W - W')/2 of (*batch, 3, 3)."""
-    return _vee.at(W)
+    """(*batch, 3) w of skew matrices (*batch, 3, 3), within SKEWNESS of the largest entry.
+
+    Raises:
+        InputError: a matrix is not skew; take (W - W')/2 for the skew part of any matrix.
+    """
+    matrices = gate("W", W, (3, 3))
+    off = np.abs(matrices + np.swapaxes(matrices, -1, -2)).max(axis=(-2, -1))
+    refused = off > SKEWNESS * np.abs(matrices).max(axis=(-2, -1), initial=0.0)
+    if refused.any():
+        index = tuple(int(k) for k in np.argwhere(refused)[0])
+        raise InputError(
+            "geometry.not_skew",
+            name=f"W[{', '.join(map(str, index))}]" if index else "W",
+            distance=float(off[index]),
+            limit=SKEWNESS,
+        )
+    return _vee.at(matrices)
 
 
 def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:
