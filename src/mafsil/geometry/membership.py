@@ -45,7 +45,10 @@ def measure(kind: str, value: ArrayLike) -> Any:
     Returns:
         (*batch).
     """
-    return _measure(kind).kernel.ufunc(gate(kind, value, CORES[kind]))
+    array = gate(kind, value, CORES[kind])
+    distance = _measure(kind).kernel.ufunc(array)
+    unknown = np.isnan(array).any(axis=tuple(range(-len(CORES[kind]), 0)))
+    return np.where(unknown, np.nan, distance) if unknown.any() else distance
 
 
 def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:

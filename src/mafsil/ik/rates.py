@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
 RANK = 1e-9
@@ -132,14 +133,14 @@ def joint_rates(
     root = _cost_root(cost, robot.n)
     # With y = L' qd, Q = L L', the least cost is the least norm of y.
     scaled = J @ np.linalg.inv(root).T
-    inverse = np.linalg.pinv(scaled, rcond=RANK)
+    inverse = decompositions.pinv(scaled, RANK)
     sharp = np.linalg.inv(root).T @ inverse
     null_space = np.eye(robot.n) - sharp @ J
     qd = (sharp @ twist[..., None])[..., 0]
     if goal is not None:
         qd = qd + (null_space @ real_array("goal", goal)[..., None])[..., 0]
     miss = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
-    values = np.linalg.svd(scaled, compute_uv=False)
+    values = decompositions.singular_values(scaled)
     rank = (values > RANK * values[..., :1]).sum(axis=-1)
     return Rates(qd, miss, rank, null_space)
 
@@ -169,7 +170,7 @@ def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLik
         rows = real_array(f"tasks[{k}][1]", task[1])
         wanted = single(f"tasks[{k}][1]", rows, (rows.size,))
         J = single(f"tasks[{k}][0]", task[0], (rows.size, robot.n))
-        inverse = np.linalg.pinv(J @ N, rcond=RANK)
+        inverse = decompositions.pinv(J @ N, RANK)
         qd = qd + inverse @ (wanted - J @ qd)
         N = N - inverse @ (J @ N)
     return qd

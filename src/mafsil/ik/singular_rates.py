@@ -12,6 +12,7 @@ from mafsil.arrays import Floats, JointVector, gate, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
 from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,7 @@ def bounded_rates(
     e, largest = positive("region", region), positive("damping", damping)
     J = task_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
     twist = twists_for(J, V)
-    U, s, W = np.linalg.svd(J, full_matrices=False)
+    U, s, W = decompositions.svd(J)
     squares = np.where(s < e, (1.0 - (s / e) ** 2) * largest**2, 0.0)
     parts = (np.swapaxes(U, -1, -2) @ twist[..., None])[..., 0]
     inverse = s / np.where(s < e, s * s + squares, s * s)

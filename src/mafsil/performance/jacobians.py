@@ -110,7 +110,8 @@ def _quaternion_rates(q: Floats) -> Floats:
 def _euler_rates(R: Floats, sequence: str) -> Floats:
     """(*batch, 3, 3) from omega_s to the rates of three angles."""
     E = euler.rates_to_angular_velocity(euler.to_euler(R, sequence), sequence)
-    locked = np.abs(np.linalg.det(E)) < LOCK
+    with np.errstate(invalid="ignore"):
+        locked = np.abs(np.linalg.det(E)) < LOCK
     if E.ndim == 2 and locked:
         raise InputError("performance.gimbal_lock", sequence=sequence)
     inverse = np.linalg.inv(np.where(locked[..., None, None], np.eye(3), E))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from mafsil.performance.scaling import characteristic_length, scaled_jacobian, s
 from mafsil.performance.singularity import asked
 from mafsil.performance.tasks import Task, task_jacobian
 from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 Part = Literal["linear", "angular", "planar"]
 _TASK_OF: Mapping[str, Task] = MappingProxyType(
@@ -115,7 +116,7 @@ def ellipsoid_of(J: ArrayLike) -> Ellipsoid:
 
 
 def _image(A: Floats) -> Ellipsoid:
-    U, s, Vt = np.linalg.svd(A, full_matrices=False)
+    U, s, Vt = decompositions.svd(A)
     return Ellipsoid(U, s, np.swapaxes(Vt, -1, -2))
 
 
@@ -174,7 +175,7 @@ def force_ellipsoid(
     J = J / _shares(robot, "effort") if weighted else J * _slide_factors(robot, length)
     found = ellipsoid_of(J)
     with np.errstate(divide="ignore"):
-        lengths = np.where(found.lengths > 0, 1.0 / found.lengths, np.inf)
+        lengths = np.where(found.lengths == 0, np.inf, 1.0 / found.lengths)
     backwards = Ellipsoid(found.axes[..., ::-1], lengths[..., ::-1], found.joint_vectors[..., ::-1])
     return _told(backwards, robot, weighted, length)
 
@@ -267,7 +268,8 @@ def _yoshikawa(s: Floats) -> Floats:
 
 
 def _inverse_condition(s: Floats) -> Floats:
-    return np.where(s[..., 0] > 0, s[..., -1] / np.where(s[..., 0] > 0, s[..., 0], 1.0), 0.0)
+    none = s[..., 0] == 0
+    return np.where(none, 0.0, s[..., -1] / np.where(none, 1.0, s[..., 0]))
 
 
 def _smallest(s: Floats) -> Floats:
@@ -277,7 +279,8 @@ def _smallest(s: Floats) -> Floats:
 def _isotropy(s: Floats) -> Floats:
     """Geometric over arithmetic mean of the squared singular values: 1 isotropic, 0 singular."""
     mean = (s**2).mean(axis=-1)
-    return np.where(mean > 0, np.prod(s**2, axis=-1) ** (1 / s.shape[-1]) / np.where(mean > 0, mean, 1.0), 0.0)
+    none = mean == 0
+    return np.where(none, 0.0, np.prod(s**2, axis=-1) ** (1 / s.shape[-1]) / np.where(none, 1.0, mean))
 
 
 MEASURES: Mapping[str, Callable[[Floats], Floats]] = MappingProxyType(
@@ -311,8 +314,8 @@ def manipulability(
 
     Reference: Yoshikawa 1985; Angeles, Fundamentals of Robotic Mechanical Systems, sec. 5.8 (characteristic length).
     """
-    s: Any = np.linalg.svd(scaled_jacobian(robot, q, task=_rows(robot, task), length=length).J, compute_uv=False)
-    return _measure(measure)(s)
+    scaled = scaled_jacobian(robot, q, task=_rows(robot, task), length=length)
+    return _measure(measure)(decompositions.singular_values(scaled.J))
 
 
 @of_robot
@@ -330,7 +333,7 @@ def manipulability_gradient(
     arguments as `manipulability`.
     """
     scaled = scaled_jacobian(robot, q, task=_rows(robot, task), length=length)
-    U, s, Vt = np.linalg.svd(scaled.J, full_matrices=False)
+    U, s, Vt = decompositions.svd(scaled.J)
     dJ = jacobian_hessian(robot, q)[..., list(scaled.rows), :] * (scaled.row_factors[:, None] * scaled.columns)
     slopes = np.einsum("...ik,...cij,...kj->...ck", U, dJ, Vt)
     return np.einsum("...ck,...k->...c", slopes, _slope(_measure(measure), s))

@@ -77,7 +77,7 @@ def _strength(robot: Robot, q: ArrayLike, load: Floats, gravity: bool) -> Streng
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(load > 0, limits - held, limits + held) / np.abs(load)
     felt = np.abs(load) > 1e-12 * np.maximum(np.abs(load).max(axis=-1, keepdims=True), 1e-300)
-    room = np.where(felt, room, np.inf)
+    room = np.where(felt, room, np.where(np.isnan(load) | np.isnan(held), np.nan, np.inf))
     joint = room.argmin(axis=-1)
     largest = room.min(axis=-1)
     too_weak = (np.abs(held) > limits).any(axis=-1)

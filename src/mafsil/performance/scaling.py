@@ -15,6 +15,7 @@ from mafsil.model import JointKind
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
+from mafsil.solvers.decompositions import symmetric_pinv
 
 SAMPLES = 256
 """Configurations over which lengths and generic ranks are taken."""
@@ -107,7 +108,7 @@ def central_point(J_s: Floats) -> Vector3:
     w, v = J_s[..., :3, :], J_s[..., 3:, :]
     normal = np.einsum("...in,...in->...", w, w)[..., None, None] * np.eye(3) - w @ np.swapaxes(w, -1, -2)
     toward = np.cross(w, v, axis=-2).sum(axis=-1)
-    return (np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ toward[..., None])[..., 0]
+    return (symmetric_pinv(normal, 1e-9) @ toward[..., None])[..., 0]
 
 
 def at_point(J_s: Floats, point: Floats) -> Floats:
@@ -176,9 +177,10 @@ def scaled_jacobian(
 
 
 def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.int64]:
-    """(*batch) how many singular values (*batch, k) exceed tolerance times the largest."""
+    """(*batch) how many singular values (*batch, k) exceed tolerance times the largest; -1 where they are NaN."""
     largest = singular_values[..., :1]
-    return (singular_values > np.maximum(tolerance * largest, 1e-300)).sum(axis=-1)
+    count = (singular_values > np.maximum(tolerance * largest, 1e-300)).sum(axis=-1)
+    return np.where(np.isnan(singular_values).any(axis=-1), -1, count)
 
 
 def require_one(name: str, q: ArrayLike, n: int) -> Floats:

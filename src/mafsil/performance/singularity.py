@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,7 @@ from mafsil.performance.scaling import (
 from mafsil.performance.screw_systems import canonical_system
 from mafsil.performance.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 
 @of_robot
@@ -128,8 +129,7 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, len
     Returns:
         (*batch, min(m, n)).
     """
-    values: Any = np.linalg.svd(_scaled(robot, q, asked(robot, task).rows, length).J, compute_uv=False)
-    return values
+    return decompositions.singular_values(_scaled(robot, q, asked(robot, task).rows, length).J)
 
 
 @of_robot
@@ -141,7 +141,10 @@ def rank(
     length: float | None = None,
     tolerance: float = TOLERANCE,
 ) -> NDArray[np.int64]:
-    """(*batch) rank of the Jacobian; arguments as `singular_values`, tolerance relative to the largest value."""
+    """(*batch) rank of the Jacobian; arguments as `singular_values`, tolerance relative to the largest value.
+
+    Rows of q that hold NaN have rank -1.
+    """
     return rank_of(singular_values(robot, q, task=task, length=length), tolerance)
 
 
@@ -170,11 +173,12 @@ def is_singular(
     length: float | None = None,
     tolerance: float = TOLERANCE,
 ) -> NDArray[np.bool_]:
-    """(*batch) whether the rank is below min(rows of the task, joints); arguments as `rank`.
+    """(*batch) whether the rank is below min(rows of the task, joints); False for NaN; arguments as `rank`.
 
     True everywhere for an arm that never reaches that rank; `generic_rank` tells such arms.
     """
-    return rank(robot, q, task=task, length=length, tolerance=tolerance) < asked(robot, task).full_rank
+    here = rank(robot, q, task=task, length=length, tolerance=tolerance)
+    return (here >= 0) & (here < asked(robot, task).full_rank)
 
 
 @dataclass(frozen=True, eq=False)

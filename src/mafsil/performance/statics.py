@@ -18,7 +18,7 @@ from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, 
 from mafsil.performance.singularity import wrenches_of
 from mafsil.performance.tasks import Task
 from mafsil.robot import Robot, of_robot
-from mafsil.solvers import Status
+from mafsil.solvers import Status, decompositions
 
 BALANCED = 1e-9
 """Efforts that no tip wrench balances, over the largest effort, below this are rounding."""
@@ -31,6 +31,7 @@ class StaticsStatus(Status):
     CARRIED = ("performance.statics_carried", False)
     UNBALANCED = ("performance.statics_unbalanced", False)
     UNBALANCED_AND_CARRIED = ("performance.statics_both", False)
+    NOT_FINITE = ("performance.statics_not_finite", False)
 
 
 STATUSES = tuple(StaticsStatus)
@@ -135,7 +136,7 @@ def tip_wrench(
     """
     efforts = gate("tau", tau, (robot.n,), finite=True)
     scaled = scaled_jacobian(robot, q, task=task)
-    U, s, Vt = np.linalg.svd(scaled.J, full_matrices=False)
+    U, s, Vt = decompositions.svd(scaled.J)
     found = rank_of(s, tolerance)
     kept = np.arange(s.shape[-1]) < found[..., None]
     inverse = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
@@ -150,7 +151,7 @@ def tip_wrench(
     single = scaled.J.ndim == 2
     carried, motion = _kernels(scaled, tolerance) if single else (np.zeros((0, 6)), np.zeros((0, robot.n)))
     unbalanced = np.where(moving[..., None], unbalanced, 0.0)
-    codes = np.asarray(free + 2 * moving)
+    codes = np.where(found < 0, STATUSES.index(StaticsStatus.NOT_FINITE), free + 2 * moving)
     return TipWrench(F, codes, unbalanced, np.asarray(found), carried, motion, robot.n, len(scaled.rows), scaled.length)
 
 

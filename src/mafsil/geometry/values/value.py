@@ -28,6 +28,11 @@ def operands(sign: str, left: object, right: object) -> OperandError:
 def factor_of(sign: str, value: Value, factor: object) -> Floats:
     """A factor, or one for each row of a batch, ready to be multiplied with the value's array.
 
+    Args:
+        sign: of the operator, for the error.
+        value: what is multiplied.
+        factor: a number, or an array of one per row.
+
     Raises:
         OperandError: it is no number.
     """
