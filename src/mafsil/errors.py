@@ -7,7 +7,8 @@ import warnings
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from mafsil.messages import say
+from mafsil.messages import LANGUAGES, say
+from mafsil.messages import language as chosen_language
 
 
 class MafsilError(Exception):
@@ -103,6 +104,23 @@ class ModelWarning(MafsilWarning):
 
 class InputWarning(MafsilWarning):
     """An argument is possible but looks wrong, such as degrees where radians are taken."""
+
+
+def language(code: str | None = None) -> str:
+    """Choose the language of all messages of this process, or return the current one.
+
+    Args:
+        code: `en` or `ar`; None changes nothing. The environment variable MAFSIL_LANG sets the language at start.
+
+    Returns:
+        The language now in force.
+
+    Raises:
+        InputError: another language; the sentence lists those there are.
+    """
+    if code is not None and code not in LANGUAGES:
+        raise InputError("messages.language", code=code, known=", ".join(LANGUAGES))
+    return chosen_language(code)
 
 
 def warn(warning: MafsilWarning) -> None:

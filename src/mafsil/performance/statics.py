@@ -18,6 +18,7 @@ from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, 
 from mafsil.performance.singularity import wrenches_of
 from mafsil.performance.tasks import Task
 from mafsil.robot import Robot, of_robot
+from mafsil.robot.arguments import in_tip
 from mafsil.solvers import Status, decompositions
 
 BALANCED = 1e-9
@@ -72,6 +73,10 @@ def joint_torque(
     """
     if given_in not in JACOBIANS:
         raise InputError("input.choice", name="given_in", value=given_in, known=", ".join(JACOBIANS))
+    if given_in == "body":
+        F = in_tip("F", F, robot.mechanism.tip if frame is None else frame)
+    elif given_in == "space" and getattr(F, "frame", None) not in (None, "s"):
+        raise InputError("robot.wrench_frame", name="F", frame=getattr(F, "frame", None), known="s")
     J = JACOBIANS[given_in](robot, q, frame)
     return np.einsum("...ij,...i->...j", J, gate("F", F, (6,)))
 

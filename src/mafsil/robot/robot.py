@@ -22,6 +22,7 @@ from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged
 from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.description import Description
+from mafsil.robot.masses import require_masses
 from mafsil.robot.regularity import dividing
 from mafsil.robot.routine import (
     ForwardDynamics,
@@ -352,6 +353,7 @@ class Robot(Description):
 
     def _routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        require_masses(self.mechanism, name)
         return _routine_kernel(self, name).call
 
     def _general(
@@ -367,7 +369,7 @@ class Robot(Description):
         """Any call: inputs by position or name, optional inputs, frames, batches."""
         if frame is None and not named and len(arrays) == len(row.inputs):
             return evaluate(*arrays, out=out, threads=threads)
-        inputs = arranged(row, arrays, named)
+        inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             evaluate = self.kernel(row.name, frame, optional).evaluate
