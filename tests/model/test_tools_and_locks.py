@@ -124,7 +124,7 @@ def test_follower_that_never_moves_cannot_set_its_leader():
 @pytest.mark.parametrize(
     ("call", "key"),
     [
-        (lambda r: r.with_payload(-1.0), "model.magnitude"),
+        (lambda r: r.with_payload(-1.0), "input.range"),
         (lambda r: r.with_payload(1.0, inertia=np.diag([1.0, 1.0, 9.0])), "dynamics.moments"),
         (lambda r: r.with_payload(1.0, link="tip"), "model.no_such_link"),
         (lambda r: r.with_payload(np.nan), "input.finite"),
