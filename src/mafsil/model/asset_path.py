@@ -28,6 +28,8 @@ NEAR_ANCESTORS = 5
 MOST_MANIFESTS = 1000
 """Folders that are looked at for them."""
 _MANIFEST_NAME = re.compile(rb"<name>\s*([A-Za-z0-9_][A-Za-z0-9_.-]*)\s*</name>")
+_ROOT_MARKS = ("package.xml", ".git", "pyproject.toml", "setup.py", "LICENSE", "LICENSE.txt", "LICENSE.md")
+"""Files that stand at the top of what is published together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +73,17 @@ class Assets:
         allowed = (*packages, *from_environment)
         return cls(None if folder is None else folder.resolve(), tuple(Path(entry).resolve() for entry in allowed))
 
+    def beside(self, path: Path) -> Assets:
+        """For another file of the same model, which may read the same directories and its own."""
+        roots = (*(() if self.root is None else (self.root,)), *self.packages)
+        return Assets(path.parent, roots)
+
     @property
     def root(self) -> Path | None:
-        """The nearest directory upwards that holds a package.xml, else the robot file's own."""
+        """The top of what the robot file was published with: package, repository, Python package; else its own."""
         if self._root is None and self.folder is not None:
             ancestors = (self.folder, *self.folder.parents)[:MOST_ANCESTORS]
-            holds = (a for a in ancestors if (a / "package.xml").is_file() and a != Path(a.anchor))
-            self._root = next(holds, self.folder)
+            self._root = next((top for a in ancestors if (top := _top(a)) is not None), self.folder)
         return self._root
 
     def resolve(self, reference: str) -> Resolved:
@@ -160,6 +166,23 @@ def _manifests(places: Iterable[Path]) -> dict[str, Path]:
             if (name := _MANIFEST_NAME.search(manifest)) is not None:
                 found.setdefault(name[1].decode("ascii"), folder.resolve())
     return found
+
+
+def _top(folder: Path) -> Path | None:
+    """A folder itself if it is the top of something published, or the outermost Python package that it belongs to.
+
+    Never a home folder or what lies around one: a model in there must not reach everything beside it.
+    """
+    home = Path.home()
+    if folder == home or folder in home.parents or folder == Path(folder.anchor):
+        return None
+    if any((folder / name).exists() for name in _ROOT_MARKS):
+        return folder
+    while (folder / "__init__.py").is_file():
+        if not (folder.parent / "__init__.py").is_file():
+            return folder
+        folder = folder.parent
+    return None
 
 
 def _inside(base: Path, path: str, roots: tuple[Path, ...]) -> Resolved:

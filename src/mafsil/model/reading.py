@@ -78,6 +78,14 @@ class Reading:
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
 
+    def withdraw(self, remarks: list[Diagnostic]) -> None:
+        """Take back what was reported about a part that turned out not to matter."""
+        gone = {id(remark) for remark in remarks}
+        kept = [diagnostic for diagnostic in self.diagnostics if id(diagnostic) not in gone]
+        self._errors -= sum(remark.severity is Severity.ERROR for remark in remarks)
+        self._remarks -= sum(remark.severity is not Severity.ERROR for remark in remarks)
+        self.diagnostics[:] = kept
+
     def _has_room(self, fault: Fault, element: Element) -> bool:
         """Whether a diagnostic is still recorded: remarks end with a remark about that, errors with a refusal."""
         error = fault.severity is Severity.ERROR
@@ -192,6 +200,14 @@ class Reading:
         """The repair that removes an attribute."""
         edit = self._document_of(element).remove_attribute(element, attribute)
         return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
+
+    def rename_attribute(self, element: Element, attribute: str, name: str) -> Repair:
+        """The repair that gives an attribute another name."""
+        document = self._document_of(element)
+        span = document.attribute_span(element, attribute)
+        start = element.start if span is None else span[0]
+        edit = Edit(start, start + (0 if span is None else len(attribute.encode())), "" if span is None else name)
+        return Repair("robotfile.repair_rename", (edit,), {"old": shown(attribute), "new": shown(name)})
 
     def remove(self, element: Element, *, guess: bool = False) -> Repair:
         """The repair that removes an element."""
