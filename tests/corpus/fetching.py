@@ -11,8 +11,9 @@ from tests.corpus.manifest import Repository
 
 NEEDED = (
     ".xml", ".urdf", ".xacro", ".sdf", ".world", ".mjcf", ".inc", ".yaml", ".yml", ".stl", ".obj", ".msh", ".dae",
+    "license", "license.txt", "license.md", "setup.py", "pyproject.toml", "__init__.py",
 )  # fmt: skip
-"""Ends of the names of files that a robot may be made of."""
+"""Ends of the names of files that a robot may be made of, or that say where a package begins."""
 _DONE = ".complete"
 
 
@@ -64,7 +65,7 @@ def blobs(source: Path, commit: str) -> Iterator[tuple[str, bytes]]:
         assert process.stdin is not None
         assert process.stdout is not None
         for name, path in wanted:
-            if not (path.lower().endswith(NEEDED) or "licen" in path.lower()):
+            if not path.lower().endswith(NEEDED):
                 continue
             process.stdin.write(name + b"\n")
             process.stdin.flush()

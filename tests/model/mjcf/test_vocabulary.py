@@ -110,7 +110,7 @@ _BEFORE = {
 @pytest.mark.parametrize(("place", "attribute"), [(p, a) for p, values in HARMLESS.items() for a in values])
 def test_what_is_called_harmless_changes_nothing_in_mujoco(place: str, attribute: str) -> None:
     row = ROWS[place]
-    assert row.use_of(attribute) not in (None, Use.READ, Use.LEFT_OUT, Use.REFUSED)
+    assert row.use_of(attribute) not in (None, Use.READ, Use.LEFT_OUT, Use.SOFT)
     plain = ARM.replace('-9.7"/>', '-9.7"><flag override="disable"/></option><size nuser_jnt="2"/>')
     changed = plain.replace(_BEFORE[place], f'{_BEFORE[place]}{attribute}="{HARMLESS[place][attribute]}" ', 1)
     assert changed != plain

@@ -9,7 +9,15 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.diagnostics import Diagnostic, Edit, Repair
-from mafsil.model.faults import BALL_JOINT, DUPLICATE_JOINT, DUPLICATE_LINK, FREE_JOINT, TOO_MANY_LINKS
+from mafsil.model.faults import (
+    BALL_JOINT,
+    DUPLICATE_JOINT,
+    DUPLICATE_LINK,
+    FREE_JOINT,
+    LOOSE_OBJECT,
+    TOO_MANY_LINKS,
+    UNSUPPORTED,
+)
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mjcf.geom import Geom, read_geom
@@ -22,6 +30,7 @@ from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escaped
 
 WORLD = "world"
+SOFT = ("composite", "flexcomp")
 
 
 @dataclass(slots=True)
@@ -35,10 +44,12 @@ class Tree:
         lines: where each body stands.
         numbers: up to which each made name is used.
         poses: of each body in the world when all coordinates have their reference values.
+        declared: names that the files give, which no made name takes.
         floating: bodies in the world that a free joint leaves loose, with what was reported about each and what hangs
             on it.
         guided: bodies that a user of the simulation moves by hand (`mocap`).
         left_out: names of bodies and joints that are not part of the mechanism.
+        soft: beginnings of the names of bodies that a soft object would be made of.
     """
 
     links: list[Link] = field(default_factory=list[Link])
@@ -48,17 +59,19 @@ class Tree:
     lines: dict[str, int] = field(default_factory=dict[str, int])
     numbers: dict[str, int] = field(default_factory=dict[str, int])
     poses: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
+    declared: set[str] = field(default_factory=set[str])
     floating: dict[str, tuple[Element, list[Diagnostic]]] = field(
         default_factory=dict[str, tuple[Element, list[Diagnostic]]]
     )
     guided: set[str] = field(default_factory=set[str])
     left_out: set[str] = field(default_factory=set[str])
+    soft: list[str] = field(default_factory=list[str])
 
     def free(self, name: str, taken: Container[str]) -> str:
         """The name, numbered if it is taken; counted on, so that many parts without names cost no search."""
         number = self.numbers.get(name, 1)
         candidate = name if number == 1 else f"{name}_{number}"
-        while candidate in taken:
+        while candidate in taken or candidate in self.declared:
             number += 1
             candidate = f"{name}_{number}"
         self.numbers[name] = number
@@ -99,6 +112,8 @@ class TreeReader:
     def read(self, scope: Scope) -> Tree:
         """The tree of a model."""
         identity = frozen(np.eye(4))
+        named = ("body", "joint", "freejoint")
+        self.tree.declared = {e.get("name") for e in scope.model.root.walk() if e.tag in named}
         parts = [p for section in scope.model.bodies() for p in self.unfolding.parts(section, identity, "", scope)]
         self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
         self.tree.poses[WORLD] = identity
@@ -112,6 +127,18 @@ class TreeReader:
                 name = self._read_body(part, place)
                 if name in self.tree.floating and place.parent == WORLD:
                     self.tree.floating[name][1].extend(self.reading.diagnostics[before:])
+            elif part.element.tag in SOFT:
+                self._soft(part, place)
+
+    def _soft(self, part: Part, place: Place) -> None:
+        """A cable or cloth: beside the robot it is left out, on the robot it would change the mechanism."""
+        element = part.element
+        if place.moves:
+            self.reading.report(UNSUPPORTED, element, None, self.reading.remove(element), element=element.tag)
+        else:
+            name = part.scope.named(element.get("name") or element.get("prefix")) or element.tag
+            self.tree.soft.append(name)
+            self.reading.report(LOOSE_OBJECT, element, None, None, body=name)
 
     def _read_body(self, part: Part, place: Place) -> str:
         """Add a body with its joints and all that hangs on it to the tree; its name."""
@@ -132,8 +159,8 @@ class TreeReader:
         hinges = self._joints(inside, name, place)
         moves = place.moves or bool(hinges)
         geoms = self._geoms(inside)
-        inertials = [p.element for p in inside if p.element.tag == "inertial"]
-        matters = Matters(inertials[0] if inertials else None, geoms, moves)
+        own = next((p for p in inside if p.element.tag == "inertial"), None)
+        matters = Matters(None if own is None else own.element, T_own if own is None else own.T, geoms, moves)
         inertial = inertial_of(self.reading, element, name, matters, scope.library.settings)
         _add_chain(tree, place.parent, T_own, name, hinges)
         tree.links.append(_link(name, inertial, geoms))
@@ -178,6 +205,7 @@ class TreeReader:
             return []
         if kind == "ball":
             joint = element.get("name")
+            tree.left_out.add(part.scope.named(joint))
             reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part.element), joint=joint)
             return []
         name = tree.free("joint", tree.elements)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, frozen
+from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.errors import MafsilError
 from mafsil.model.faults import MESH_WITHOUT_MASS, MISSING_ATTRIBUTE, NO_INERTIAL, TOO_BIG
 from mafsil.model.inertia_check import inertia_fault, mass_fault
@@ -21,17 +21,19 @@ from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Matters:
     """What decides about the mass of a body.
 
     Attributes:
         inertial: its element of that name, or None.
+        T: (4, 4) pose in the body of the frame that this stands in.
         geoms: in the body's frame.
         moves: whether a joint lies between the world and the body.
     """
 
     inertial: Element | None
+    T: PoseMatrix
     geoms: list[Geom]
     moves: bool
 
@@ -46,7 +48,7 @@ def inertial_of(reading: Reading, body: Element, name: str, parts: Matters, sett
     """
     rule = settings.inertiafromgeom
     if parts.inertial is not None and rule != "true":
-        found = _read_inertial(reading, parts.inertial, name, settings)
+        found = _read_inertial(reading, parts.inertial, name, settings, parts.T)
     elif rule == "false":
         found = None
     else:
@@ -81,9 +83,11 @@ def _from_geoms(reading: Reading, body: Element, name: str, parts: Matters) -> I
     return united(*bodies)
 
 
-def _read_inertial(reading: Reading, element: Element, name: str, settings: Settings) -> Inertial | None:
+def _read_inertial(
+    reading: Reading, element: Element, name: str, settings: Settings, T_frame: PoseMatrix
+) -> Inertial | None:
     mass = reading.number(element, "mass")
-    T = read_pose(reading, element, settings)
+    T = frozen(T_frame @ read_pose(reading, element, settings))
     moments: Floats | None = None
     if "fullinertia" in element.attributes:
         six = reading.vector(element, "fullinertia", 6)

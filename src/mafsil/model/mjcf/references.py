@@ -63,6 +63,9 @@ class References:
         for candidate in (f"{scope.prefix}{name}{suffix}", f"{scope.prefix}{name}{scope.suffix}"):
             if candidate in known or candidate in self.tree.left_out:
                 return candidate
+            if candidate.startswith(tuple(f"{soft}_" for soft in self.tree.soft)):
+                self.tree.left_out.add(candidate)
+                return candidate
         return ""
 
     def _report(

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.diagnostics import Diagnostic
-from mafsil.model.faults import INCLUDE_TWICE, NO_SUCH_PART, TOO_MANY_LINKS, UNKNOWN_ASSET, UNSUPPORTED
+from mafsil.model.faults import INCLUDE_TWICE, NO_SUCH_PART, TOO_MANY_LINKS, UNKNOWN_ASSET
 from mafsil.model.mjcf.geom import Library
 from mafsil.model.mjcf.orientation import read_pose, rotation_from_euler
 from mafsil.model.reading import Reading
@@ -114,9 +114,6 @@ class Unfolding:
                 yield from self._replicated(child, T, child.get("childclass") or childclass, scope)
             elif child.tag == "attach":
                 yield from self._attached(child, T, scope)
-            elif child.tag in ("composite", "flexcomp"):
-                repair = self.reading.remove(child)
-                self.reading.report(UNSUPPORTED, child, None, repair, element=child.tag)
             else:
                 yield Part(child, T, childclass, scope)
 

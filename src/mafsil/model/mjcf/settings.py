@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
 
@@ -12,6 +13,8 @@ from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
 MAIN = "main"
+_LISTS = frozenset({"size", "damping", "gear", "stiffness"})
+"""Attributes of which a file may give only the first numbers."""
 _STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon")
 
 
@@ -65,7 +68,7 @@ class Settings:
             reading.report(UNKNOWN_CLASS, element, "class", name=name)
             return element
         inherited = self.classes.get(name, {}).get(style or _style(element.tag), {})
-        return replace(element, attributes={**inherited, **element.attributes}) if inherited else element
+        return replace(element, attributes=overlaid(inherited, element.attributes)) if inherited else element
 
 
 def read_settings(reading: Reading, root: Element) -> Settings:
@@ -84,6 +87,15 @@ def read_settings(reading: Reading, root: Element) -> Settings:
     for element in root.all("default"):
         _read_class(reading, element, {}, settings, element.get("class", MAIN))
     return settings
+
+
+def overlaid(inherited: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+    """Attributes over those of a class; of a list that may be shorter, the rest stays as the class has it."""
+    merged = {**inherited, **own}
+    for name in _LISTS.intersection(inherited).intersection(own):
+        words = own[name].split()
+        merged[name] = " ".join(words + inherited[name].split()[len(words) :])
+    return merged
 
 
 def choice(reading: Reading, element: Element, attribute: str, known: tuple[str, ...], default: str) -> str:
@@ -151,7 +163,8 @@ def _read_class(
     own = {tag: dict(attributes) for tag, attributes in {**parent, **settings.classes.get(name, {})}.items()}
     for child in element.children:
         if _style(child.tag) in (*_STYLED, "actuator"):
-            own.setdefault(_style(child.tag), {}).update(child.attributes)
+            style = _style(child.tag)
+            own[style] = overlaid(own.get(style, {}), child.attributes)
     settings.classes[name] = own
     for child in element.all("default"):
         inner = child.get("class")

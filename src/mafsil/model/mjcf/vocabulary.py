@@ -1,4 +1,4 @@
-"""Every element and attribute of MJCF, and what becomes of it: read, without bearing on a mechanism, left out, refused.
+"""Every element and attribute of MJCF, and what becomes of it: read, without bearing on a mechanism, left out.
 
 The table is the rule of the reader: what stands in it as read is read, what it does not know is an error. Rows name an
 element by its place; `frame`, `replicate` and `worldbody` hold what a body holds, and a default class sets attributes
@@ -18,7 +18,7 @@ class Use(Enum):
 
     READ = "read"
     LEFT_OUT = "left out, with a warning where it is not neutral"
-    REFUSED = "refused"
+    SOFT = "a soft object: left out with a warning beside the robot, refused on a moving part of it"
     PICTURE = "only seen"
     CONTACT = "only where bodies touch"
     SOLVER = "only how MuJoCo integrates and solves"
@@ -70,7 +70,7 @@ _BESIDE = {
     Use.PICTURE: "camera light",
     Use.SENSING: "site",
     Use.LEFT_OUT: "plugin",
-    Use.REFUSED: "composite flexcomp",
+    Use.SOFT: "composite flexcomp",
 }
 _SOLVED = "solref solimp solreflimit solimplimit solreffriction solimpfriction margin"
 _JOINT = Row(
@@ -201,7 +201,7 @@ ROWS: Mapping[str, Row] = MappingProxyType(
             whole=_BESIDE,
         ),
         "frame": Row(f"name childclass pos {_TURN}", children=_INSIDE, whole=_BESIDE),
-        "replicate": Row("count offset euler sep childclass", children=_INSIDE, whole=_BESIDE),
+        "replicate": Row("count offset euler sep childclass", {Use.DATA: "prefix"}, children=_INSIDE, whole=_BESIDE),
         "attach": Row("model body frame prefix"),
         "inertial": Row(f"pos {_TURN} mass diaginertia fullinertia"),
         "body/joint": _JOINT,
