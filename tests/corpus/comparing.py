@@ -109,13 +109,19 @@ def _against_mujoco(path: Path, mechanism: Mechanism | None, verdict: Verdict) -
     finally:
         os.chdir(at)
     verdict.peer, verdict.manipulator = True, peer.longest_chain() >= ARM
-    if mechanism is None or not 0 < mechanism.n <= MOST_JOINTS:
+    if mechanism is None or not _worth_comparing(mechanism, verdict):
         return
     try:
         verdict.error, worst = peer.difference(mechanism, STATES)
         verdict.why = worst if verdict.error >= EQUAL else ""
     except NotComparable as reason:
         verdict.why = str(reason)
+
+
+def _worth_comparing(mechanism: Mechanism, verdict: Verdict) -> bool:
+    if not 0 < mechanism.n <= MOST_JOINTS:
+        verdict.why = f"{mechanism.n} joints"
+    return 0 < mechanism.n <= MOST_JOINTS
 
 
 def _against_pinocchio(path: Path, mechanism: Mechanism | None, verdict: Verdict) -> None:
@@ -132,7 +138,7 @@ def _against_pinocchio(path: Path, mechanism: Mechanism | None, verdict: Verdict
     for k in range(1, len(parents)):
         depth[k] = depth[parents[k]] + 1
     verdict.manipulator = max(depth) >= ARM
-    if mechanism is None or not 0 < mechanism.n <= MOST_JOINTS:
+    if mechanism is None or not _worth_comparing(mechanism, verdict):
         return
     from tests.oracles.pinocchio_file import PinocchioFileOracle
 

@@ -11,7 +11,7 @@ from tests.corpus.manifest import Repository
 
 NEEDED = (
     ".xml", ".urdf", ".xacro", ".sdf", ".world", ".mjcf", ".inc", ".yaml", ".yml", ".stl", ".obj", ".msh", ".dae",
-    "license", "license.txt", "license.md", "setup.py", "pyproject.toml", "__init__.py",
+    ".png", "license", "license.txt", "license.md", "setup.py", "pyproject.toml", "__init__.py",
 )  # fmt: skip
 """Ends of the names of files that a robot may be made of, or that say where a package begins."""
 _DONE = ".complete"

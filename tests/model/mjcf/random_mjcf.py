@@ -81,8 +81,7 @@ class RandomMjcf:
   <asset>{self.meshes()}<model name="tool" file="tool.xml"/></asset>
   <worldbody><geom type="plane" size="1 1 1"/>{bodies}</worldbody>
   <equality>{couplings}</equality>
-  <tendon><fixed name="pull" armature="0.3"><joint joint="{leader}" coef="0.4"/>
-    <joint joint="{followers[0]}" coef="-0.2"/></fixed></tendon>
+  <tendon><fixed name="pull" armature="0.3"><joint joint="{leader}" coef="0.4"/></fixed></tendon>
   <actuator><motor joint="{leader}" gear="7" armature="0.002"/><motor joint="{followers[2]}"/></actuator>
 </mujoco>"""
 
