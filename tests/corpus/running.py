@@ -39,11 +39,12 @@ def run(
     figures = counted(verdicts, time.perf_counter() - started)
     if output is not None:
         (output / "R4c.json").write_text(json.dumps(figures, indent=1), "utf-8")
+        (output / "summary.json").write_text(json.dumps(summary(verdicts), indent=1), "utf-8")
     return figures
 
 
 def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """The figures of a run: names that begin with `bad_` must stay zero."""
+    """The figures of a run, flat: names that begin with `bad_` must stay zero."""
     present = [v for v in verdicts if not v.get("absent")]
     makers = [v for v in present if v["kind"] == "maker" and v["format"] != "mjcf"]
     manipulators = [v for v in present if v["format"] == "mjcf" and v.get("peer") and v.get("manipulator")]
@@ -55,28 +56,42 @@ def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
         "seconds": seconds,
         "files": len(present),
         "absent": len(verdicts) - len(present),
-        "loaded": sum(v.get("loaded", False) for v in present),
-        "by_format": {
-            form: {
-                "files": sum(v["format"] == form for v in present),
-                "loaded": sum(v["format"] == form and v.get("loaded", False) for v in present),
-                "peer_reads": sum(v["format"] == form and bool(v.get("peer")) for v in present),
-                "both": sum(v["format"] == form and bool(v.get("peer")) and v.get("loaded", False) for v in present),
-            }
-            for form in sorted({v["format"] for v in present})
-        },
+        "loaded": _loaded(present),
         "makers_robots": len(makers),
-        "makers_loaded": sum(v.get("loaded", False) for v in makers),
-        "manipulators_mjcf": len(manipulators),
-        "manipulators_mjcf_loaded": sum(v.get("loaded", False) for v in manipulators),
+        "makers_robots_loaded": _loaded(makers),
+        "MJCF_manipulators_that_MuJoCo_reads": len(manipulators),
+        "MJCF_manipulators_loaded": _loaded(manipulators),
         "compared": len(compared),
-        "refusals": dict(Counter(" ".join(v["codes"]) for v in present if v.get("codes")).most_common()),
-        "refusals_that_the_peer_reads": dict(
-            Counter(" ".join(v["codes"]) for v in present if v.get("codes") and v.get("peer")).most_common()
-        ),
-        "bad_different": sum(v["error"] >= EQUAL for v in compared),
+        "bad_different": sum(not v["error"] < EQUAL for v in compared),
         "bad_crashed": sum("crashed" in v for v in present),
     }
+
+
+def summary(verdicts: list[dict[str, Any]]) -> dict[str, Any]:
+    """What was refused, and what each format counts."""
+    present = [v for v in verdicts if not v.get("absent")]
+    forms = {form: [v for v in present if v["format"] == form] for form in sorted({v["format"] for v in present})}
+    return {
+        "by_format": {
+            form: {
+                "files": len(rows),
+                "loaded": _loaded(rows),
+                "peer_reads": sum(bool(v.get("peer")) for v in rows),
+                "both": sum(bool(v.get("peer") and v.get("loaded")) for v in rows),
+            }
+            for form, rows in forms.items()
+        },
+        "refusals": _ranked(present),
+        "refusals_that_the_peer_reads": _ranked([v for v in present if v.get("peer")]),
+    }
+
+
+def _loaded(rows: list[dict[str, Any]]) -> int:
+    return sum(bool(v.get("loaded")) for v in rows)
+
+
+def _ranked(rows: list[dict[str, Any]]) -> dict[str, int]:
+    return dict(Counter(" ".join(v["codes"]) for v in rows if v.get("codes")).most_common())
 
 
 class _Worker:

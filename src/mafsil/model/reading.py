@@ -207,7 +207,7 @@ class Reading:
         span = document.attribute_span(element, attribute)
         start = element.start if span is None else span[0]
         edit = Edit(start, start + (0 if span is None else len(attribute.encode())), "" if span is None else name)
-        return Repair("robotfile.repair_rename", (edit,), {"old": shown(attribute), "new": shown(name)})
+        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)})
 
     def remove(self, element: Element, *, guess: bool = False) -> Repair:
         """The repair that removes an element."""

@@ -184,3 +184,22 @@ def test_replication_is_bounded() -> None:
     for _ in range(4):
         nested = f'<replicate count="300">{nested}</replicate>'
     assert "F0121" in mjcf.diagnose(document(nested)).codes
+
+
+def test_a_mesh_is_drawn_where_it_weighs(tmp_path: Path) -> None:
+    corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 3) for z in (0, 1)], float)
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + ["f " + " ".join(str(i + 1) for i in q) for q in quads]
+    (tmp_path / "block.obj").write_text("\n".join(lines))
+    reference = 'refpos="0.3 0.1 0.2" refquat="1 0.2 0.3 0.4" scale="0.1 0.1 0.1"'
+    path = tmp_path / "main.xml"
+    geom = '<geom type="mesh" mesh="block" pos="1 0 0" euler="0 0 30"/>'
+    path.write_text(
+        document(f'<body name="b"><joint/>{geom}</body>', f'<asset><mesh file="block.obj" {reference}/></asset>')
+    )
+    link = mjcf.read(path).link("b")
+    (shape,) = link.visuals
+    assert link.inertial is not None
+    np.testing.assert_allclose(
+        shape.T_lg[:3, :3] @ [0.1, 0.15, 0.05] + shape.T_lg[:3, 3], link.inertial.com, atol=1e-12
+    )

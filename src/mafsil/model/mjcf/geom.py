@@ -113,19 +113,22 @@ def read_geom(reading: Reading, element: Element, library: Library) -> Geom | No
         return None
     size: tuple[float, ...] | None = ()
     geometry: Geometry | None = None
+    T_shape = T
     if kind in ("mesh", "sdf"):
-        geometry = library.meshes.shape(reading, mesh)
+        found = library.meshes.shape(reading, mesh)
+        if found is not None:
+            geometry, T_shape = found[0], frozen(T @ found[1])
     else:
         size, T = _fitted(reading, element, kind, mesh, T, library) if mesh else _read_size(reading, element, kind, T)
         mesh = ""
-        geometry = None if size is None else _geometry(kind, size)
+        geometry, T_shape = None if size is None else _geometry(kind, size), T
     if size is None:
         return None
     matter = _read_matter(reading, element, kind, size, mesh, T, library)
     low, high = library.settings.groups
     shape = None
     if geometry is not None:
-        shape = Shape(geometry, T, element.get("name"), _colour(reading, element, library))
+        shape = Shape(geometry, T_shape, element.get("name"), _colour(reading, element, library))
     seen = group <= HIGHEST_VISIBLE_GROUP or not collides
     return Geom(shape, seen, collides, matter if low <= group <= high else None)
 

@@ -7,9 +7,10 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.errors import MafsilError, ModelError
 from mafsil.model.asset_path import Assets, Resolved
+from mafsil.model.faults import NOT_KEPT
 from mafsil.model.mesh.reader import read as read_mesh
 from mafsil.model.mesh.surface import Surface, cleaned
 from mafsil.model.mjcf.mesh_mass import MeshMass, Rule, hulled, mesh_mass
@@ -45,16 +46,25 @@ class MeshAssets:
         name = element.get("name") or PurePosixPath(element.get("file").replace("\\", "/")).stem
         self.elements[name] = element
 
-    def shape(self, reading: Reading, name: str) -> Mesh | None:
-        """What is drawn: the file with its scale; None for a mesh that stands in the model itself or is moved there."""
+    def shape(self, reading: Reading, name: str) -> tuple[Mesh, PoseMatrix] | None:
+        """What is drawn: the file with its scale and the pose (4, 4) of its frame in the geometry's.
+
+        None for a mesh that stands in the model itself; a pose that a scale skews is said.
+        """
         element = self.elements[name]
         if not element.get("file"):
             return None
         resolved, reference = self._resolved(element)
         if resolved.fault is not None:
             reading.report(resolved.fault, element, "file", reference=reference, package=resolved.package)
-        x, y, z = reading.vector(element, "scale", 3, (1.0, 1.0, 1.0)) or (1.0, 1.0, 1.0)
-        return Mesh(reference, resolved.path, (x, y, z))
+        R, p, scale = self._reference(reading, element)
+        if not np.array_equal(R, np.eye(3)) and len(set(scale.tolist())) > 1:
+            reading.report(NOT_KEPT, element, "refquat", element="mesh", what="refquat")
+            R = np.eye(3)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = R.T, -scale * (R.T @ p)
+        x, y, z = (float(factor) for factor in scale)
+        return Mesh(reference, resolved.path, (x, y, z)), frozen(T)
 
     def mass(self, reading: Reading, name: str) -> MeshMass:
         """What a mesh weighs for density one, in its own frame.
@@ -99,13 +109,18 @@ class MeshAssets:
 
     def _placed(self, reading: Reading, element: Element, surface: Surface) -> Surface:
         """The surface after its reference pose is taken off and its scale put on."""
-        points: Floats = surface.vertices - np.array(reading.vector(element, "refpos", 3, (0.0, 0.0, 0.0)) or (0, 0, 0))
-        quaternion = np.array(reading.vector(element, "refquat", 4, (1.0, 0.0, 0.0, 0.0)) or (1.0, 0, 0, 0))
+        R, p, scale = self._reference(reading, element)
+        x, y, z = (float(factor) for factor in scale)
+        return Surface((surface.vertices - p) @ R, surface.faces).scaled((x, y, z))
+
+    @staticmethod
+    def _reference(reading: Reading, element: Element) -> tuple[Floats, Floats, Floats]:
+        """(3, 3) and (3,) the pose that is taken off a mesh, (3,) the scale that is put on then."""
+        p = np.array(reading.vector(element, "refpos", 3, (0.0, 0.0, 0.0)) or (0.0, 0.0, 0.0))
+        quaternion = np.array(reading.vector(element, "refquat", 4, (1.0, 0.0, 0.0, 0.0)) or (1.0, 0.0, 0.0, 0.0))
         size = float(np.linalg.norm(quaternion))
-        if size > 0.0:
-            points = points @ rotation_from_quaternion(quaternion / size)
-        x, y, z = reading.vector(element, "scale", 3, (1.0, 1.0, 1.0)) or (1.0, 1.0, 1.0)
-        return Surface(points, surface.faces).scaled((x, y, z))
+        R = rotation_from_quaternion(quaternion / size) if size > 0.0 else np.eye(3)
+        return R, p, np.array(reading.vector(element, "scale", 3, (1.0, 1.0, 1.0)) or (1.0, 1.0, 1.0))
 
     def _resolved(self, element: Element) -> tuple[Resolved, str]:
         """The file of a mesh: in the mesh folder of the model, or beside the file that names it."""
