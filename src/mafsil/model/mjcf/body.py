@@ -15,7 +15,9 @@ from mafsil.model.faults import (
     DUPLICATE_LINK,
     FREE_JOINT,
     LOOSE_OBJECT,
+    REPEATED_ELEMENT,
     TOO_MANY_LINKS,
+    UNKNOWN_PART,
     UNSUPPORTED,
 )
 from mafsil.model.joint import Joint, JointKind
@@ -115,6 +117,10 @@ class TreeReader:
         named = ("body", "joint", "freejoint")
         self.tree.declared = {e.get("name") for e in scope.model.root.walk() if e.tag in named}
         parts = [p for section in scope.model.bodies() for p in self.unfolding.parts(section, identity, "", scope)]
+        for part in parts:
+            if part.element.tag in ("joint", "freejoint", "inertial"):
+                facts = {"element": part.element.tag, "parent": "worldbody", "known": "body, geom"}
+                self.reading.report(UNKNOWN_PART, part.element, None, None, **facts)
         self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
         self.tree.poses[WORLD] = identity
         self._read_children(parts, Place(WORLD, identity, moves=False))
@@ -159,13 +165,21 @@ class TreeReader:
         hinges = self._joints(inside, name, place)
         moves = place.moves or bool(hinges)
         geoms = self._geoms(inside)
-        own = next((p for p in inside if p.element.tag == "inertial"), None)
+        own = self._only_inertial(inside)
         matters = Matters(None if own is None else own.element, T_own if own is None else own.T, geoms, moves)
         inertial = inertial_of(self.reading, element, name, matters, scope.library.settings)
         _add_chain(tree, place.parent, T_own, name, hinges)
         tree.links.append(_link(name, inertial, geoms))
         self._read_children(inside, Place(name, tree.poses[name], moves))
         return name
+
+    def _only_inertial(self, parts: list[Part]) -> Part | None:
+        """The `inertial` of a body; a second one is reported."""
+        found = [part for part in parts if part.element.tag == "inertial"]
+        for extra in found[1:]:
+            repair = self.reading.remove(extra.element)
+            self.reading.report(REPEATED_ELEMENT, extra.element, None, repair, element="inertial", parent="body")
+        return found[0] if found else None
 
     def _is_taken(self, element: Element, name: str) -> bool:
         """Whether another body, or a link made between its joints, has the name already; that is reported."""

@@ -194,6 +194,7 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "mesh/plugin": Row("plugin instance", whole={Use.DATA: "config"}),
         "asset/material": _MATERIAL,
         "asset/model": Row("name file content_type"),
+        "worldbody": Row(children="body frame replicate attach geom", whole=_BESIDE),
         "body": Row(
             f"name childclass pos {_TURN}",
             {Use.LEFT_OUT: "gravcomp mocap", Use.SOLVER: "sleep simple", Use.CONVERTING: "fuse", Use.DATA: "user"},
@@ -248,8 +249,6 @@ def row_of(tag: str, parent: str) -> Row | None:
         parent: tag of the element around it; `frame` and `replicate` hold what a body holds.
     """
     holder = "body" if parent in ("worldbody", "frame", "replicate") else parent
-    if tag == "worldbody":
-        return ROWS["replicate"]
     if holder == "default" and tag in _STYLED:
         return ROWS[_STYLED[tag]]
     if tag in MOTORS and holder in ("actuator", "default"):
