@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, positive
+from mafsil.arrays import PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
@@ -35,15 +35,19 @@ def inverse_kinematics(
 ) -> SolutionSet | SolutionBatch:
     """All joint vectors that bring the tip to a pose, or to each pose of a batch.
 
+    Joints that do not move the frame, such as those of a gripper, are no unknowns.
+
     Args:
-        robot: any arm.
+        robot: any arm, a Mechanism, a name of the library or a file.
         T_sd: (4, 4) wanted pose in {s}, or (*batch, 4, 4).
         frame: name of a link; the tip if None.
         task: `pose`, `position` only, or `axis`: position and direction of the tip's z axis.
-        near: (n,) values that free joints and held joints of redundant arms take; the middle of their limits if None.
+        near: (n,) values that free joints, held joints of redundant arms and joints that do not move the frame take;
+            the middle of their limits if None.
         free: of arms with seven turning joints and one pose: value of their free parameter, or {name: value} of the
             `arm angle` or of a joint; see `redundancy`.
-        tolerance: largest residual [m | rad] of a solution.
+        tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
+            rounded pose in the sense of least squares; other arms the nearest posture where there is no exact one.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are
@@ -66,11 +70,12 @@ def inverse_kinematics(
     tolerance = positive("tolerance", tolerance)
     wanted = gate("T_sd", T_sd, (4, 4))
     asked = setting(robot, frame, task)
-    start = asked.middle if near is None else gate("near", near, (robot.n,), finite=True)
+    others = asked.part.middle if near is None else single("near", near, (robot.n,))
+    start = asked.part.own(others)
     if wanted.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=wanted.shape)
-        return solved_batch(asked, wanted, start, tolerance)
+        return solved_batch(asked, wanted, others, tolerance)
     clean, valid = clean_poses(wanted[None])
     if not valid[0]:
         raise _no_pose()
@@ -78,9 +83,9 @@ def inverse_kinematics(
         return with_parameter(asked, clean[0], free, tolerance)
     if asked.arm.form is None and asked.arm.general is None:
         answer = tried(asked, clean[0], start, tolerance)
-        if answer is not None:
+        if answer is not None and (answer.within.any() or answer.complete):
             return answer
-    return Question(asked, clean[0], start, tolerance).answer()
+    return Question(asked, clean[0], start, tolerance, others).answer()
 
 
 def _no_pose() -> InputError:

@@ -8,10 +8,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, positive, require_kind, single, whole
+from mafsil.arrays import Floats, JointVector, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.robot import Robot, of_robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
 
 NewtonForm = Literal["body", "space"]
 
@@ -42,9 +43,8 @@ class NewtonRecord:
         return len(self.iterates) - 1
 
 
-@of_robot
 def newton_ik(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     start: ArrayLike,
     *,
@@ -80,7 +80,7 @@ def newton_ik(
     """
     if form not in ("body", "space"):
         raise InputError("input.choice", name="form", value=form, known="body, space")
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     T_goal, q = single("T_sd", T_sd, (4, 4)), single("start", start, (robot.n,)).copy()
     turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
     most, least = whole("max_steps", max_steps), float(single("damping", damping, ()))

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate, positive, require_kind
+from mafsil.arrays import Floats, JointVector, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
-from mafsil.robot import Robot, of_robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
 
 
@@ -42,9 +43,8 @@ class BoundedRates:
         return self.directions[index][:, int(self.rank[index]) :]
 
 
-@of_robot
 def bounded_rates(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     V: ArrayLike,
     *,
@@ -76,7 +76,7 @@ def bounded_rates(
     Reference: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
         kinematically singular configurations, 1988.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     e, largest = positive("region", region), positive("damping", damping)
     J = task_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
     twist = twists_for(J, V)

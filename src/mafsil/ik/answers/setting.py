@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
+from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
@@ -39,7 +40,8 @@ class Setting:
     """What all questions to one arm share.
 
     Attributes:
-        robot: whose tip is the frame asked for.
+        part: the joints that move the frame, among those of the whole robot.
+        robot: of those joints alone; its tip is the frame asked for.
         task: what of a pose counts.
         arm: what it was recognised as.
         lower, upper: (n,) limits.
@@ -48,17 +50,28 @@ class Setting:
         mask: (6,) components of the error that count.
     """
 
-    def __init__(self, robot: Robot, task: Task) -> None:
-        self.robot, self.task = robot, task
+    def __init__(self, part: MovingPart, task: Task) -> None:
+        robot = part.robot if part.frame is None else Robot(_with_tip(part.robot.mechanism, part.frame))
+        self.part, self.robot = part, robot
+        self.task: Task = task
         self.lower, self.upper = robot.limits.lower, robot.limits.upper
         kinds = [joint.kind for joint in robot.mechanism.coordinates]
         self.turning: NDArray[np.bool_] = np.array([kind is JointKind.REVOLUTE for kind in kinds], dtype=np.bool_)
-        both = np.isfinite(self.lower) & np.isfinite(self.upper)
-        self.middle = np.where(both, (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0)) / 2, 0.0)
+        self.middle = middle_of(robot)
         self.mask: NDArray[np.bool_] = np.array(MASKS[task], dtype=np.bool_)
         self.bounds = np.clip(self.lower, -FAR, FAR), np.clip(self.upper, -FAR, FAR)
         self.middle_turns = turns_of(self.middle)
         self.nothing: JointVector = np.zeros((0, robot.n))
+
+    @lazy
+    def few(self) -> bool:
+        """Whether the arm has fewer joints than the task has equations: only least squares meet a rounded pose."""
+        return self.robot.n < {"pose": 6, "axis": 5, "position": 3}[self.task]
+
+    def allowed(self, q: JointVector) -> NDArray[np.bool_]:
+        """(k,) which rows are within the limits."""
+        inside = (q >= self.lower - 1e-12) & (q <= self.upper + 1e-12)
+        return np.asarray(inside.all(axis=-1), dtype=np.bool_)
 
     @lazy
     def arm(self) -> Analysis:
@@ -160,7 +173,7 @@ def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
         frame: name of a link; the tip if None.
         task: `pose`, `position` or `axis`.
     """
-    return Setting(robot if frame is None else Robot(_with_tip(robot.mechanism, frame)), task)
+    return Setting(moving_part(robot, frame), task)
 
 
 @lru_cache(maxsize=64)

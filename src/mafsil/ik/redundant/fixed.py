@@ -8,7 +8,8 @@ import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
-from mafsil.ik.answers.question import Question, unlabelled
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
