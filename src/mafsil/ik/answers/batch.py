@@ -14,10 +14,12 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
 from mafsil.ik.answers.question import FOLD, LOOSE, Question
+from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.refusal import beyond_reach, out_of_plane, reached_places
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
@@ -32,6 +34,9 @@ CHUNK = 8192
 APART = 1e-4
 """Marks below which rows are looked at for being the same solution."""
 
+
+PROBE = 8
+"""Poses after which it is known whether elimination proves the lists of an arm."""
 
 MERGED = 1e-7
 """Marks up to which a solution may be a member of a continuum."""
@@ -295,6 +300,37 @@ def _statuses(
     return status.astype(np.int8)
 
 
+def _refined(setting: Setting, T: PoseMatrix, near: JointVector) -> Eliminated:
+    """Lists of an almost ideal arm: rows away from folds refined; beside them by elimination where it proves lists.
+
+    Where it proves none, as with wrists that nearly meet, rows are sought on both sides of the folds. Poses without a
+    solution within the limits are left open.
+    """
+    found = refined_rows(setting, T, near)
+    general, open_rows = setting.arm.general, np.flatnonzero(~found.clear & np.isfinite(T[:, 0, 0]))
+    shape = (len(T), MOST)
+    q, residual = np.full((*shape, setting.robot.n), np.nan), np.full(shape, np.nan)
+    codes, sure = np.full(shape, UNNAMED, dtype=np.int64), found.clear.copy()
+    rows = found.q.shape[1]
+    q[:, :rows], residual[:, :rows], codes[:, :rows] = found.q, found.residual, found.codes
+    q[np.isnan(residual)] = np.nan
+    probing = general is not None
+    while len(open_rows):
+        # A few poses show whether elimination proves the lists of the arm.
+        part = open_rows[: PROBE if probing else len(open_rows)]
+        open_rows, probing = open_rows[len(part) :], False
+        codes[part] = UNNAMED
+        if general is not None:
+            listed = eliminated(setting, general, T[part], near)
+            q[part], residual[part], sure[part] = listed.q, listed.residual, listed.sure
+            general = general if 2 * listed.sure.sum() >= len(part) else None
+        part = part[~sure[part]]
+        if len(part):
+            q[part], residual[part] = beside_folds(setting, T[part], near)
+            sure[part] = (np.isfinite(residual[part]) & setting.allowed(q[part])).any(axis=1)
+    return Eliminated(sure, q, residual, codes)
+
+
 def _reached_elsewhere(setting: Setting, T: PoseMatrix, status: NDArray[np.int8]) -> NDArray[np.intp]:
     """Poses said to be out of reach whose place alone can be reached."""
     rows = np.flatnonzero((status == VERDICTS.index(Verdict.OUT_OF_REACH)) & np.isfinite(T).all(axis=(1, 2)))
@@ -306,8 +342,11 @@ def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: f
     clean, valid = clean_poses(_finite(T))
     arm, count, n = setting.arm, len(T), setting.robot.n
     proven: Eliminated | None = None
+    asked = np.where(valid[:, None, None], clean, np.nan)
     if arm.form is None and arm.general is not None and n == 6:
-        proven = eliminated(setting, arm.general, np.where(valid[:, None, None], clean, np.nan), near)
+        proven = eliminated(setting, arm.general, asked, near)
+    elif refinable(setting):
+        proven = _refined(setting, asked, near)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
     answers = {int(i): Question(setting, clean[i], near, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
@@ -315,9 +354,11 @@ def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: f
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)
     if proven is not None:
         q[:, : proven.q.shape[1]], residual[:, : proven.q.shape[1]] = proven.q, proven.residual
+        codes[:, : proven.q.shape[1]] = UNNAMED if proven.codes is None else proven.codes
     good = residual <= tolerance
     within = good & ((q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)).all(axis=-1)
     status = np.where(within.any(axis=1), VERDICTS.index(Verdict.SOLVED), VERDICTS.index(Verdict.BEYOND_LIMITS))
+    status[~good.any(axis=1)] = VERDICTS.index(Verdict.OUT_OF_REACH)
     status[~valid] = VERDICTS.index(Verdict.NOT_A_POSE)
     for i, one in answers.items():
         k = len(one)

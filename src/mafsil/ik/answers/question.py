@@ -12,6 +12,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal
 from mafsil.ik.answers.rows import Rows, unlabelled
 from mafsil.ik.answers.search import Search
@@ -81,6 +82,8 @@ class Question:
     def answer(self) -> SolutionSet:
         """The solutions."""
         arm, setting = self.setting.arm, self.setting
+        if refinable(setting) and (sure := self._refined()) is not None:
+            return sure
         candidates = self._candidates(arm)
         method, proven = self._method(arm)
         if setting.few:
@@ -115,6 +118,16 @@ class Question:
             within = setting.allowed(q)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
+
+    def _refined(self) -> SolutionSet | None:
+        """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
+        found = refined_rows(self.setting, self.T[None], self.near)
+        rows = np.flatnonzero(np.isfinite(found.residual[0]))
+        if not found.clear[0] or not len(rows):
+            return None
+        q, residual, none = found.q[0, rows], found.residual[0, rows], np.zeros(len(rows), dtype=np.int64)
+        rest = self.setting.allowed(q), rows, found.codes[0, rows], none
+        return SolutionSet(self, q, residual, *rest, method="refined closed form", complete=True, isolated=True)
 
     def _nearly(self, arm: Analysis) -> bool:
         """Whether the nearest posture may be within the tolerance."""

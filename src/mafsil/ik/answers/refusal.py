@@ -66,7 +66,7 @@ class Refusal:
         return {
             "miss": miss,
             "shortfall": turn if self.facts["placed"] else place,
-            "accepting": f"{rounded_up(self.residual):.2g}",
+            "accepting": f"{rounded_up(self.residual):.3g}",
         }
 
 
@@ -78,10 +78,10 @@ def plain(x: float) -> str:
 
 
 def rounded_up(x: float) -> float:
-    """The next number of two digits that is larger by some rounding at least."""
+    """The next number of three digits that is larger by some rounding at least."""
     if x <= 0.0:
         return 0.0
-    unit = 10.0 ** (np.floor(np.log10(x)) - 1)
+    unit = 10.0 ** (np.floor(np.log10(x)) - 2)
     return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
@@ -131,7 +131,7 @@ def refusal(
         return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
     if off := out_of_plane(setting, T):
         verdict = Verdict.OUT_OF_REACH if setting.task == "position" else Verdict.NOT_OF_THIS_ARM
-        return Refusal(verdict, known, q, residual, (f"ik.part_{off}",))
+        return Refusal(verdict, known, q, residual, (f"ik.part_off_{off}",))
     if not proven:
         return Refusal(Verdict.NOT_FOUND, known, q, residual)
     if not few:
@@ -157,7 +157,7 @@ def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
 
 
 def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
-    """Which part of a pose a planar arm cannot have, `place` or `tilt`; empty if none, or of another arm.
+    """Which part of a pose a planar arm cannot have, `plane` or `tilt`; empty if none, or of another arm.
 
     All turning axes are parallel to h and all slides normal to it: h . p never changes, nor does the direction of h in
     the tip.
@@ -173,7 +173,7 @@ def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
     if (along[turning] < 1.0 - PARALLEL).any() or (along[~turning] > PARALLEL).any():
         return ""
     if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > OFF * chain.size:
-        return "place"
+        return "plane"
     tilted = float(np.linalg.norm(np.cross(T[:3, :3] @ chain.home[:3, :3].T @ h, h))) > OFF
     return "tilt" if tilted and setting.task == "pose" else ""
 

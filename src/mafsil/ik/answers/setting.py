@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
+from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
@@ -85,6 +88,12 @@ class Setting:
         return arm.form.labelled if arm.form is not None and arm.exact and not arm.held else None
 
     @lazy
+    def newton(self) -> Plan:
+        """Steps and check of Newton's method for whole poses, without limits, as compiled kernels."""
+        task = pose_task("pose", (0.0, 0.0, 1.0), None, CLEAR, None)
+        return cached_plan(problem_of(self.robot, None, False), task, 0)
+
+    @lazy
     def quartic(self) -> bool:
         """Whether the closed form solves an equation of fourth degree, whose roots may merge by three or four."""
         form = self.arm.form
@@ -125,6 +134,9 @@ class Setting:
         """
         form = self.arm.form
         if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+            return np.zeros(codes.shape, dtype=np.bool_)
+        if not any(j >= 0 and not slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True)):
+            # Slides alone are linear: nothing merges.
             return np.zeros(codes.shape, dtype=np.bool_)
         digits = codes[..., None] // np.array([1, 3, 9]) % 3
         return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
