@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.errors import InputError
 from mafsil.model import JointKind
+from mafsil.model.skeleton import reach
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
@@ -20,6 +21,9 @@ from mafsil.solvers.decompositions import symmetric_pinv
 SAMPLES = 256
 """Configurations over which lengths and generic ranks are taken."""
 SEED = 20
+NO_LEVER = 1e-5
+"""Lever arms, relative to the size of the arm, that are the rounding of a description."""
+
 TOLERANCE = 1e-6
 """Smallest singular value of the scaled Jacobian, over its largest, that counts as not zero."""
 
@@ -78,7 +82,9 @@ def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -
     """A length [m] of the arm that divides translations so that they compare with angles.
 
     Root mean square, over configurations, of the lever arms of the turning joints: about the tip, or about the point
-    nearest to all axes, which depends on neither tool nor base. An arm without lever arms has length 1.
+    nearest to all axes, which depends on neither tool nor base. An arm whose lever arms are below `NO_LEVER` of its
+    reach has its reach for a length: axes typed with six digits that meet in one point have levers of rounding only.
+    Without turning joints the length is 1.
 
     Args:
         robot: the arm.
@@ -86,17 +92,19 @@ def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -
     """
     if robot not in _known:
         q = random_configurations(robot, SAMPLES)
-        J_s = robot.jacobian_space(q)
-        _known[robot] = _Lengths(_rms_lever(tool_jacobian(robot, q)), _rms_lever(at_point(J_s, central_point(J_s))))
+        J_s, size = robot.jacobian_space(q), reach(robot.mechanism)
+        levers = _rms_lever(tool_jacobian(robot, q), size), _rms_lever(at_point(J_s, central_point(J_s)), size)
+        _known[robot] = _Lengths(*levers)
     return getattr(_known[robot], about)
 
 
-def _rms_lever(J: Floats) -> float:
+def _rms_lever(J: Floats, size: float) -> float:
+    """Root mean square of the levers [m]; the size of the arm [m] where they are none beside it."""
     turning = np.abs(J[:, :3]).max(axis=(0, 1)) > 1e-12
     if not turning.any():
         return 1.0
     lever = float(np.sqrt((J[:, 3:, turning] ** 2).sum(axis=1).mean()))
-    return lever if lever > 1e-12 else 1.0
+    return lever if lever > NO_LEVER * size else size
 
 
 def central_point(J_s: Floats) -> Vector3:

@@ -93,7 +93,7 @@ class Question:
             q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
-        if not len(good) and not (arm.exact and not setting.quartic) and not self._proven(arm, 0):
+        if not len(good) and not setting.decisive and not self._proven(arm, 0):
             q, residual = self._search.anywhere()
             candidates, method, proven = unlabelled(q), "search", False
         if not len(candidates.q) and self._nearly(arm):
@@ -131,7 +131,7 @@ class Question:
 
     def _nearly(self, arm: Analysis) -> bool:
         """Whether the nearest posture may be within the tolerance."""
-        if self.tolerance > LOOSE or arm.form is None or not (arm.exact and not self.setting.quartic):
+        if self.tolerance > LOOSE or arm.form is None or not self.setting.decisive:
             return self.tolerance > LOOSE
         facts = self.labelled(arm.form, self.near)[1]
         missing = np.where(np.isfinite(facts[:, :2]), facts[:, :2], np.inf)

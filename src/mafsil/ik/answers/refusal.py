@@ -126,7 +126,7 @@ def refusal(
     known["place_only"] = setting.task == "position"
     residual = max(position, rotation)
     # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
-    proven = (exact and not setting.quartic) or eliminated
+    proven = setting.decisive or eliminated
     if beyond_reach(setting, T):
         return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
     if off := out_of_plane(setting, T):

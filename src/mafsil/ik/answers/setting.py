@@ -100,6 +100,11 @@ class Setting:
         return form is not None and form.pattern.quartic
 
     @lazy
+    def decisive(self) -> bool:
+        """Whether the closed form alone proves that a pose has no solution: exact, of second degree, no joint held."""
+        return self.arm.exact and not self.quartic and not self.arm.held
+
+    @lazy
     def candidate(self) -> float:
         """Residual up to which a row of an exact closed form may become a solution by refinement.
 
