@@ -164,3 +164,23 @@ def test_frames_before_the_wrist_have_their_own_part(arms):
     answer = inverse_kinematics(held, held.forward_kinematics(q, frame="l3"), frame="l3")
     assert answer
     assert np.abs(held.forward_kinematics(answer.q, frame="l3") - held.forward_kinematics(q, frame="l3")).max() < 1e-9
+
+
+def test_an_arm_folded_upon_its_shoulder_is_not_refused_in_a_batch(tmp_path):
+    """Equal links, folded: joint 2 is free as far as the place goes, and only the orientation tells where it is."""
+    joints = [
+        _joint("a", "revolute", "base", "l1", "-1 0 0"),
+        _joint("b", "revolute", "l1", "l2", "0 -1 0"),
+        _joint("c", "revolute", "l2", "l3", "0 -1 0", origin="0 0 -0.16", more=LIMIT.replace("2.5", "3.2")),
+        _joint("t", "fixed", "l3", "tcp", origin="0 0 -0.16", more=""),
+    ]
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "l1", "l2", "l3", "tcp"))
+    file = tmp_path / "finger.urdf"
+    file.write_text(f'<robot name="f">{links}{"".join(joints)}</robot>')
+    robot = mf.load(file, tip="tcp")
+    q = np.array([-0.6455227422838157, np.pi / 4, -np.pi])
+    T = robot.forward_kinematics(q)
+    assert inverse_kinematics(robot, T)
+    batch = inverse_kinematics(robot, np.stack([T, robot.forward_kinematics([0.1, 0.2, 0.3])]))
+    assert batch
+    assert batch.status.tolist() == [inverse_kinematics(robot, T).status, Verdict.SOLVED]

@@ -24,6 +24,7 @@ import numpy as np
 import mafsil as mf
 from mafsil.ik import Verdict, inverse_kinematics
 from mafsil.ik.moving_part import moving_part
+from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.library import names
 from mafsil.robot import Robot, load
 from tests.model.urdf.real_files import robots as real_files
@@ -55,17 +56,12 @@ def frames(robot: Robot, most: int) -> list[str]:
     """Links with 1 to `MOST` moving joints on the way, no two with the same joints and place; the farthest first."""
     seen: dict[tuple[str, ...], str] = {}
     for link in robot.mechanism.link_names:
-        part = moving_part(robot, link)
-        moving = part.robot.joint_names if part.places is not None or _all_on_the_way(robot, link) else ()
+        on_the_way = any(joint.moves for joint in chain_to_tip(robot.mechanism.with_tip(link)))
+        moving = moving_part(robot, link).robot.joint_names if on_the_way else ()
         if 1 <= len(moving) <= MOST:
             seen[moving] = link
     ordered = sorted(seen.items(), key=lambda item: -len(item[0]))
     return [link for _, link in ordered[: most or None]]
-
-
-def _all_on_the_way(robot: Robot, link: str) -> bool:
-    q = np.zeros(robot.n)
-    return bool((np.abs(robot.jacobian_body(q, frame=link)).max(axis=0) > 0).all())
 
 
 def sample(robot: Robot, rng: np.random.Generator, count: int) -> np.ndarray:

@@ -210,7 +210,10 @@ def _compiled(
             good & (free | (facts[..., 4] <= MERGED))
         )
         # Without an exact solution the nearest posture may be within the tolerance.
-        nearest = facts[..., 0] if setting.few else np.minimum(facts[..., 0], facts[..., 1])
+        nearest = np.minimum(facts[..., 0], facts[..., 1])
+        if setting.few:
+            # Whose steps may all succeed and the added joints move: only at folds does that say nothing.
+            nearest = np.where(free | (facts[..., 4] <= FOLD), nearest, facts[..., 0])
         nearly = 1e3 * tolerance if tolerance > LOOSE else LOOSE
         odd |= (nearest <= nearly) & ~good.any(axis=1, keepdims=True)
         odd |= setting.folded(facts)
