@@ -77,7 +77,7 @@ def newton_ik(
     max_steps: int = 50,
     damping: float = 0.0,
     residual: ResidualForm = "twist",
-    differences: bool = False,
+    by_differences: bool = False,
 ) -> NewtonRecord:
     """Newton-Raphson iteration to one pose.
 
@@ -96,7 +96,7 @@ def newton_ik(
         damping: lambda of dq = J' (J J' + lambda^2 I)^-1 V; zero is Newton's own step.
         residual: `twist`, the logarithm of T^-1 T_sd; or `euler`, (roll, pitch, yaw of R_sd less those of R, p_sd - p),
             which has the representation's singularity at a pitch of a quarter turn.
-        differences: whether the Jacobian of the residual is taken by central differences instead of the arm's own.
+        by_differences: whether the Jacobian of the residual is taken by central differences instead of the arm's own.
 
     Returns:
         The record; not converged is an answer, not an error.
@@ -133,7 +133,7 @@ def newton_ik(
             lacking = partial(_lacking, robot, T_goal)
             J, V = -_slopes(lacking, q), lacking(q)
         else:
-            J = -_slopes(lambda x: error(robot.forward_kinematics(x), T_goal), q) if differences else jacobian(q)
+            J = -_slopes(lambda x: error(robot.forward_kinematics(x), T_goal), q) if by_differences else jacobian(q)
         ranks.append(int(np.linalg.matrix_rank(J)))
         q = q + _step(J, V, least)
     return NewtonRecord(q, converged, np.array(iterates), np.array(twists), np.array(differences), tuple(ranks))

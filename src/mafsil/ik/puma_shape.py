@@ -178,8 +178,8 @@ def _six(robot: RobotLike) -> Chain:
 def _structure(chain: Chain, tolerance: float, *, backwards: bool) -> ArmStructure:
     """What the arm is in one direction."""
     common = [*_shoulder(chain), *_wrist(chain)]
-    special = _parallel(chain) if not chain.slides[2] else _across(chain)
     centre = common_point(chain.axes[3:], chain.points[3:])[0]
+    special = _across(chain, centre) if chain.slides[2] else _parallel(chain)
     offset = _offset(chain, centre)
     conditions = tuple(
         Condition(one.name, one.joints, one.size, one.size <= tolerance) for one in (*common, special, offset)
@@ -218,9 +218,12 @@ def _parallel(chain: Chain) -> Condition:
     return Condition("ik.condition_parallel", (2, 3), size, False)
 
 
-def _across(chain: Chain) -> Condition:
-    """The stroke is normal to axis 2 and leads through the shoulder's line."""
-    return Condition("ik.condition_across", (2, 3), abs(float(chain.axes[1] @ chain.axes[2])), False)
+def _across(chain: Chain, centre: Vector3) -> Condition:
+    """The stroke is normal to axis 2, and leads the wrist's centre straight away from it."""
+    w2, v3 = chain.axes[1], chain.axes[2]
+    away = centre - _meeting(chain)
+    beside = float(np.linalg.norm(np.cross(v3, away - (w2 @ away) * w2))) / chain.size
+    return Condition("ik.condition_across", (2, 3), max(abs(float(w2 @ v3)), beside), False)
 
 
 def _offset(chain: Chain, centre: Vector3) -> Condition:
