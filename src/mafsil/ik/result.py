@@ -15,7 +15,7 @@ from mafsil.solvers import Status
 
 
 class IKStatus(Status):
-    """How the search for one pose ended."""
+    """How the search for one pose ended. Only OUT_OF_REACH is proven; the other kinds of no are what was not found."""
 
     SOLVED = ("ik.solved", True)
     OUT_OF_REACH = ("ik.out_of_reach", False)
@@ -32,6 +32,14 @@ _ALIKE = ("moving",)
 
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
+
+
+def rounded_up(x: float) -> float:
+    """The next number of three digits that is larger by some rounding at least."""
+    if not 0.0 < x < np.inf:
+        return x
+    unit = 10.0 ** (np.floor(np.log10(x)) - 2)
+    return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,4 +135,5 @@ class IKResult:
             distance=float(self.distance[index]),
             joint=str(self.worst_joint[index]),
             joints=self.moving,
+            accepting=f"{rounded_up(float(self.residual[index])):.3g}",
         )

@@ -15,7 +15,7 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_missing, misses, residuals
-from mafsil.ik.result import IKResult
+from mafsil.ik.result import IKResult, rounded_up
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
 from mafsil.messages import say
 
@@ -75,14 +75,6 @@ def plain(x: float) -> str:
     if abs(x) < 1e-12:
         return "0"
     return f"{x:.4g}" if x == 0.0 or not 1e-4 <= abs(x) < 1e6 else f"{float(f'{x:.4g}'):.10f}".rstrip("0").rstrip(".")
-
-
-def rounded_up(x: float) -> float:
-    """The next number of three digits that is larger by some rounding at least."""
-    if x <= 0.0:
-        return 0.0
-    unit = 10.0 ** (np.floor(np.log10(x)) - 2)
-    return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
 def refusal(
