@@ -393,6 +393,7 @@ def test_every_code_has_both_languages_and_is_raised_here() -> None:
         "P0908",
         "P0912",
         "P0914",
+        "P0915",
         "P1001",
         "P1002",
         "P1003",

@@ -162,6 +162,7 @@ LOOSE_OBJECT = _warning("M0722", "loose_object")
 LOOP_OPEN = _warning("M0723", "loop_open")
 TENDON_ARMATURE = _error("M0724", "tendon_armature")
 NO_SUCH_PART = _error("M0725", "no_such_part")
+SECOND_INERTIAL = _error("M0726", "second_inertial")
 
 # Only in xacro
 XACRO_MACRO = _error("X1101", "xacro_macro")

@@ -81,7 +81,7 @@ CASES = (
          "M0702", 8, False, True, accepted=True),
     Case("joint of the world", model(BODY + "<joint/>\n"), "M0720", 7, False, False),
     Case("joint of the world in a frame", model(BODY + "<frame><joint/></frame>\n"), "M0720", 7, False, False),
-    Case("two inertials", inertial(MASS + MASS), "F0134", 5, True, True),
+    Case("two inertials", inertial(MASS + MASS), "M0726", 5, True, True),
     Case("nonsense section", model(after="<wobble/>\n"), "M0720", 8, False, False),
     Case("coupling of nothing", equality('<joint joint1="x" joint2="j"/>\n'), "M0712", 13, True, True),
     Case("coupling not linear", equality('<joint joint1="j" joint2="k" polycoef="0 1 2"/>\n'),

@@ -15,7 +15,7 @@ from mafsil.model.faults import (
     DUPLICATE_LINK,
     FREE_JOINT,
     LOOSE_OBJECT,
-    REPEATED_ELEMENT,
+    SECOND_INERTIAL,
     TOO_MANY_LINKS,
     UNKNOWN_PART,
     UNSUPPORTED,
@@ -178,7 +178,7 @@ class TreeReader:
         found = [part for part in parts if part.element.tag == "inertial"]
         for extra in found[1:]:
             repair = self.reading.remove(extra.element)
-            self.reading.report(REPEATED_ELEMENT, extra.element, None, repair, element="inertial", parent="body")
+            self.reading.report(SECOND_INERTIAL, extra.element, None, repair)
         return found[0] if found else None
 
     def _is_taken(self, element: Element, name: str) -> bool:
