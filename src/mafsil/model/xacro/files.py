@@ -26,7 +26,7 @@ from mafsil.model.source import load, regular_bytes
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
 from mafsil.model.xacro.values import Function, Value, bounded, literal
-from mafsil.model.xacro.yaml_subset import LARGEST, YamlFault, parsed
+from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
 
 MOST_INCLUDED = 40
