@@ -12,6 +12,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
+from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
@@ -143,6 +144,8 @@ def solved_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
     kernel = setting.kernel
     if kernel is not None and setting.arm.form is not None:
         parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
+    elif setting.holds_one:
+        parts = held_batch(setting, flat, near, tolerance)
     else:
         parts = _one_by_one(setting, flat, near, tolerance)
     shape = T.shape[:-2]

@@ -17,8 +17,9 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal, refusal
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.answers.tangents import tangents
-from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import lazy
@@ -31,7 +32,7 @@ FOLD = 1e-6
 """Marks below which roots of an equation of fourth degree may have merged."""
 
 SCAN = 24
-"""Values of a free or held joint that are tried where the preferred one leads nowhere."""
+"""Values around a least singular value at which it is looked for again."""
 
 
 REPRESENTATIVES = 8
@@ -121,7 +122,12 @@ class Question:
         q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
-        if not len(good) and not (arm.exact and not setting.quartic) and not self._proven(arm, 0):
+        if (
+            not len(good)
+            and not (arm.exact and not setting.quartic)
+            and not self._proven(arm, 0)
+            and not self.unreachable
+        ):
             q, residual = self._searched()
             candidates, method, proven = unlabelled(q), "search", False
         kept = distinct(candidates.q, setting.turning)
@@ -135,6 +141,22 @@ class Question:
         within = np.asarray(inside.all(axis=1), dtype=np.bool_)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
+
+    @lazy
+    def start(self) -> Start | None:
+        """Where free and held joints stand, and what is proven of the others; None of an arm without a closed form."""
+        form = self.setting.arm.form
+        return None if form is None else start_of(self.setting, form, self.T, self.near, self.tolerance)
+
+    @property
+    def refuted(self) -> bool:
+        """Whether intervals of a held joint prove that there is no solution within the limits."""
+        return self.start is not None and self.start.refuted
+
+    @property
+    def unreachable(self) -> bool:
+        """Whether they prove that there is none at all."""
+        return self.start is not None and self.start.unreachable
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
@@ -162,7 +184,8 @@ class Question:
     def _candidates(self, arm: Analysis) -> Rows:
         if arm.form is None:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
-        near = self.reached_from(arm.form)
+        start = self.start
+        near = self.near if start is None else start.near
         q, facts, _ = self.labelled(arm.form, near[None])
         usable = np.isfinite(q[0]).all(axis=1)
         if arm.exact:
@@ -241,36 +264,6 @@ class Question:
         low, high = self.setting.bounds
         return form.labelled(self.T, near, turns_of(near), low, high)
 
-    def reached_from(self, form: ClosedForm) -> JointVector:
-        """(n,) values of free and held joints: the preferred ones, or the nearest that lead to solutions."""
-        arm, setting = self.setting.arm, self.setting
-        table = form.solve(self.T, self.near)
-        if (not arm.held and not table.free.any()) or self._allowed(table).any():
-            return self.near
-        changed = arm.held if arm.held else bits(int(table.free.max()), setting.robot.n)
-        if not changed:
-            return self.near
-        generator = np.random.default_rng(0)
-        tries = np.repeat(self.near[None], SCAN * 8 ** min(len(changed) - 1, 2), axis=0)
-        for j in changed:
-            low, high = max(setting.lower[j], -np.pi), min(setting.upper[j], np.pi)
-            tries[:, j] = (
-                np.linspace(low, high, len(tries)) if len(changed) == 1 else generator.uniform(low, high, len(tries))
-            )
-        found = form.solve(self.T, tries)
-        count = self._allowed(found).sum(axis=1)
-        if not count.max():
-            if (table.residual <= self.setting.candidate).any():
-                return self.near
-            count = (found.residual <= self.setting.candidate).sum(axis=1)
-        return tries[int(np.where(count == count.max(), -np.abs(tries - self.near).max(axis=1), -np.inf).argmax())]
-
-    def _allowed(self, table: Branches) -> NDArray[np.bool_]:
-        """(*batch, branches) which rows are solutions within the limits."""
-        low, high = self.setting.lower, self.setting.upper
-        q = wound_near(table.q, self.near, low, high, self.setting.turning)
-        return (table.residual <= self.setting.candidate) & ((q >= low) & (q <= high)).all(axis=-1)
-
     def _searched(self) -> tuple[JointVector, Floats]:
         """Solutions from many starts; nothing is proven."""
         from mafsil.ik.numerical import solve_ik
@@ -294,7 +287,7 @@ class Question:
         """Why there is no solution, and the nearest pose."""
         form = self.setting.arm.form
         rows = None if form is None else self.labelled(form, self.near)
-        eliminated = self._proven(self.setting.arm, 0)
+        eliminated = self._proven(self.setting.arm, 0) or self.unreachable
         return refusal(self.setting, self.T, self.near, rows, self.tolerance, eliminated=eliminated)
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:

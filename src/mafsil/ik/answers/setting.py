@@ -78,6 +78,11 @@ class Setting:
         return form is not None and form.pattern.quartic
 
     @lazy
+    def holds_one(self) -> bool:
+        """Whether the closed form is exact once one joint is held, and solves no equation of fourth degree."""
+        return len(self.arm.held) == 1 and self.arm.exact and not self.quartic
+
+    @lazy
     def candidate(self) -> float:
         """Residual up to which a row of an exact closed form may become a solution by refinement.
 
