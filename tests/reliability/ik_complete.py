@@ -2,7 +2,7 @@
 
 python -m tests.reliability.ik_complete --cases 1000000 [--seed S] [--family puma ...] [--resume DIR]
 
-Cases are poses. Of a hundred almost 94 are of the arms of the library by the public call on batches; two more have joints
+Cases are poses. Of a hundred almost 94 are of arms of the library by the public call on batches; two more have joints
 at 0, +-pi/2 or pi with probability one half; three are of random arms of every family (ten poses each, a quarter of the
 arms with round axes and offsets, three poses of ten round) by the kernel that all arms of a structure share; one is at
 the singular surfaces of six arms, see `ik_singular`; two of a thousand are of arms with offset wrists at round joint

@@ -15,7 +15,7 @@ from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.fixed import tried, with_parameter
+from mafsil.ik.redundant.fixed import answered, with_parameter
 from mafsil.robot import Robot
 
 APART = 1e-4
@@ -40,7 +40,7 @@ def inverse_kinematics(
         frame: name of a link; the tip if None.
         task: `pose`, `position` only, or `axis`: position and direction of the tip's z axis.
         near: (n,) values that free joints and held joints of redundant arms take; the middle of their limits if None.
-        free: of arms with seven turning joints and one pose: value of their free parameter, or {name: value} of the
+        free: of arms with seven coordinates and one pose: value of their free parameter, or {name: value} of the
             `arm angle` or of a joint; see `redundancy`.
         tolerance: largest residual [m | rad] of a solution.
 
@@ -75,11 +75,7 @@ def inverse_kinematics(
         raise _no_pose()
     if free is not None:
         return with_parameter(asked, clean[0], free, tolerance)
-    if asked.arm.form is None and asked.arm.general is None:
-        answer = tried(asked, clean[0], start, tolerance)
-        if answer is not None:
-            return answer
-    return Question(asked, clean[0], start, tolerance).answer()
+    return answered(Question(asked, clean[0], start, tolerance))
 
 
 def _no_pose() -> InputError:

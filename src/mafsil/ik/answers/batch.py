@@ -18,6 +18,7 @@ from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.fixed import answered
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 
@@ -113,7 +114,7 @@ class SolutionBatch:
         clean, valid = clean_poses(_finite(self.T[index].reshape(1, 4, 4)))
         if not valid[0]:
             raise InputError("ik.no_pose", name=f"T_sd[{index}]", limit=ORTHOGONALITY)
-        return Question(self.setting, clean[0], self.near, self.tolerance).answer()
+        return answered(Question(self.setting, clean[0], self.near, self.tolerance))
 
     def nearest(self, q: JointVector) -> JointVector:
         """(*batch, n) for every pose the solution nearest to a configuration, within the limits if any is; NaN if none.
@@ -255,7 +256,7 @@ def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: f
     if arm.form is None and arm.general is not None and n == 6:
         proven = eliminated(setting, arm.general, np.where(valid[:, None, None], clean, np.nan), near)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
-    answers = {int(i): Question(setting, clean[i], near, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
+    answers = {int(i): answered(Question(setting, clean[i], near, tolerance)) for i in np.flatnonzero(valid & ~sure)}
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)

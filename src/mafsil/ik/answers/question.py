@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_pattern import Family
+
+if TYPE_CHECKING:
+    from mafsil.ik.redundant.intervals import BranchIntervals
 
 SELF_MOTION = 1e-6
 """Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
@@ -316,7 +320,22 @@ class Question:
             for j, rates in choices:
                 moving = tuple(names[i] for i in np.flatnonzero(rates))
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
-                yield SolutionFamily(k, names[j], moving, rates, joints, follow)
+                within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
+                yield SolutionFamily(k, names[j], moving, rates, joints, follow, within)
+
+    def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
+        """Where the held joint keeps a row of the closed form within the limits."""
+        known = self._held_intervals
+        if known is None or len(known.doubtful):
+            return ()
+        mine = known.branch == row
+        return tuple((float(a), float(b)) for a, b in zip(known.low[mine], known.high[mine], strict=True))
+
+    @lazy
+    def _held_intervals(self) -> BranchIntervals | None:
+        from mafsil.ik.redundant.held import branch_intervals
+
+        return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
 
     def _along(
         self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]

@@ -307,6 +307,17 @@ class Redundancy:
         return q
 
     @lazy
+    def limited(self) -> tuple[tuple[int, float, GeneralSix], ...]:
+        """Every joint but the held one at each of its limits, with the elimination of the six others."""
+        low, high = self.robot.limits.lower, self.robot.limits.upper
+        return tuple(
+            (k, float(limit), GeneralSix(self._chain.locked(k, float(limit))))
+            for k in range(7)
+            for limit in (low[k], high[k])
+            if k != self.held and np.isfinite(limit)
+        )
+
+    @lazy
     def _chain(self) -> Chain:
         chain = chain_of(self.robot.mechanism)
         assert chain is not None
