@@ -131,6 +131,11 @@ def _judged(
                 values = np.linalg.svd(jacobian(chain, clean[rows, k]), compute_uv=False)[:, min(6, n) - 1]
                 same[rows] = values > 1e-5
             twice |= same
+    if not repeats and twice.any():
+        robot = Robot.from_screws(chain.screws, chain.home)
+        for i in np.flatnonzero(twice):
+            twice[i] = _repeats(inverse_kinematics(robot, T[i]).q, chain)
+            twice[i] |= _repeats((many := inverse_kinematics(robot, T[i : i + 1])).q[0][many.valid[0]], chain)
     for i in np.flatnonzero(lost | wrong.any(axis=1) | twice)[:1]:
         print(f"# {name} q={q[i]!r} distance {distance[i]:.2e} bound {allowed[i]:.2e}", file=sys.stderr)
     return {
@@ -143,6 +148,12 @@ def _judged(
         "bad_twice": int(twice.sum()),
         "bad_nan": int((~np.isfinite(found) & valid[..., None]).any(axis=(1, 2)).sum()),
     }
+
+
+def _repeats(q: np.ndarray, chain: Chain) -> bool:
+    """Whether a list holds a solution twice."""
+    away = apart(q[:, None], q[None], chain.slides) + 9 * np.eye(len(q))
+    return bool((away < 1e-9).any())
 
 
 def _answers(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> bool:

@@ -16,6 +16,7 @@ from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered, with_parameter
+from mafsil.ik.refine import distinct
 from mafsil.robot import Robot
 
 APART = 1e-4
@@ -95,6 +96,10 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
     clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
     clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
     least = chosen[:, 4].min() if clear else 0.0
+    if clear and asked.quartic:
+        # Where the equation is of lower degree the table repeats roots.
+        clear = len(distinct(q[good], asked.turning)) == len(chosen)
+        least = least if clear else 0.0
     if least < APART or chosen[:, 2].any() or (least < BENT and asked.folded(facts).any()):
         return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
     return SolutionSet(

@@ -179,7 +179,7 @@ def _compiled(
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful
-        if setting.plain:
+        if setting.plain and not setting.quartic:
             close &= (good & (facts[..., 4] < APART)).any(axis=1)
         _merge(setting, np.flatnonzero(close), out, good)
         for i in np.flatnonzero(careful):
