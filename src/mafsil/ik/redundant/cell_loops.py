@@ -11,7 +11,10 @@ from mafsil.ik.redundant.interval_loops import BIG, LANES, evaluated, plain, pro
 from mafsil.solvers.loops import compiled
 
 SLACK = 1e-10
-"""By how much a step may miss [rad | m], and a joint its limit: rounding."""
+"""By how much a joint may be beyond its limit: rounding [rad | m]."""
+
+MISS = 1e-12
+"""By how much a step may miss: the postures then miss some times more [rad | m]."""
 
 
 @compiled
@@ -120,9 +123,9 @@ def _judged(ports, slides, middle, half, values, room, l, lo, hi, angle):
     """
     n, r = len(slides), 0.5 * (hi - lo)
     short_low, short_high = _bounds(ports[2 * n], values, room, l)
-    if short_low > SLACK:
+    if short_low > MISS:
         return -1, lo, hi, True
-    unsure = 0 if short_high <= SLACK else 2
+    unsure = 0 if short_high <= MISS else 2
     begin, end, rising = lo, hi, True
     for j in range(n):
         if not half[j] < 1e100 or (not slides[j] and half[j] >= pi):

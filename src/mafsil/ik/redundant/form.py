@@ -17,6 +17,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.setting import setting
+from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
@@ -24,11 +25,15 @@ from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.program import programs
+from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot
 
 TOUCHING = 4e-16
 """Arm angles nearer to each other than that are one [rad]."""
+
+MERGING = 40
+"""Newton steps where two branches merge, each of which halves the error only."""
 
 ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
@@ -225,7 +230,16 @@ class Redundancy:
 
     def _member(self, X: PoseMatrix, branch: int, value: float) -> JointVector:
         one = self._judged(X, np.array([value]))
-        return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
+        if one.residual[0, branch] <= REACHED or self.closed is None or not self._by_kernel:
+            return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
+        # At the end of an interval two branches may merge: the table is off by the square root of the rounding.
+        asked = setting(self.robot, None, "pose")
+        near = asked.middle.copy()
+        near[self.held] = value
+        start = self.closed.solve(X, near).q[branch]
+        q, residual = refined(self.robot, start[None], X, asked.mask, None, steps=MERGING, held=(self.held,))
+        wound = wound_near(q[0], near, asked.lower, asked.upper, asked.turning)
+        return np.where(residual[0] <= REACHED, wound, np.nan)
 
     def _edges(self, X: PoseMatrix, inside: Floats, outside: Floats, branch: NDArray[np.int64]) -> Floats:
         """(2, k) ends of intervals between values inside and outside, all halved together."""
