@@ -12,15 +12,19 @@ if TYPE_CHECKING:
     from mafsil import control as control
     from mafsil import derivation as derivation
     from mafsil import geometry as geometry
+    from mafsil import grasp as grasp
     from mafsil import ik as ik
     from mafsil import performance as performance
     from mafsil import trajectory as trajectory
     from mafsil.errors import FileError as FileError
     from mafsil.errors import InputError as InputError
+    from mafsil.errors import InputWarning as InputWarning
     from mafsil.errors import JobError as JobError
     from mafsil.errors import KernelError as KernelError
     from mafsil.errors import MafsilError as MafsilError
     from mafsil.errors import ModelError as ModelError
+    from mafsil.errors import ModelWarning as ModelWarning
+    from mafsil.errors import language as language
     from mafsil.geometry import Pose as Pose
     from mafsil.geometry import Rotation as Rotation
     from mafsil.geometry import ScrewAxis as ScrewAxis
@@ -39,7 +43,6 @@ if TYPE_CHECKING:
     from mafsil.kernels.device import DeviceArray as DeviceArray
     from mafsil.kernels.device import device_array as device_array
     from mafsil.mechanics.rigid_body import RigidBody as RigidBody
-    from mafsil.messages import language as language
     from mafsil.model import Actuator as Actuator
     from mafsil.model import Friction as Friction
     from mafsil.model import Inertial as Inertial
@@ -79,7 +82,10 @@ _HOME_OF = {
     "performance": "mafsil.performance",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",
+    "grasp": "mafsil.grasp",
     "FileError": "mafsil.errors:FileError",
+    "InputWarning": "mafsil.errors:InputWarning",
+    "ModelWarning": "mafsil.errors:ModelWarning",
     "InputError": "mafsil.errors:InputError",
     "JobError": "mafsil.errors:JobError",
     "KernelError": "mafsil.errors:KernelError",
@@ -90,7 +96,7 @@ _HOME_OF = {
     "exciting_motion": "mafsil.identification:exciting_motion",
     "identify": "mafsil.identification:identify",
     "inverse_kinematics": "mafsil.ik:inverse_kinematics",
-    "language": "mafsil.messages:language",
+    "language": "mafsil.errors:language",
     "Actuator": "mafsil.model:Actuator",
     "Contact": "mafsil.grasp:Contact",
     "Grasp": "mafsil.grasp:Grasp",

@@ -26,13 +26,16 @@ def real_array(name: str, value: ArrayLike) -> Floats:
 
     Args:
         name: the argument's name, for the error.
-        value: numbers, (nested) lists of numbers, or an array of any integer or real type.
+        value: numbers, (nested) lists of numbers, an array of any integer or real type, or an object with a matrix:
+            SciPy's Rotation and RigidTransform, spatialmath's SO3 and SE3, Pinocchio's SE3.
 
     Raises:
         InputError: text, complex numbers, ragged lists, masked arrays, None.
     """
     if isinstance(value, np.ma.MaskedArray):
         raise InputError("input.numbers", name=name, got="masked array")
+    if not isinstance(value, np.ndarray | list | tuple | float | int):
+        value = _matrix_of(value)
     try:
         array: NDArray[Any] = np.asarray(value)
     except (ValueError, TypeError):
@@ -41,6 +44,20 @@ def real_array(name: str, value: ArrayLike) -> Floats:
         if array.size or array.dtype.kind != "O":
             raise InputError("input.numbers", name=name, got=_kind(value, array))
     return array.astype(np.float64, copy=False)
+
+
+def _matrix_of(value: Any) -> Any:
+    """The matrix of an object that stands for a rotation or a pose (SciPy, spatialmath, Pinocchio), or the value."""
+    if isinstance(value, type):
+        return value
+    as_matrix = getattr(value, "as_matrix", None)
+    if callable(as_matrix):
+        return as_matrix()
+    for attribute in ("homogeneous", "A"):
+        matrix = getattr(value, attribute, None)
+        if isinstance(matrix, np.ndarray | list):
+            return cast("Any", matrix)
+    return value
 
 
 def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = False, hint: str = "") -> Floats:

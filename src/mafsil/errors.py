@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from mafsil.messages import say
+import sys
+import warnings
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from mafsil.messages import LANGUAGES, say
+from mafsil.messages import language as chosen_language
 
 
 class MafsilError(Exception):
@@ -33,6 +39,28 @@ class InputError(MafsilError, ValueError):
     """An argument is wrong: its name, the place, the value, the limit and what to do stand in the sentence."""
 
 
+class OperandError(InputError, TypeError):
+    """Two values are joined by an operator that means nothing for them, such as a point added to a point."""
+
+
+class UnknownNameError(MafsilError, AttributeError):
+    """An object of mafsil has no attribute of that name; the sentence says which ones look like it."""
+
+    def __init__(self, owner: str, wanted: str, known: Iterable[str]) -> None:
+        public = [each for each in known if not each.startswith("_")]
+        begun = [each for each in public if wanted and each.startswith(wanted)]
+        close = begun or get_close_matches(wanted, public, n=3)
+        super().__init__(
+            "input.attribute_close" if close else "input.attribute",
+            owner=owner,
+            name=wanted,
+            close=", ".join(close[:5]),
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (_unknown_name, (self.facts,))
+
+
 class ModelError(MafsilError, ValueError):
     """A robot description contradicts itself or cannot be a mechanism."""
 
@@ -47,6 +75,65 @@ class JobError(MafsilError, ValueError):
 
 class KernelError(MafsilError, RuntimeError):
     """Machine code could not be made or failed its self-test."""
+
+
+class MafsilWarning(UserWarning):
+    """Base of all warnings given by mafsil: something was guessed, or looks wrong, and the work went on.
+
+    Attributes:
+        key: name of the sentence in the message catalogue, `area.name`; stable.
+        facts: the values that the sentence mentions.
+    """
+
+    def __init__(self, key: str, **facts: object) -> None:
+        super().__init__(key)
+        self.key = key
+        self.facts = facts
+
+    def __str__(self) -> str:
+        return self.message()
+
+    def message(self, language: str | None = None) -> str:
+        """The sentence, in the given language (`en`, `ar`) or the current one."""
+        return say(self.key, language=language, **self.facts)
+
+
+class ModelWarning(MafsilWarning):
+    """A robot description was read, and something in it was guessed, changed or looks wrong."""
+
+
+class InputWarning(MafsilWarning):
+    """An argument is possible but looks wrong, such as degrees where radians are taken."""
+
+
+def language(code: str | None = None) -> str:
+    """Choose the language of all messages of this process, or return the current one.
+
+    Args:
+        code: `en` or `ar`; None changes nothing. The environment variable MAFSIL_LANG sets the language at start.
+
+    Returns:
+        The language now in force.
+
+    Raises:
+        InputError: another language; the sentence lists those there are.
+    """
+    if code is not None and code not in LANGUAGES:
+        raise InputError("messages.language", code=code, known=", ".join(LANGUAGES))
+    return chosen_language(code)
+
+
+def warn(warning: MafsilWarning) -> None:
+    """Give a warning at the line of the caller's own code, the nearest one outside this package."""
+    level, frame = 2, sys._getframe(1)  # pyright: ignore[reportPrivateUsage]
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).partition(".")[0] == "mafsil":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(warning, stacklevel=level)
+
+
+def _unknown_name(facts: dict[str, object]) -> UnknownNameError:
+    known = str(facts["close"]).split(", ")
+    return UnknownNameError(str(facts["owner"]), str(facts["name"]), known)
 
 
 def _rebuild(kind: type[MafsilError], key: str, facts: dict[str, object]) -> MafsilError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 import os
 import threading
 from collections.abc import Callable
@@ -32,7 +33,7 @@ def checked(count: int | str, name: str = "threads") -> int:
         InputError: not one.
     """
     try:
-        number = int(count)
+        number = int(count) if isinstance(count, str) else operator.index(count)
     except (TypeError, ValueError):
         number = 0
     if number < 1:

@@ -1,32 +1,32 @@
 """Worked examples of forward kinematics: tables, screws, home poses and tip poses of the reference arms."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
+from mafsil.geometry import planar as plane
+from mafsil.geometry import screw
+from mafsil.geometry.lines import common_normal
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws, screws
 from mafsil.model.library import planar, textbook
+from mafsil.performance import rank
+from mafsil.robot import Robot
+from tests.acceptance.reading import cases, unread_after
 
-CASES = {
-    case["id"]: case for case in json.loads((Path(__file__).parent / "05-forward-kinematics.json").read_text("utf-8"))
-}
-
-
-def bracket(S):
-    (x, y, z), v = S[:3], S[3:]
-    return np.array([[0, -z, y, v[0]], [z, 0, -x, v[1]], [-y, x, 0, v[2]], [0, 0, 0, 0]])
+CASES = cases("05-forward-kinematics.json")
 
 
-def tip_pose(mechanism, q):
-    T = mechanism.T_sb
-    for joint, value in zip(mechanism.joints, q, strict=True):
-        T = T @ joint.T_pj @ expm(bracket(joint.screw) * value)
-    return T @ mechanism.T_lt
+def tip(mechanism, q):
+    return Robot(mechanism).forward_kinematics(q)
+
+
+def wrist_centre(J):
+    """Where the axes of joints 4 and 5 meet."""
+    first, second = screw.nearest_point(J[:, 3]), screw.nearest_point(J[:, 4])
+    found = common_normal(first, J[:3, 3], second, J[:3, 4])
+    assert found.distance < 1e-7
+    return found.first
 
 
 def rows_of(case):
@@ -40,16 +40,28 @@ def close(case):
     return {"atol": case["tol"], "rtol": 0}
 
 
-@pytest.mark.capability("05-2", "05-7")
+@pytest.mark.capability("05-2", "05-7", "05-3")
 def test_planar_3r():
+    """Three routes: the spatial arm, frames in the plane, exponentials in the plane."""
     case = CASES["c5-01-planar3R"]
-    arm = planar.planar3r(case["input"]["L"])
-    planar_rows = np.ix_([0, 1, 3], [0, 1, 3])
-    theta = case["input"]["theta"]
-    np.testing.assert_allclose(tip_pose(arm, theta)[planar_rows], case["expected"]["T"], **close(case))
-    locked = tip_pose(arm, [0, 0, theta[2]])
-    np.testing.assert_allclose(locked[planar_rows], case["expected"]["T_only_theta3"], **close(case))
-    np.testing.assert_allclose(screws(arm).S_s[:, [2, 3, 4]], case["expected"]["S_2d"], **close(case))
+    L, theta, expected = case["input"]["L"], case["input"]["theta"], case["expected"]
+    arm = planar.planar3r(L)
+    flat = np.ix_([0, 1, 3], [0, 1, 3])
+    np.testing.assert_allclose(tip(arm, theta)[flat], expected["T"], **close(case))
+    closed = [expected["phi"], expected["x"], expected["y"]]
+    np.testing.assert_allclose(plane.coordinates(tip(arm, theta)[flat]), closed, **close(case))
+    np.testing.assert_allclose(tip(arm, [0, 0, theta[2]])[flat], expected["T_only_theta3"], **close(case))
+    np.testing.assert_allclose(screws(arm).S_s[:, [2, 3, 4]], expected["S_2d"], **close(case))
+    frames, exponentials = np.eye(3), np.eye(3)
+    for before, angle, S in zip([0.0, *L[:2]], theta, expected["S_2d"], strict=True):
+        frames = plane.compose(frames, plane.pose(angle, [before, 0.0]))
+        exponentials = plane.compose(exponentials, plane.exp(np.array(S, float) * angle))
+    frames = plane.compose(frames, plane.pose(0.0, [L[2], 0.0]))
+    exponentials = plane.compose(exponentials, plane.pose(0.0, [sum(L), 0.0]))
+    np.testing.assert_allclose(frames, expected["T"], **close(case))
+    np.testing.assert_allclose(exponentials, expected["T"], **close(case))
+    only = plane.compose(plane.exp(np.array(expected["S_2d"][2], float) * theta[2]), plane.pose(0.0, [sum(L), 0.0]))
+    np.testing.assert_allclose(only, expected["T_only_theta3"], **close(case))
 
 
 @pytest.mark.capability("05-10", "05-24")
@@ -71,26 +83,27 @@ def test_which_poses_have_parameters():
             np.testing.assert_allclose([found.alpha, found.a, found.d, found.theta], expected, **close(case))
 
 
-TABLES = {
-    "c5-05-3R-fig5.5": textbook.spatial3r(1.0, 0.5),
-    "c5-06-RRRP-fig5.6": textbook.rrrp(0.7),
-    "c5-07-6R-elbow-fig5.7": textbook.elbow6r(0.5, 0.4),
+ARMS = {
+    "c5-05-3R-fig5.5": lambda given: textbook.spatial3r(given["L1"], given["L2"]),
+    "c5-06-RRRP-fig5.6": lambda given: textbook.rrrp(next(row["a"] for row in given["dh"] if row["a"])),
+    "c5-07-6R-elbow-fig5.7": lambda given: textbook.elbow6r(given["L1"], given["L2"]),
 }
 
 
 @pytest.mark.capability("05-27", "05-28", "05-29", "05-37", "05-40")
-@pytest.mark.parametrize("name", TABLES)
-def test_arms_of_the_book_by_table_and_by_screws(name):
-    case = CASES[name]
-    theta, expected = case["input"]["theta"], case["expected"]
-    for arm in (mechanism_from_dh(rows_of(case), "modified"), TABLES[name]):
-        S_s, S_b, home = screws(arm)
-        np.testing.assert_allclose(home, expected["M"], **close(case))
-        np.testing.assert_allclose(S_s, expected["S"], **close(case))
-        np.testing.assert_allclose(S_b, expected.get("B", S_b), **close(case))
-        np.testing.assert_allclose(tip_pose(arm, theta), expected["T"], **close(case))
-    by_screws = mechanism_from_screws(expected["S"], expected["M"])
-    np.testing.assert_allclose(tip_pose(by_screws, theta), expected["T"], **close(case))
+def test_arms_of_the_book_by_table_and_by_screws():
+    for name, drawn in ARMS.items():
+        case = CASES[name]
+        theta, expected = case["input"]["theta"], case["expected"]
+        for arm in (mechanism_from_dh(rows_of(case), "modified"), drawn(case["input"])):
+            S_s, S_b, home = screws(arm)
+            np.testing.assert_allclose(home, expected["M"], **close(case))
+            np.testing.assert_allclose(S_s, expected["S"], **close(case))
+            if "B" in expected:
+                np.testing.assert_allclose(S_b, expected["B"], **close(case))
+            np.testing.assert_allclose(tip(arm, theta), expected["T"], **close(case))
+        by_screws = mechanism_from_screws(expected["S"], expected["M"])
+        np.testing.assert_allclose(tip(by_screws, theta), expected["T"], **close(case))
 
 
 @pytest.mark.capability("05-29")
@@ -98,32 +111,46 @@ def test_the_wrist_of_the_elbow_arm_is_zyz():
     case = CASES["c5-07-6R-elbow-fig5.7"]
     product = np.eye(4)
     for row, value in list(zip(rows_of(case), case["input"]["theta"], strict=True))[3:]:
-        product = product @ tip_pose(mechanism_from_dh([row], "modified"), [value])
+        product = product @ tip(mechanism_from_dh([row], "modified"), [value])
     np.testing.assert_allclose(product[:3, :3], case["expected"]["R36"], **close(case))
 
 
 @pytest.mark.capability("05-39", "05-44")
-@pytest.mark.parametrize("form", ["space", "body"])
-def test_rrprrr_of_figure_5_10(form):
+def test_rrprrr_of_figure_5_10():
     case = CASES["c5-09-RRPRRR-fig5.10"]
-    axes = case["input"]["S"] if form == "space" else case["expected"]["B"]
-    for arm in (mechanism_from_screws(axes, case["input"]["M"], form=form), textbook.rrprrr(0.5, 0.3)):
-        np.testing.assert_allclose(tip_pose(arm, case["input"]["theta"]), case["expected"]["T"], **close(case))
-        np.testing.assert_allclose(screws(arm).S_b, case["expected"]["B"], **close(case))
+    given, expected = case["input"], case["expected"]
+    arms = [
+        mechanism_from_screws(given["S"], given["M"], form="space"),
+        mechanism_from_screws(expected["B"], given["M"], form="body"),
+        textbook.rrprrr(given["L1"], given["L2"]),
+    ]
+    for arm in arms:
+        np.testing.assert_allclose(tip(arm, given["theta"]), expected["T"], **close(case))
+        np.testing.assert_allclose(screws(arm).S_b, expected["B"], **close(case))
+        det = np.linalg.det(Robot(arm).jacobian_space(given["theta"]))
+        np.testing.assert_allclose(det, expected["det_Js"], **close(case))
 
 
 @pytest.mark.capability("05-53", "05-54", "05-88")
-@pytest.mark.parametrize(
-    ("name", "arm"),
-    [
-        ("c6-01-Js-RRRP-fig6.2", textbook.scara_rrrp(0.2, 0.6, 0.4)),
-        ("c6-02-Js-RRPRRR-fig6.3", textbook.rrprrr_upright(0.5, 0.3)),
-    ],
-)
-def test_screws_of_the_arms_of_chapter_6(name, arm):
-    np.testing.assert_allclose(screws(arm).S_s, CASES[name]["input"]["S"], **close(CASES[name]))
-    if "M" in CASES[name]["input"]:
-        np.testing.assert_allclose(screws(arm).home, CASES[name]["input"]["M"], **close(CASES[name]))
+def test_screws_of_the_arms_of_chapter_6():
+    scara, upright = CASES["c6-01-Js-RRRP-fig6.2"], CASES["c6-02-Js-RRPRRR-fig6.3"]
+    given, expected = scara["input"], scara["expected"]
+    arm = textbook.scara_rrrp(0.2, given["L2"], given["L3"])
+    np.testing.assert_allclose(screws(arm).S_s, given["S"], **close(scara))
+    J = Robot(arm).jacobian_space(given["theta"])
+    np.testing.assert_allclose(J, expected["Js"], **close(scara))
+    np.testing.assert_allclose(np.linalg.det(J[2:]), expected["minor_rows3to6"], **close(scara))
+    straight = [given["theta"][0], 0.0, *given["theta"][2:]]
+    assert rank(Robot(arm), given["theta"]) == expected["rank"]
+    assert rank(Robot(arm), straight) == expected["rank_theta2_0"]
+    given, expected = upright["input"], upright["expected"]
+    arm = textbook.rrprrr_upright(given["L1"], given["L2"])
+    np.testing.assert_allclose(screws(arm).S_s, given["S"], **close(upright))
+    np.testing.assert_allclose(screws(arm).home, given["M"], **close(upright))
+    J = Robot(arm).jacobian_space(given["theta"])
+    np.testing.assert_allclose(J, expected["Js"], **close(upright))
+    np.testing.assert_allclose(np.linalg.det(J), expected["det"], **close(upright))
+    np.testing.assert_allclose(wrist_centre(J), expected["q_w"], **close(upright))
 
 
 @pytest.mark.capability("05-38", "05-45")
@@ -140,7 +167,7 @@ def test_6r_of_figure_5_9_in_space_and_body_form():
         [0, 1, 0, 0, 0, 0],
     ]
     np.testing.assert_allclose(screws(arm).S_b, S_b, atol=1e-15)
-    turned = tip_pose(arm, [0, 0, 0, np.pi / 2, 0, 0])
+    turned = tip(arm, [0, 0, 0, np.pi / 2, 0, 0])
     np.testing.assert_allclose(turned[:3, 3], [0, L, -2 * L], atol=1e-15)
 
 
@@ -148,3 +175,8 @@ def test_6r_of_figure_5_9_in_space_and_body_form():
 def test_every_arm_of_the_book_is_in_the_library():
     arms = {"planar2r", "planar3r", "spatial3r", "rrrp", "elbow6r", "arm6r", "rrprrr", "scara_rrrp", "rrprrr_upright"}
     assert arms <= set(library.names())
+
+
+def test_every_key_of_every_case_is_read(request):
+    del request  # an argument, so that the guard does not call itself
+    assert unread_after(globals(), CASES) == []

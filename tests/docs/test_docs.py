@@ -35,3 +35,8 @@ def test_map_is_current() -> None:
 def test_reliability_page_is_current() -> None:
     done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_reliability.py"), "--check"], check=False)
     assert done.returncode == 0, "run python docs/make_reliability.py"
+
+
+def test_mjcf_page_is_current() -> None:
+    done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_mjcf.py"), "--check"], check=False)
+    assert done.returncode == 0, "run python docs/make_mjcf.py"

@@ -25,6 +25,17 @@ DECLARED = {
 }
 MEMBERS = {
     "": lambda rng, shape: rng.standard_normal(shape),
+    **{
+        kind: lambda rng, shape: rng.standard_normal(shape)
+        for kind in (
+            "rotation_vector",
+            "exponential_coordinates",
+            "planar_coordinates",
+            "amount",
+            "duration",
+            "part_turn",
+        )
+    },
     "axis": lambda rng, shape: rng.standard_normal(shape),
     "quaternion": lambda rng, shape: rng.standard_normal(shape),
     "rotation": lambda rng, shape: rotation.random(rng),
@@ -89,6 +100,12 @@ def test_every_kind_of_member_has_its_sentence_in_both_languages():
         "unit_quaternion": (np.array([0.5, 0, 0, 0]), "by 0.5"),
         "quaternion": (np.zeros(4), "length zero"),
         "axis": (np.zeros(3), "no direction"),
+        "rotation_vector": (np.array([1e155, 0, 0]), "too long"),
+        "exponential_coordinates": (np.array([1e155, 0, 0, 0, 0, 0]), "too long"),
+        "planar_coordinates": (np.array([-1e155, 0, 0]), "too large"),
+        "amount": (np.array(1e155), "too large"),
+        "duration": (np.array(0.0), "duration is zero"),
+        "part_turn": (np.array(2 * np.pi), "whole number of turns"),
         "unit_screw": (np.zeros(6), "by 1"),
         "axis_triple": (np.ones((3, 3)), "unit vectors"),
         "planar_rotation": (2 * np.eye(2), "not a planar rotation"),

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.geometry import matrix_exponential, rotation
+from mafsil.geometry import matrix_exponential, planar, pose, quaternion, rotation, screw, twist
 from mafsil.geometry.logarithms import AxisAngle, ball_points, logarithms
 
 EPS = 2.0**-52
@@ -122,3 +122,29 @@ def test_log_undoes_exp(seed: int, theta: float, shape: tuple[int, ...]):
     w = np.random.default_rng(seed).standard_normal((*shape, 3))
     r = theta * w / np.linalg.norm(w, axis=-1, keepdims=True)
     assert np.abs(rotation.log(rotation.exp(r)) - r).max() <= 8 * EPS * theta + 5e-324
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "words"),
+    [
+        (rotation.exp, ([1e155, 0, 0],), "too long"),
+        (rotation.left_jacobian, ([0, 1e155, 0],), "too long"),
+        (pose.exp, ([1e155, 0, 0, 0, 0, 0],), "too long"),
+        (planar.exp, ([1e155, 0, 0],), "too large"),
+        (quaternion.exp, ([0, 0, 1e200],), "too long"),
+        (screw.displacement, ([0, 0, 1, 0, 0, 0], 1e155), "too large"),
+        (screw.integral_inverse, ([0, 0, 1], 0.0), "whole number of turns"),
+        (screw.integral_inverse, ([0, 0, 1], 4 * np.pi), "whole number of turns"),
+        (twist.mean_angular_velocity, (np.eye(3), np.eye(3), 0.0), "duration is zero"),
+        (twist.mean_space_twist, (np.eye(4), np.eye(4), [1.0, 0.0]), r"duration\[1\]: the duration is zero"),
+    ],
+)
+def test_finite_numbers_never_become_infinite_in_silence(function, arguments, words):
+    with pytest.raises(InputError, match=words):
+        function(*arguments)
+
+
+def test_rows_of_nan_stay_in_their_rows():
+    R = rotation.exp([[0.1, 0, 0], [np.nan] * 3, [0, 1e149, 0]])
+    assert np.isnan(R[1]).all()
+    assert np.isfinite(R[[0, 2]]).all()

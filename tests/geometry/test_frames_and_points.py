@@ -59,6 +59,81 @@ def test_fit_of_point_sets():
     assert np.abs(points.fit(flat, pose.act(T.array, flat)) - T.array).max() < 1e-13
 
 
+TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+@pytest.mark.capability("04-122", "04-83")
+def test_a_mirror_image_is_no_rigid_motion():
+    image = TETRAHEDRON * [1, 1, -1] + [0.3, 0, 0]
+    assert points.rigidity_residual(TETRAHEDRON, image) < 1e-15
+    found = points.rigid_motion(TETRAHEDRON, image)
+    assert not found
+    assert found.mirrored
+    assert found.residual > 0.5
+    assert "mirror" in found.explain("en")
+    assert found.explain("ar") != found.explain("en")
+    with pytest.raises(InputError, match="mirror"):
+        points.fit(TETRAHEDRON, image)
+    with pytest.raises(InputError, match=r"points\[1\]: the second set is a mirror"):
+        points.fit(np.stack([TETRAHEDRON] * 2), np.stack([TETRAHEDRON, image]))
+    flat = TETRAHEDRON[:3]
+    assert points.rigid_motion(flat, flat * [1, -1, 1]), "in a plane the image is a half turn away"
+
+
+@pytest.mark.capability("04-122")
+def test_verdicts_of_rigid_motion():
+    rng = np.random.default_rng(4)
+    T = random_pose(rng)
+    moved = pose.act(T.array, TETRAHEDRON)
+    found = points.rigid_motion(TETRAHEDRON, moved)
+    assert found
+    assert not found.mirrored
+    np.testing.assert_allclose(found.T, T.array, atol=1e-14)
+    bent = moved + np.array([[0, 0, 0], [0, 0, 1e-3], [0, 0, 0], [0, 0, 0]])
+    assert not points.rigid_motion(TETRAHEDRON, bent)
+    assert not points.rigid_motion(TETRAHEDRON, bent).mirrored
+    assert points.rigid_motion(TETRAHEDRON, bent, tolerance=2e-3)
+    line = [[0, 0, 0], [1, 0, 0], [3, 0, 0]]
+    assert points.rigid_motion(line, line)
+    assert points.rigid_motion(line, line).T is None
+    assert not points.rigid_motion(line, [[0, 0, 0], [1, 0, 0], [2, 0, 0]])
+
+
+def test_a_fit_needs_points_that_tell_the_turn():
+    for few in ([[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[1.0, 2, 3]] * 4):
+        with pytest.raises(InputError, match="on one line"):
+            points.fit(few, few)
+    with pytest.raises(InputError, match="shape"):
+        points.fit(TETRAHEDRON, TETRAHEDRON[:3])
+    rng = np.random.default_rng(0)
+    plate = rng.uniform(-1, 1, (300, 6, 3)) * [1, 1, 0]
+    noisy = plate + 1e-4 * rng.standard_normal(plate.shape)
+    assert np.abs(points.fit(plate + 1e-4 * rng.standard_normal(plate.shape), noisy) - np.eye(4)).max() < 0.01
+
+
+def test_the_constructor_of_a_graph_refuses_contradictions():
+    A, B = Pose.translation([0, 0, 0], ("a", "b")), Pose.translation([1, 0, 0], ("a", "b"))
+    for edges in ((A, B), (B, A), (A, B.inverse())):
+        with pytest.raises(InputError, match="contradicts"):
+            FrameGraph(edges)
+    T_cd, T_bc = Pose.translation([0, 1, 0], ("c", "d")), Pose.translation([0, 0, 2], ("b", "c"))
+    graph = FrameGraph((A, T_cd, T_bc, Pose.translation([0, 1, 2], ("a", "d"))))
+    np.testing.assert_allclose(graph.pose("a", "d").origin, [0, 1, 2])
+    with pytest.raises(InputError, match="T_ad contradicts"):
+        FrameGraph((A, T_cd, T_bc, Pose.translation([0, 1, 3], ("a", "d"))))
+    with pytest.raises(InputError, match="letters"):
+        FrameGraph((Pose.identity(),))
+
+
+@pytest.mark.capability("04-86")
+def test_a_loop_that_does_not_close_says_by_how_much():
+    slack = Pose.exp([0, 0, 4e-7, 0, 0, 0], ("c", "a"))
+    T_ab, T_bc = Pose.identity(("a", "b")), Pose.translation([3e-7, 0, 0], ("b", "c"))
+    angle, distance = FrameGraph((T_ab, T_bc, slack)).loop_residual(("a", "b", "c"))
+    assert angle == pytest.approx(4e-7, rel=1e-6)
+    assert distance == pytest.approx(3e-7, rel=1e-6)
+
+
 @pytest.mark.capability("04-4", "04-5", "04-6", "04-8")
 def test_points_and_free_vectors_with_frame_and_unit():
     rng = np.random.default_rng(3)

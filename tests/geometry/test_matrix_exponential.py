@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -12,10 +13,15 @@ from mafsil.geometry import matrix_exponential as me
 @pytest.mark.capability("04-51")
 def test_scalar_equation():
     assert me.solution([[-0.7]], [2.0], 1.5)[0] == pytest.approx(2 * np.exp(-0.7 * 1.5), rel=1e-15)
-    for terms in (3, 6, 12):
-        partial = sum(np.exp(0) * (-0.7 * 1.5) ** k / np.prod(np.arange(1.0, k + 1)) for k in range(terms))
-        short = me.series([[-0.7]], 1.5, tolerance=abs(partial - np.exp(-1.05)) * 1.2)
-        assert short.terms <= terms + 1
+    for terms in (1, 3, 6, 12):
+        partial = sum((-0.7 * 1.5) ** k / np.prod(np.arange(1.0, k + 1)) for k in range(terms))
+        short = me.series([[-0.7]], 1.5, terms=terms)
+        assert short.terms == terms
+        assert short.value[0, 0] == pytest.approx(partial, rel=1e-15)
+        assert abs(partial - np.exp(-1.05)) <= short.bound
+    assert me.series([[-3.0]], terms=2).rest == np.inf
+    with pytest.raises(InputError, match="terms"):
+        me.series([[1.0]], terms=0)
 
 
 @pytest.mark.capability("04-52", "04-53", "04-54", "04-57")
@@ -25,7 +31,8 @@ def test_roads_agree_on_random_matrices():
         A = rng.standard_normal((n, n))
         exact = me.exponential(A, 0.8)
         summed = me.series(A, 0.8)
-        assert summed.bound <= 1e-15
+        assert summed.rest <= 1e-15
+        assert np.linalg.norm(summed.value - exact, 2) <= summed.bound + 1e-14
         assert np.abs(summed.value - exact).max() < 1e-13
         assert np.abs(me.by_characteristic_polynomial(A, 0.8) - exact).max() < 1e-11
         value, condition = me.by_similarity(A, 0.8)
@@ -38,9 +45,24 @@ def test_truncation_bound_holds():
     A = np.random.default_rng(1).standard_normal((4, 4))
     for tolerance in (1e-2, 1e-5, 1e-9):
         summed = me.series(A, 1.0, tolerance)
-        assert np.linalg.norm(summed.value - me.exponential(A), 2) <= summed.bound <= tolerance
+        assert np.linalg.norm(summed.value - me.exponential(A), 2) <= summed.bound
+        assert summed.rest <= tolerance
     with pytest.raises(InputError, match="4 terms of the series reach only"):
         me.series(A, 10.0, most=4)
+
+
+@pytest.mark.capability("04-53")
+@pytest.mark.parametrize("a", [-30.0, -20.0, -3.0, 5.0, 30.0])
+def test_the_bound_counts_rounding_too(a):
+    """At -30 the largest term is 1e12 and the sum 1e-13: what is left is rounding, and the bound must say so."""
+    mpmath.mp.dps = 50
+    for A in ([[a]], [[a, 1.0], [0.0, a / 2]], np.diag([a, -a])):
+        for t in (1.0, 0.7):
+            summed = me.series(A, t)
+            true = mpmath.expm(mpmath.matrix(np.asarray(A).tolist()) * mpmath.mpf(t), method="taylor")
+            wrong = np.array((mpmath.matrix(summed.value.tolist()) - true).tolist(), dtype=float)
+            assert np.linalg.norm(wrong, 2) <= summed.bound
+    assert me.series([[1.0]]).bound < 1e-14, "where nothing cancels the bound is small"
 
 
 @pytest.mark.capability("04-55", "04-56")

@@ -109,7 +109,7 @@ def test_batches_are_the_single_answers(name):
     for i, X in enumerate(T):
         index = divmod(i, 10)
         if i == 6:
-            assert batch.status(*index) is Verdict.NOT_A_POSE
+            assert batch.status[index] is Verdict.NOT_A_POSE
             assert batch.count[index] == 0
             with pytest.raises(InputError, match="not a pose"):
                 batch[index]
@@ -118,7 +118,7 @@ def test_batches_are_the_single_answers(name):
         rows = batch.q[index][batch.valid[index]]
         assert len(rows) == len(one) == batch.count[index]
         assert all(apart(one.q, row).min() < 1e-6 for row in rows) or one.families
-        assert batch.status(*index) is one.status
+        assert batch.status[index] is one.status
         assert batch.solved[index] == one.within.any()
         assert len(batch[index]) == len(one)
         for k in np.flatnonzero(batch.valid[index]):

@@ -38,7 +38,7 @@ def test_rows_that_are_no_pose_or_out_of_reach_keep_their_places(arm):
     T[1] = np.nan
     T[2, :3, 3] = 50.0
     batch = mf.inverse_kinematics(arm, T)
-    assert [batch.status(i) for i in range(4)] == [
+    assert [batch.status[i] for i in range(4)] == [
         Verdict.SOLVED,
         Verdict.NOT_A_POSE,
         Verdict.OUT_OF_REACH,

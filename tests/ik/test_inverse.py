@@ -218,7 +218,7 @@ def test_out_of_reach_says_by_how_much():
     assert not answer
     assert answer.complete
     assert answer.facts["shortfall"] == pytest.approx(0.25, abs=1e-6)
-    assert "out of reach by 0.25" in answer.explain("en")
+    assert "out of reach by 250 mm" in answer.explain("en")
     assert answer.explain("ar")
     np.testing.assert_allclose(answer.T_nearest, robot.forward_kinematics(answer.q_nearest))
 

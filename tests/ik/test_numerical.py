@@ -75,7 +75,7 @@ def test_out_of_reach_is_proven_and_the_nearest_pose_given(panda):
     T = np.eye(4)
     T[:3, 3] = [0.0, 5.0, 0.5]
     answer = solve_ik(panda, T)
-    assert answer.status() is IKStatus.OUT_OF_REACH
+    assert answer.status is IKStatus.OUT_OF_REACH
     assert answer.distance > answer.reach
     # The nearest configuration stretches towards the pose.
     assert answer.T_reached[1, 3] > 0.5
@@ -103,11 +103,11 @@ def test_beyond_limits_names_the_joint(panda):
     stiff = mf.Robot(replace(panda.mechanism, joints=joints))
     T = panda.forward_kinematics(np.array([0.0, 0.3, 0.0, -2.5, 0.0, 2.0, 0.0]))
     answer = solve_ik(stiff, T, restarts=15)
-    assert answer.status() is IKStatus.BEYOND_LIMITS
+    assert answer.status is IKStatus.BEYOND_LIMITS
     assert str(answer.worst_joint) in answer.explain(language="en")
     assert str(answer.worst_joint) in answer.explain(language="ar")
     assert (answer.q >= stiff.limits.lower).all()
-    assert solve_ik(stiff, T, limits=False).status() is IKStatus.SOLVED
+    assert solve_ik(stiff, T, limits=False).status is IKStatus.SOLVED
 
 
 def test_budget_spent_says_it_proves_nothing(panda):
@@ -116,7 +116,7 @@ def test_budget_spent_says_it_proves_nothing(panda):
     missed = ~answer.solved
     assert 0 < missed.sum() < 200
     k = int(np.flatnonzero(missed)[0])
-    assert answer.status(k) in (IKStatus.BUDGET_SPENT, IKStatus.BEYOND_LIMITS)
+    assert answer.status[k] in (IKStatus.BUDGET_SPENT, IKStatus.BEYOND_LIMITS)
     assert answer.residual[k] > 1e-10
     for language in ("en", "ar"):
         assert IKStatus.BUDGET_SPENT.sentence(
@@ -135,7 +135,7 @@ def test_bad_rows_are_marked_and_touch_no_others(panda):
     spoilt[5] = np.inf
     answer = solve_ik(panda, spoilt)
     bad = [1, 2, 3, 4, 5]
-    assert all(answer.status(k) is IKStatus.NOT_A_POSE for k in bad)
+    assert all(answer.status[k] is IKStatus.NOT_A_POSE for k in bad)
     assert np.isnan(answer.q[bad]).all()
     assert "not a pose" in answer.explain(1, language="en")
     assert answer.explain(1, language="ar")

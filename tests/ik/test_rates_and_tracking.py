@@ -75,7 +75,7 @@ def test_priorities_are_strict(iiwa):
 
 
 WRONG = {
-    "robot": (lambda r, q, T: joint_rates("iiwa7", q, np.ones(6)), "robot"),
+    "robot": (lambda r, q, T: joint_rates(7, q, np.ones(6)), "robot"),
     "rows": (lambda r, q, T: joint_rates(r, q, np.ones(1), rows=[6]), "rows"),
     "no rows": (lambda r, q, T: bounded_rates(r, q, np.ones(0), rows=[]), "rows"),
     "rows twice": (lambda r, q, T: joint_rates(r, q, np.ones(2), rows=[1, 1]), "rows"),
@@ -88,13 +88,13 @@ WRONG = {
     "no Jacobian": (lambda r, q, T: prioritised_rates(r, q, [(np.eye(6), np.ones(6))]), "tasks"),
     "twist": (lambda r, q, T: integrate_rates(r, q, None, 1.0, 0.1), "twist"),
     "steps": (lambda r, q, T: integrate_rates(r, q, lambda t, x: np.ones(6), 1e300, 1e-300), "duration"),
-    "newton's robot": (lambda r, q, T: newton_ik("iiwa7", T, q), "robot"),
+    "newton's robot": (lambda r, q, T: newton_ik(7, T, q), "robot"),
     "newton's batch": (lambda r, q, T: newton_ik(r, np.stack([T, T]), q), "T_sd"),
     "newton's start": (lambda r, q, T: newton_ik(r, T, np.stack([q, q])), "start"),
     "newton's steps": (lambda r, q, T: newton_ik(r, T, q, max_steps=-1), "max_steps"),
     "newton's tolerance": (lambda r, q, T: newton_ik(r, T, q, rotation_tolerance=0.0), "rotation_tolerance"),
     "newton's damping": (lambda r, q, T: newton_ik(r, T, q, damping=-1.0), "damping"),
-    "track's robot": (lambda r, q, T: track("iiwa7", T[None], q), "robot"),
+    "track's robot": (lambda r, q, T: track(7, T[None], q), "robot"),
     "one pose": (lambda r, q, T: track(r, T, q), "T_path"),
     "no number": (lambda r, q, T: track(r, np.stack([T, T * np.nan]), q), "T_path"),
     "no pose": (lambda r, q, T: track(r, np.stack([T, T * [2, 2, 2, 1]]), q), r"T_path\[1\]"),

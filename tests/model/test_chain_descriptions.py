@@ -229,8 +229,8 @@ def test_hayati_stays_small_where_denavit_hartenberg_runs_away():
     [
         (lambda: hayati_parameters(rotation_x(np.pi / 2)), ModelError, "dh.hayati"),
         (lambda: locked(library.load("rrrp"), {"elbow": 0.0}), ModelError, "dh.lock_unknown"),
-        (lambda: locked(_mimic(), {"one": 0.0}), ModelError, "dh.lock_mimic"),
-        (lambda: locked(_mimic(), {"two": 0.0}), ModelError, "dh.lock_mimic"),
+        (lambda: locked(_mimic(), {"one": float("nan")}), InputError, "input.finite"),
+        (lambda: locked(_mimic(), {"one": 0.0, "two": 9.0}), ModelError, "dh.lock_contradiction"),
         (lambda: local_screws(_mimic()), ModelError, "screws.mimic"),
         (lambda: mechanism_from_local_screws([np.eye(4)], np.eye(6)[:2]), ModelError, "serial.length"),
         (lambda: rezeroed(library.load("rrrp"), [0.0]), InputError, "input.shape"),

@@ -5,18 +5,23 @@ from __future__ import annotations
 import string
 
 from mafsil.messages import keys, template
-from mafsil.model import mjcf, urdf
+from mafsil.model import mjcf, sdf, urdf
 from mafsil.model.faults import FAULTS
 from tests.model.mjcf.hostile_models import CASES as MJCF_CASES
+from tests.model.sdf.test_sdf import HOSTILE as SDF_CASES
 from tests.model.urdf.hostile_files import CASES as URDF_CASES
+from tests.model.xacro.hostile_xacros import CASES as XACRO_CASES
 
-ELSEWHERE = {"F0101", "F0102", "F0103", "M0704"}
-"""Faults of files on disk, raised in test_robot_file_source.py and test_hostile_models.py."""
+ELSEWHERE = {"F0101", "F0102", "F0103", "M0704", "F0138", "X1114", "X1119", "X1121", "D1205", "D1207", "T1301"}
+"""Faults of files on disk, raised in test_robot_file_source.py, test_hostile_models.py, test_xacro.py
+and test_sdf.py."""
 
 
 def test_every_fault_is_raised() -> None:
     raised = {code for case in URDF_CASES for code in urdf.diagnose(case.data).codes}
     raised |= {code for case in MJCF_CASES for code in mjcf.diagnose(case.data).codes}
+    raised |= {code for case in XACRO_CASES for code in urdf.diagnose(case.data).codes}
+    raised |= {code for text in SDF_CASES.values() for code in sdf.diagnose(text).codes}
     assert raised | ELSEWHERE == set(FAULTS)
 
 
@@ -24,6 +29,6 @@ def test_every_fault_has_its_sentence_and_no_sentence_is_left_over() -> None:
     named = {fault.key.partition(".")[2] for fault in FAULTS.values()}
     for language in ("en", "ar"):
         others = {key for key in keys(language, "robotfile") if not key.startswith("repair_")}
-        assert others == named | {"refused", "not_regular"}
+        assert others == named | {"refused", "not_regular", "perhaps"}
         for key in named:
             assert list(string.Formatter().parse(template(f"robotfile.{key}", language)))

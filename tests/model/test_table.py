@@ -176,7 +176,7 @@ FAULTS = [
     ("[[joint]]\na = 1", "table.form", 1),
     ('convention = "craig"\n[[joint]]', "table.form", 1),
     (ROW + "a = 1\n\n[[joint]]\n# elbow\nalpha = 'half'", "table.form", 7),
-    (ROW + "a = 1\nbeta = 2", "table.form", 4),
+    (ROW + "a = 1\nbeta = 2", "table.unknown_close", 4),
     (ROW + "limits = { lower = 'no' }", "table.form", 3),
     (ROW + "[joint.limits]\nlower = 1\nupper = 'no'", "table.form", 5),
     (ROW + "inertial = { mass = -1.0 }", "table.form", 3),

@@ -45,17 +45,22 @@ class PinocchioFileOracle:
         pin.computeJointJacobians(model, data, x)
         pin.updateFramePlacements(model, data)
         base = np.linalg.inv(data.oMf[self.links[0]].homogeneous)
-        upper = np.triu(pin.crba(model, data, x))
+        upper = np.triu(np.reshape(pin.crba(model, data, x), (model.nv, model.nv)))
         M = (upper + np.triu(upper, 1).T)[np.ix_(self.v_at, self.v_at)]
         poses = np.array([base @ data.oMf[k].homogeneous for k in self.links])
         return {
             "link_poses": poses,
             "forward_kinematics": poses[self.links.index(self.tip)],
-            "jacobian_body": pin.getFrameJacobian(model, data, self.tip, pin.LOCAL)[MOTION_ORDER][:, self.v_at] @ B,
+            "jacobian_body": self._tip_jacobian()[:, self.v_at] @ B,
             "mass_matrix": B.T @ M @ B,
             "inverse_dynamics": B.T @ pin.rnea(model, data, x, xd, xdd)[self.v_at],
             "gravity_torque": B.T @ pin.computeGeneralizedGravity(model, data, x)[self.v_at],
         }
+
+    def _tip_jacobian(self) -> Floats:
+        """(6, nv) with omega first; a single column comes as a vector."""
+        J = pin.getFrameJacobian(self.model, self.data, self.tip, pin.LOCAL)
+        return np.reshape(J, (6, self.model.nv))[MOTION_ORDER]
 
     def _configuration(self, values: Floats) -> Floats:
         """Continuous joints are (cos, sin) there."""

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from mafsil.errors import FileError, ModelError
-from mafsil.model import mjcf, urdf
+from mafsil.model import mjcf, sdf, urdf
 from mafsil.model.diagnostics import Report
 from mafsil.model.faults import TOO_BIG
 from tests.reliability import figures
@@ -131,7 +131,7 @@ def _repair(reader: object, data: bytes) -> bool:
     return reader.diagnose(text).ok
 
 
-READERS = {"urdf": urdf, "mjcf": mjcf}
+READERS = {"urdf": urdf, "mjcf": mjcf, "xacro": urdf, "sdf": sdf}
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--child"]:

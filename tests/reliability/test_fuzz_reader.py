@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.model import mjcf, urdf
+from mafsil.model import mjcf, sdf, urdf
 from tests.reliability import fuzz_reader
 from tests.reliability.model_invariants import violations
 from tests.reliability.robot_files import SEEDS
@@ -28,7 +28,7 @@ def test_damaged_files() -> None:
 @settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=300))
 def test_any_bytes(data: bytes) -> None:
-    for reader in (urdf, mjcf):
+    for reader in (urdf, mjcf, sdf):
         assert not reader.diagnose(data).ok
 
 
@@ -37,7 +37,7 @@ def test_any_bytes(data: bytes) -> None:
 @given(st.sampled_from(sorted(SEEDS)), st.data())
 def test_any_text_as_any_value(kind: str, data: st.DataObject) -> None:
     """One attribute of a sound file gets any text at all."""
-    reader = {"urdf": urdf, "mjcf": mjcf}[kind]
+    reader = fuzz_reader.READERS[kind]
     pieces = data.draw(st.sampled_from(SEEDS[kind])).decode().split('"')
     where = 2 * data.draw(st.integers(0, len(pieces) // 2 - 1)) + 1
     pieces[where] = data.draw(st.text(max_size=20))

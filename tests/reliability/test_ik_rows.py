@@ -7,7 +7,15 @@ import pytest
 
 from mafsil.ik import inverse_kinematics
 from mafsil.ik.chain import chain_of
-from tests.reliability import ik_complete, ik_eaik, ik_numerical, ik_offset_wrists, ik_singular, ik_unreachable
+from tests.reliability import (
+    ik_complete,
+    ik_eaik,
+    ik_numerical,
+    ik_offset_wrists,
+    ik_round_trip,
+    ik_singular,
+    ik_unreachable,
+)
 from tests.reliability.arm_families import forward
 from tests.reliability.ik_arms import ARMS, arm
 
@@ -88,4 +96,16 @@ def test_what_cannot_be_reached_is_said_so() -> None:
     found = ik_unreachable.work(seed=3, cases=2000)
     assert found["cases"] >= 1900
     assert found["rank_4"] > 0
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R16")
+@pytest.mark.parametrize("name", ["puma560", "iiwa7", "planar3r", "erd/panda", "erd/so101", "erd/talos_left_arm"])
+def test_reachable_poses_are_never_answered_no(name: str) -> None:
+    known = ik_round_trip.sources()
+    if name not in known:
+        pytest.skip("example-robot-data is not installed")
+    found = ik_round_trip.work({name: known[name]}, seed=3, poses=21, most=1)
+    assert found["poses"] == 21
+    assert found["solutions"] >= 21
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}

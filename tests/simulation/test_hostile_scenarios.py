@@ -56,7 +56,7 @@ def test_too_much_is_refused_before_memory_is_taken(options):
         lambda: load(None),
         lambda: load(b"panda"),
         lambda: computed_torque(None),
-        lambda: gravity_compensation("panda", 1, 1),
+        lambda: gravity_compensation(7, 1, 1),
         lambda: sequence(3),
     ],
 )

@@ -58,6 +58,36 @@ def axis_triple(axes: ca.SX) -> ca.SX:
     return ca.sqrt(total)
 
 
+def rotation_vector(r: ca.SX) -> ca.SX:
+    """Square of the length of three numbers; infinite where it overflows."""
+    return ca.dot(r, r)
+
+
+def exponential_coordinates(V: ca.SX) -> ca.SX:
+    """That of the angular half of six numbers (omega, v)."""
+    return rotation_vector(angular(V))
+
+
+def planar_coordinates(V: ca.SX) -> ca.SX:
+    """That of the angle of three numbers (omega, v_x, v_y)."""
+    return V[0] ** 2
+
+
+def amount(x: ca.SX) -> ca.SX:
+    """Square of one number, an angle or a length."""
+    return x**2
+
+
+def duration(t: ca.SX) -> ca.SX:
+    """What a velocity over this time is multiplied by, 1 / |t|: infinite at zero."""
+    return 1 / ca.fabs(t)
+
+
+def part_turn(theta: ca.SX) -> ca.SX:
+    """How much of an angle's digits is lost where it is a whole number of turns, none included: infinite there."""
+    return (1 + ca.fabs(theta)) / ca.fabs(ca.sin(theta / 2))
+
+
 def planar_rotation(R: ca.SX) -> ca.SX:
     """Frobenius norm of R'R - I of a (2, 2) matrix; infinite where det R <= 0."""
     a, b = R[:, 0], R[:, 1]
@@ -78,6 +108,12 @@ MEASURES: dict[str, Callable[[ca.SX], ca.SX]] = {
     "quaternion": quaternion,
     "unit_screw": unit_screw,
     "axis_triple": axis_triple,
+    "rotation_vector": rotation_vector,
+    "exponential_coordinates": exponential_coordinates,
+    "planar_coordinates": planar_coordinates,
+    "amount": amount,
+    "duration": duration,
+    "part_turn": part_turn,
     "planar_rotation": planar_rotation,
     "planar_pose": planar_pose,
 }

@@ -8,6 +8,10 @@ SKEW = 1e-6
 """Largest norm of the symmetric part of R'Rdot, over the norm of Rdot, at which Rdot counts as a velocity of R."""
 TRANSLATION = 1e-12
 """Angle [rad] below which a displacement counts as a translation when its screw axis is asked for."""
+SQUARE = 1e300
+"""Largest square of an angle, so that nothing overflows on the way to its sine."""
+WHOLE_TURNS = 1e15
+"""Largest (1 + |theta|) / |sin(theta / 2)| at which an angle is told from a whole number of turns."""
 
 LIMITS: dict[str, float] = {
     "rotation": ROTATION,
@@ -19,5 +23,11 @@ LIMITS: dict[str, float] = {
     "unit_screw": UNIT,
     "axis": 0.0,
     "quaternion": 0.0,
+    "rotation_vector": SQUARE,
+    "exponential_coordinates": SQUARE,
+    "planar_coordinates": SQUARE,
+    "amount": SQUARE,
+    "duration": SQUARE,
+    "part_turn": WHOLE_TURNS,
 }
 """Largest measure (`mafsil.algebra.membership`) of every kind of member."""

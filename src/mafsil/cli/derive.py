@@ -58,8 +58,7 @@ def derive(what: str, robot: str, tip: str | None, format: str | None, out: str 
     Raises:
         MafsilError: no such robot, an arm without a table (helical or mimic joints), a file that cannot be written.
     """
-    mechanism = load_mechanism(robot)
-    derivation = _DERIVE[what](mechanism if tip is None else mechanism.with_tip(tip))
+    derivation = _DERIVE[what](load_mechanism(robot, tip=tip))
     kind = format or _ENDINGS.get(Path(out or "").suffix.lower(), "text")
     text = _WRITE[kind](derivation)
     data = _data(derivation)

@@ -13,18 +13,21 @@ from mafsil.model.lint import mend
 from mafsil.model.repairing import Change
 
 
-def lint(robot: str, fix: str | None) -> Answer:
+def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
     """The remarks about a description; with `fix` a corrected copy and the list of what was changed.
+
+    The answer is a refusal where errors remain in the corrected copy, or where a change is a guess.
 
     Args:
         robot: name or file.
         fix: the file to write the corrected URDF to, or None.
+        only: codes of the repairs to carry out, instead of those of all errors.
 
     Raises:
-        MafsilError: no such robot or file, `fix` for another format than URDF, a file that cannot be written.
+        MafsilError: no such robot, file or code, `fix` for another format than URDF, a file that cannot be written.
     """
     report = linted(robot)
-    data = {
+    data: dict[str, object] = {
         "source": report.source,
         "ok": not report.errors,
         "diagnostics": [item.as_dict() for item in report],
@@ -33,11 +36,15 @@ def lint(robot: str, fix: str | None) -> Answer:
     if fix is None:
         refusal = say("lint.refused", robot=report.source, errors=len(report.errors)) if report.errors else None
         return Answer(data, tuple(lines), refusal)
-    text, changes = mend(robot)
+    text, changes = mend(robot, only=only or ())
     _write(Path(fix), text)
     data["fixed"] = fix
     data["changes"] = [{code: change.sentence(code) for code in ("en", "ar")} for change in changes]
-    return Answer(data, (*lines, "", *_changed(fix, changes)))
+    remaining, guesses = len(linted(Path(fix)).errors), sum(change.repair.guess for change in changes)
+    data["remaining_errors"] = remaining
+    refusal = say("lint.guessed", path=fix, count=guesses) if guesses else None
+    refusal = say("lint.remain", path=fix, errors=remaining) if remaining else refusal
+    return Answer(data, (*lines, "", *_changed(fix, changes)), refusal)
 
 
 def _line(item: Diagnostic) -> str:

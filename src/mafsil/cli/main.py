@@ -9,6 +9,7 @@ import sys
 import warnings
 from contextlib import AbstractContextManager, nullcontext
 from math import isfinite
+from os import PathLike
 from typing import Any, cast
 
 from mafsil import __version__
@@ -85,9 +86,24 @@ def _run(words: list[str]) -> int:
     if name is None:
         grammar.print_help()
         return DONE
+    if (words_of_xacro := given.pop("xacro_arg", None)) is not None:
+        given["robot"] = _with_arguments(given["robot"], words_of_xacro)
     answer = operation(name)(**given)
     _print(answer, as_json=bool(as_json))
     return DONE if answer.refusal is None else FAILED
+
+
+def _with_arguments(robot: str, words: list[str]) -> PathLike[str]:
+    """A robot file with the arguments of its xacro, each `name:=value` or `name=value`."""
+    from mafsil.model.loading import RobotFile
+
+    given: dict[str, object] = {}
+    for word in words:
+        name, sign, value = word.partition(":=") if ":=" in word else word.partition("=")
+        if not sign or not name.strip():
+            raise InputError("cli.xacro_word", word=word)
+        given[name.strip()] = value
+    return RobotFile(robot, given)
 
 
 def _notices(words: list[str]) -> AbstractContextManager[None]:

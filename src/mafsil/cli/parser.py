@@ -94,6 +94,11 @@ def _add_parameters(command: Parser, operation: Operation) -> None:
         words = _escaped(say(operation.parameter_key(parameter)))
         flag = parameter.name if parameter.positional else "--" + parameter.name.replace("_", "-")
         command.add_argument(flag, help=words, **_rules(parameter))
+    if any(parameter.name == "robot" for parameter in operation.parameters):
+        words = _escaped(say("cli.xacro_arg"))
+        command.add_argument(
+            "--xacro-arg", action="append", metavar="NAME:=VALUE", default=argparse.SUPPRESS, help=words
+        )
 
 
 def _rules(parameter: Parameter) -> dict[str, Any]:

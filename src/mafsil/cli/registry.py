@@ -100,7 +100,11 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("picture", "path"),
         ),
     ),
-    Operation("lint", "mafsil.cli.lint:lint", (_ROBOT, Parameter("fix", "path"))),
+    Operation(
+        "lint",
+        "mafsil.cli.lint:lint",
+        (_ROBOT, Parameter("fix", "path"), Parameter("only", "text", many=True, metavar="CODE")),
+    ),
     Operation(
         "verify",
         "mafsil.cli.verify:verify",

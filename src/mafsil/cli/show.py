@@ -32,8 +32,7 @@ def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Ans
     """
     if picture is not None and Path(picture).suffix.lower() not in PICTURES:
         raise InputError("cli.picture_kind", path=picture, known=", ".join(PICTURES))
-    mechanism = load_mechanism(robot)
-    mechanism = mechanism if tip is None else mechanism.with_tip(tip)
+    mechanism = load_mechanism(robot, tip=tip)
     remarks = _diagnostics(robot)
     data = _data(mechanism, remarks)
     lines = [*_summary(mechanism), *_joints(mechanism, degrees), *_masses(mechanism), *_screws(mechanism)]

@@ -10,7 +10,7 @@ from mafsil.arrays import JointVector, require_kind
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
 
@@ -50,6 +50,7 @@ class _WithIntegral:
         return self._law.session(period)
 
 
+@of_robot
 def computed_torque(
     robot: Robot, *, natural_frequency: ArrayLike = 20.0, damping_ratio: ArrayLike = 1.0, integral: ArrayLike = 0.0
 ) -> ComputedTorque:

@@ -10,7 +10,7 @@ from mafsil.arrays import JointVector, require_kind
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
 
@@ -77,6 +77,7 @@ def pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) -> Join
     return JointFeedback(Gains.of(n, kp, kd, ki))
 
 
+@of_robot
 def gravity_compensation(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> JointFeedback:
     """PD (or PID) of every joint plus the model's gravity: globally stable at a set point.
 
@@ -90,6 +91,7 @@ def gravity_compensation(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLi
     return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot)
 
 
+@of_robot
 def feedforward(robot: Robot) -> Feedforward:
     """The efforts that the model needs for the reference; combine it with a feedback law.
 

@@ -25,6 +25,7 @@ from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of, me
 from mafsil.model.dh_frames import tables_of_screws
 from mafsil.model.dh_from_axes import classic_from_modified
 from mafsil.model.exponentials import screws
+from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.placement import checked_pose
 
 Rows: TypeAlias = tuple[DHRow, ...]
@@ -80,7 +81,7 @@ def _transform(row: DHRow, convention: Convention) -> PoseMatrix:
 
 def check_dh(
     rows: Sequence[DHRow],
-    mechanism: Mechanism,
+    mechanism: RobotLike,
     convention: Convention | str = "modified",
     *,
     base: ArrayLike | None = None,
@@ -101,6 +102,7 @@ def check_dh(
         InputError: another number of rows.
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
+    mechanism = as_mechanism(mechanism)
     wanted = convention_of(convention)
     mechanism_from_dh(rows, wanted)
     given: Rows = tuple(rows)

@@ -16,6 +16,7 @@ from mafsil.derivation.formula_text import evaluate, parsed
 from mafsil.derivation.review import Finding, Review, Slip, shown
 from mafsil.errors import InputError, ModelError
 from mafsil.model import Mechanism
+from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.robot import Robot
 
 Kind: TypeAlias = Literal["space", "body", "tip"]
@@ -52,7 +53,7 @@ class _Truth:
 
 def check_jacobian(
     J: ArrayLike | Sequence[Sequence[str]],
-    mechanism: Mechanism,
+    mechanism: RobotLike,
     q: ArrayLike | None = None,
     kind: Kind = "space",
     *,
@@ -73,6 +74,7 @@ def check_jacobian(
     Raises:
         InputError: another shape, numbers without q, a formula that cannot be read, an unknown kind.
     """
+    mechanism = as_mechanism(mechanism)
     if kind not in KINDS:
         raise InputError("derivation.form", value=kind, known=", ".join(KINDS))
     if _is_text(J):

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector6, gate
 from mafsil.derivation.review import Finding, Review, Slip, shown
 from mafsil.errors import InputError
-from mafsil.model import Mechanism
 from mafsil.model.exponentials import screws
+from mafsil.model.loading import RobotLike, as_mechanism
 
 
 def check_screws(
-    S: ArrayLike, mechanism: Mechanism, form: Literal["space", "body"] = "space", *, tolerance: float = 1e-6
+    S: ArrayLike, mechanism: RobotLike, form: Literal["space", "body"] = "space", *, tolerance: float = 1e-6
 ) -> Review:
     """Whether screw axes are those of the robot at q = 0; if not, which are wrong and why.
 
@@ -29,6 +29,7 @@ def check_screws(
     Raises:
         InputError: not (n, 6) finite numbers, or an unknown form.
     """
+    mechanism = as_mechanism(mechanism)
     if form not in ("space", "body"):
         raise InputError("derivation.form", value=form, known="space, body")
     space, body, _ = screws(mechanism)

@@ -18,6 +18,7 @@ from mafsil.derivation.verification import STATES, DerivationError, Judge
 from mafsil.errors import ModelError
 from mafsil.model import Mechanism
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.loading import of_mechanism
 
 MOST_JOINTS = 4
 """Longer chains get counts instead of formulas."""
@@ -27,6 +28,7 @@ LONGEST_TWIST = 160
 """Length of the recursion's twists and wrenches up to which they are written."""
 
 
+@of_mechanism
 def derive_dynamics(mechanism: Mechanism) -> Derivation:
     """M(q) qdd + c(q, qd) + g(q) = tau as formulas, in numbered steps, every line compared with the compiled robot.
 

@@ -11,8 +11,10 @@ from mafsil.derivation.polynomial import symbol
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
+from mafsil.model.loading import of_mechanism
 
 
+@of_mechanism
 def derive_fk(mechanism: Mechanism) -> Derivation:
     """T_s,tip(q) as formulas, in numbered steps, every line compared with the compiled robot at random states.
 

@@ -16,11 +16,13 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
 from mafsil.model import Mechanism
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.loading import of_mechanism
 
 Solve = Callable[[PoseMatrix], Floats]
 """(4, 4) pose to (k, n) all its solutions: the solver that the lines are held against."""
 
 
+@of_mechanism
 def derive_ik(mechanism: Mechanism, pattern: ArmPattern | None, solve: Solve) -> Derivation:
     """All solutions for a pose as a chain of formulas, every line compared with the solver's answers.
 

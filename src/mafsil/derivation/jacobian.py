@@ -14,11 +14,13 @@ from mafsil.derivation.polynomial import Polynomial, Trig, simplified
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
+from mafsil.model.loading import of_mechanism
 
 MOST_JOINTS = 6
 """Chains with more joints have no square Jacobian."""
 
 
+@of_mechanism
 def derive_jacobian(mechanism: Mechanism) -> Derivation:
     """J_s(q), the tip's velocity Jacobian and, where it is square, its determinant, every line checked.
 

@@ -1,5 +1,7 @@
 """Pictures in files, by matplotlib: imported at the first picture."""
 
+from mafsil.figures.animation import save_exponentials_animation as save_exponentials_animation
+from mafsil.figures.animation import save_row_animation as save_row_animation
 from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames
 from mafsil.figures.dh_frames import save_link_motions as save_link_motions
 from mafsil.figures.frames import save_frame_graph as save_frame_graph
@@ -8,6 +10,13 @@ from mafsil.figures.frames import save_rotation as save_rotation
 from mafsil.figures.gimbals import save_gimbals as save_gimbals
 from mafsil.figures.mechanism import save_mechanism as save_mechanism
 from mafsil.figures.motion import save_motion as save_motion
+from mafsil.figures.moving_body import save_displaced_body as save_displaced_body
+from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
+from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
+from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.pole import save_pole as save_pole
 from mafsil.figures.postures import save_postures as save_postures
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
+from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
+from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws
+from mafsil.figures.velocity_and_force import save_unreachable_frame as save_unreachable_frame

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from math import degrees
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.figures.picture_file import picture_file
 from mafsil.model import Mechanism
-from mafsil.model.denavit_hartenberg import DHRow
+from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import frame_poses
 from mafsil.model.dh_from_axes import DHTable
 from mafsil.model.dh_link import four_motions
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.loading import of_mechanism
 
 _INK, _AXIS, _NORMAL, _OFFSET = "#39424a", "#8a949c", "#d9702a", "#7a4fb5"
 _X, _Z = "#d33f3a", "#2f6fd0"
@@ -23,15 +25,17 @@ _SHORT = 1e-6
 """Lengths below this fraction of the arm's size are not drawn."""
 
 
-def save_dh_frames(mechanism: Mechanism, table: DHTable, path: Path, q: ArrayLike | None = None) -> None:
+@of_mechanism
+def save_dh_frames(mechanism: Mechanism, table: DHTable, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw the frames of a table into a file.
 
     Args:
         mechanism: the robot, for a posture in which links do not lie on each other.
-        table: in the modified convention.
+        table: in either convention; its own letters and normals are drawn.
         path: .png, .svg or .pdf.
         q: (n,) coordinates of the table's joints [rad | m]; a relaxed posture if None.
     """
+    path = picture_file(path)
     import matplotlib
 
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 9, "text.color": _INK}):
@@ -45,7 +49,7 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
 
     Args:
         mechanism: the robot.
-        table: in the modified convention.
+        table: in either convention.
         q: (n,) coordinates of the table's joints; a relaxed posture if None.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -56,10 +60,13 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
     figure = Figure(figsize=(9.0, 5.6))
     FigureCanvasAgg(figure)
     axes: Any = figure.add_axes((0.0, 0.0, 0.66, 1.0), projection="3d", computed_zorder=False)
-    for frame, row in zip(frames[1:], table.rows, strict=True):
+    classic = table.convention is Convention.CLASSIC
+    for frame, row in zip(frames[:-1] if classic else frames[1:], table.rows, strict=True):
         _axis(axes, frame, size, prismatic=row.kind == "P")
     for i in range(1, len(frames)):
-        _link(axes, frames[i - 1], frames[i], i, size)
+        link = _classic_link if classic else _modified_link
+        for start, end, colour, name in link(frames[i - 1], frames[i], i):
+            _segment(axes, start, end, colour, name, size)
     arrows = _arrows(frames, size)
     for arrow in arrows:
         _arrow(axes, *arrow)
@@ -84,14 +91,28 @@ def _axis(axes: Any, frame: PoseMatrix, size: float, *, prismatic: bool) -> None
     axes.plot(*ends.T, color=_AXIS, linewidth=2.4 if prismatic else 1.0, linestyle="-.", zorder=1)
 
 
-def _link(axes: Any, before: PoseMatrix, after: PoseMatrix, i: int, size: float) -> None:
-    """Length a along x of {i-1}, then offset d along z of {i}."""
+Segment = tuple[Vector3, Vector3, str, str]
+"""Ends, colour and letter of a length of a link."""
+
+
+def _modified_link(before: PoseMatrix, after: PoseMatrix, i: int) -> tuple[Segment, Segment]:
+    """Length a_(i-1) along x of {i-1}, then offset d_i along z of {i}."""
     start, end = before[:3, 3], after[:3, 3]
-    corner = end - after[:3, 2] * (after[:3, 2] @ (end - start))
-    for a, b, colour, name in ((start, corner, _NORMAL, f"a_{i - 1}"), (corner, end, _OFFSET, f"d_{i}")):
-        if np.linalg.norm(b - a) > _SHORT * size:
-            axes.plot(*np.array([a, b]).T, color=colour, linewidth=3.2, solid_capstyle="round", zorder=3)
-            _label(axes, (a + b) / 2 + 0.02 * size, f"${name}$", colour)
+    corner = start + before[:3, 0] * (before[:3, 0] @ (end - start))
+    return (start, corner, _NORMAL, f"a_{i - 1}"), (corner, end, _OFFSET, f"d_{i}")
+
+
+def _classic_link(before: PoseMatrix, after: PoseMatrix, i: int) -> tuple[Segment, Segment]:
+    """Offset d_i along z of {i-1}, then length a_i along x of {i}."""
+    start, end = before[:3, 3], after[:3, 3]
+    corner = start + before[:3, 2] * (before[:3, 2] @ (end - start))
+    return (start, corner, _OFFSET, f"d_{i}"), (corner, end, _NORMAL, f"a_{i}")
+
+
+def _segment(axes: Any, start: Vector3, end: Vector3, colour: str, name: str, size: float) -> None:
+    if np.linalg.norm(end - start) > _SHORT * size:
+        axes.plot(*np.array([start, end]).T, color=colour, linewidth=3.2, solid_capstyle="round", zorder=3)
+        _label(axes, (start + end) / 2 + 0.02 * size, f"${name}$", colour)
 
 
 def _arrows(frames: PoseMatrix, size: float) -> list[tuple[Vector3, Vector3, str, str]]:
@@ -141,8 +162,11 @@ def _view(axes: Any, points: Floats, zoom: float = 1.1) -> None:
 
 def _numbers(figure: Any, table: DHTable) -> None:
     """The table at the right, angles in degrees."""
-    head = ["$i$", r"$\alpha_{i-1}$", "$a_{i-1}$", "$d_i$", r"$\theta_i$"]
     rows = [[str(i), *_cells(row, i)] for i, row in enumerate(table.rows, start=1)]
+    head = ["$i$", r"$\alpha_{i-1}$", "$a_{i-1}$", "$d_i$", r"$\theta_i$"]
+    if table.convention is Convention.CLASSIC:
+        head = ["$i$", r"$\theta_i$", "$d_i$", "$a_i$", r"$\alpha_i$"]
+        rows = [[i, *cells[::-1]] for i, *cells in rows]
     panel = figure.add_axes((0.665, 0.1, 0.325, 0.8))
     panel.set_axis_off()
     shown = panel.table(cellText=rows, colLabels=head, loc="center", cellLoc="center", edges="horizontal")
@@ -153,7 +177,9 @@ def _numbers(figure: Any, table: DHTable) -> None:
 
 def _cells(row: DHRow, i: int) -> list[str]:
     variable = f"$q_{i}$"
-    turn, slide = f"{_round(degrees(row.theta)):.5g}°", f"{_round(row.d):.4g}"
+    zero = row.offset
+    turn = f"{_round(degrees(row.theta + (zero if row.kind == 'R' else 0.0))):.5g}°"
+    slide = f"{_round(row.d + (zero if row.kind == 'P' else 0.0)):.4g}"
     theta = _after(variable, turn) if row.kind == "R" else turn
     d = _after(variable, slide) if row.kind == "P" else slide
     return [f"{_round(degrees(row.alpha)):.5g}°", f"{_round(row.a):.4g}", d, theta]
@@ -170,7 +196,7 @@ def _round(value: float) -> float:
     return 0.0 if abs(value) < 1e-11 else value
 
 
-def save_link_motions(row: DHRow, path: Path, q: float = 0.0, convention: str = "modified") -> None:
+def save_link_motions(row: DHRow, path: str | PathLike[str], q: float = 0.0, convention: str = "modified") -> None:
     """Draw the four motions that carry {i-1} into {i}, one panel each: the frame before in grey, the frame after.
 
     Args:
@@ -179,6 +205,7 @@ def save_link_motions(row: DHRow, path: Path, q: float = 0.0, convention: str = 
         q: joint coordinate [rad | m].
         convention: `modified` or `classic`.
     """
+    path = picture_file(path)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.figures import space
+from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import pose, rotation
 from mafsil.geometry.frames import FrameGraph
 from mafsil.messages import say
 
 
-def save_frames(frames: Mapping[str, ArrayLike], path: Path, edges: tuple[tuple[str, str], ...] = ()) -> None:
+def save_frames(
+    frames: Mapping[str, ArrayLike], path: str | PathLike[str], edges: tuple[tuple[str, str], ...] = ()
+) -> None:
     """Draw frames into a file.
 
     Args:
@@ -24,11 +27,12 @@ def save_frames(frames: Mapping[str, ArrayLike], path: Path, edges: tuple[tuple[
         path: .png, .svg or .pdf.
         edges: pairs (a, b) between which an arrow T_ab is drawn.
     """
+    path = picture_file(path)
     poses = {name: pose.check(T, name) for name, T in frames.items()}
     space.save(lambda: draw_frames(poses, edges), path)
 
 
-def save_frame_graph(graph: FrameGraph, root: str, path: Path) -> None:
+def save_frame_graph(graph: FrameGraph, root: str, path: str | PathLike[str]) -> None:
     """Draw all frames of a graph that a chain connects with a root, its known poses as arrows.
 
     Args:
@@ -36,6 +40,7 @@ def save_frame_graph(graph: FrameGraph, root: str, path: Path) -> None:
         root: the frame from which the others are seen.
         path: .png, .svg or .pdf.
     """
+    path = picture_file(path)
     frames = {name: graph.pose(root, name).array for name in graph.frames}
     edges = tuple(T.frames for T in graph.edges if T.frames is not None)
     save_frames(frames, path, edges)
@@ -63,13 +68,14 @@ def _edge(axes: Any, start: Floats, end: Floats, text: str) -> None:
     space.label(axes, start + 0.42 * (end - start), text, space.SECOND)
 
 
-def save_rotation(R: ArrayLike, path: Path) -> None:
+def save_rotation(R: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw a rotation into a file: {s}, {b}, the axis and the angle.
 
     Args:
         R: (3, 3) rotation R_sb.
         path: .png, .svg or .pdf.
     """
+    path = picture_file(path)
     matrix = rotation.check(R)
     space.save(lambda: draw_rotation(matrix), path)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.figures import space
+from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import euler, rotation
 from mafsil.messages import say
 
 _RADII = (1.0, 0.82, 0.64)
 
 
-def save_gimbals(angles: ArrayLike, sequence: str, path: Path) -> None:
+def save_gimbals(angles: ArrayLike, sequence: str, path: str | PathLike[str]) -> None:
     """Draw the rings of three angles into a file, beside the same rings far from a lock.
 
     Args:
@@ -24,6 +25,7 @@ def save_gimbals(angles: ArrayLike, sequence: str, path: Path) -> None:
         sequence: such as `ZYX`; a fixed one is drawn as the moving one that makes the same rotations.
         path: .png, .svg or .pdf.
     """
+    path = picture_file(path)
     moving, name = euler.to_moving(gate("angles", angles, (3,)), sequence)
     space.save(lambda: draw_gimbals(np.asarray(moving), name), path)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import Body, Closure, Contact, Grasp, Verdict
 from mafsil.grasp.ball import hull_facets
 from mafsil.grasp.displacement import free_twists, moved
@@ -22,7 +23,12 @@ _COLOURS = {Verdict.YES: _YES, Verdict.NO: _NO, Verdict.MARGINAL: _MARGINAL}
 
 
 def save_grasp(
-    grasp: Grasp, path: Path, *, closure: Closure | None = None, outline: Floats | None = None, body: Body | None = None
+    grasp: Grasp,
+    path: str | PathLike[str],
+    *,
+    closure: Closure | None = None,
+    outline: Floats | None = None,
+    body: Body | None = None,
 ) -> None:
     """Draw a grasp into a file.
 
@@ -33,6 +39,7 @@ def save_grasp(
         outline: (k, 2) corners of a plane body.
         body: of triangles, in space.
     """
+    path = picture_file(path)
     import matplotlib
 
     found = grasp.closure() if closure is None else closure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.figures.grasp import draw_grasp
+from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import Grasp
 from mafsil.grasp.displacement import free_twists, moved
 
@@ -20,7 +21,7 @@ REACH = 0.08
 _MOVED = "#2e8b57"
 
 
-def save_free_motions(grasp: Grasp, path: Path, *, outline: Floats | None = None) -> None:
+def save_free_motions(grasp: Grasp, path: str | PathLike[str], *, outline: Floats | None = None) -> None:
     """Write a moving picture.
 
     Args:
@@ -31,6 +32,7 @@ def save_free_motions(grasp: Grasp, path: Path, *, outline: Floats | None = None
     Raises:
         InputError: a grasp in space, or one that leaves no motion that can be shown.
     """
+    path = picture_file(path, (".gif",))
     if grasp.dimension != 2:
         raise InputError("grasp.motion_in_plane")
     paths = free_twists(grasp)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from mafsil.figures.grasp import draw_body, draw_contacts, frame_space
+from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import GraspPlan
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -15,13 +16,14 @@ from mafsil.messages.visible import visible
 SHOWN = 6
 
 
-def save_plan(plan: GraspPlan, path: Path) -> None:
+def save_plan(plan: GraspPlan, path: str | PathLike[str]) -> None:
     """Draw the best proposals into a file.
 
     Args:
         plan: with at least one grasp.
         path: .png, .svg or .pdf.
     """
+    path = picture_file(path)
     import matplotlib
 
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 8}):

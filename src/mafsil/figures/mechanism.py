@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -9,9 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.figures.picture_file import picture_file
 from mafsil.job.resting import resting_place
 from mafsil.model import Mechanism
 from mafsil.model.appearance import pieces
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.primitives import triangles
 from mafsil.robot import Robot
@@ -24,7 +27,8 @@ _Triangles: TypeAlias = tuple[Floats, Floats]
 _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 
-def save_mechanism(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) -> None:
+@of_mechanism
+def save_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw a robot into a file.
 
     Args:
@@ -32,6 +36,7 @@ def save_mechanism(mechanism: Mechanism, path: Path, q: ArrayLike | None = None)
         path: .png, .svg or .pdf.
         q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
     """
+    path = picture_file(path)
     import matplotlib
 
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 8, "text.color": _INK}):

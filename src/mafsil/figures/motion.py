@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
 from mafsil.figures.frames import save_rotation
 from mafsil.figures.gimbals import save_gimbals
+from mafsil.figures.picture_file import picture_file
 from mafsil.figures.pole import save_pole
 from mafsil.figures.screw_motion import save_screw_motion
 from mafsil.geometry import euler
 
 
-def save_motion(T: PoseMatrix, path: Path, kind: str, sequence: str | None = None) -> None:
+def save_motion(T: PoseMatrix, path: str | PathLike[str], kind: str, sequence: str | None = None) -> None:
     """Draw a motion into a file.
 
     Args:
@@ -23,6 +24,7 @@ def save_motion(T: PoseMatrix, path: Path, kind: str, sequence: str | None = Non
         kind: `rotation`, `pose` or `planar`.
         sequence: of the angles in which a rotation was given: at a lock of it the rings are drawn.
     """
+    path = picture_file(path)
     R = T[:3, :3]
     if kind == "planar":
         flat = np.eye(3)

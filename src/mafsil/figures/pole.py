@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.figures import space
+from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import membership, planar
 from mafsil.messages import say
 
@@ -17,7 +18,7 @@ _BODY = np.array([[-0.35, -0.25], [0.9, -0.25], [0.9, 0.05], [0.05, 0.05], [0.05
 """An L, so that its turn is seen; the frame sits in its corner."""
 
 
-def save_pole(T: ArrayLike, path: Path, start: ArrayLike | None = None) -> None:
+def save_pole(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
     """Draw a planar displacement and its pole into a file.
 
     Args:
@@ -25,6 +26,7 @@ def save_pole(T: ArrayLike, path: Path, start: ArrayLike | None = None) -> None:
         path: .png, .svg or .pdf.
         start: (3, 3) pose T_sb of the body before; {s} itself if None.
     """
+    path = picture_file(path)
     displacement = membership.require("planar_pose", "T", T)
     begin = np.eye(3) if start is None else membership.require("planar_pose", "start", start)
     space.save(lambda: draw_pole(displacement, begin), path)

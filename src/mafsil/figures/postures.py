@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil
-from pathlib import Path
+from os import PathLike
 from textwrap import wrap
 from typing import Any
 
@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.figures import space
+from mafsil.figures.picture_file import picture_file
 from mafsil.figures.planar_postures import draw_planar_postures, plane
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.exponentials import chain_to_tip
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 MOST = 24
 """Postures in one picture; more would be too small to see."""
@@ -26,10 +27,11 @@ MOST = 24
 _COLOURS = ("#2f6fd0", "#d9702a", "#2f9e57", "#7a4fb5", "#c2455d", "#16899a", "#9a7a16", "#5b6770")
 
 
+@of_robot
 def save_postures(
     robot: Robot,
     q: ArrayLike,
-    path: Path,
+    path: str | PathLike[str],
     names: Sequence[str] | None = None,
     within: ArrayLike | None = None,
 ) -> None:
@@ -45,6 +47,7 @@ def save_postures(
     Raises:
         InputError: no configuration at all, wrong shapes.
     """
+    path = picture_file(path)
     rows = gate("q", q, (robot.n,), finite=True).reshape(-1, robot.n)
     if not len(rows):
         raise InputError("pictures.no_postures", name="q")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.figures import space
+from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import pose, screw
 from mafsil.messages import say
 
 _GHOSTS = 4
 
 
-def save_screw_motion(T: ArrayLike, path: Path, start: ArrayLike | None = None) -> None:
+def save_screw_motion(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
     """Draw the screw motion of a displacement into a file.
 
     Args:
@@ -24,6 +25,7 @@ def save_screw_motion(T: ArrayLike, path: Path, start: ArrayLike | None = None) 
         path: .png, .svg or .pdf.
         start: (4, 4) pose T_sa of the frame that is carried along; {s} itself if None.
     """
+    path = picture_file(path)
     displacement = pose.check(T)
     begin = np.eye(4) if start is None else pose.check(start, "start")
     space.save(lambda: draw_screw_motion(displacement, begin), path)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,19 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.figures.performance_sheet import INK, SOFT, flat_axes, label, save, sheet
+from mafsil.figures.picture_file import picture_file
 from mafsil.messages import direction
 from mafsil.performance import DeterminantFactors, determinant_factors, workspace_map
-from mafsil.performance.scaling import ranges, require_one
-from mafsil.robot import Robot
+from mafsil.performance.scaling import ranges, require_one, sliding_joints
+from mafsil.robot import Robot, of_robot
 
 _COLOURS = ("#c4312c", "#2f6fd0", "#2f9e57", "#8a4fb5", "#d9702a", "#39424a")
 
 
+@of_robot
 def save_singular_surfaces(
     robot: Robot,
-    path: Path,
+    path: str | PathLike[str],
     *,
     joints: tuple[int, int] | None = None,
     at: ArrayLike | None = None,
@@ -37,6 +40,7 @@ def save_singular_surfaces(
         task: as for `determinant_factors`.
         language: of the labels; the current one if None.
     """
+    path = picture_file(path)
     determinant = determinant_factors(robot, task)
     lower, upper = ranges(robot)
     rest = (lower + upper) / 2 if at is None else require_one("at", at, robot.n)
@@ -48,7 +52,8 @@ def save_singular_surfaces(
     grid = np.broadcast_to(rest, (len(y), len(x), robot.n)).copy()
     grid[..., i], grid[..., j] = np.meshgrid(x, y)
     flat = determinant.task in ("planar", "planar_position", "schoenflies")
-    _background(right, robot, flat)
+    drawn = {k: rest[[k, k]] for k in range(robot.n)} | {i: x, j: y}
+    _background(right, robot, flat, drawn)
     for k, values in enumerate(determinant.each(grid)):
         form = determinant.factors[k].form
         if form is not None and not {i, j} & set(form.joints):
@@ -79,9 +84,11 @@ def _busiest(determinant: DeterminantFactors, n: int) -> tuple[int, int]:
     return int(first), int(second)
 
 
-def _background(axes: Any, robot: Robot, flat: bool) -> None:
-    """What the tip reaches at all, in grey."""
-    workspace = workspace_map(robot, 200_000, view="xy" if flat else "radial")
+def _background(axes: Any, robot: Robot, flat: bool, drawn: Mapping[int, Floats]) -> None:
+    """What the tip reaches at all, in grey; slides without limits within the drawn range, or where they stand."""
+    endless = sliding_joints(robot) & (np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper))
+    given = {name: (float(drawn[k][0]), float(drawn[k][-1])) for k, name in enumerate(robot.joint_names) if endless[k]}
+    workspace = workspace_map(robot, 200_000, view="xy" if flat else "radial", ranges=given)
     x, y = workspace.centres(0), workspace.centres(1)
     axes.contourf(x, y, workspace.reached.T.astype(float), levels=[0.5, 1.5], colors=[SOFT], zorder=0)
     axes.contour(x, y, workspace.reached.T.astype(float), levels=[0.5], colors=[INK], linewidths=0.5, zorder=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
+from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, VELOCITY, flat_axes, label, save, sheet
+from mafsil.figures.picture_file import picture_file
 from mafsil.performance import force_ellipsoid, velocity_ellipsoid
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
-def save_planar_ellipses(robot: Robot, q: ArrayLike, path: Path, *, language: str | None = None) -> None:
+@of_robot
+def save_planar_ellipses(robot: Robot, q: ArrayLike, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw a planar arm in several poses with its velocity and force ellipses at the tip.
 
     Args:
@@ -24,6 +26,7 @@ def save_planar_ellipses(robot: Robot, q: ArrayLike, path: Path, *, language: st
         path: .png, .svg or .pdf.
         language: of the labels; the current one if None.
     """
+    path = picture_file(path)
     poses = np.atleast_2d(gate("q", q, (robot.n,), finite=True))
     figure = sheet(6.0, 5.4)
     axes: Any = figure.add_subplot()
@@ -43,10 +46,11 @@ def save_planar_ellipses(robot: Robot, q: ArrayLike, path: Path, *, language: st
     save(figure, path)
 
 
+@of_robot
 def save_ellipsoid(
     robot: Robot,
     q: ArrayLike,
-    path: Path,
+    path: str | PathLike[str],
     *,
     part: Literal["linear", "angular"] = "linear",
     language: str | None = None,
@@ -60,6 +64,7 @@ def save_ellipsoid(
         part: which ellipsoid.
         language: of the labels; the current one if None.
     """
+    path = picture_file(path)
     configuration = gate("q", q, (robot.n,), finite=True)
     found = velocity_ellipsoid(robot, configuration, part)
     figure = sheet(5.6, 5.6)

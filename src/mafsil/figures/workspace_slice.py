@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SINGULAR, flat_axes, label, save, sheet
+from mafsil.figures.picture_file import picture_file
 from mafsil.performance import WorkspaceMap
 
 _NAMES = {"xy": ("x [m]", "y [m]"), "xz": ("x [m]", "z [m]"), "yz": ("y [m]", "z [m]")}
 
 
-def save_workspace(workspace: WorkspaceMap, path: Path, *, language: str | None = None) -> None:
+def save_workspace(workspace: WorkspaceMap, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw a flat map: colour is the share of approach directions if recorded, else the density of samples.
 
     Args:
@@ -25,6 +26,7 @@ def save_workspace(workspace: WorkspaceMap, path: Path, *, language: str | None 
     Raises:
         InputError: the map is spatial.
     """
+    path = picture_file(path)
     if workspace.counts.ndim != 2:
         raise InputError("performance.flat_view", view=workspace.view)
     figure = sheet(6.4, 5.4)

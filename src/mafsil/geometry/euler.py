@@ -174,6 +174,51 @@ def to_moving(angles: ArrayLike, sequence: str) -> tuple[Vector3, str]:
     return (array[..., ::-1], sequence[::-1].upper()) if known.fixed else (array, sequence)
 
 
+def range_of_middle(sequence: str) -> tuple[float, float]:
+    """Where the principal middle angle lies [rad]: [0, pi] if first and third axis are equal, else [-pi/2, pi/2]."""
+    first, _, third = sequence_named(sequence).body_axes
+    return (0.0, np.pi) if first == third else (-np.pi / 2, np.pi / 2)
+
+
+def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Any:
+    """(*batch) whether angles are in their principal ranges: outer ones in (-pi, pi], the middle one in its half turn.
+
+    Args:
+        angles: (*batch, 3) [rad].
+        sequence: such as `ZYX` or `xyz`.
+        tolerance: angle [rad] beyond the ends that is rounding.
+    """
+    array = gate("angles", angles, (3,))
+    low, high = range_of_middle(sequence)
+    outer, middle = array[..., ::2], array[..., 1]
+    inside = ((outer > -np.pi) & (outer <= np.pi + tolerance)).all(-1)
+    return inside & (middle >= low - tolerance) & (middle <= high + tolerance)
+
+
+def require_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Floats:
+    """The angles (*batch, 3) themselves, if `is_principal` holds for all rows.
+
+    Args:
+        angles: (*batch, 3) [rad].
+        sequence: such as `ZYX` or `xyz`.
+        tolerance: angle [rad] beyond the ends that is rounding.
+
+    Raises:
+        InputError: names the first row that is not, and the ranges; `to_euler` of the rotation gives principal angles.
+    """
+    array = gate("angles", angles, (3,))
+    outside = ~np.asarray(is_principal(array, sequence, tolerance)) & ~np.isnan(array).any(-1)
+    if outside.any():
+        index = tuple(int(i) for i in np.argwhere(outside)[0])
+        low, high = np.degrees(range_of_middle(sequence))
+        place = f"[{', '.join(map(str, index))}]" if index else ""
+        given = np.degrees(array[index]).tolist()
+        raise InputError(
+            "geometry.angle_ranges", name=f"angles{place}", value=given, sequence=sequence, low=low, high=high
+        )
+    return array
+
+
 def wrap_positive(angles: ArrayLike) -> Floats:
     """Angles [rad] of any shape brought into [0, 2 pi)."""
     wrapped = np.mod(np.asarray(angles, dtype=np.float64), 2 * np.pi)

@@ -30,9 +30,30 @@ class FrameGraph:
 
     Attributes:
         edges: poses with letters; each may be read in both directions.
+
+    Raises:
+        InputError: a pose has no letters or is a batch, or a pose contradicts those before it.
     """
 
     edges: tuple[Pose, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "edges", tuple(self.edges))
+        known: dict[str, tuple[str, Pose]] = {}
+        for T in self.edges:
+            a, b = _letters(T)
+            if T.batch:
+                raise InputError("geometry.one_value", name=f"T_{a}{b}", batch=T.batch)
+            for name in (a, b):
+                known.setdefault(name, (name, Pose.identity((name, name))))
+            (start, T_sa), (other, T_ob) = known[a], known[b]
+            if start == other:
+                self._require_consistent(T_sa.inverse() @ T_ob, T)
+                continue
+            T_so = T_sa @ T @ T_ob.inverse()
+            for name, (root, T_on) in known.items():
+                if root == other:
+                    known[name] = (start, T_so @ T_on)
 
     def with_pose(self, T: Pose) -> FrameGraph:
         """The graph with one more known pose.
@@ -40,11 +61,6 @@ class FrameGraph:
         Raises:
             InputError: the pose has no letters, is a batch, or contradicts what the graph says already.
         """
-        a, b = _letters(T)
-        if T.batch:
-            raise InputError("geometry.one_value", name=f"T_{a}{b}", batch=T.batch)
-        if b in self._reached(a):
-            self._require_consistent(T, a, b)
         return FrameGraph((*self.edges, T))
 
     @cached_property
@@ -107,10 +123,11 @@ class FrameGraph:
             rest = [name for name in rest if name not in part]
         return " ".join(parts)
 
-    def _require_consistent(self, T: Pose, a: str, b: str) -> None:
-        V = functions.error(self.pose(a, b).array, T.array)
+    def _require_consistent(self, known: Pose, T: Pose) -> None:
+        a, b = _letters(T)
+        V = functions.error(known.array, T.array)
         angle, distance = float(np.linalg.norm(V[:3])), float(np.linalg.norm(V[3:]))
-        longest = max([1.0, *(float(np.linalg.norm(edge.origin)) for edge in (*self.edges, T))])
+        longest = max([1.0, *(float(np.linalg.norm(edge.origin)) for edge in self.edges)])
         if angle > ANGLE_LIMIT or distance > DISTANCE_LIMIT * longest:
             raise InputError(
                 "geometry.frame_contradiction",

@@ -1,4 +1,4 @@
-"""All axes and angles of one rotation: the logarithm has many values, and the solid ball two names at its rim."""
+"""All logarithms of one rotation or displacement: axes, angles, screws; the solid ball has two names at its rim."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from math import ceil, floor, pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Vector6, single
 from mafsil.errors import InputError
-from mafsil.geometry import rotation
+from mafsil.geometry import membership, rotation, screw
 
 END = 1e-9
 """Angle [rad] to 0 or pi within which a rotation counts as the identity or as a half turn when answers are listed."""
@@ -55,6 +55,70 @@ def logarithms(R: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: 
     found = [AxisAngle(forward, theta + 2 * pi * k) for k in _turns(theta, low, high)]
     found += [AxisAngle(backward, -theta + 2 * pi * k) for k in _turns(-theta, low, high)]
     return tuple(sorted(found, key=lambda value: value.angle))
+
+
+@dataclass(frozen=True, eq=False)
+class ScrewAmount:
+    """One screw of a displacement, T = exp([S] amount).
+
+    Attributes:
+        screw: (6,) unit screw; where every parallel line serves, the one through the origin.
+        amount: [rad], with any number of turns; [m] where omega is zero.
+        any_line: whether every line parallel to the axis serves as well: whole turns with an advance.
+        any_axis: whether every line of space serves: whole turns of the identity.
+    """
+
+    screw: Vector6
+    amount: float
+    any_line: bool = False
+    any_axis: bool = False
+
+    @property
+    def pitch(self) -> float:
+        """[m/rad]; infinite for translations."""
+        return float(screw.pitch(self.screw))
+
+
+def screws(T: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: float = END) -> tuple[ScrewAmount, ...]:
+    """Every unit screw and amount of a displacement with low <= amount <= high, ordered by amount.
+
+    (w, theta + 2 pi k) and (-w, -theta + 2 pi k), all about one line, with one advance d = w.p and thus with pitches
+    d / amount that differ. At half a turn w and -w both serve, with pitches of opposite sign. A translation is,
+    besides, k turns about any line along it with the pitch |p| / (2 pi k), and the identity k turns about any line.
+
+    Args:
+        T: (4, 4) one displacement.
+        low, high: range of angles [rad]; a pure translation is listed whatever its length.
+        tolerance: angle [rad] to 0 or pi that counts as an end.
+
+    Raises:
+        InputError: T is no pose, or a batch.
+    """
+    matrix = membership.require("pose", "T", single("T", T, (4, 4)))
+    R, p = matrix[:3, :3], matrix[:3, 3]
+    if rotation.angle(R) <= tolerance:
+        return _screws_of_translation(p, low, high)
+    found: list[ScrewAmount] = []
+    for value in logarithms(R, low, high, tolerance):
+        omega = np.array(value.axis)
+        v = screw.integral_inverse(omega, value.angle) @ p
+        found.append(ScrewAmount(np.concatenate([omega, v]), value.angle))
+    return tuple(found)
+
+
+def _screws_of_translation(p: Floats, low: float, high: float) -> tuple[ScrewAmount, ...]:
+    length = float(np.linalg.norm(p))
+    turns = [k for k in _turns(0.0, low, high) if k]
+    if length == 0.0:
+        whole = [ScrewAmount(np.array([1.0, 0, 0, 0, 0, 0]), 2 * pi * k, any_axis=True) for k in turns]
+        return (ScrewAmount(np.zeros(6), 0.0, any_axis=True), *whole) if low <= 0 <= high else tuple(whole)
+    found = [ScrewAmount(np.concatenate([np.zeros(3), p / length]), length)]
+    for k in turns:
+        for sign in (1.0, -1.0):
+            omega = sign * p / length
+            pitch = sign * length / (2 * pi * k)
+            found.append(ScrewAmount(np.concatenate([omega, pitch * omega]), 2 * pi * k, any_line=True))
+    return tuple(found)
 
 
 def ball_points(R: ArrayLike, tolerance: float = END) -> Floats:

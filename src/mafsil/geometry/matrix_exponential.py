@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, real_array
+from mafsil.arrays import Floats, real_array, whole
 from mafsil.errors import InputError
 
 
@@ -24,12 +24,19 @@ class SeriesSum:
     Attributes:
         value: (n, n) sum of the terms.
         terms: how many were summed.
-        bound: largest norm that the rest of the series can have.
+        rest: largest norm that the rest of the series can have; infinite as long as the terms still grow.
+        rounding: largest norm of what rounding has done to the sum.
     """
 
     value: Floats
     terms: int
-    bound: float
+    rest: float
+    rounding: float
+
+    @property
+    def bound(self) -> float:
+        """Largest distance (spectral norm) of the value from e^(At): rest and rounding together."""
+        return self.rest + self.rounding
 
 
 def exponential(A: ArrayLike, t: float = 1.0) -> Floats:
@@ -47,30 +54,54 @@ def solution(A: ArrayLike, x0: ArrayLike, t: float) -> Floats:
     return exponential(A, t) @ real_array("x0", x0)
 
 
-def series(A: ArrayLike, t: float = 1.0, tolerance: float = 1e-15, most: int = 200) -> SeriesSum:
-    """Sum of (At)^k / k! until the rest is provably below the tolerance.
+def series(
+    A: ArrayLike, t: float = 1.0, tolerance: float = 1e-15, most: int = 200, *, terms: int | None = None
+) -> SeriesSum:
+    """Sum of (At)^k / k!: until the rest is below the tolerance, or a given number of terms.
 
-    With a = |At| and n terms summed, n + 1 > a, the rest is at most a^n / n! / (1 - a / (n + 1)).
+    With a = |At| and n terms summed, n + 1 > a, the rest is at most a^n / n! / (1 - a / (n + 1)). The terms grow to
+    e^a before they fall, and every one is rounded: where a is large and e^(At) small, as for A = (-30), rounding
+    leaves nothing of the sum. `rounding` says so; `exponential` has no such trouble.
 
     Args:
         A: (n, n).
         t: time.
         tolerance: largest norm of the rest, absolute.
         most: largest number of terms.
+        terms: how many terms are summed, whatever the rest; as many as the tolerance needs if None.
 
     Raises:
         InputError: `most` terms do not reach the tolerance.
     """
     step = _square(A) * t
     size = float(np.linalg.norm(step, 2))
-    total, term, bound = np.zeros_like(step), np.eye(len(step)), inf
-    for n in range(1, most + 1):
+    count = most if terms is None else whole("terms", terms, 1)
+    unit = np.finfo(float).eps / 2
+    given = 0.0 if t == 1.0 else unit * float(np.linalg.norm(step))
+    total, term, rest = np.zeros_like(step), np.eye(len(step)), inf
+    wrong_term, rounding = 0.0, 0.0
+    for n in range(1, count + 1):
         total = total + term
+        rounding += wrong_term + unit * float(np.linalg.norm(total))
+        wrong_term = _rounding_of_next(term, step, wrong_term, given, n)
         term = term @ step / n
-        bound = _rest(size, n)
-        if bound <= tolerance:
-            return SeriesSum(total, n, bound)
-    raise InputError("geometry.convergence", name="A", terms=most, bound=bound, tolerance=tolerance)
+        rest = _rest(size, n)
+        if terms is None and rest <= tolerance:
+            return SeriesSum(total, n, rest, rounding)
+    if terms is None:
+        raise InputError("geometry.convergence", name="A", terms=most, bound=rest, tolerance=tolerance)
+    return SeriesSum(total, count, rest, rounding)
+
+
+def _rounding_of_next(term: Floats, step: Floats, wrong: float, given: float, n: int) -> float:
+    """Bound of the error of term @ step / n where term is wrong by `wrong` and step by `given` (Frobenius norms).
+
+    An inner product of m numbers is wrong by at most m units of the product of absolute values; the division adds one.
+    """
+    unit = np.finfo(float).eps / 2
+    size, factor = float(np.linalg.norm(term)), float(np.linalg.norm(step))
+    rounded = 1.01 * (len(step) + 1) * unit
+    return (wrong * (factor + given) + size * given + rounded * size * factor) / n
 
 
 def by_similarity(A: ArrayLike, t: float = 1.0) -> tuple[Floats, float]:

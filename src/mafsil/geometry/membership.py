@@ -25,6 +25,12 @@ CORES: dict[str, tuple[int, ...]] = {
     "axis": (3,),
     "unit_screw": (6,),
     "quaternion": (4,),
+    "rotation_vector": (3,),
+    "exponential_coordinates": (6,),
+    "planar_coordinates": (3,),
+    "amount": (),
+    "duration": (),
+    "part_turn": (),
 }
 """Core shape of every kind of member."""
 
@@ -39,7 +45,10 @@ def measure(kind: str, value: ArrayLike) -> Any:
     Returns:
         (*batch).
     """
-    return _measure(kind).kernel.ufunc(gate(kind, value, CORES[kind]))
+    array = gate(kind, value, CORES[kind])
+    distance = _measure(kind).kernel.ufunc(array)
+    unknown = np.isnan(array).any(axis=tuple(range(-len(CORES[kind]), 0)))
+    return np.where(unknown, np.nan, distance) if unknown.any() else distance
 
 
 def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:

@@ -25,7 +25,7 @@ _pose = Declared("planar.pose", "theta p:2", "T:3,3")
 _coordinates = Declared("planar.coordinates", "T:3,3", "x:3", _T)
 _inverse = Declared("planar.inverse", "T:3,3", "inverse:3,3", _T)
 _compose = Declared("planar.compose", "T_ab:3,3 T_bc:3,3", "T_ac:3,3", {"T_ab": "planar_pose", "T_bc": "planar_pose"})
-_exp = Declared("planar.exp", "V:3", "T:3,3")
+_exp = Declared("planar.exp", "V:3", "T:3,3", {"V": "planar_coordinates"})
 _log = Declared("planar.log", "T:3,3", "V:3", _T)
 _pole = Declared("planar.pole", "T:3,3", "pole:3", _T)
 _about_pole = Declared("planar.about_pole", "psi point:2", "T:3,3")
@@ -99,11 +99,32 @@ def pole(T: ArrayLike) -> Vector3:
 
 
 def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
-    """Pole (*batch, 2) [m] and whether there is one (*batch); where the displacement only translates, inf and False."""
+    """Pole (*batch, 2) [m] and whether there is one (*batch).
+
+    False with inf where the displacement only translates; False with NaN for the identity, which keeps every point.
+    """
     x = np.asarray(pole(T))
     exists = np.abs(x[..., 2]) > TRANSLATION / 2
     divisor = np.where(exists, x[..., 2], 1.0)[..., None]
-    return np.where(exists[..., None], x[..., :2] / divisor, np.inf), exists
+    nowhere = np.where((np.abs(x) <= TRANSLATION).all(-1, keepdims=True), np.nan, np.inf)
+    return np.where(exists[..., None], x[..., :2] / divisor, nowhere), exists
+
+
+def screw(T: ArrayLike) -> tuple[Any, Any, Floats]:
+    """The unit screw and amount of planar displacements: omega (*batch) in (1, -1, 0), amount (*batch), v (*batch, 2).
+
+    T = exp((omega, v) amount), amount in [0, pi] [rad], or [m] of a translation; a clockwise turn has omega = -1. The
+    identity has omega 0, amount 0 and v 0.
+
+    Args:
+        T: (*batch, 3, 3).
+    """
+    V = np.asarray(log(T))
+    angle, slide = np.abs(V[..., 0]), np.linalg.norm(V[..., 1:], axis=-1)
+    turns = angle > TRANSLATION
+    amount = np.where(turns, angle, slide)
+    omega = np.where(turns, np.sign(V[..., 0]), 0.0)
+    return omega, amount, V[..., 1:] / np.where(amount > 0, amount, 1.0)[..., None]
 
 
 def about_pole(psi: ArrayLike, point: ArrayLike) -> PoseMatrix:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,12 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
+from mafsil.messages import say
 
+LINE = 1e-13
+"""Spread across a line over spread along it, both squared, below which a set of points says nothing of a turn."""
+MIRRORED = 10.0
+"""By how much a rotation must leave more than a reflection leaves, both squared, before a set is called mirrored."""
 COLLINEAR = 1e-9
 """Sine of the angle at the first of three points below which they count as lying on a line."""
 
@@ -30,8 +36,67 @@ def pairwise_distances(points: ArrayLike) -> Floats:
 
 
 def rigidity_residual(before: ArrayLike, after: ArrayLike) -> Any:
-    """(*batch) largest change of a distance [m] between points (*batch, k, 3): zero for a rigid body."""
-    return np.abs(pairwise_distances(after) - pairwise_distances(before)).max((-1, -2))
+    """(*batch) largest change of a distance [m] between points (*batch, k, 3).
+
+    Zero for a rigid body, but for its mirror image too: `rigid_motion` tells them apart.
+    """
+    return np.abs(pairwise_distances(after) - pairwise_distances(before)).max((-1, -2), initial=0.0)
+
+
+@dataclass(frozen=True)
+class RigidMotion:
+    """Whether one rigid motion takes a set of points to another.
+
+    Attributes:
+        T: (4, 4) the motion that misses least in least squares, after = T before; None where the points leave a turn
+            open, lying on one line.
+        residual: largest distance between a point and where the motion puts it [m]; of points on one line the largest
+            change of a distance.
+        stretch: largest change of a distance between two points [m].
+        mirrored: whether the second set is the mirror image of the first: all distances agree, volumes change sign.
+        tolerance: largest residual [m] that counts as none.
+    """
+
+    T: PoseMatrix | None
+    residual: float
+    stretch: float
+    mirrored: bool
+    tolerance: float
+
+    def __bool__(self) -> bool:
+        return self.residual <= self.tolerance
+
+    def explain(self, language: str | None = None) -> str:
+        """The verdict and what it rests on."""
+        if self:
+            key = "rigid" if self.T is not None else "rigid_line"
+        else:
+            key = "rigid_mirrored" if self.mirrored else "rigid_not"
+        facts = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
+        return say(f"geometry.{key}", language=language, **facts)
+
+
+def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = None) -> RigidMotion:
+    """Are two sets of points one body before and after a rigid motion?
+
+    Distances alone do not tell: a mirror image keeps them all, and turns the sign of every volume
+    det[x1 - x0, x2 - x0, x3 - x0]. Points in one plane are moved to their mirror image by a rotation.
+
+    Args:
+        before, after: (k, 3) the same points in the same order [m].
+        tolerance: largest distance [m] that counts as none; 1e-9 of the size of the sets if None.
+    """
+    x, y = _same_points(before, after)
+    size = max(float(np.abs(x - x.mean(0)).max()), float(np.abs(y - y.mean(0)).max()))
+    limit = 1e-9 * size if tolerance is None else tolerance
+    stretch = float(rigidity_residual(x, y))
+    correlation, s = _correlation(x, y)
+    if s[1] <= LINE * s[0]:
+        return RigidMotion(None, stretch, stretch, False, limit)
+    T = _fitted(x, y, correlation)
+    residual = float(np.linalg.norm(pose.act(T, x) - y, axis=-1).max())
+    mirrored = bool(_mirrored(x, y, correlation, s)) and residual > limit
+    return RigidMotion(T, residual, stretch, mirrored, limit)
 
 
 def frame_from_points(origin: ArrayLike, on_x: ArrayLike, beside_x: ArrayLike) -> PoseMatrix:
@@ -69,10 +134,58 @@ def fit(points_b: ArrayLike, points_a: ArrayLike) -> PoseMatrix:
     Returns:
         (*batch, 4, 4).
 
+    Raises:
+        InputError: the points lie on one line, so that a turn about it stays open; or they fit a mirror image better
+            than any rotation, which is no rigid motion.
+
     Reference: Horn, Closed-form solution of absolute orientation using unit quaternions, J. Opt. Soc. Am. A 4, 1987.
     """
-    b, a = np.asarray(points_b, dtype=np.float64), np.asarray(points_a, dtype=np.float64)
-    mean_b, mean_a = b.mean(-2), a.mean(-2)
-    correlation = np.einsum("...ki,...kj->...ij", a - mean_a[..., None, :], b - mean_b[..., None, :])
+    b, a = _same_points(points_b, points_a)
+    correlation, s = _correlation(b, a)
+    loose = s[..., 1] <= LINE * s[..., 0]
+    if np.any(loose):
+        raise InputError("geometry.line_of_points", name="points", row=_row(loose))
+    mirrored = _mirrored(b, a, correlation, s)
+    if np.any(mirrored):
+        raise InputError("geometry.mirrored", name="points", row=_row(mirrored))
+    return _fitted(b, a, correlation)
+
+
+def _same_points(first: ArrayLike, second: ArrayLike) -> tuple[Floats, Floats]:
+    """Both sets as arrays (*batch, k, 3) of one k."""
+    x, y = gate("points", first, (3,)), gate("points", second, (3,))
+    if x.ndim < 2 or y.ndim < 2 or x.shape[-2] != y.shape[-2]:
+        raise InputError("input.shape", name="points", expected="(*batch, k, 3)", got=(x.shape, y.shape), hint="")
+    return x, y
+
+
+def _correlation(b: Floats, a: Floats) -> tuple[Floats, Floats]:
+    """Sum of (a - mean)(b - mean)', (*batch, 3, 3), and its singular values; NaN rows have zeros."""
+    from_b, from_a = b - b.mean(-2, keepdims=True), a - a.mean(-2, keepdims=True)
+    correlation = np.einsum("...ki,...kj->...ij", from_a, from_b)
+    known = np.where(np.isfinite(correlation).all((-1, -2), keepdims=True), correlation, np.eye(3))
+    return correlation, np.asarray(np.linalg.svd(known, compute_uv=False))
+
+
+def _mirrored(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
+    """(*batch) whether the best reflection leaves far less than the best rotation.
+
+    Sums of squares left: total - 2 (s1 + s2 + s3) and, the determinant being negative, total - 2 (s1 + s2 - s3). Of
+    points in a plane that are only thick by noise, both are of the size of the noise.
+    """
+    total = sum((np.square(x - x.mean(-2, keepdims=True)).sum((-1, -2)) for x in (a, b)), start=np.float64(0.0))
+    reflected = np.maximum(total - 2 * s.sum(-1), LINE * total)
+    with np.errstate(invalid="ignore"):
+        opposite = np.linalg.det(correlation) < 0
+    return opposite & (4 * s[..., 2] > MIRRORED * reflected)
+
+
+def _fitted(b: Floats, a: Floats, correlation: Floats) -> PoseMatrix:
     R = rotation.project(correlation)
-    return pose.from_rotation_translation(R, mean_a - rotation.apply(R, mean_b))
+    return pose.from_rotation_translation(R, a.mean(-2) - rotation.apply(R, b.mean(-2)))
+
+
+def _row(failing: Any) -> str:
+    """`[i, j]` of the first row of a batch, or nothing."""
+    index = np.argwhere(np.asarray(failing))[0]
+    return f"[{', '.join(str(int(i)) for i in index)}]" if len(index) else ""

@@ -18,8 +18,9 @@ from mafsil.geometry.declared import Declared
 
 _T = {"T": "pose"}
 _BOTH = {"T_0": "pose", "T_1": "pose"}
+_COORDINATES = {"V": "exponential_coordinates"}
 
-_exp = Declared("se3.exp", "V:6", "T:4,4")
+_exp = Declared("se3.exp", "V:6", "T:4,4", _COORDINATES)
 _log = Declared("se3.log", "T:4,4", "V:6", _T)
 _inverse = Declared("se3.inverse", "T:4,4", "inverse:4,4", _T)
 _compose = Declared("se3.compose", "T_ab:4,4 T_bc:4,4", "T_ac:4,4", {"T_ab": "pose", "T_bc": "pose"})
@@ -28,10 +29,10 @@ _act = Declared("se3.act", "T:4,4 x:3", "y:3", _T)
 _adjoint = Declared("se3.adjoint", "T:4,4", "Ad:6,6", _T)
 _error = Declared("se3.body_error", "T_sb:4,4 T_sd:4,4", "V_b:6", {"T_sb": "pose", "T_sd": "pose"})
 _space_error = Declared("se3.space_error", "T_sb:4,4 T_sd:4,4", "V_s:6", {"T_sb": "pose", "T_sd": "pose"})
-_left_jacobian = Declared("se3.left_jacobian", "V:6", "J:6,6")
-_left_jacobian_inverse = Declared("se3.left_jacobian_inverse", "V:6", "J:6,6")
-_right_jacobian = Declared("se3.right_jacobian", "V:6", "J:6,6")
-_right_jacobian_inverse = Declared("se3.right_jacobian_inverse", "V:6", "J:6,6")
+_left_jacobian = Declared("se3.left_jacobian", "V:6", "J:6,6", _COORDINATES)
+_left_jacobian_inverse = Declared("se3.left_jacobian_inverse", "V:6", "J:6,6", _COORDINATES)
+_right_jacobian = Declared("se3.right_jacobian", "V:6", "J:6,6", _COORDINATES)
+_right_jacobian_inverse = Declared("se3.right_jacobian_inverse", "V:6", "J:6,6", _COORDINATES)
 _interpolate_screw = Declared("se3.interpolate_screw", "T_0:4,4 T_1:4,4 t", "T:4,4", _BOTH)
 _interpolate_decoupled = Declared("se3.interpolate_decoupled", "T_0:4,4 T_1:4,4 t", "T:4,4", _BOTH)
 _hat = Declared("spatial.hat", "V:6", "M:4,4")
@@ -42,7 +43,7 @@ def exp(V: ArrayLike) -> PoseMatrix:
     """Displacement of exponential coordinates V = (omega, v): T = (exp(omega), J(omega) v).
 
     Args:
-        V: (*batch, 6) [rad, m]; omega any length, zero included.
+        V: (*batch, 6) [rad, m]; omega of any length up to 1e150, zero included.
 
     Returns:
         (*batch, 4, 4).

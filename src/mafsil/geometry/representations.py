@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, gate, single
 from mafsil.errors import InputError
-from mafsil.geometry import euler, quaternion, rotation
+from mafsil.geometry import euler, pose, quaternion, rotation
 from mafsil.messages import say
 
 
@@ -86,24 +86,92 @@ _ALL = (
 )
 
 REPRESENTATIONS: dict[str, Representation] = {entry.name: entry for entry in _ALL}
-"""All representations by name; general axis triples stand in `mafsil.geometry.euler`."""
+"""Representations by name; `convert` knows, besides, the 24 Euler sequences and general axis triples."""
 
 
-def convert(value: Any, source: str, target: str) -> Any:
+def convert(value: Any, source: str | ArrayLike, target: str | ArrayLike) -> Any:
     """A rotation in another representation, principal value.
 
     Args:
         value: (*batch, *shape) in the source representation.
-        source, target: names in REPRESENTATIONS.
+        source, target: names in REPRESENTATIONS; one of the 24 Euler sequences, such as `ZXZ` or `xyz`; or (3, 3) unit
+            axes as rows, for angles about a general orthogonal triple.
 
     Returns:
         (*batch, *shape) in the target representation.
+
+    Raises:
+        InputError: an unknown name, a value that is no rotation (mirror images are none), axes that are not orthogonal.
     """
     return _named(target).from_matrix(_named(source).to_matrix(value))
 
 
-def _named(name: str) -> Representation:
-    if name not in REPRESENTATIONS:
-        known = ", ".join(REPRESENTATIONS)
-        raise InputError("input.choice", name="representation", value=name, known=known)
-    return REPRESENTATIONS[name]
+def _named(name: str | ArrayLike) -> Representation:
+    if not isinstance(name, str):
+        return _of_axes(name)
+    if name in REPRESENTATIONS:
+        return REPRESENTATIONS[name]
+    if name in euler.SEQUENCES:
+        return Representation(name, (3,), 3, 2, lambda a: euler.from_euler(a, name), lambda R: euler.to_euler(R, name))
+    known = ", ".join([*REPRESENTATIONS, *euler.SEQUENCES])
+    raise InputError("input.choice", name="representation", value=name, known=known)
+
+
+def _of_axes(axes: ArrayLike) -> Representation:
+    """Angles about a general orthogonal triple."""
+    n = single("axes", axes, (3, 3))
+    return Representation(
+        "axes", (3,), 3, 2, lambda a: euler.from_davenport(a, n), lambda R: euler.to_davenport(R, n)[..., 0, :]
+    )
+
+
+@dataclass(frozen=True)
+class PoseChart:
+    """One way to write a displacement of space.
+
+    Attributes:
+        name: of the chart.
+        parameters: how many numbers are stored; six are independent.
+        names: how many values of the principal range one displacement has in general.
+        carried: whether a change of frame carries it linearly, x_a = Ad(T_ab) x_b.
+        to_pose: (*batch, *shape) -> (*batch, 4, 4).
+        from_pose: (*batch, 4, 4) -> principal value (*batch, *shape).
+    """
+
+    name: str
+    parameters: int
+    names: int
+    carried: bool
+    to_pose: Callable[[Any], Any]
+    from_pose: Callable[[Any], Any]
+
+    @property
+    def note(self) -> str:
+        """Range, singular set, and what a change of frame does, in the current language."""
+        return say(f"geometry.chart_{self.name}")
+
+
+def _beside_position(to_matrix: Callable[[Any], Any], from_matrix: Callable[[Any], Any]) -> dict[str, Any]:
+    """Three numbers of the rotation, then the position."""
+
+    def to_pose(value: ArrayLike) -> Floats:
+        x = gate("value", value, (6,))
+        return pose.from_rotation_translation(to_matrix(x[..., :3]), x[..., 3:])
+
+    def from_pose(T: ArrayLike) -> Floats:
+        matrix = pose.check(T, "T")
+        return np.concatenate([from_matrix(matrix[..., :3, :3]), matrix[..., :3, 3]], axis=-1)
+
+    return {"to_pose": to_pose, "from_pose": from_pose}
+
+
+POSE_CHARTS: dict[str, PoseChart] = {
+    chart.name: chart
+    for chart in (
+        PoseChart("matrix", 16, 1, False, lambda T: pose.check(T, "T"), lambda T: pose.check(T, "T")),
+        PoseChart("euler_position", 6, 2, False, **_beside_position(euler.from_rpy, euler.to_rpy)),
+        PoseChart("vector_position", 6, 1, False, **_beside_position(rotation.exp, rotation.log)),
+        PoseChart("exponential", 6, 1, True, pose.exp, pose.log),
+    )
+}
+"""Ways to write a displacement, by name: T, (roll, pitch, yaw, p), (rotation vector, p), and S theta."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
 from mafsil.arrays import Floats, Vector3, gate
+from mafsil.errors import InputError
 from mafsil.geometry import membership
 from mafsil.geometry.declared import Declared
 from mafsil.geometry.euler import from_davenport as from_davenport
@@ -26,8 +27,9 @@ from mafsil.geometry.quaternion import to_quaternion as to_quaternion
 
 _R = {"R": "rotation"}
 _BOTH = {"R_0": "rotation", "R_1": "rotation"}
+_VECTOR = {"r": "rotation_vector"}
 
-_exp = Declared("so3.exp", "r:3", "R:3,3")
+_exp = Declared("so3.exp", "r:3", "R:3,3", _VECTOR)
 _log = Declared("so3.log", "R:3,3", "r:3", _R)
 _compose = Declared("so3.compose", "R_ab:3,3 R_bc:3,3", "R_ac:3,3", {"R_ab": "rotation", "R_bc": "rotation"})
 _inverse = Declared("so3.inverse", "R:3,3", "inverse:3,3", _R)
@@ -42,20 +44,27 @@ _project = Declared("so3.project", "M:3,3", "R:3,3")
 _residuals = Declared("so3.residuals", "M:3,3", "residuals:7")
 _hat = Declared("so3.hat", "w:3", "W:3,3")
 _vee = Declared("so3.vee", "W:3,3", "w:3")
-_left_jacobian = Declared("so3.left_jacobian", "r:3", "J:3,3")
-_left_jacobian_inverse = Declared("so3.left_jacobian_inverse", "r:3", "J:3,3")
-_right_jacobian = Declared("so3.right_jacobian", "r:3", "J:3,3")
-_right_jacobian_inverse = Declared("so3.right_jacobian_inverse", "r:3", "J:3,3")
+_left_jacobian = Declared("so3.left_jacobian", "r:3", "J:3,3", _VECTOR)
+_left_jacobian_inverse = Declared("so3.left_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
+_right_jacobian = Declared("so3.right_jacobian", "r:3", "J:3,3", _VECTOR)
+_right_jacobian_inverse = Declared("so3.right_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
+
+
+SKEWNESS = 1e-6
+"""By how much W + W' may differ from zero, as a share of the largest entry: rounding, and differences of poses."""
 
 
 def exp(r: ArrayLike) -> Floats:
     """Rotation of exponential coordinates: R = I + sin(theta)/theta [r] + (1 - cos(theta))/theta^2 [r]^2.
 
     Args:
-        r: (*batch, 3) omega theta [rad], any length; exact to rounding from 0 to beyond pi.
+        r: (*batch, 3) omega theta [rad], of any length up to 1e150; exact to rounding from 0 to beyond pi.
 
     Returns:
         (*batch, 3, 3).
+
+    Raises:
+        InputError: the square of the length overflows.
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.11.
     """
@@ -223,8 +232,23 @@ def hat(w: ArrayLike) -> Floats:
 
 
 def vee(W: ArrayLike) -> Vector3:
-    """(*batch, 3) w of the skew part (W - W')/2 of (*batch, 3, 3)."""
-    return _vee.at(W)
+    """(*batch, 3) w of skew matrices (*batch, 3, 3), within SKEWNESS of the largest entry.
+
+    Raises:
+        InputError: a matrix is not skew; take (W - W')/2 for the skew part of any matrix.
+    """
+    matrices = gate("W", W, (3, 3))
+    off = np.abs(matrices + np.swapaxes(matrices, -1, -2)).max(axis=(-2, -1))
+    refused = off > SKEWNESS * np.abs(matrices).max(axis=(-2, -1), initial=0.0)
+    if refused.any():
+        index = tuple(int(k) for k in np.argwhere(refused)[0])
+        raise InputError(
+            "geometry.not_skew",
+            name=f"W[{', '.join(map(str, index))}]" if index else "W",
+            distance=float(off[index]),
+            limit=SKEWNESS,
+        )
+    return _vee.at(matrices)
 
 
 def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:

@@ -12,17 +12,15 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
 from mafsil.geometry.declared import Declared
 
-_UNIT = {"S": "unit_screw"}
-
 _from_axis = Declared("screw.from_axis", "direction:3 point:3 pitch", "S:6", {"direction": "axis"})
 _pitch = Declared("screw.pitch", "S:6", "pitch")
 _nearest_point = Declared("screw.nearest_point", "S:6", "point:3")
 _normalized = Declared("screw.normalized", "V:6", "S:6")
 _magnitude = Declared("screw.magnitude", "V:6", "magnitude")
-_motion = Declared("screw.motion", "S:6 amount", "T:4,4", _UNIT)
+_motion = Declared("screw.motion", "S:6 amount", "T:4,4", {"S": "unit_screw", "amount": "amount"})
 _chasles = Declared("screw.chasles", "T:4,4", "S:6 amount", {"T": "pose"})
-_integral = Declared("screw.integral", "omega:3 theta", "G:3,3")
-_integral_inverse = Declared("screw.integral_inverse", "omega:3 theta", "G:3,3")
+_integral = Declared("screw.integral", "omega:3 theta", "G:3,3", {"theta": "amount"})
+_integral_inverse = Declared("screw.integral_inverse", "omega:3 theta", "G:3,3", {"theta": "part_turn"})
 _reciprocal = Declared("spatial.reciprocal_product", "S:6 Z:6", "product")
 
 
@@ -114,7 +112,7 @@ def integral(omega: ArrayLike, theta: ArrayLike) -> Floats:
 
 
 def integral_inverse(omega: ArrayLike, theta: ArrayLike) -> Floats:
-    """(*batch, 3, 3) G(theta)^-1, 0 < theta < 2 pi."""
+    """(*batch, 3, 3) G(theta)^-1; whole turns are refused, where det G = 2 theta (1 - cos theta) vanishes."""
     return _integral_inverse.at(omega, theta)
 
 

@@ -26,9 +26,17 @@ _body = Declared("velocity.body_twist", "T:4,4 Tdot:4,4", "V_b:6 defect", _T)
 _rate_body = Declared("velocity.pose_rate_of_body_twist", "T:4,4 V_b:6", "Tdot:4,4", _T)
 _rate_space = Declared("velocity.pose_rate_of_space_twist", "T:4,4 V_s:6", "Tdot:4,4", _T)
 _mean_angular = Declared(
-    "velocity.mean_angular_velocity", "R_0:3,3 R_1:3,3 duration", "omega_s:3", {"R_0": "rotation", "R_1": "rotation"}
+    "velocity.mean_angular_velocity",
+    "R_0:3,3 R_1:3,3 duration",
+    "omega_s:3",
+    {"R_0": "rotation", "R_1": "rotation", "duration": "duration"},
 )
-_mean = Declared("velocity.mean_space_twist", "T_0:4,4 T_1:4,4 duration", "V_s:6", {"T_0": "pose", "T_1": "pose"})
+_mean = Declared(
+    "velocity.mean_space_twist",
+    "T_0:4,4 T_1:4,4 duration",
+    "V_s:6",
+    {"T_0": "pose", "T_1": "pose", "duration": "duration"},
+)
 _transform = Declared("spatial.transform_twist", "T_ab:4,4 V_b:6", "V_a:6", {"T_ab": "pose"})
 _point_velocity = Declared("spatial.point_velocity", "V:6 point:3", "velocity:3")
 _ad = Declared("spatial.ad", "V:6", "ad:6,6")
@@ -85,12 +93,12 @@ def pose_rate_from_space(T: ArrayLike, V_s: ArrayLike) -> PoseMatrix:
 
 
 def mean_angular_velocity(R_0: ArrayLike, R_1: ArrayLike, duration: ArrayLike) -> Vector3:
-    """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s]; tends to omega_s at 0."""
+    """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s], which is not zero."""
     return _mean_angular.at(R_0, R_1, duration)
 
 
 def mean_space_twist(T_0: ArrayLike, T_1: ArrayLike, duration: ArrayLike) -> Vector6:
-    """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s]."""
+    """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s], which is not zero."""
     return _mean.at(T_0, T_1, duration)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Vector3, Vector6, gate
+from mafsil.errors import InputError
+from mafsil.geometry import pose
 from mafsil.geometry.declared import Declared
 
 _from_force = Declared("spatial.wrench_of_force", "point:3 force:3", "F:6")
@@ -52,6 +54,25 @@ def transform(T_ab: ArrayLike, F_a: ArrayLike) -> Vector6:
     Reference: Lynch & Park, Modern Robotics, eq. 3.98.
     """
     return _transform.at(T_ab, F_a)
+
+
+def resultant(wrenches: ArrayLike, poses: ArrayLike | None = None) -> Vector6:
+    """(6,) sum of wrenches in one frame, each first carried there; its negative balances them.
+
+    Args:
+        wrenches: (k, 6) (m, f), each in its own frame [N m, N].
+        poses: (k, 4, 4) poses of these frames in the common one; all in the common frame already if None.
+
+    Raises:
+        InputError: not one pose for each wrench.
+    """
+    F = np.atleast_2d(gate("wrenches", wrenches, (6,)))
+    if poses is None:
+        return F.sum(axis=0)
+    T = np.reshape(gate("poses", poses, (4, 4)), (-1, 4, 4))
+    if len(T) != len(F):
+        raise InputError("input.shape", name="poses", expected=(len(F), 4, 4), got=np.shape(poses), hint="")
+    return np.asarray(transform(pose.inverse(T), F)).sum(axis=0)
 
 
 def power(V: ArrayLike, F: ArrayLike) -> Any:

@@ -19,7 +19,7 @@ from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_fi
 from mafsil.errors import FileError, InputError
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 SAMPLES = 120
 """Instants at which a candidate is looked at."""
@@ -115,6 +115,7 @@ class ExcitingMotion:
             raise FileError("identification.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
 
 
+@of_robot
 def exciting_motion(
     robot: Robot,
     *,

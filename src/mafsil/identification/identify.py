@@ -23,7 +23,7 @@ from mafsil.identification.starting_point import starting_point
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 HARDLY = 0.02
 """A joint that covers less than this [rad | m] has hardly moved."""
@@ -40,6 +40,7 @@ class _Problem:
     base: BaseParameters
 
 
+@of_robot
 def identify(
     robot: Robot,
     log: Log | Sequence[Log],

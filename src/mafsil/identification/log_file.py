@@ -13,7 +13,8 @@ from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.identification.log import MotionLog
 from mafsil.model import JointKind
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 SIGNALS = ("q", "tau", "qd", "qdd")
 """What a log may hold of every joint; the first two it must."""
@@ -23,7 +24,7 @@ MOST_BYTES = 1 << 31
 """Larger files are not read."""
 
 
-def read_log(path: str | PathLike[str], robot: Robot, *, degrees: bool = False) -> MotionLog:
+def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = False) -> MotionLog:
     """A log from a CSV file with a heading line; columns in any order, others are passed over.
 
     `t` [s]; for every joint `q[NAME]` [rad | m] and `tau[NAME]` [N m | N], and if wanted `qd[NAME]` and `qdd[NAME]`.
@@ -44,13 +45,14 @@ def read_log(path: str | PathLike[str], robot: Robot, *, degrees: bool = False) 
     if len(columns) < len(heads):
         twice = next(head for k, head in enumerate(heads) if head in heads[:k])
         raise FileError("identification.column_twice", path=file.name, column=twice)
-    places = _places(file, columns, robot)
+    arm = as_robot(robot)
+    places = _places(file, columns, arm)
     needed = sorted({k for group in places.values() for k in group})
     where = {column: k for k, column in enumerate(needed)}
     values = _numbers(file, heads, rows, lines, needed)
     arrays = {name: values[:, [where[k] for k in group]] for name, group in places.items()}
     if degrees:
-        turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+        turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in arm.mechanism.coordinates])
         for name in ("q", "qd", "qdd"):
             if name in arrays:
                 arrays[name] = np.where(turning, np.radians(arrays[name]), arrays[name])

@@ -21,7 +21,7 @@ from mafsil.identification.smoothing import SmoothMotion
 from mafsil.identification.torque_model import CHUNK, thinned
 from mafsil.mechanics.inertial_parameters import inertial_of
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 RADIUS = 0.1
 """Size [m] that loads are believed to have."""
@@ -106,6 +106,7 @@ class Payload:
         }
 
 
+@of_robot
 def estimate_payload(
     robot: Robot,
     log: Log,

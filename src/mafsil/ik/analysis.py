@@ -13,7 +13,7 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
 from mafsil.ik.recognise import EXACT, recognise, recognise_holding
 from mafsil.model import Mechanism
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 Task = Literal["pose", "position", "axis"]
 
@@ -70,6 +70,7 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
     return Analysis(chain, None, general, ())
 
 
+@of_robot
 def elimination(robot: Robot) -> GeneralSix | None:
     """The elimination of a robot's tip, for whole batches of poses; None where it has another number of joints.
 
@@ -87,6 +88,7 @@ def _elimination(mechanism: Mechanism) -> GeneralSix:
     return GeneralSix(chain)
 
 
+@of_robot
 def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:
     """The closed form of a robot's tip, for whole batches of poses; None if the arm has none.
 

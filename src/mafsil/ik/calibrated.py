@@ -20,7 +20,8 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 REACHED = 1e-9
 """By how much the ideal arm's steps may miss and its branch still exist [m | rad]."""
@@ -68,18 +69,20 @@ class Continuation:
         return "\n".join([*lines, self.answer.explain(language)])
 
 
-def continued_branches(robot: Robot, T_sd: ArrayLike) -> Continuation:
+def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     """The solutions of one pose, each with the branch of the nearest ideal arm that it continues.
 
     Args:
-        robot: of up to six joints, itself or nearly of a shape that has a closed form.
+        robot: of up to six joints that move its tip, of a shape that has a closed form or nearly so. The answer holds
+            these joints only.
         T_sd: (4, 4) wanted pose in {s}.
 
     Raises:
         InputError: no such arm, a wrong shape, or no pose.
     """
-    answer = inverse_kinematics(robot, T_sd)
-    arm, asked = analysis(robot.mechanism), setting(robot, None, "pose")
+    asked = setting(as_robot(robot), None, "pose")
+    robot = asked.robot
+    answer, arm = inverse_kinematics(robot, T_sd), analysis(robot.mechanism)
     if arm.form is None or arm.held:
         raise InputError("calibrated.no_ideal", joints=robot.n)
     if not isinstance(answer, SolutionSet):

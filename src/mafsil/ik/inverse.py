@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, positive, require_kind
+from mafsil.arrays import PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
@@ -17,14 +17,15 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered, with_parameter
 from mafsil.ik.refine import distinct
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 APART = 1e-4
 """Marks above which branches are distinct and isolated."""
 
 
 def inverse_kinematics(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     *,
     frame: str | None = None,
@@ -35,15 +36,19 @@ def inverse_kinematics(
 ) -> SolutionSet | SolutionBatch:
     """All joint vectors that bring the tip to a pose, or to each pose of a batch.
 
+    Joints that do not move the frame, such as those of a gripper, are no unknowns.
+
     Args:
-        robot: any arm.
+        robot: any arm, a Mechanism, a name of the library or a file.
         T_sd: (4, 4) wanted pose in {s}, or (*batch, 4, 4).
         frame: name of a link; the tip if None.
         task: `pose`, `position` only, or `axis`: position and direction of the tip's z axis.
-        near: (n,) values that free joints and held joints of redundant arms take; the middle of their limits if None.
+        near: (n,) values that free joints, held joints of redundant arms and joints that do not move the frame take;
+            the middle of their limits if None.
         free: of arms with seven coordinates and one pose: value of their free parameter, or {name: value} of the
             `arm angle` or of a joint; see `redundancy`.
-        tolerance: largest residual [m | rad] of a solution.
+        tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
+            rounded pose in the sense of least squares; other arms the nearest posture where there is no exact one.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are
@@ -60,23 +65,24 @@ def inverse_kinematics(
         plain = near is None and free is None and T_sd.dtype == np.float64
         if asked.kernel is not None and plain and type(tolerance) is float and CLEAR <= tolerance < np.inf:
             return _quick(asked, T_sd, tolerance)
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     tolerance = positive("tolerance", tolerance)
     wanted = gate("T_sd", T_sd, (4, 4))
     asked = setting(robot, frame, task)
-    start = asked.middle if near is None else gate("near", near, (robot.n,), finite=True)
+    others = asked.part.middle if near is None else single("near", near, (robot.n,))
+    start = asked.part.own(others)
     if wanted.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=wanted.shape)
-        return solved_batch(asked, wanted, start, tolerance)
+        return solved_batch(asked, wanted, others, tolerance)
     clean, valid = clean_poses(wanted[None])
     if not valid[0]:
         raise _no_pose()
     if free is not None:
         return with_parameter(asked, clean[0], free, tolerance)
-    return answered(Question(asked, clean[0], start, tolerance))
+    return answered(Question(asked, clean[0], start, tolerance, others))
 
 
 def _no_pose() -> InputError:

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, positive, require_kind, single, whole
+from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.geometry import pose
-from mafsil.robot import Robot
+from mafsil.geometry import pose, rotation
+from mafsil.ik.root_finding import GROWING, Course, orders
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 NewtonForm = Literal["body", "space"]
+ResidualForm = Literal["twist", "euler"]
+
+DIFFERENCE = 6e-6
+"""Step of central differences [rad | m], the cube root of the rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +49,25 @@ class NewtonRecord:
         """Number of steps."""
         return len(self.iterates) - 1
 
+    @property
+    def orders(self) -> Floats:
+        """(k - 2,) measured orders of convergence, 2 near a regular solution; NaN where an error is rounding."""
+        return orders(self.iterates)
+
+    @property
+    def course(self) -> Course:
+        """Converged; at a singular posture; the difference of the poses grew again and again; none of these."""
+        if self.converged:
+            return Course.CONVERGED
+        if self.ranks and self.ranks[-1] < min(6, self.iterates.shape[1]):
+            return Course.SINGULAR
+        last = self.differences[-GROWING - 1 :]
+        grew = len(last) > GROWING and bool((np.diff(last) > 0.0).all())
+        return Course.DIVERGED if grew or not np.isfinite(last).all() else Course.WANDERING
+
 
 def newton_ik(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     start: ArrayLike,
     *,
@@ -52,6 +76,8 @@ def newton_ik(
     position_tolerance: float = 1e-10,
     max_steps: int = 50,
     damping: float = 0.0,
+    residual: ResidualForm = "twist",
+    by_differences: bool = False,
 ) -> NewtonRecord:
     """Newton-Raphson iteration to one pose.
 
@@ -68,6 +94,9 @@ def newton_ik(
         position_tolerance: [m].
         max_steps: most steps.
         damping: lambda of dq = J' (J J' + lambda^2 I)^-1 V; zero is Newton's own step.
+        residual: `twist`, the logarithm of T^-1 T_sd; or `euler`, (roll, pitch, yaw of R_sd less those of R, p_sd - p),
+            which has the representation's singularity at a pitch of a quarter turn.
+        by_differences: whether the Jacobian of the residual is taken by central differences instead of the arm's own.
 
     Returns:
         The record; not converged is an answer, not an error.
@@ -79,12 +108,14 @@ def newton_ik(
     """
     if form not in ("body", "space"):
         raise InputError("input.choice", name="form", value=form, known="body, space")
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     T_goal, q = single("T_sd", T_sd, (4, 4)), single("start", start, (robot.n,)).copy()
     turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
     most, least = whole("max_steps", max_steps), float(single("damping", damping, ()))
     if least < 0.0:
         raise InputError("input.range", name="damping", value=least, low=0, high=np.inf)
+    if residual not in ("twist", "euler"):
+        raise InputError("input.choice", name="residual", value=residual, known="twist, euler")
     error, jacobian = (pose.error, robot.jacobian_body) if form == "body" else (pose.space_error, robot.jacobian_space)
     iterates, twists, differences, ranks = [], [], [], []
     converged = False
@@ -98,7 +129,11 @@ def newton_ik(
         converged = bool(np.linalg.norm(V[:3]) <= turn and np.linalg.norm((T - T_goal)[:3, 3]) <= shift)
         if converged or len(ranks) == most or not np.isfinite(q).all():
             break
-        J = jacobian(q)
+        if residual == "euler":
+            lacking = partial(_lacking, robot, T_goal)
+            J, V = -_slopes(lacking, q), lacking(q)
+        else:
+            J = -_slopes(lambda x: error(robot.forward_kinematics(x), T_goal), q) if by_differences else jacobian(q)
         ranks.append(int(np.linalg.matrix_rank(J)))
         q = q + _step(J, V, least)
     return NewtonRecord(q, converged, np.array(iterates), np.array(twists), np.array(differences), tuple(ranks))
@@ -108,3 +143,16 @@ def _step(J: Floats, V: Floats, damping: float) -> JointVector:
     if damping == 0.0:
         return np.linalg.pinv(J) @ V
     return J.T @ np.linalg.solve(J @ J.T + damping**2 * np.eye(6), V)
+
+
+def _lacking(robot: Robot, T_goal: PoseMatrix, q: JointVector) -> Floats:
+    """(6,) roll, pitch, yaw and position that are still lacking."""
+    T = robot.forward_kinematics(q)
+    turn = rotation.to_euler(T_goal[:3, :3], "ZYX") - rotation.to_euler(T[:3, :3], "ZYX")
+    return np.concatenate([(turn + np.pi) % (2 * np.pi) - np.pi, T_goal[:3, 3] - T[:3, 3]])
+
+
+def _slopes(f: Callable[[JointVector], Floats], q: JointVector) -> Floats:
+    """(6, n) central differences."""
+    steps = DIFFERENCE * np.eye(len(q))
+    return np.stack([(f(q + h) - f(q - h)) / (2 * DIFFERENCE) for h in steps], axis=1)

@@ -11,7 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
-from mafsil.robot import Robot
+from mafsil.ik.moving_part import moving_part
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
+from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
 RANK = 1e-9
@@ -32,21 +35,26 @@ class Rates:
         qd: (*batch, n) rates [rad/s | m/s].
         miss: (*batch,) norm of what J qd lacks of the wanted twist; zero within rounding unless singular.
         rank: (*batch,) rank of the task's Jacobian; lower than its rows at a singular posture.
-        null_space: (*batch, n, n) projector on the rates that do not move the task: rates of self-motion.
+        null_space: (*batch, n, n) projector on the rates that do not move the task: rates of self-motion. Joints
+            that do not move the tip at all have none.
+        moving: number of joints that move the tip.
     """
 
     qd: JointVector
     miss: Floats
     rank: NDArray[np.int64]
     null_space: Floats
+    moving: int
 
     @property
     def redundancy(self) -> NDArray[np.int64]:
-        """(*batch,) dimension n - rank of the self-motion."""
-        return self.qd.shape[-1] - self.rank
+        """(*batch,) dimension of the self-motion: moving joints less the rank."""
+        return self.moving - self.rank
 
 
-def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None) -> Floats:
+def task_jacobian(
+    robot: RobotLike, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None
+) -> Floats:
     """(*batch, m, n) Jacobian of a task.
 
     Args:
@@ -59,7 +67,7 @@ def task_jacobian(robot: Robot, q: ArrayLike, form: TwistForm = "body", rows: Se
     Raises:
         InputError: an unknown form, wrong shapes, rows that are none.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     match form:
         case "body":
             J = robot.jacobian_body(q)
@@ -97,7 +105,7 @@ def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
 
 
 def joint_rates(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     V: ArrayLike,
     *,
@@ -125,24 +133,28 @@ def joint_rates(
 
     Reference: Whitney, Resolved motion rate control, 1969; Lynch & Park, Modern Robotics, sec. 6.3.
     """
+    robot = as_robot(robot)
     J = task_jacobian(robot, q, form, rows)
     twist = twists_for(J, V) if goal is None else twists_for(J, V, goal=goal)
-    root = _cost_root(cost, robot.n)
+    Q, moving = _cost(cost, robot.n), moving_part(robot).columns
+    own = J[..., moving]
     # With y = L' qd, Q = L L', the least cost is the least norm of y.
-    scaled = J @ np.linalg.inv(root).T
-    inverse = np.linalg.pinv(scaled, rcond=RANK)
-    sharp = np.linalg.inv(root).T @ inverse
-    null_space = np.eye(robot.n) - sharp @ J
+    back = np.linalg.inv(np.linalg.cholesky(Q[np.ix_(moving, moving)])).T
+    scaled = own @ back
+    sharp = np.zeros((*J.shape[:-2], robot.n, J.shape[-2]))
+    sharp[..., moving, :] = back @ decompositions.pinv(scaled, RANK)
+    null_space = np.zeros((*J.shape[:-2], robot.n, robot.n))
+    null_space[..., moving[:, None], moving] = np.eye(len(moving)) - sharp[..., moving, :] @ own
     qd = (sharp @ twist[..., None])[..., 0]
     if goal is not None:
         qd = qd + (null_space @ real_array("goal", goal)[..., None])[..., 0]
     miss = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
-    values = np.linalg.svd(scaled, compute_uv=False)
+    values = decompositions.singular_values(scaled)
     rank = (values > RANK * values[..., :1]).sum(axis=-1)
-    return Rates(qd, miss, rank, null_space)
+    return Rates(qd, miss, rank, null_space, len(moving))
 
 
-def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLike, ArrayLike]]) -> JointVector:
+def prioritised_rates(robot: RobotLike, q: ArrayLike, tasks: Sequence[tuple[ArrayLike, ArrayLike]]) -> JointVector:
     """(n,) rates that fulfil tasks in strict order: each is pursued only in the self-motion left by those before.
 
     Args:
@@ -155,7 +167,7 @@ def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLik
 
     Reference: Siciliano and Slotine, A general framework for managing multiple tasks, 1991.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     single("q", q, (robot.n,))
     qd, N = np.zeros(robot.n), np.eye(robot.n)
     require_kind("tasks", tasks, "list of pairs", "__iter__")
@@ -166,14 +178,14 @@ def prioritised_rates(robot: Robot, q: ArrayLike, tasks: Sequence[tuple[ArrayLik
         rows = real_array(f"tasks[{k}][1]", task[1])
         wanted = single(f"tasks[{k}][1]", rows, (rows.size,))
         J = single(f"tasks[{k}][0]", task[0], (rows.size, robot.n))
-        inverse = np.linalg.pinv(J @ N, rcond=RANK)
+        inverse = decompositions.pinv(J @ N, RANK)
         qd = qd + inverse @ (wanted - J @ qd)
         N = N - inverse @ (J @ N)
     return qd
 
 
 def integrate_rates(
-    robot: Robot,
+    robot: RobotLike,
     start: ArrayLike,
     twist: Callable[[float, JointVector], ArrayLike],
     duration: float,
@@ -200,7 +212,7 @@ def integrate_rates(
     Raises:
         InputError: wrong shapes, a duration or step that is not positive.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     require_kind("twist", twist, "function of time and coordinates", "__call__")
     count = min(positive("duration", duration) / positive("step", step), 2.0 * MOST_STEPS)
     if count > MOST_STEPS:
@@ -222,8 +234,8 @@ def _chosen(rows: Sequence[int]) -> list[int]:
     return numbers.astype(int).tolist()
 
 
-def _cost_root(cost: ArrayLike | None, n: int) -> Floats:
-    """(n, n) lower triangular L with Q = L L'."""
+def _cost(cost: ArrayLike | None, n: int) -> Floats:
+    """(n, n) the cost as a symmetric positive definite matrix."""
     if cost is None:
         return np.eye(n)
     array = real_array("cost", cost)
@@ -232,6 +244,7 @@ def _cost_root(cost: ArrayLike | None, n: int) -> Floats:
     if skew > SYMMETRIC * np.abs(Q).max(initial=0.0):
         raise InputError("ik.asymmetric", name="cost", value=float(skew))
     try:
-        return np.asarray(np.linalg.cholesky(Q), dtype=np.float64)
+        np.linalg.cholesky(Q)
     except np.linalg.LinAlgError:
         raise InputError("ik.cost", name="cost", value=float(np.linalg.eigvalsh(Q).min())) from None
+    return Q

@@ -15,6 +15,11 @@ from mafsil.mechanics.arm_pattern import ArmPattern, Family, HeldJoint, PointRoa
 EXACT = 1e-9
 """Defects [rad, and m relative to the arm's size] that are rounding: the closed form is the arm's own."""
 
+SNAP = 5e-4
+"""Defects up to which a simple family is preferred to an exact one that solves an equation of fourth degree: angles
+printed with four digits and more, 1.571 or 1.5708 for a quarter turn. Its rows are refined to the arm as it is, and
+merged roots, which the exact equation then nearly has, need no care."""
+
 NEAR = 0.03
 """Defects up to which the nearest ideal arm's closed form gives seeds that are refined."""
 
@@ -36,6 +41,8 @@ _NO_ROAD = _Road(PointRoad.PARALLEL, False, np.zeros(3), 0.0)
 def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern | None:
     """The closed form of an arm, exact if there is one, else the nearest within `NEAR`; None without.
 
+    A simple family within `SNAP` comes before an exact one of fourth degree.
+
     Args:
         chain: of the robot, base first; 1 to 6 joints.
         n: number of coordinates of the robot.
@@ -45,7 +52,8 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
     best: ArmPattern | None = None
     for pattern in candidates:
         if pattern.defect <= EXACT:
-            return pattern
+            snapped = pattern.quartic and best is not None and best.defect <= SNAP and not best.quartic
+            return best if snapped else pattern
         if pattern.defect <= NEAR and (best is None or pattern.defect < best.defect):
             best = pattern
     return best

@@ -102,6 +102,47 @@ def refined(
     return q, size
 
 
+def least_missing(
+    robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], *, steps: int = 60
+) -> tuple[JointVector, Floats]:
+    """The nearest postures in the sense of least squares, turns [rad] and distances [m] weighed alike.
+
+    Damped Gauss-Newton steps (Levenberg, 1944) from every start: the poses need not be the arm's own.
+
+    Args:
+        robot: whose joints are sought; its tip is asked for.
+        q: (k, n) starts.
+        T_sd: (4, 4) wanted pose.
+        mask: (6) components of the error that count.
+        steps: most steps.
+
+    Returns:
+        (k, n) and (k,) residuals, the larger of angle and distance.
+    """
+    q, error, unit = q.copy(), misses(robot, q, T_sd, mask, None), np.eye(robot.n)
+    cost, damping = (error**2).sum(axis=1), np.full(len(q), 1e-6)
+    moving = np.arange(len(q))
+    for _ in range(steps):
+        if not len(moving):
+            break
+        J = robot.jacobian_body(q[moving]) * mask[:, None]
+        normal = J.transpose(0, 2, 1) @ J
+        scale = np.maximum(np.trace(normal, axis1=1, axis2=2), 1e-300)
+        normal = normal + (damping[moving] * scale)[:, None, None] * unit
+        step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ error[moving, :, None])[:, :, 0]
+        length = np.abs(step).max(axis=1, keepdims=True)
+        trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        trial_error = misses(robot, trial, T_sd, mask, None)
+        trial_cost = (trial_error**2).sum(axis=1)
+        better = trial_cost < cost[moving]
+        rows = moving[better]
+        q[rows], error[rows], cost[rows] = trial[better], trial_error[better], trial_cost[better]
+        damping[moving] = np.where(better, np.maximum(damping[moving] / 16, 1e-12), damping[moving] * 16)
+        # Steps that small, and damping that large, change nothing that is seen.
+        moving = moving[(np.abs(step).max(axis=1) > 1e-15) & (damping[moving] < 1e4) & (cost[moving] > 1e-29)]
+    return q, residuals(error)
+
+
 def distinct(q: JointVector, turning: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
     """Indices of the first of each group of rows that are equal up to whole turns.
 

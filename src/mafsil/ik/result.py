@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.messages import say
 from mafsil.solvers import Status
 
 
 class IKStatus(Status):
-    """How the search for one pose ended."""
+    """How the search for one pose ended. Only OUT_OF_REACH is proven; the other kinds of no are what was not found."""
 
     SOLVED = ("ik.solved", True)
     OUT_OF_REACH = ("ik.out_of_reach", False)
@@ -24,6 +27,19 @@ class IKStatus(Status):
 
 
 STATUSES = tuple(IKStatus)
+_MEMBERS = np.array(STATUSES, dtype=np.object_)
+_ALIKE = ("moving",)
+
+LISTED = 20
+"""Poses of a batch whose sentences are listed at once."""
+
+
+def rounded_up(x: float) -> float:
+    """The next number of three digits that is larger by some rounding at least."""
+    if not 0.0 < x < np.inf:
+        return x
+    unit = 10.0 ** (np.floor(np.log10(x)) - 2)
+    return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +47,8 @@ class IKResult:
     """What was found for each pose of a batch.
 
     Attributes:
-        q: (*batch, n) the solution; the configuration nearest to the pose that was seen where there is none; NaN where
-            the row is not a pose [rad | m].
+        q: (*batch, n) the solution where `solved`; else no solution but the configuration nearest to the pose that was
+            seen (`solution` hides those), NaN where the row is not a pose [rad | m].
         codes: (*batch,) index into `STATUSES`.
         T_reached: (*batch, 4, 4) pose of the frame at q, in {s}.
         position_error: (*batch,) distance between the wanted and the reached origin [m], as far as it counts.
@@ -42,6 +58,7 @@ class IKResult:
         reach: (*batch,) proven bound of the distance of the frame from the first joint [m].
         distance: (*batch,) distance of the wanted position from the first joint [m].
         worst_joint: (*batch,) name of the joint that a solution without limits exceeds most; empty elsewhere.
+        moving: number of joints that move the frame.
     """
 
     q: JointVector
@@ -54,6 +71,28 @@ class IKResult:
     reach: Floats
     distance: Floats
     worst_joint: NDArray[np.str_]
+    moving: int
+
+    def __bool__(self) -> bool:
+        return self.all_solved
+
+    def __len__(self) -> int:
+        return len(self.codes) if self.codes.ndim else 1
+
+    def __iter__(self) -> Iterator[IKResult]:
+        if not self.codes.ndim:
+            return iter((self,))
+        return (self[i] for i in range(len(self.codes)))
+
+    def __getitem__(self, index: int | slice | tuple[int, ...]) -> IKResult:
+        """The answer to some of the poses of a batch."""
+        rows = {one.name: getattr(self, one.name)[index] for one in fields(self) if one.name not in _ALIKE}
+        return replace(self, **{name: np.asarray(x) for name, x in rows.items()})
+
+    @property
+    def solution(self) -> JointVector:
+        """(*batch, n) the solutions; NaN where a pose is not solved."""
+        return np.where(self.solved[..., None], self.q, np.nan)
 
     @property
     def solved(self) -> NDArray[np.bool_]:
@@ -70,13 +109,23 @@ class IKResult:
         """(*batch,) the larger of position error [m] and rotation error [rad]."""
         return np.maximum(self.position_error, self.rotation_error)
 
-    def status(self, *index: int) -> IKStatus:
-        """The status of one pose of the batch; of the pose itself if there is no batch."""
-        return STATUSES[int(self.codes[index])]
+    @property
+    def status(self) -> Any:
+        """The status of the pose, a member of `IKStatus`; of a batch an array (*batch,) of them."""
+        return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
 
     def explain(self, *index: int, language: str | None = None) -> str:
-        """The status of one pose as a sentence with its numbers."""
-        return self.status(*index).sentence(
+        """The status of one pose as a sentence with its numbers.
+
+        Of a batch, without an index, how many are solved, and the sentences of those that are not.
+        """
+        if self.codes.ndim > len(index):
+            part = self[index] if index else self
+            lines = [say("ik.batch", language=language, solved=int(part.solved.sum()), count=part.codes.size)]
+            for row in np.argwhere(~part.solved)[:LISTED].tolist():
+                lines.append(f"{row}: {part.explain(*row, language=language)}")
+            return "\n".join(lines)
+        return STATUSES[int(self.codes[index])].sentence(
             language,
             position_error=float(self.position_error[index]),
             rotation_error=float(self.rotation_error[index]),
@@ -85,5 +134,6 @@ class IKResult:
             reach=float(self.reach[index]),
             distance=float(self.distance[index]),
             joint=str(self.worst_joint[index]),
-            joints=self.q.shape[-1],
+            joints=self.moving,
+            accepting=f"{rounded_up(float(self.residual[index])):.3g}",
         )

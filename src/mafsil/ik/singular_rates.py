@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate, positive, require_kind
+from mafsil.arrays import Floats, JointVector, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
+from mafsil.solvers import decompositions
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +44,7 @@ class BoundedRates:
 
 
 def bounded_rates(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     V: ArrayLike,
     *,
@@ -74,11 +76,11 @@ def bounded_rates(
     Reference: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
         kinematically singular configurations, 1988.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     e, largest = positive("region", region), positive("damping", damping)
     J = task_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
     twist = twists_for(J, V)
-    U, s, W = np.linalg.svd(J, full_matrices=False)
+    U, s, W = decompositions.svd(J)
     squares = np.where(s < e, (1.0 - (s / e) ** 2) * largest**2, 0.0)
     parts = (np.swapaxes(U, -1, -2) @ twist[..., None])[..., 0]
     inverse = s / np.where(s < e, s * s + squares, s * s)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, gate, single
 from mafsil.geometry.declared import Declared
 
 _distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
@@ -121,3 +121,46 @@ def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
     """
     table = _circles(gate("A", A, (2, 2)), gate("B", B, (2, 2)), gate("b", b, (2,)))
     return Angles(table[..., :2], table[..., 2], table[..., 3] > 0)
+
+
+def projected(w: ArrayLike, p: ArrayLike) -> Floats:
+    """(*batch, 3) the part of a point or vector normal to an axis through the origin, p - (w . p) w.
+
+    Args:
+        w: (*batch, 3) unit axis.
+        p: (*batch, 3) [m].
+    """
+    axis, x = gate("w", w, (3,)), gate("p", p, (3,))
+    return x - (axis * x).sum(axis=-1, keepdims=True) * axis
+
+
+def signed_angle(w: ArrayLike, a: ArrayLike, b: ArrayLike) -> Floats:
+    """(*batch,) the turn about an axis that brings the projection of a onto that of b, in (-pi, pi] [rad].
+
+    atan2(w . (a x b), a . b) of the projections: right in all quadrants, whatever their lengths. Zero where one of them
+    vanishes: every angle does there.
+
+    Args:
+        w: (*batch, 3) unit axis.
+        a, b: (*batch, 3) vectors.
+    """
+    axis, u, v = gate("w", w, (3,)), projected(w, a), projected(w, b)
+    return np.arctan2((axis * np.cross(u, v)).sum(axis=-1), (u * v).sum(axis=-1))
+
+
+def strokes(r: ArrayLike, v: ArrayLike, c: float) -> Floats:
+    """The increasing q with |r + q v| = |c|: none, one or two; the quadratic of a sliding third joint.
+
+    q = -(r . v) +- sqrt((r . v)^2 - |r|^2 + c^2); out of reach where |r|^2 - (r . v)^2 > c^2.
+
+    Args:
+        r: (3,) the point at q = 0, seen from the place from which is measured [m].
+        v: (3,) unit direction of the stroke.
+        c: the distance [m].
+    """
+    point, direction, distance = single("r", r, (3,)), single("v", v, (3,)), float(single("c", c, ()))
+    along = float(point @ direction)
+    left = along**2 - float(point @ point) + distance**2
+    if abs(left) <= 4e-16 * (along**2 + float(point @ point) + distance**2):
+        return np.array([-along])
+    return np.array([-along - np.sqrt(left), -along + np.sqrt(left)]) if left > 0.0 else np.zeros(0)

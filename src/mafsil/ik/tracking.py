@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_kind, single
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.answers import Branch, SolutionSet
@@ -17,7 +17,8 @@ from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 from mafsil.solvers import Status
 
 FINEST = 2.0**-14
@@ -149,7 +150,7 @@ class Track:
 
 
 def track(
-    robot: Robot,
+    robot: RobotLike,
     T_path: ArrayLike,
     start: ArrayLike,
     *,
@@ -166,7 +167,7 @@ def track(
     its time, its reason and both branches.
 
     Args:
-        robot: any arm.
+        robot: any arm; joints that do not move its tip stay where `start` has them.
         T_path: (k, 4, 4) poses of the tip in {s}.
         start: (n,) coordinates near the first pose.
         times: (k,) increasing; 0, 1, 2, ... if None.
@@ -176,7 +177,7 @@ def track(
     Raises:
         InputError: wrong shapes, numbers that are not finite, a row that is no pose, times that do not increase.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     poses = gate("T_path", T_path, (4, 4), finite=True)
     if poses.ndim != 3:
         raise InputError("input.shape", name="T_path", expected="(k, 4, 4)", got=poses.shape, hint="")
@@ -203,6 +204,8 @@ class _Tracker:
         self.residual = np.full(len(poses), np.nan)
         self.switches: list[Switch] = []
         problem = problem_of(robot, None, True)
+        # Joints that do not move the tip stay where they are: they are no columns of its Jacobian.
+        self.moving = problem.part.columns
         self._scale = np.repeat([1.0, 1.0 / problem.length], 3)[:, None]
 
     def run(self, start: JointVector) -> Track:
@@ -245,7 +248,7 @@ class _Tracker:
 
     def _able(self, q: JointVector, T: PoseMatrix) -> bool:
         """Whether the arm can set out on the screw motion: with six joints, or if its twist is among those it has."""
-        if self.robot.n >= 6:
+        if len(self.moving) >= 6:
             return True
         J, V = self.robot.jacobian_body(q), pose.error(self.robot.forward_kinematics(q), T)
         return bool(np.linalg.norm(J @ (np.linalg.pinv(J, rcond=1e-6) @ V) - V) <= 1e-6 * np.linalg.norm(V))
@@ -277,7 +280,7 @@ class _Tracker:
 
     def _conditioning(self, q: JointVector) -> Floats:
         """(k,) smallest over largest singular value."""
-        values = np.linalg.svd(self._scale * self.robot.jacobian_body(q), compute_uv=False)
+        values = np.linalg.svd((self._scale * self.robot.jacobian_body(q))[..., self.moving], compute_uv=False)
         return values[:, -1] / values[:, 0]
 
     def _track(self, stopped_at: float, refusal: SolutionSet | None) -> Track:
@@ -311,7 +314,7 @@ class _Tracker:
         for visit in visits:
             k = int(visit[conditioning[visit].argmin()])
             U, _, _ = np.linalg.svd(self._scale * self.robot.jacobian_body(self.q[k]))
-            lost = U[:, min(6, self.robot.n) - 1]
+            lost = U[:, min(6, len(self.moving)) - 1]
             lost = lost * np.sign(lost[np.abs(lost).argmax()])
             found.append(Passage(k, float(self.times[k]), float(conditioning[k]), lost))
         return tuple(found)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix, frozen
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.job.description import Grasp, Tool
 from mafsil.job.poses import pose_matrix
-from mafsil.model import Inertial, Mechanism
-from mafsil.model.mass_properties import united
+from mafsil.model import Mechanism
 
 
 def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
@@ -20,17 +17,10 @@ def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
         ModelError: the tool's link does not exist.
     """
     link = tool.link or mechanism.tip
-    if tool.offset is not None:
-        mechanism = mechanism.with_tip(link, pose_matrix(tool.offset, degrees=degrees))
-    elif tool.link is not None:
-        mechanism = mechanism.with_tip(link)
-    if tool.mass == 0.0:
-        return mechanism
-    body = Inertial(tool.mass, frozen(tool.com))
-    links = (
-        replace(item, inertial=united(item.inertial, body)) if item.name == link else item for item in mechanism.links
-    )
-    return replace(mechanism, links=tuple(links))
+    if tool.offset is None and tool.link is None:
+        return mechanism.with_payload(tool.mass, com=tool.com, link=link)
+    offset = None if tool.offset is None else pose_matrix(tool.offset, degrees=degrees)
+    return mechanism.with_tool(offset, mass=tool.mass, com=tool.com, link=link)
 
 
 def box_inertia(grasp: Grasp) -> Floats:

@@ -70,7 +70,7 @@ def equipped(job: Job, folder: Path) -> Robot:
         MafsilError: no such robot, or it has links without mass.
     """
     source = folder / job.robot if Path(job.robot).suffix else job.robot
-    mechanism = with_tool(load_mechanism(source), job.tool, degrees=job.angles == "degrees")
+    mechanism = with_tool(load_mechanism(source, tip=job.tool.link), job.tool, degrees=job.angles == "degrees")
     _require_masses(mechanism)
     return Robot(mechanism)
 

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
@@ -22,6 +23,13 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.*)", re.DOTALL)
 _PACKAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 _SEARCH_PATHS = ("MAFSIL_PACKAGE_PATH", "ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH")
 MOST_ANCESTORS = 40
+NEAR_ANCESTORS = 5
+"""Folders above a robot file in whose neighbourhood packages of other names than their folders are looked for."""
+MOST_MANIFESTS = 1000
+"""Folders that are looked at for them."""
+_MANIFEST_NAME = re.compile(rb"<name>\s*([A-Za-z0-9_][A-Za-z0-9_.-]*)\s*</name>")
+_ROOT_MARKS = ("package.xml", ".git", "pyproject.toml", "setup.py", "LICENSE", "LICENSE.txt", "LICENSE.md")
+"""Files that stand at the top of what is published together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +62,7 @@ class Assets:
     packages: tuple[Path, ...] = ()
     _found: dict[str, Path | None] = field(default_factory=dict[str, Path | None])
     _root: Path | None = None
+    _by_manifest: dict[str, Path] | None = None
 
     @classmethod
     def of(cls, folder: Path | None, packages: Iterable[str | Path] = ()) -> Assets:
@@ -64,13 +73,17 @@ class Assets:
         allowed = (*packages, *from_environment)
         return cls(None if folder is None else folder.resolve(), tuple(Path(entry).resolve() for entry in allowed))
 
+    def beside(self, path: Path) -> Assets:
+        """For another file of the same model, which may read the same directories and its own."""
+        roots = (*(() if self.root is None else (self.root,)), *self.packages)
+        return Assets(path.parent, roots)
+
     @property
     def root(self) -> Path | None:
-        """The nearest directory upwards that holds a package.xml, else the robot file's own."""
+        """The top of what the robot file was published with: package, repository, Python package; else its own."""
         if self._root is None and self.folder is not None:
             ancestors = (self.folder, *self.folder.parents)[:MOST_ANCESTORS]
-            holds = (a for a in ancestors if (a / "package.xml").is_file() and a != Path(a.anchor))
-            self._root = next(holds, self.folder)
+            self._root = next((top for a in ancestors if (top := _top(a)) is not None), self.folder)
         return self._root
 
     def resolve(self, reference: str) -> Resolved:
@@ -113,7 +126,8 @@ class Assets:
         return _inside(self.folder, path, (self.root, *self.packages))
 
     def _absolute(self, path: str) -> Resolved:
-        roots = (*(() if self.root is None else (self.root,)), *self.packages)
+        found = (package for package in self._found.values() if package is not None)
+        roots = (*(() if self.root is None else (self.root,)), *self.packages, *found)
         return _inside(Path("/"), path.lstrip("/"), roots)
 
     def _search(self, name: str) -> Path | None:
@@ -122,7 +136,53 @@ class Assets:
             for candidate in (place, place / name, place / "share" / name):
                 if candidate.name == name and candidate.is_dir():
                     return candidate.resolve()
+        return self._declared(name)
+
+    def _declared(self, name: str) -> Path | None:
+        """The package whose package.xml says the name, its folder being called otherwise."""
+        if self._by_manifest is None:
+            around = () if self.folder is None else (self.folder, *self.folder.parents)[:NEAR_ANCESTORS]
+            self._by_manifest = _manifests((*around, *self.packages))
+        return self._by_manifest.get(name)
+
+
+def _manifests(places: Iterable[Path]) -> dict[str, Path]:
+    """Packages by the name in their package.xml, among the places and what lies in them; the first of a name counts."""
+    found: dict[str, Path] = {}
+    left = MOST_MANIFESTS
+    for place in places:
+        if place == Path(place.anchor) or left <= 0:
+            continue
+        try:
+            folders = [place, *(Path(entry.path) for entry in islice(os.scandir(place), left) if entry.is_dir())]
+        except OSError:
+            continue
+        left -= len(folders)
+        for folder in folders:
+            try:
+                manifest = (folder / "package.xml").read_bytes()[:10_000]
+            except OSError:
+                continue
+            if (name := _MANIFEST_NAME.search(manifest)) is not None:
+                found.setdefault(name[1].decode("ascii"), folder.resolve())
+    return found
+
+
+def _top(folder: Path) -> Path | None:
+    """A folder itself if it is the top of something published, or the outermost Python package that it belongs to.
+
+    Never a home folder or what lies around one: a model in there must not reach everything beside it.
+    """
+    home = Path.home()
+    if folder == home or folder in home.parents or folder == Path(folder.anchor):
         return None
+    if any((folder / name).exists() for name in _ROOT_MARKS):
+        return folder
+    while (folder / "__init__.py").is_file():
+        if not (folder.parent / "__init__.py").is_file():
+            return folder
+        folder = folder.parent
+    return None
 
 
 def _inside(base: Path, path: str, roots: tuple[Path, ...]) -> Resolved:

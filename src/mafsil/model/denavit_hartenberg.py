@@ -9,19 +9,26 @@ Classic (distal; Paul, Corke, Spong): frame {i} sits at the far end of link i, o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Literal, Unpack
+from math import isfinite, radians
+from typing import Any, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, gate
-from mafsil.errors import ModelError
+from mafsil.errors import InputError, InputWarning, ModelError, warn
+from mafsil.model.diagnostics import Diagnostic
+from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
-from mafsil.model.mechanism import Mechanism
+from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+
+TURN, MOST_DEGREES = 6.3, 720.0
+"""Angles [rad] between which a whole number is taken for degrees."""
 
 
 class Convention(Enum):
@@ -49,21 +56,96 @@ class DHRow:
     kind: Literal["R", "P"] = "R"
     offset: float = 0.0
 
-    def transform(self, convention: Convention, q: float = 0.0) -> PoseMatrix:
+    def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""
         turn = self.theta + (self.offset + q if self.kind == "R" else 0.0)
         slide = self.d + (self.offset + q if self.kind == "P" else 0.0)
         along_x = rotation_x(self.alpha) @ translation(self.a, 0.0, 0.0)
         along_z = rotation_z(turn) @ translation(0.0, 0.0, slide)
-        return along_x @ along_z if convention is Convention.MODIFIED else along_z @ along_x
+        return along_x @ along_z if convention_of(convention) is Convention.MODIFIED else along_z @ along_x
+
+
+DHRowLike: TypeAlias = DHRow | Sequence[float | str] | Mapping[str, float | str]
+"""A row of a table: itself, plain numbers in the order of the columns, or numbers by name."""
+COLUMNS = ("a", "alpha", "d", "theta", "kind", "offset")
+"""What the numbers of a plain row are, in the order of `DHRow`; those at the end may be left out."""
+
+
+def dh_rows(
+    rows: Sequence[DHRowLike], *, columns: Sequence[str] | None = None, degrees: bool = False
+) -> tuple[DHRow, ...]:
+    """The rows of a table as people write them.
+
+    Args:
+        rows: one per joint: a `DHRow`, plain numbers such as `[0.3, 0, 0, 0]`, or a mapping such as `{"a": 0.3}`.
+        columns: what the plain numbers are, such as `("theta", "d", "a", "alpha")`; `COLUMNS` if None.
+        degrees: alpha and theta, and the offset of a revolute joint, are degrees.
+
+    Warns:
+        InputWarning: an angle beyond a whole turn although radians are meant.
+
+    Raises:
+        InputError: a row that is none of these, too long or too short, or with an unknown name.
+        ModelError: a row that is neither R nor P, or not finite.
+    """
+    if isinstance(cast(object, rows), str | Mapping) or not hasattr(rows, "__len__"):
+        raise InputError("dh.rows", got=type(rows).__name__)
+    names = tuple(COLUMNS if columns is None else columns)
+    if set(names) - set(COLUMNS) or len(set(names)) < len(names):
+        raise InputError("input.choice", name="columns", value=", ".join(map(str, names)), known=", ".join(COLUMNS))
+    found = tuple(_row(i, row, names) for i, row in enumerate(rows, start=1))
+    _require_rows(found)
+    if degrees:
+        found = tuple(_from_degrees(row) for row in found)
+    else:
+        _remark_degrees(found)
+    return found
+
+
+def _row(i: int, row: DHRowLike, names: tuple[str, ...]) -> DHRow:
+    if isinstance(row, DHRow):
+        return row
+    given: dict[str, Any] = {}
+    if isinstance(row, Mapping):
+        given = dict(row)
+    elif hasattr(cast(object, row), "__len__") and not isinstance(cast(object, row), str):
+        least = min(4, len(names))
+        if not least <= len(row) <= len(names):
+            raise InputError("dh.row_length", row=i, got=len(row), columns=", ".join(names))
+        given = dict(zip(names, row, strict=False))
+    else:
+        raise InputError("dh.row", row=i, got=type(row).__name__)
+    for name, value in given.items():
+        if name not in COLUMNS:
+            raise InputError("dh.row_name", row=i, name=name, known=", ".join(COLUMNS))
+        if name != "kind":
+            given[name] = float(gate(f"rows[{i - 1}].{name}", value, ()))
+    if isinstance(kind := given.get("kind"), str):
+        given["kind"] = _LETTERS.get(kind.lower(), kind)
+    return DHRow(**given)
+
+
+def _from_degrees(row: DHRow) -> DHRow:
+    offset = radians(row.offset) if row.kind == "R" else row.offset
+    return replace(row, alpha=radians(row.alpha), theta=radians(row.theta), offset=offset)
+
+
+def _remark_degrees(rows: Sequence[DHRow]) -> None:
+    """One warning about angles that look like degrees."""
+    remark = next(_in_degrees(rows), None)
+    if remark is not None:
+        row, entry, value = (remark.facts[name] for name in ("row", "entry", "value"))
+        warn(InputWarning("dh.degrees", row=row, field=entry, value=value))
 
 
 def mechanism_from_dh(
-    rows: Sequence[DHRow],
+    rows: Sequence[DHRowLike],
     convention: Convention | str,
     *,
-    base: PoseMatrix | None = None,
-    tool: PoseMatrix | None = None,
+    columns: Sequence[str] | None = None,
+    degrees: bool = False,
+    base: ArrayLike | None = None,
+    tool: ArrayLike | None = None,
     **parts: Unpack[ArmParts],
 ) -> Mechanism:
     """The serial arm T_s,tip(q) = base T_01(q_1) ... T_n-1,n(q_n) tool.
@@ -72,8 +154,9 @@ def mechanism_from_dh(
     because the frame of a link lies on the axis that moves it; `frames_in_links` gives the table's {i} in it.
 
     Args:
-        rows: n rows, from the base.
+        rows: n rows, from the base: `DHRow`s, plain numbers or mappings, see `dh_rows`.
         convention: `modified` or `classic`.
+        columns, degrees: of plain rows, see `dh_rows`.
         base: (4, 4) pose of {0} in the space frame; identity by default.
         tool: (4, 4) pose of the tip in {n}; identity by default.
         **parts: name, inertials (those of link i in frame {i} of the table, in either convention), limits,
@@ -84,14 +167,25 @@ def mechanism_from_dh(
             length, a base or tool that is no pose.
         InputError: base, tool or gravity has another shape or is not finite.
     """
-    _require_rows(rows)
-    homes, within = _placed(rows, convention_of(convention))
+    table = dh_rows(rows, columns=columns, degrees=degrees)
+    homes, within = _placed(table, convention_of(convention))
+    provenance = parts.get("provenance") or Provenance()
+    parts["provenance"] = replace(provenance, remarks=(*provenance.remarks, *_in_degrees(table)))
     return serial_arm(
-        [JointPlace(_KINDS[row.kind], T_pj, T_li) for row, T_pj, T_li in zip(rows, homes, within, strict=True)],
+        [JointPlace(_KINDS[row.kind], T_pj, T_li) for row, T_pj, T_li in zip(table, homes, within, strict=True)],
         base=base,
         T_lt=within[-1] if tool is None else within[-1] @ checked_pose("tool", tool),
         **parts,
     )
+
+
+def _in_degrees(rows: Sequence[DHRow]) -> Iterator[Diagnostic]:
+    """Remarks about angles that are whole degrees and more than a turn: radians are hardly ever typed so."""
+    for k, row in enumerate(rows, start=1):
+        angles = {"alpha": row.alpha, "theta": row.theta, **({"offset": row.offset} if row.kind == "R" else {})}
+        for entry, value in angles.items():
+            if TURN < abs(value) <= MOST_DEGREES and 2 * value == round(2 * value):
+                yield Diagnostic(DH_DEGREES, 0, 0, {"row": k, "entry": entry, "value": value})
 
 
 def frames_in_links(rows: Sequence[DHRow], convention: Convention | str) -> tuple[PoseMatrix, ...]:
@@ -137,6 +231,7 @@ def dh_parameters(T: PoseMatrix, tolerance: float = 1e-9) -> DHRow | None:
     )
 
 
+_LETTERS: dict[str, str] = {"revolute": "R", "prismatic": "P", "r": "R", "p": "P"}
 _KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC}
 
 
@@ -157,5 +252,5 @@ def _require_rows(rows: Sequence[DHRow]) -> None:
         if row.kind not in _KINDS:
             raise ModelError("dh.kind", row=i, value=row.kind)
         for field in ("a", "alpha", "d", "theta", "offset"):
-            if not np.isfinite(getattr(row, field)):
+            if not isfinite(getattr(row, field)):
                 raise ModelError("dh.finite", row=i, field=field, value=getattr(row, field))

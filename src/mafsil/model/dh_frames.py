@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import chain, combinations
+from itertools import chain, combinations, product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -142,6 +142,26 @@ def tables_of_screws(S_s: ArrayLike, home: ArrayLike) -> Iterator[DHTable]:
     meeting = [i for i, relation in enumerate(first.relations, 1) if relation is Relation.INTERSECTING]
     choices = chain.from_iterable(combinations(meeting, count) for count in range(len(meeting) + 1))
     return (dh_from_screws(S_s, home, flipped=choice) for choice in choices)
+
+
+def tables_of_either_sense(S_s: ArrayLike, home: ArrayLike) -> Iterator[tuple[DHTable, tuple[int, ...]]]:
+    """Every modified table of an arm whose senses of z are not prescribed: 2^n times those of `tables_of_screws`.
+
+    Args:
+        S_s: (n, 6) unit screw axes at q = 0 in the space frame.
+        home: (4, 4) pose of the tip at q = 0.
+
+    Yields:
+        A table, and n signs: it describes the arm with q_i counted as sign_i q_i. Tables of one arm are compared by
+        their poses, never by their entries.
+
+    Raises:
+        ModelError: as `dh_from_screws`.
+    """
+    axes = np.atleast_2d(gate("S_s", S_s, (6,), finite=True))
+    for signs in product((1, -1), repeat=len(axes)):
+        for table in tables_of_screws(axes * np.array(signs)[:, None], home):
+            yield table, signs
 
 
 def _moved(table: DHTable, index: int, needed: Freedom, distance: float, angle: float) -> DHTable:

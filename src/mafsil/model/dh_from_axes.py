@@ -23,6 +23,7 @@ from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of, dh_parameters, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws, screws
 from mafsil.model.joint import JointKind
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along, inverse, rotation_x, translation
 from mafsil.model.serial import ArmParts
@@ -70,6 +71,7 @@ class DHTable:
         return mechanism_from_dh(self.rows, self.convention, base=self.base, tool=self.tool, **parts)
 
 
+@of_mechanism
 def dh_from_mechanism(
     mechanism: Mechanism, convention: Convention | str = "modified", *, flipped: Collection[int] = ()
 ) -> DHTable:

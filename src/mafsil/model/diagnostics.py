@@ -54,11 +54,13 @@ class Repair:
         key: of the sentence that says what the change does, `area.name`.
         edits: the change, for a machine.
         facts: values for the sentence.
+        guess: whether the file could have meant something else; carried out only where its code is asked for.
     """
 
     key: str
     edits: tuple[Edit, ...]
     facts: dict[str, object] = field(default_factory=dict[str, object])
+    guess: bool = False
 
     def sentence(self, language: str | None = None) -> str:
         """What the repair would do."""
@@ -102,8 +104,7 @@ class Diagnostic:
         """Place, code, sentence and offered repair on one line."""
         place = f"{self.line}:{self.column}: " if self.line else ""
         place = f"{self.file}:{place}" if self.file else place
-        offer = f" [{self.repair.sentence(language)}]" if self.repair else ""
-        return f"{place}{self.code} {self.sentence(language)}{offer}"
+        return f"{place}{self.code} {self.sentence(language)}{self._offer(language)}"
 
     def as_dict(self) -> dict[str, object]:
         """Plain data for JSON: code, severity, line, column, sentences and repair."""
@@ -117,11 +118,19 @@ class Diagnostic:
             "repair": self._repair_as_dict(),
         }
 
+    def _offer(self, language: str | None) -> str:
+        """The repair in brackets, if there is one; a guess says so."""
+        if self.repair is None:
+            return ""
+        sentence = self.repair.sentence(language)
+        return f" [{say('robotfile.perhaps', language=language, repair=sentence) if self.repair.guess else sentence}]"
+
     def _repair_as_dict(self) -> dict[str, object] | None:
         if self.repair is None:
             return None
         return {
             "sentence": {code: self.repair.sentence(code) for code in ("en", "ar")},
+            "guess": self.repair.guess,
             "edits": [{"start": e.start, "end": e.end, "replacement": e.replacement} for e in self.repair.edits],
         }
 

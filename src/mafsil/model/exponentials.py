@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
 from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
@@ -94,6 +95,7 @@ def mechanism_from_screws(
     return serial_arm(places, base=None, T_lt=inverse(T_sp) @ home_pose, **parts)
 
 
+@of_mechanism
 def screws(mechanism: Mechanism) -> Screws:
     """Screw axes of the joints between base and tip, and the home pose.
 

@@ -1,6 +1,7 @@
 """The catalogue of faults of robot files: code, severity, sentence key.
 
-Letters: F file and XML, N number, S structure, J joint, I inertia, G geometry and assets, M only in MJCF.
+Letters: F file and XML, N number, S structure, J joint, I inertia, G geometry and assets, M only in MJCF,
+X only in xacro, D only in SDFormat, T tables.
 """
 
 from mafsil.model.diagnostics import Fault, Severity
@@ -50,13 +51,14 @@ TOO_MANY_LINKS = _error("F0121", "too_many_links")
 TOO_DEEP = _error("F0122", "too_deep")
 TOO_MANY_ATTRIBUTES = _error("F0123", "too_many_attributes")
 WRONG_ROOT = _error("F0130", "wrong_root")
-UNEXPANDED_XACRO = _error("F0131", "unexpanded_xacro")
+ONLY_MACROS = _error("F0131", "only_macros")
 TOO_MANY_ERRORS = _error("F0132", "too_many_errors")
 UNKNOWN_ELEMENT = _warning("F0133", "unknown_element")
-REPEATED_ELEMENT = _error("F0134", "repeated_element")
+REPEATED_ELEMENT = _warning("F0134", "repeated_element")
 MISSING_ELEMENT = _error("F0135", "missing_element")
 MORE_REMARKS = _info("F0137", "more_remarks")
 IGNORED_ELEMENT = _info("F0136", "ignored_element")
+NO_ARGUMENTS = _error("F0138", "no_arguments")
 
 # Numbers
 MISSING_ATTRIBUTE = _error("N0201", "missing_attribute")
@@ -87,6 +89,7 @@ NAMELESS_ROBOT = _warning("S0311", "nameless_robot")
 
 # Joints
 UNKNOWN_TYPE = _error("J0401", "unknown_type")
+FLOATING_BASE = _warning("J0402", "floating_base")
 SEVERAL_FREEDOMS = _error("J0403", "several_freedoms")
 ZERO_AXIS = _error("J0404", "zero_axis")
 AXIS_NORMALISED = _warning("J0405", "axis_normalised")
@@ -94,6 +97,7 @@ DEFAULT_AXIS = _warning("J0406", "default_axis")
 NO_LIMIT = _warning("J0410", "no_limit")
 NO_RANGE = _warning("J0411", "no_range")
 LIMITS_INVERTED = _error("J0412", "limits_inverted")
+LIMITS_EXCHANGED = _warning("J0428", "limits_exchanged")
 LIMITS_EQUAL = _warning("J0413", "limits_equal")
 EMPTY_RANGE = _warning("J0414", "empty_range")
 NO_BOUND = _warning("J0415", "no_bound")
@@ -149,6 +153,53 @@ UNKNOWN_JOINT = _error("M0712", "unknown_joint")
 UNKNOWN_BODY = _error("M0713", "unknown_body")
 NO_ROTATION = _error("M0714", "no_rotation")
 COUPLING_NOT_LINEAR = _error("M0715", "coupling_not_linear")
-POINT_LOOP = _error("M0716", "point_loop")
 MESH_WITHOUT_MASS = _error("M0717", "mesh_without_mass")
 UNKNOWN_ASSET = _error("M0718", "unknown_asset")
+UNKNOWN_ATTRIBUTE = _error("M0719", "unknown_attribute")
+UNKNOWN_PART = _error("M0720", "unknown_part")
+BASE_HELD = _warning("M0721", "base_held")
+LOOSE_OBJECT = _warning("M0722", "loose_object")
+LOOP_OPEN = _warning("M0723", "loop_open")
+TENDON_ARMATURE = _error("M0724", "tendon_armature")
+NO_SUCH_PART = _error("M0725", "no_such_part")
+
+# Only in xacro
+XACRO_MACRO = _error("X1101", "xacro_macro")
+XACRO_FOREIGN_PARAMETER = _error("X1102", "xacro_foreign_parameter")
+XACRO_PARAMETER = _error("X1103", "xacro_parameter")
+XACRO_BLOCKS = _error("X1104", "xacro_blocks")
+XACRO_BLOCK = _error("X1105", "xacro_block")
+XACRO_EXPRESSION = _error("X1106", "xacro_expression")
+XACRO_UNDEFINED = _error("X1107", "xacro_undefined")
+XACRO_CIRCULAR = _error("X1108", "xacro_circular")
+XACRO_CONDITION = _error("X1109", "xacro_condition")
+XACRO_ARGUMENT = _error("X1110", "xacro_argument")
+XACRO_PACKAGE = _error("X1111", "xacro_package")
+XACRO_FILE = _error("X1112", "xacro_file")
+XACRO_TOO_MUCH = _error("X1113", "xacro_too_much")
+XACRO_INCLUDES = _error("X1114", "xacro_includes")
+XACRO_NAME = _error("X1115", "xacro_name")
+XACRO_COMMAND = _error("X1116", "xacro_command")
+XACRO_ENVIRONMENT = _error("X1117", "xacro_environment")
+XACRO_TEXT = _error("X1118", "xacro_text")
+XACRO_YAML = _error("X1119", "xacro_yaml")
+XACRO_ATTRIBUTE = _error("X1120", "xacro_attribute")
+XACRO_UNUSED_ARGUMENT = _warning("X1121", "xacro_unused_argument")
+XACRO_LEFT_OVER = _warning("X1122", "xacro_left_over")
+
+# Only in SDFormat
+SDF_JOINT = _error("D1201", "sdf_joint")
+SDF_FRAME = _error("D1202", "sdf_frame")
+SDF_CIRCLE = _error("D1203", "sdf_circle")
+SDF_MODELS = _error("D1204", "sdf_models")
+SDF_LOOSE = _warning("D1205", "sdf_loose")
+SDF_INCLUDE = _error("D1206", "sdf_include")
+SDF_INCLUDE_LEFT = _warning("D1207", "sdf_include_left")
+SDF_DEFAULT_MASS = _warning("D1208", "sdf_default_mass")
+SDF_FLOATING = _warning("D1209", "sdf_floating")
+SDF_CHOICE = _error("D1210", "sdf_choice")
+SDF_QUATERNION = _error("D1211", "sdf_quaternion")
+SDF_AUTO = _error("D1212", "sdf_auto")
+
+# Tables
+DH_DEGREES = _warning("T1301", "dh_degrees")

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from mafsil.errors import ModelError
+from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
-from mafsil.model.faults import INCONSISTENT
+from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, noted
+from mafsil.model.repairing import Change, mended, noted, of_errors
 from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.xacro import is_xacro
 from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
 
 Build: TypeAlias = Callable[[Reading, Assets, str, ReadLimits], Mechanism | None]
 """Makes a mechanism of a parsed document, its assets, its name and the limits, or None after errors."""
 MOST_NOTES = 50
+_MOST_SHOWN = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,7 @@ class Format:
         packages: Iterable[str | Path] = (),
         limits: ReadLimits = DEFAULT_LIMITS,
         repair: bool = False,
+        arguments: Mapping[str, str] | None = None,
     ) -> Mechanism:
         """The mechanism that a file describes.
 
@@ -47,15 +50,16 @@ class Format:
             packages: further directories in which meshes and included files may lie; for URDF directories of packages,
                 or that hold packages, for `package://` references.
             limits: sizes beyond which the file is refused.
-            repair: carry out the repairs that the errors offer before giving up; the file itself is not touched.
+            repair: carry out the repairs of errors that leave no choice before giving up; the file is not touched.
+            arguments: of a xacro file, by name.
 
         Returns:
-            The mechanism; what was normalised, guessed or repaired stands in its `provenance.notes`.
+            The mechanism; what was normalised, guessed or repaired stands in its `provenance.remarks`.
 
         Raises:
             FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
         """
-        return self.reader(packages, limits).read(source, repair=repair)
+        return self.reader(packages, limits, arguments).read(source, repair=repair)
 
     def diagnose(
         self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
@@ -73,7 +77,7 @@ class Format:
     def repair(
         self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
     ) -> tuple[str, tuple[Change, ...]]:
-        """A corrected document, and what was changed in it: all repairs that the diagnostics of `source` offer.
+        """A corrected document, and what was changed in it: all repairs on offer that leave no choice.
 
         Args:
             source, packages, limits: as for `read`; included files are left alone.
@@ -86,9 +90,14 @@ class Format:
         """
         return self.reader(packages, limits).repair(source)
 
-    def reader(self, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS) -> FileReader:
+    def reader(
+        self,
+        packages: Iterable[str | Path] = (),
+        limits: ReadLimits = DEFAULT_LIMITS,
+        arguments: Mapping[str, str] | None = None,
+    ) -> FileReader:
         """The reader itself, for what works on files beside reading them; arguments as for `read`."""
-        return FileReader(self.build, tuple(packages), limits)
+        return FileReader(self.build, tuple(packages), limits, dict(arguments or {}))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +107,16 @@ class FileReader:
     build: Build
     packages: tuple[str | Path, ...]
     limits: ReadLimits
+    arguments: dict[str, str] = field(default_factory=dict[str, str])
 
     def read(self, source: Source, *, repair: bool) -> Mechanism:
         """The mechanism; after the repairs of its errors if asked for."""
         report = self.diagnose(source)
         if report.ok or not repair:
-            return require_mechanism(report)
-        text, changes = mended(source, self.limits, self.report_of, only_errors=True)
+            mechanism = require_mechanism(report)
+            _warn_of(report)
+            return mechanism
+        text, changes = mended(source, self.limits, self.report_of, of_errors)
         return noted(require_mechanism(self.report_of(text)), changes)
 
     def diagnose(self, source: Source) -> Report:
@@ -123,29 +135,48 @@ class FileReader:
     def report_of(self, text: Text) -> Report:
         """The report about a decoded document."""
         try:
-            reading = Reading(parse(text.data, self.limits), list(text.remarks))
+            reading = Reading(parse(text.data, self.limits), list(text.remarks), arguments=self.arguments)
         except Refusal as refusal:
             return Report(text.name, (*text.remarks, refusal.diagnostic))
         mechanism = self._built(reading, text)
         ordered = tuple(sorted(reading.diagnostics, key=lambda d: (d.file, d.line, d.column)))
         if mechanism is not None:
-            mechanism = replace(mechanism, provenance=Provenance(text.name, notes=_notes(ordered)))
+            mechanism = replace(mechanism, provenance=_origin(mechanism, text.name, ordered))
         return Report(text.name, ordered, mechanism)
 
     def _built(self, reading: Reading, text: Text) -> Mechanism | None:
+        root = reading.document.root
+        if self.arguments and not is_xacro(root):
+            reading.report(NO_ARGUMENTS, root, names=", ".join(self.arguments))
         try:
             mechanism = self.build(reading, Assets.of(text.folder, self.packages), text.name, self.limits)
         except Refusal as refusal:
             reading.diagnostics.append(refusal.diagnostic)
         except ModelError as error:
-            reading.report(INCONSISTENT, reading.document.root, reason=str(error))
+            reading.report(INCONSISTENT, root, reason=str(error))
         else:
             return None if reading.failed else mechanism
         return None
 
 
-def _notes(diagnostics: tuple[Diagnostic, ...]) -> tuple[str, ...]:
+def _warn_of(report: Report) -> None:
+    """One Python warning per load, if the file was changed or looks wrong: the first remarks, and how many more."""
+    remarks = report.warnings
+    if remarks:
+        shown = "; ".join(remark.line_of_text() for remark in remarks[:_MOST_SHOWN])
+        more = len(remarks) - _MOST_SHOWN
+        shown = f"{shown}; +{more}" if more > 0 else shown
+        warn(ModelWarning("model.load_remarks", source=report.source, count=len(remarks), remarks=shown))
+
+
+def _origin(mechanism: Mechanism, name: str, diagnostics: tuple[Diagnostic, ...]) -> Provenance:
+    """The file, and what was chosen, guessed or normalised."""
+    warnings = tuple(d for d in diagnostics if d.severity is Severity.WARNING)
+    return Provenance(name, notes=(*_notes(warnings), *mechanism.provenance.notes), remarks=warnings)
+
+
+def _notes(warnings: tuple[Diagnostic, ...]) -> tuple[str, ...]:
     """What was guessed or normalised, as the notes of the mechanism."""
-    warnings = [d.line_of_text("en") for d in diagnostics if d.severity is Severity.WARNING]
+    notes = tuple(warning.line_of_text("en") for warning in warnings[:MOST_NOTES])
     more = len(warnings) - MOST_NOTES
-    return (*warnings[:MOST_NOTES], f"... {more} more") if more > 0 else tuple(warnings)
+    return (*notes, f"... {more} more") if more > 0 else notes

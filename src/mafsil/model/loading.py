@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import wraps
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Protocol, TypeAlias, cast
+from typing import Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
-from mafsil.errors import FileError, InputError
+from mafsil.errors import FileError, InputError, ModelWarning, warn
 from mafsil.model.diagnostics import shown
+from mafsil.model.file_format import reader_of
 from mafsil.model.mechanism import Mechanism
+from mafsil.model.tip import choose_tip
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
 
 class Described(Protocol):
@@ -42,14 +50,78 @@ def as_mechanism(robot: RobotLike) -> Mechanism:
     return load_mechanism(cast("str | PathLike[str]", robot))
 
 
-def load_mechanism(source: str | PathLike[str]) -> Mechanism:
-    """The description of a robot from the library or a file.
+@dataclass(frozen=True, slots=True)
+class RobotFile(PathLike[str]):
+    """A robot file with the arguments that its xacro takes; stands wherever the path of a file may stand.
+
+    Attributes:
+        path: of the file.
+        xacro_args: values by name; numbers and booleans are written as xacro writes them.
+    """
+
+    path: str
+    xacro_args: Mapping[str, object]
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The arguments as xacro takes them; True and False as it writes them."""
+        words = {True: "true", False: "false"}
+        return {
+            str(key): words[value] if isinstance(value, bool) else str(value) for key, value in self.xacro_args.items()
+        }
+
+    def __fspath__(self) -> str:
+        return self.path
+
+    def __str__(self) -> str:
+        return self.path
+
+
+def of_mechanism(function: Callable[Concatenate[Mechanism, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
+    """The function of a Mechanism as one of whatever names a robot."""
+
+    @wraps(function)
+    def call(mechanism: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
+        return function(as_mechanism(mechanism), *args, **named)
+
+    return call
+
+
+def load_mechanism(
+    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+) -> Mechanism:
+    """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
 
     Args:
-        source: a name of the library, or a path to a .urdf, .xml (MJCF) or .toml (DH or screws) file.
+        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
+            elements, or of a .toml file (DH or screws).
+        tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
+        xacro_args: arguments of a xacro file, by name.
+
+    Warns:
+        ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
 
     Raises:
-        InputError: neither a name nor a path.
+        InputError: neither a name nor a path, arguments for something other than a file.
+        FileError: no such file or name, or a malformed file; the sentence says where and what to do.
+        ModelError: the file describes something that is no robot, or has no link of that name.
+    """
+    mechanism = _read(source, xacro_args)
+    choice = choose_tip(mechanism.links[0].name, mechanism.joints)
+    note = choice.sentence("en")
+    origin = mechanism.provenance
+    if note in origin.notes and tip is not None:
+        mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
+    elif note in origin.notes:
+        warn(ModelWarning("model.load_tip", source=shown(str(source)), choice=choice))
+    return mechanism if tip is None else mechanism.with_tip(tip)
+
+
+def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> Mechanism:
+    """The description as the library or the file gives it.
+
+    Raises:
+        InputError: neither a name nor a path, arguments for something other than a file.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
@@ -57,29 +129,37 @@ def load_mechanism(source: str | PathLike[str]) -> Mechanism:
 
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)
-    path = Path(source)
+    path, arguments = Path(source), _arguments(source, xacro_args)
     if not path.suffix and not _exists(path):
         name = str(source)
         if name != "default" and name not in library.names():
             close = library.close_names(name)
             key = "robot.no_file_close" if close else "robot.no_file"
             raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
+        _require_xacro(arguments, name)
         return library.load(name)
-    match path.suffix.lower():
-        case ".urdf":
-            from mafsil.model import urdf
+    if path.suffix.lower() == ".toml":
+        from mafsil.model import table
 
-            return urdf.read(path)
-        case ".xml" | ".mjcf":
-            from mafsil.model import mjcf
+        _require_xacro(arguments, str(path))
+        return table.read(path)
+    reader = reader_of(path, arguments=arguments)
+    if reader is None:
+        raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
+    return reader.read(path, repair=False)
 
-            return mjcf.read(path)
-        case ".toml":
-            from mafsil.model import table
 
-            return table.read(path)
-        case _:
-            raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
+def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> dict[str, str]:
+    """The arguments as texts: those given, else those of the file."""
+    if xacro_args is None:
+        return source.texts if isinstance(source, RobotFile) else {}
+    return RobotFile(str(source), xacro_args).texts
+
+
+def _require_xacro(arguments: dict[str, str], source: str) -> None:
+    """Arguments belong to xacro files."""
+    if arguments:
+        raise InputError("robot.no_xacro", source=shown(source), names=", ".join(arguments))
 
 
 def _exists(path: Path) -> bool:

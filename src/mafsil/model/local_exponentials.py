@@ -16,6 +16,7 @@ from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import Convention
 from mafsil.model.dh_from_axes import DHTable
 from mafsil.model.exponentials import Screws, chain_to_tip, mechanism_from_screws, screws
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, inverse, screw_motion
 from mafsil.model.serial import ArmParts
@@ -35,6 +36,7 @@ class LocalScrews(NamedTuple):
     tool: PoseMatrix
 
 
+@of_mechanism
 def local_screws(mechanism: Mechanism) -> LocalScrews:
     """The local form of the chain to the tip, in the frames of the mechanism's own joints.
 
@@ -97,6 +99,7 @@ def mechanism_from_local_screws(
     return mechanism_from_screws(np.reshape(space, (-1, 6)), end, **parts)
 
 
+@of_mechanism
 def rezeroed(mechanism: Mechanism, q0: ArrayLike) -> Screws:
     """Screws and home pose when the configuration q0 is called zero: T(q) = exp([S'_1] (q_1 - q0_1)) ... home'.
 

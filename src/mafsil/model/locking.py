@@ -4,35 +4,76 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from difflib import get_close_matches
 
-from mafsil.arrays import frozen
-from mafsil.errors import ModelError
+from mafsil.arrays import frozen, real_array
+from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
+from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import screw_motion
 
+AGREEMENT = 1e-9
+"""By how much two values for one mimic pair may differ [rad | m]."""
 
-def locked(mechanism: Mechanism, held: Mapping[str, float]) -> Mechanism:
+
+def locked(mechanism: RobotLike, held: Mapping[str, float]) -> Mechanism:
     """The mechanism with joints held at given coordinates.
 
+    Joints coupled as mimics are held together: a leader holds its followers, and a follower gives its leader's value.
+
     Args:
-        mechanism: any.
+        mechanism: any; a Robot, a name or a file too.
         held: coordinate [rad | m] by name of the joint.
 
     Raises:
-        ModelError: no such joint, or one that is a mimic or is followed by a mimic.
+        InputError: `held` is no mapping of names to finite numbers.
+        ModelError: no such joint, or values that contradict each other within a mimic pair.
     """
-    known = {joint.name for joint in mechanism.joints if joint.moves}
-    leaders = {joint.mimic.leader for joint in mechanism.joints if joint.mimic is not None}
-    for name in held:
-        if name not in known:
-            raise ModelError("dh.lock_unknown", joint=name, known=", ".join(sorted(known)))
-        if name in leaders or any(joint.name == name and joint.mimic for joint in mechanism.joints):
-            raise ModelError("dh.lock_mimic", joint=name)
-    joints = tuple(_held(joint, held[joint.name]) if joint.name in held else joint for joint in mechanism.joints)
-    return replace(mechanism, joints=joints)
+    whole = as_mechanism(mechanism)
+    values = _coordinates(whole, held)
+    joints = tuple(_held(joint, values) for joint in whole.joints)
+    return replace(whole, joints=joints)
 
 
-def _held(joint: Joint, value: float) -> Joint:
+def _coordinates(mechanism: Mechanism, held: Mapping[str, float]) -> dict[str, float]:
+    """The value of every joint that owns a coordinate and is held."""
+    moving = {joint.name: joint for joint in mechanism.joints if joint.moves}
+    if not isinstance(held, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError("input.kind", name="held", expected='{"joint": value}', got=type(held).__name__)
+    values: dict[str, float] = {}
+    said: dict[str, str] = {}
+    for name, given in held.items():
+        if name not in moving:
+            close = get_close_matches(str(name), moving, n=3) or list(moving)
+            raise ModelError("dh.lock_unknown", joint=name, known=", ".join(close))
+        value = _number(name, given)
+        mimic = moving[name].mimic
+        leader = name if mimic is None else mimic.leader
+        if mimic is not None:
+            if mimic.multiplier == 0.0:
+                raise ModelError("dh.lock_idle", joint=name, value=mimic.offset)
+            value = (value - mimic.offset) / mimic.multiplier
+        if leader in values and abs(values[leader] - value) > AGREEMENT * max(1.0, abs(value)):
+            values_given = {"first": values[leader], "second": value}
+            raise ModelError("dh.lock_contradiction", joint=name, other=said[leader], leader=leader, **values_given)
+        values[leader], said[leader] = value, name
+    return values
+
+
+def _number(name: str, given: float) -> float:
+    value = real_array(name, given)
+    if value.size != 1 or not abs(float(value.reshape(-1)[0])) < float("inf"):
+        raise InputError("input.finite", name=name, value=given, index=())
+    return float(value.reshape(-1)[0])
+
+
+def _held(joint: Joint, values: Mapping[str, float]) -> Joint:
+    """The joint fixed where it stands when the coordinates have their values; itself if it depends on none of them."""
+    mimic = joint.mimic
+    owner = joint.name if mimic is None else mimic.leader
+    if not joint.moves or owner not in values:
+        return joint
+    value = values[owner] if mimic is None else mimic.multiplier * values[owner] + mimic.offset
     T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, value))
-    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, pitch=0.0)
+    return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, pitch=0.0, mimic=None)

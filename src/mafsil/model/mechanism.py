@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
 from mafsil.model.joint import Joint
 from mafsil.model.link import Link, fixed_array
 from mafsil.model.placement import checked_pose
+from mafsil.model.tip import choose_tip
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+
+
+class Remark(Protocol):
+    """One thing that a reader has to say about a file, in either language; the readers' Diagnostic is one."""
+
+    @property
+    def code(self) -> str:
+        """Stable code, such as `J0405`."""
+        ...
+
+    def sentence(self, language: str | None = None) -> str:
+        """What it is and what to do."""
+        ...
+
+    def line_of_text(self, language: str | None = None) -> str:
+        """Place, code and sentence on one line."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +45,14 @@ class Provenance:
         source: file, publication or table.
         licence: of the source, if it has one.
         notes: what was guessed, known errors, conventions converted at the border.
+        remarks: every warning of the file's reader: what was guessed, normalised, ignored or dropped; the notes say
+            the first of them in English.
     """
 
     source: str = ""
     licence: str = ""
     notes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +121,8 @@ class Mechanism:
             name: of the robot.
             links, joints: in any order.
             loops: joints that close loops.
-            tip: name of the tip link; by default the end of the longest chain of moving joints, its last link.
+            tip: name of the tip link; by default a frame of convention such as `tool0` on the arm's last link, else the
+                last link before the hand forks (`mafsil.model.tip`); what else could be meant is noted.
             T_lt, T_sb, gravity: see the class; identity and (0, 0, -9.81) by default.
             provenance: where the numbers come from.
 
@@ -116,8 +140,11 @@ class Mechanism:
                     raise ModelError("model.unknown_link", joint=joint.name, link=end)
         base, ordered = _sorted_tree(name, given_links, given_joints)
         _require_mimic_leaders(ordered)
-        chosen = tip if tip is not None else _longest_chain_end(base, ordered)
-        if chosen not in by_name:
+        choice = None if tip is not None else choose_tip(base, ordered)
+        chosen = tip if choice is None else choice.tip
+        if choice is not None and choice.others:
+            provenance = replace(provenance, notes=(*provenance.notes, choice.sentence("en")))
+        if chosen is None or chosen not in by_name:
             raise ModelError("model.unknown_tip", link=chosen, known=", ".join(by_name))
         return cls(
             name=name,
@@ -131,11 +158,44 @@ class Mechanism:
             provenance=provenance,
         )
 
-    def with_tip(self, tip: str, T_lt: PoseMatrix | None = None) -> Mechanism:
-        """The same mechanism with another tip frame."""
+    def with_tip(self, tip: str, T_lt: ArrayLike | None = None) -> Mechanism:
+        """The same mechanism with another tip frame: that of a link, or a pose T_lt (4, 4) in it."""
         if tip not in self.link_names:
             raise ModelError("model.unknown_tip", link=tip, known=", ".join(self.link_names))
         return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)))
+
+    def with_tool(
+        self,
+        tool: ArrayLike | None = None,
+        *,
+        mass: float = 0.0,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> Mechanism:
+        """The same mechanism with a tool mounted; arguments as `mafsil.model.tooling.with_tool`."""
+        from mafsil.model.tooling import with_tool
+
+        return with_tool(self, tool, mass=mass, com=com, inertia=inertia, link=link)
+
+    def with_payload(
+        self,
+        mass: float,
+        *,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> Mechanism:
+        """The same mechanism with a body fixed to its tip; arguments as `mafsil.model.tooling.with_payload`."""
+        from mafsil.model.tooling import with_payload
+
+        return with_payload(self, mass, com=com, inertia=inertia, link=link)
+
+    def locked(self, held: Mapping[str, float]) -> Mechanism:
+        """The same mechanism with joints held at coordinates [rad | m], mimic pairs together."""
+        from mafsil.model.locking import locked
+
+        return locked(self, held)
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""
@@ -237,13 +297,3 @@ def _require_mimic_leaders(joints: tuple[Joint, ...]) -> None:
         leader = by_name.get(joint.mimic.leader)
         if leader is None or not leader.moves or leader.mimic is not None or not joint.moves:
             raise ModelError("model.mimic_leader", joint=joint.name, leader=joint.mimic.leader)
-
-
-def _longest_chain_end(base: str, joints: tuple[Joint, ...]) -> str:
-    """The last link behind the most moving joints; fixed links after it count as its continuation."""
-    depth = {base: (0, 0)}
-    for joint in joints:
-        moving, fixed = depth[joint.parent]
-        depth[joint.child] = (moving + 1, 0) if joint.moves and joint.mimic is None else (moving, fixed + 1)
-    deepest = max(moving for moving, _ in depth.values())
-    return max((link for link in depth if depth[link][0] == deepest), key=lambda link: depth[link][1])

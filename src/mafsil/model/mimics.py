@@ -44,7 +44,8 @@ def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]
         leader = by_name.get(current.leader)
         if leader is None or current.leader in seen:
             fault = MIMIC_LEADER_MISSING if leader is None else MIMIC_CYCLE if steps else MIMIC_ITSELF
-            reading.report(fault, element, "joint", reading.remove(element), joint=joint.name, leader=current.leader)
+            repair = reading.remove(element, guess=leader is not None)
+            reading.report(fault, element, "joint", repair, joint=joint.name, leader=current.leader)
             return replace(joint, mimic=None)
         if leader.joint.mimic is None:
             break

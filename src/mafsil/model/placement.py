@@ -27,14 +27,16 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
 
     Raises:
         InputError: another shape, or NaN or infinite numbers.
-        ModelError: the rotation block is no rotation to POSE_TOLERANCE, or the last row is not 0, 0, 0, 1.
+        ModelError: the rotation block is no rotation to POSE_TOLERANCE or mirrors, or the last row is not 0, 0, 0, 1.
     """
     T = gate(name, value, (4, 4), finite=True)
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
     R = T[:3, :3]
     miss = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
-    if miss > POSE_TOLERANCE or np.linalg.det(R) < 0:
+    if miss <= POSE_TOLERANCE and np.linalg.det(R) < 0:
+        raise ModelError("serial.left_handed", name=name)
+    if miss > POSE_TOLERANCE:
         raise ModelError("serial.pose", name=name, miss=miss, limit=POSE_TOLERANCE)
     return T
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, shown
 from mafsil.model.faults import (
@@ -36,11 +37,17 @@ class Reading:
         document: the robot file.
         diagnostics: so far.
         included: names and documents of included files, whose elements carry their number from 1.
+        arguments: given with the file, for xacro.
+        in_shape: while a shape or its appearance is read: what is wrong there stops no mechanics and is a warning.
+        dropped: number of errors that were made warnings so far.
     """
 
     document: Document
     diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
     included: list[tuple[str, Document]] = field(default_factory=list[tuple[str, Document]])
+    arguments: Mapping[str, str] = field(default_factory=dict[str, str])
+    in_shape: bool = False
+    dropped: int = 0
     _errors: int = 0
     _remarks: int = 0
     _names: dict[str, list[tuple[Element, str]]] = field(default_factory=dict[str, list[tuple[Element, str]]])
@@ -60,6 +67,9 @@ class Reading:
         **facts: object,
     ) -> None:
         """Add a diagnostic at an element or one of its attributes."""
+        if self.in_shape and fault.severity is Severity.ERROR:
+            fault = replace(fault, severity=Severity.WARNING)
+            self.dropped += 1
         if not self._has_room(fault, element):
             return
         line, column = self._document_of(element).place(element, attribute)
@@ -67,6 +77,14 @@ class Reading:
         repair = None if element.file else repair
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
+
+    def withdraw(self, remarks: list[Diagnostic]) -> None:
+        """Take back what was reported about a part that turned out not to matter."""
+        gone = {id(remark) for remark in remarks}
+        kept = [diagnostic for diagnostic in self.diagnostics if id(diagnostic) not in gone]
+        self._errors -= sum(remark.severity is Severity.ERROR for remark in remarks)
+        self._remarks -= sum(remark.severity is not Severity.ERROR for remark in remarks)
+        self.diagnostics[:] = kept
 
     def _has_room(self, fault: Fault, element: Element) -> bool:
         """Whether a diagnostic is still recorded: remarks end with a remark about that, errors with a refusal."""
@@ -100,7 +118,7 @@ class Reading:
         return value
 
     def one(self, element: Element, tag: str) -> Element | None:
-        """The only child with a tag, or None; a second one is reported."""
+        """The first child with a tag, or None; a second one is reported and ignored."""
         found = element.all(tag)
         for extra in found[1:]:
             self.report(REPEATED_ELEMENT, extra, None, self.remove(extra), element=tag, parent=element.tag)
@@ -151,6 +169,7 @@ class Reading:
         largest: float = LARGEST,
     ) -> tuple[float, ...] | None:
         """`count` numbers separated by blanks, as `number`."""
+        fallback = None if fallback is None else replace(fallback, guess=True)
         if attribute not in element.attributes:
             if default is None:
                 self.report(MISSING_ATTRIBUTE, element, None, fallback, element=element.tag, attribute=attribute)
@@ -164,10 +183,10 @@ class Reading:
             return None
         return self._decimals(element, attribute, words, fallback, largest)
 
-    def set_attribute(self, element: Element, attribute: str, value: str) -> Repair:
+    def set_attribute(self, element: Element, attribute: str, value: str, *, guess: bool = False) -> Repair:
         """The repair that writes a value."""
         edit = self._document_of(element).set_attribute(element, attribute, value)
-        return Repair("robotfile.repair_set", (edit,), {"attribute": attribute, "value": shown(value)})
+        return Repair("robotfile.repair_set", (edit,), {"attribute": attribute, "value": shown(value)}, guess)
 
     def swap_attributes(self, element: Element, first: str, second: str) -> Repair:
         """The repair that exchanges two values."""
@@ -182,11 +201,18 @@ class Reading:
         edit = self._document_of(element).remove_attribute(element, attribute)
         return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
 
-    def remove(self, element: Element) -> Repair:
+    def rename_attribute(self, element: Element, attribute: str, name: str) -> Repair:
+        """The repair that gives an attribute another name."""
+        document = self._document_of(element)
+        span = document.attribute_span(element, attribute)
+        start = element.start if span is None else span[0]
+        edit = Edit(start, start + (0 if span is None else len(attribute.encode())), "" if span is None else name)
+        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)})
+
+    def remove(self, element: Element, *, guess: bool = False) -> Repair:
         """The repair that removes an element."""
-        return Repair(
-            "robotfile.repair_remove", (self._document_of(element).remove(element),), {"element": shown(element.tag)}
-        )
+        edit = self._document_of(element).remove(element)
+        return Repair("robotfile.repair_remove", (edit,), {"element": shown(element.tag)}, guess)
 
     def append(self, element: Element, text: str) -> Repair:
         """The repair that adds a child."""
@@ -203,7 +229,7 @@ class Reading:
             for element in self.document.root.walk():
                 for key in NAMING.intersection(element.attributes):
                     self._names.setdefault(element.get(key), []).append((element, key))
-        if not new or new in self._names:
+        if not new or new in self._names or old not in self._names:
             return None
         edits = tuple(self._document_of(e).set_attribute(e, key, new) for e, key in self._names[old])
         return Repair("robotfile.repair_rename", edits, {"old": shown(old), "new": shown(new)})
@@ -235,7 +261,7 @@ class Reading:
         clean = all(decimal(word)[1] is None for word in words)
         repair = fallback
         if fallback is None and clean and words:
-            repair = self.set_attribute(element, attribute, " ".join((words + ["0"] * count)[:count]))
+            repair = self.set_attribute(element, attribute, " ".join((words + ["0"] * count)[:count]), guess=True)
         self.report(
             WRONG_COUNT, element, attribute, repair,
             element=element.tag, attribute=attribute, expected=count, got=len(words), text=" ".join(words),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from mafsil.model.diagnostics import Diagnostic, Edit, Repair, Report, Severity, require_mechanism
 from mafsil.model.mechanism import Mechanism
@@ -25,18 +26,32 @@ class Change:
         return f"{self.diagnostic.line}: {self.diagnostic.code} {self.repair.sentence(language)}"
 
 
+Asked: TypeAlias = Callable[[Diagnostic], bool]
+"""Whether the repair of a diagnostic is asked for."""
+
+
+def certain(diagnostic: Diagnostic) -> bool:
+    """Every repair that leaves no choice."""
+    return diagnostic.repair is not None and not diagnostic.repair.guess
+
+
+def of_errors(diagnostic: Diagnostic) -> bool:
+    """Repairs that leave no choice of what stops a reader."""
+    return certain(diagnostic) and diagnostic.severity is Severity.ERROR
+
+
 def mended(
-    source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], *, only_errors: bool = False
+    source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], asked: Asked = certain
 ) -> tuple[Text, tuple[Change, ...]]:
-    """The document with all offered repairs carried out.
+    """The document with the offered repairs carried out that are asked for.
 
     Args:
         source, limits: what to read.
         report_of: the reader of its format.
-        only_errors: leave alone what is only a warning.
+        asked: which; by default all that leave no choice.
 
     Returns:
-        The corrected document and the changes. Errors without a repair remain.
+        The corrected document and the changes. What has no such repair remains.
 
     Raises:
         FileError: the source cannot be read.
@@ -50,7 +65,7 @@ def mended(
     changes: list[Change] = []
     for _ in range(MOST_ROUNDS):
         report = report_of(text)
-        chosen = _apart(_offers(report, only_errors))
+        chosen = _apart(_offers(report, asked))
         if not chosen:
             break
         edits = [edit for change in chosen for edit in change.repair.edits]
@@ -74,10 +89,9 @@ def edited(data: bytes, edits: list[Edit]) -> bytes:
     return bytes(result)
 
 
-def _offers(report: Report, only_errors: bool) -> list[Change]:
-    """The repairs on offer; those of errors first."""
-    asking = report.errors if only_errors else report.diagnostics
-    offers = [Change(d, d.repair) for d in asking if d.repair is not None]
+def _offers(report: Report, asked: Asked) -> list[Change]:
+    """The repairs on offer that are asked for; those of errors first."""
+    offers = [Change(d, d.repair) for d in report.diagnostics if d.repair is not None and asked(d)]
     return sorted(offers, key=lambda change: change.diagnostic.severity is not Severity.ERROR)
 
 

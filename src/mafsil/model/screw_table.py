@@ -47,7 +47,7 @@ class Representation(NamedTuple):
     Attributes:
         name: `denavit_hartenberg`, `free_frames`, `exponentials` or `local_exponentials`.
         numbers: parameters written down, joint coordinates not counted.
-        independent: how many of them a rigid arm really has.
+        independent: how many constants the arm has with fixed and tip frame prescribed, however it is described.
         needs_link_frames: whether a frame has to be put on every link.
     """
 
@@ -60,8 +60,9 @@ class Representation(NamedTuple):
 def representations(revolute: int, prismatic: int = 0) -> tuple[Representation, ...]:
     """How many numbers each description of an arm takes.
 
-    A table has four per joint, of which the joint coordinate is one; base and tool poses add six each when the user's
-    frames are prescribed. A revolute axis is a line, four independent numbers; a slide is a direction, two.
+    A table has four per joint, the zero of the joint's own coordinate among them, and covers only the fixed and tip
+    frames that its rules choose; base and tool poses add six each when others are prescribed. A revolute axis is a
+    line, four independent numbers; a slide is a direction, two; prescribed frames at both ends add six.
 
     Args:
         revolute, prismatic: numbers of joints.
@@ -72,7 +73,7 @@ def representations(revolute: int, prismatic: int = 0) -> tuple[Representation, 
     n = revolute + prismatic
     independent = 4 * revolute + 2 * prismatic + 6
     return (
-        Representation("denavit_hartenberg", 4 * n, 4 * n, True),
+        Representation("denavit_hartenberg", 4 * n, independent, True),
         Representation("free_frames", 6 * n, independent, True),
         Representation("exponentials", 6 * n + 6, independent, False),
         Representation("local_exponentials", 12 * n, independent, True),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypedDict, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen, gate
 from mafsil.errors import ModelError
@@ -66,7 +67,7 @@ class JointPlace:
 def serial_arm(
     places: Sequence[JointPlace],
     *,
-    base: PoseMatrix | None,
+    base: ArrayLike | None,
     T_lt: PoseMatrix,
     name: str = "robot",
     inertials: Sequence[Inertial | None] | None = None,

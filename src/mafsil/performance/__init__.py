@@ -11,6 +11,9 @@ from mafsil.performance.determinant import DeterminantFactors as DeterminantFact
 from mafsil.performance.determinant import Factor as Factor
 from mafsil.performance.determinant import determinant_factors as determinant_factors
 from mafsil.performance.determinant import natural_task as natural_task
+from mafsil.performance.directions import greatest_speed as greatest_speed
+from mafsil.performance.directions import rate_effort as rate_effort
+from mafsil.performance.directions import torque_along as torque_along
 from mafsil.performance.free_body import FreeBody as FreeBody
 from mafsil.performance.free_body import free_body as free_body
 from mafsil.performance.isotropy import IsotropySearch as IsotropySearch
@@ -21,7 +24,13 @@ from mafsil.performance.jacobians import jacobian_by_inspection as jacobian_by_i
 from mafsil.performance.jacobians import joint_twists as joint_twists
 from mafsil.performance.jacobians import point_velocity as point_velocity
 from mafsil.performance.jacobians import space_from_body as space_from_body
+from mafsil.performance.jacobians import symbolic_jacobian_by_inspection as symbolic_jacobian_by_inspection
 from mafsil.performance.jacobians import tool_jacobian as tool_jacobian
+from mafsil.performance.link_loads import LinkLoad as LinkLoad
+from mafsil.performance.link_loads import VirtualWork as VirtualWork
+from mafsil.performance.link_loads import generalized_force as generalized_force
+from mafsil.performance.link_loads import holding_torque as holding_torque
+from mafsil.performance.link_loads import virtual_work as virtual_work
 from mafsil.performance.lost_motions import ScrewReading as ScrewReading
 from mafsil.performance.lost_motions import twist_reading as twist_reading
 from mafsil.performance.lost_motions import wrench_reading as wrench_reading
@@ -46,7 +55,10 @@ from mafsil.performance.reactions import unbalanced_links as unbalanced_links
 from mafsil.performance.scaling import TOLERANCE as TOLERANCE
 from mafsil.performance.scaling import characteristic_length as characteristic_length
 from mafsil.performance.scaling import scaled_jacobian as scaled_jacobian
+from mafsil.performance.screw_rank import ScrewRank as ScrewRank
+from mafsil.performance.screw_rank import rank_of_screws as rank_of_screws
 from mafsil.performance.singularity import Singularity as Singularity
+from mafsil.performance.singularity import default_task as default_task
 from mafsil.performance.singularity import generic_rank as generic_rank
 from mafsil.performance.singularity import is_singular as is_singular
 from mafsil.performance.singularity import rank as rank
@@ -65,6 +77,7 @@ from mafsil.performance.statics import tip_wrench as tip_wrench
 from mafsil.performance.statics import total_wrench as total_wrench
 from mafsil.performance.statics import work as work
 from mafsil.performance.tasks import TASKS as TASKS
+from mafsil.performance.tasks import task_coordinates as task_coordinates
 from mafsil.performance.tasks import task_jacobian as task_jacobian
 from mafsil.performance.tasks import task_rows as task_rows
 from mafsil.performance.workspace import WorkspaceMap as WorkspaceMap

@@ -11,7 +11,7 @@ from mafsil.messages import say
 from mafsil.performance.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
 from mafsil.performance.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.performance.singularity import Singularity, is_singular, singularity
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 SAMPLES = 64
 
@@ -86,6 +86,7 @@ class Atlas:
         return "\n".join([self.determinant.explain(language), *lines])
 
 
+@of_robot
 def singularity_atlas(robot: Robot, task: str | None = None, *, samples: int = SAMPLES, seed: int = 1) -> Atlas:
     """Every family of singular configurations of an arm with a square Jacobian.
 

@@ -28,13 +28,16 @@ class Cause:
             `slide_across` (a slide normal to the plane of two parallel axes), `coplanar_slide` (coplanar axes and a
             slide normal to them), `planar_motion` (parallel axes and slides across them), `one_plane_of_directions`
             (all axes parallel to one plane), `ruled_surface` (four axes of one regulus), `complex`
-            (all axes reciprocal to one screw), `dependent` (none of these).
+            (all axes reciprocal to one screw), `parallel` (four parallel axes: concurrent at infinity), `dependent`
+            (none of these); `factor_...`: a factor of the determinant of a part of the pose.
         joints: indices from 0 of all joints that share the geometry.
         names: of these joints.
         point: (3,) common point, or point of the common line, in {s} [m]; NaN if there is none.
         direction: (3,) common direction, normal or line; NaN if there is none.
         rates: (n,) joint rates of the dependent set that cancel.
         pitch: of the complex [m].
+        slides: names of the sliding joints among them.
+        formula: of the factor of the determinant that vanishes.
     """
 
     case: str
@@ -44,6 +47,8 @@ class Cause:
     direction: Vector3
     rates: Floats
     pitch: float = 0.0
+    slides: tuple[str, ...] = ()
+    formula: str = ""
 
     @property
     def number(self) -> str:
@@ -52,14 +57,19 @@ class Cause:
 
     def sentence(self, language: str | None = None) -> str:
         """What lies how."""
+        if self.formula:
+            meaning = say(f"performance.{self.case}", language=language, joints=", ".join(self.names))
+            return say("performance.case_factor", language=language, formula=self.formula, meaning=meaning)
+        key = "one_line_slides" if self.case == "one_line" and self.slides else self.case
         return say(
-            f"performance.case_{self.case}",
+            f"performance.case_{key}",
             language=language,
             joints=", ".join(self.names),
             count=len(self.joints),
             point=vector_text(self.point),
             direction=vector_text(self.direction),
             pitch=self.pitch,
+            slides=", ".join(self.slides),
         )
 
 
@@ -68,6 +78,7 @@ _NUMBERS = {
     "collinear_opposite": "I",
     "parallel_coplanar": "II",
     "concurrent": "III",
+    "parallel": "III",
     "coplanar": "IV",
     "one_line": "V",
 }
@@ -177,6 +188,8 @@ def _of_turning(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
         if parallel:
             return _cause(axes, "parallel_coplanar", joints, rates, axes.p(joints[0]), normal)
         return _cause(axes, "pencil", joints, rates, point, normal)
+    if parallel:
+        return _cause(axes, "parallel", joints, rates, None, first)
     if point is not None:
         return _cause(axes, "concurrent", _through(axes, point), rates, point, None)
     if normal is not None:
@@ -241,6 +254,7 @@ def _cause(
         nowhere if direction is None else signed(direction),
         rates,
         pitch,
+        tuple(axes.names[i] for i in joints if axes.sliding[i]),
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -17,10 +18,11 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.performance.axis_cases import Cause
 from mafsil.performance.scaling import characteristic_length, random_configurations, sliding_joints
 from mafsil.performance.tasks import task_jacobian, task_rows
 from mafsil.performance.trigonometric_form import TrigonometricForm, fitted
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 CHECKS = 200
 """Random configurations at which a product is compared with the determinant."""
@@ -148,6 +150,7 @@ class DeterminantFactors:
         return "\n".join([head, *rows])
 
 
+@of_robot
 def natural_task(robot: Robot) -> str:
     """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position.
 
@@ -174,6 +177,34 @@ def natural_task(robot: Robot) -> str:
             raise InputError("performance.not_square", robot=robot.name, n=robot.n)
 
 
+def vanishing_factors(robot: Robot, task: str, q: Floats, tolerance: float) -> tuple[Cause, ...]:
+    """The factors of a determinant that are zero at one configuration, as causes of its singularity.
+
+    Args:
+        robot: the arm.
+        task: rows of a square Jacobian.
+        q: (n,) joint coordinates.
+        tolerance: share of its largest value at random configurations below which a factor counts as zero.
+
+    Raises:
+        InputError: as `determinant_factors`.
+    """
+    found = _factors(robot, task)
+    everywhere = found.each(random_configurations(robot, CHECKS, limited=False))
+    nowhere = np.full(3, np.nan)
+    return tuple(
+        Cause(f"factor_{f.kind}", f.joints, f.names, nowhere, nowhere, np.zeros(robot.n), formula=f.formula)
+        for f, values, here in zip(found.factors, everywhere, found.each(q), strict=True)
+        if abs(float(here)) <= 100 * tolerance * float(np.abs(values).max())
+    )
+
+
+@lru_cache(maxsize=32)
+def _factors(robot: Robot, task: str) -> DeterminantFactors:
+    return determinant_factors(robot, task)
+
+
+@of_robot
 def determinant_factors(robot: Robot, task: str | None = None) -> DeterminantFactors:
     """The determinant of the Jacobian, factored into geometric conditions, each verified.
 

@@ -11,7 +11,8 @@ from mafsil.messages import say
 from mafsil.performance.manipulability import jacobian_hessian
 from mafsil.performance.scaling import random_configurations, ranges, scaled_jacobian
 from mafsil.performance.tasks import Task
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 from mafsil.solvers.least_squares import damped_step
 
 ISOTROPIC = 1e-8
@@ -44,6 +45,7 @@ class IsotropySearch:
         return say(f"performance.{key}", language=language, **facts)
 
 
+@of_robot
 def isotropic_configurations(
     robot: Robot,
     task: Task = "position",
@@ -76,7 +78,7 @@ def isotropic_configurations(
         q, residual = np.where(better[:, None], trial, q), np.where(better[:, None], after, residual)
         slope = np.where(better[:, None, None], slope_after, slope)
         damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-14, 1e6)
-    s = np.linalg.svd(scaled_jacobian(robot, q, task=task, length=length).J, compute_uv=False)
+    s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
     condition = s[:, 0] / np.maximum(s[:, -1], 1e-300)
     order = np.argsort(condition)
     good = [k for k in order if condition[k] - 1.0 < ISOTROPIC] or [order[0]]

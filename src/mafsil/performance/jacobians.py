@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,12 +11,13 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, Vector6, gate
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 LOCK = 1e-9
 """Determinant of the rate matrix below which three angles have no rates: a gimbal lock."""
 
 
+@of_robot
 def tool_jacobian(robot: Robot, q: ArrayLike, *, frame: str | None = None, point: ArrayLike | None = None) -> Floats:
     """Angular velocity of a frame and velocity of one of its points, both in the axes of {s}.
 
@@ -41,6 +43,7 @@ def tool_jacobian(robot: Robot, q: ArrayLike, *, frame: str | None = None, point
     return np.concatenate([R @ omega, R @ v], axis=-2)
 
 
+@of_robot
 def point_velocity(
     robot: Robot, q: ArrayLike, qd: ArrayLike, *, frame: str | None = None, point: ArrayLike | None = None
 ) -> Vector3:
@@ -56,6 +59,7 @@ def point_velocity(
     return np.einsum("...ij,...j->...i", tool_jacobian(robot, q, frame=frame, point=point)[..., 3:, :], rates)
 
 
+@of_robot
 def joint_twists(robot: Robot, q: ArrayLike, qd: ArrayLike) -> Vector6:
     """(*batch, n, 6) what each joint alone contributes to V_s; their sum is V_s = J_s qd.
 
@@ -66,6 +70,7 @@ def joint_twists(robot: Robot, q: ArrayLike, qd: ArrayLike) -> Vector6:
     return np.swapaxes(robot.jacobian_space(q) * gate("qd", qd, (robot.n,))[..., None, :], -1, -2)
 
 
+@of_robot
 def analytic_jacobian(robot: Robot, q: ArrayLike, orientation: str = "ZYX", *, frame: str | None = None) -> Floats:
     """Rates of orientation coordinates and of the position, from joint rates.
 
@@ -105,7 +110,8 @@ def _quaternion_rates(q: Floats) -> Floats:
 def _euler_rates(R: Floats, sequence: str) -> Floats:
     """(*batch, 3, 3) from omega_s to the rates of three angles."""
     E = euler.rates_to_angular_velocity(euler.to_euler(R, sequence), sequence)
-    locked = np.abs(np.linalg.det(E)) < LOCK
+    with np.errstate(invalid="ignore"):
+        locked = np.abs(np.linalg.det(E)) < LOCK
     if E.ndim == 2 and locked:
         raise InputError("performance.gimbal_lock", sequence=sequence)
     inverse = np.linalg.inv(np.where(locked[..., None, None], np.eye(3), E))
@@ -160,6 +166,40 @@ def jacobian_by_inspection(
     turning = np.concatenate([w, np.cross(p, w) + pitch * w], axis=-1)
     columns = np.where(sliding, np.concatenate([np.zeros_like(w), w], axis=-1), turning)
     return np.swapaxes(columns, -1, -2)
+
+
+def symbolic_jacobian_by_inspection(
+    directions: Sequence[Sequence[Any]],
+    points: Sequence[Sequence[Any]],
+    kinds: str | None = None,
+    pitches: Sequence[Any] | None = None,
+) -> list[list[Any]]:
+    """`jacobian_by_inspection` of symbols: entries that add and multiply, such as those of SymPy or CasADi.
+
+    Args:
+        directions: n unit vectors along the axes; nothing is normalised.
+        points: n points of the axes.
+        kinds: a letter for each joint, `R` or `P`; all R if None.
+        pitches: of helical joints; none if None.
+
+    Returns:
+        Six rows of n entries.
+
+    Raises:
+        InputError: not one point, letter and pitch for each direction.
+    """
+    letters = "R" * len(directions) if kinds is None else kinds.upper()
+    h = [0] * len(directions) if pitches is None else list(pitches)
+    if len({len(directions), len(points), len(letters), len(h)}) > 1 or set(letters) - {"R", "P"}:
+        raise InputError("performance.joint_letters", given=letters, n=len(directions))
+    columns: list[list[Any]] = []
+    for (wx, wy, wz), (px, py, pz), letter, pitch in zip(directions, points, letters, h, strict=True):
+        if letter == "P":
+            columns.append([0, 0, 0, wx, wy, wz])
+            continue
+        v = (py * wz - pz * wy, pz * wx - px * wz, px * wy - py * wx)
+        columns.append([wx, wy, wz, *(m + pitch * w for m, w in zip(v, (wx, wy, wz), strict=True))])
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def _columns(name: str, J: ArrayLike) -> Floats:

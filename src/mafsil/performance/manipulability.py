@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, gate, positive
 from mafsil.errors import InputError
-from mafsil.performance.scaling import scaled_jacobian
+from mafsil.messages import say
+from mafsil.performance.scaling import characteristic_length, scaled_jacobian, sliding_joints
+from mafsil.performance.singularity import asked
 from mafsil.performance.tasks import Task, task_jacobian
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 Part = Literal["linear", "angular", "planar"]
 _TASK_OF: Mapping[str, Task] = MappingProxyType(
@@ -27,25 +30,70 @@ class Ellipsoid:
     """The image of the unit sphere of joint rates (or efforts).
 
     Attributes:
-        axes: (*batch, m, m) principal directions as columns, in {s}, longest first.
-        lengths: (*batch, m) semi-axes; zero for directions that are lost, for forces infinite.
-        joint_vectors: (*batch, n, m) unit joint rates (or efforts) that reach the ends of the axes, as columns.
+        axes: (*batch, m, k) principal directions as columns, in {s}, longest first; k = min(m, n).
+        lengths: (*batch, k) semi-axes; zero for directions that are lost, for forces infinite.
+        joint_vectors: (*batch, n, k) unit joint rates (or efforts) that reach the ends of the axes, as columns.
+        slides: names of sliding joints whose rates in m/s share the sphere with rates of turning joints in rad/s, no
+            weights being given: lengths, axes and ratio then change with the unit of length. Empty where they do not.
+        length: [m] by which the rates of slides were divided.
+        characteristic: the arm's characteristic length [m], which would make them comparable; NaN if not known.
     """
 
     axes: Floats
     lengths: Floats
     joint_vectors: Floats
+    slides: tuple[str, ...] = ()
+    length: float = 1.0
+    characteristic: float = float("nan")
+
+    @property
+    def unit_dependent(self) -> bool:
+        """Whether the shape would be another one with lengths in millimetres."""
+        return bool(self.slides)
 
     @property
     def ratio(self) -> Floats:
-        """(*batch) longest over shortest axis: 1 is isotropic, infinite is singular."""
+        """(*batch) longest over shortest axis: 1 is isotropic, infinite is singular; NaN where joints are too few."""
+        if self.axes.shape[-1] < self.axes.shape[-2]:
+            return np.full(self.lengths.shape[:-1], np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = self.lengths.max(axis=-1) / self.lengths.min(axis=-1)
         return np.where(np.isnan(ratio), np.inf, ratio)
 
+    @property
+    def dimension(self) -> NDArray[np.int64]:
+        """(*batch) 3 an ellipsoid, 2 an elliptic disc, 1 a segment, 0 a point (of velocities)."""
+        return (self.lengths > 1e-9 * np.maximum(self.lengths.max(axis=-1, keepdims=True), 1e-300)).sum(axis=-1)
+
+    def normals(self) -> Floats:
+        """(m, m - dimension) unit directions that are lost, as columns; of one configuration.
+
+        Raises:
+            InputError: a batch.
+        """
+        if self.lengths.ndim != 1:
+            raise InputError("performance.one_configuration", name="ellipsoid", got=self.lengths.shape)
+        kept = self.axes[:, self.lengths > 1e-9 * max(float(self.lengths.max(initial=0.0)), 1e-300)]
+        return np.linalg.svd(kept, full_matrices=True)[0][:, kept.shape[1] :]
+
     def isotropic(self, tolerance: float = 1e-6) -> NDArray[np.bool_]:
         """(*batch) whether all axes are equal within the tolerance."""
         return self.ratio <= 1.0 + tolerance
+
+    def explain(self, language: str | None = None) -> str:
+        """Semi-axes and ratio of one configuration, and whether they depend on the unit of length.
+
+        Raises:
+            InputError: a batch.
+        """
+        if self.lengths.ndim != 1:
+            raise InputError("performance.one_configuration", name="ellipsoid", got=self.lengths.shape)
+        lengths = ", ".join(f"{x:.4g}" for x in self.lengths)
+        lines = [say("performance.ellipsoid", language=language, lengths=lengths, ratio=float(self.ratio))]
+        if self.unit_dependent:
+            facts = {"slides": ", ".join(self.slides), "length": self.length, "characteristic": self.characteristic}
+            lines.append(say("performance.unit_dependent", language=language, **facts))
+        return "\n".join(lines)
 
 
 def ellipsoid_of(J: ArrayLike) -> Ellipsoid:
@@ -64,44 +112,109 @@ def ellipsoid_of(J: ArrayLike) -> Ellipsoid:
     m, n = A.shape[-2:]
     if m > n:
         raise InputError("performance.too_many_rows", rows=m, n=n)
-    U, s, Vt = np.linalg.svd(A, full_matrices=False)
+    return _image(A)
+
+
+def _image(A: Floats) -> Ellipsoid:
+    U, s, Vt = decompositions.svd(A)
     return Ellipsoid(U, s, np.swapaxes(Vt, -1, -2))
 
 
+@of_robot
 def velocity_ellipsoid(
-    robot: Robot, q: ArrayLike, part: Part = "linear", *, point: ArrayLike | None = None, weighted: bool = False
+    robot: Robot,
+    q: ArrayLike,
+    part: Part = "linear",
+    *,
+    point: ArrayLike | None = None,
+    weighted: bool = False,
+    length: float | None = None,
 ) -> Ellipsoid:
     """Velocities of the tip (linear, planar or angular) for joint rates of unit size.
 
+    In arms with turning and sliding joints a sphere of joint rates mixes rad/s with m/s, so that the ellipsoid depends
+    on the unit of length unless `weighted` or `length` says how they compare; the answer's `slides` then names them.
+
     Args:
-        robot: the arm.
+        robot: the arm; with fewer joints than rows of the part the ellipsoid is flat.
         q: (*batch, n) joint coordinates [rad | m].
         part: `linear` (of the tip's point), `planar` (its x, y), or `angular`; never mixed: their units differ.
         point: (3,) point of the tip frame [m]; its origin if None.
         weighted: whether each joint rate counts in shares of its limit.
+        length: [m] by which rates of slides are divided before they join those of turning joints; 1 m, and said to be
+            arbitrary, if None. `characteristic_length(robot)` is a choice that belongs to the arm.
 
     Returns:
         Axes in {s}; lengths [m/s per rad/s] or [1]; [m/s] or [rad/s] if weighted.
 
     Reference: Lynch & Park, Modern Robotics, sec. 5.4; Yoshikawa, Manipulability of robotic mechanisms, 1985.
     """
-    J = task_jacobian(robot, q, _part(part), point=point)
-    return ellipsoid_of(J * _shares(robot, "velocity") if weighted else J)
+    J = rate_jacobian(robot, q, part, point=point, weighted=weighted, length=length)
+    return _told(_image(J), robot, weighted, length)
 
 
+@of_robot
 def force_ellipsoid(
-    robot: Robot, q: ArrayLike, part: Part = "linear", *, point: ArrayLike | None = None, weighted: bool = False
+    robot: Robot,
+    q: ArrayLike,
+    part: Part = "linear",
+    *,
+    point: ArrayLike | None = None,
+    weighted: bool = False,
+    length: float | None = None,
 ) -> Ellipsoid:
     """Forces (or moments) at the tip for joint efforts of unit size: same axes, reciprocal lengths.
 
     Arguments as `velocity_ellipsoid`; with `weighted` each effort counts in shares of its limit, and the axes are
-    those of the weighted efforts.
+    those of the weighted efforts. Forces of slides are multiplied by `length` before they join torques.
+
+    Raises:
+        InputError: fewer joints than rows: some forces are carried whatever the efforts.
     """
     J = task_jacobian(robot, q, _part(part), point=point)
-    found = ellipsoid_of(J / _shares(robot, "effort") if weighted else J)
+    J = J / _shares(robot, "effort") if weighted else J * _slide_factors(robot, length)
+    found = ellipsoid_of(J)
     with np.errstate(divide="ignore"):
-        lengths = np.where(found.lengths > 0, 1.0 / found.lengths, np.inf)
-    return Ellipsoid(found.axes[..., ::-1], lengths[..., ::-1], found.joint_vectors[..., ::-1])
+        lengths = np.where(found.lengths == 0, np.inf, 1.0 / found.lengths)
+    backwards = Ellipsoid(found.axes[..., ::-1], lengths[..., ::-1], found.joint_vectors[..., ::-1])
+    return _told(backwards, robot, weighted, length)
+
+
+def rate_jacobian(
+    robot: Robot,
+    q: ArrayLike,
+    part: Part = "linear",
+    *,
+    point: ArrayLike | None = None,
+    weighted: bool = False,
+    length: float | None = None,
+) -> Floats:
+    """(*batch, m, n) the Jacobian of a part, its columns for joint rates of unit size; arguments as there.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+        part: `linear`, `planar` or `angular`.
+        point: (3,) point of the tip frame [m]; its origin if None.
+        weighted: whether each joint rate counts in shares of its limit.
+        length: [m] by which rates of slides are divided; 1 m if None.
+    """
+    J = task_jacobian(robot, q, _part(part), point=point)
+    return J * (_shares(robot, "velocity") if weighted else _slide_factors(robot, length))
+
+
+def _slide_factors(robot: Robot, length: float | None) -> Floats:
+    """(n,) columns of slides are multiplied by the length that divides their rates."""
+    return np.where(sliding_joints(robot), 1.0 if length is None else positive("length", length), 1.0)
+
+
+def _told(found: Ellipsoid, robot: Robot, weighted: bool, length: float | None) -> Ellipsoid:
+    """The ellipsoid with the names of slides that make it depend on the unit of length."""
+    sliding = sliding_joints(robot)
+    if weighted or length is not None or not sliding.any() or sliding.all():
+        return found if length is None else replace(found, length=float(length))
+    names = tuple(name for name, slides in zip(robot.joint_names, sliding, strict=True) if slides)
+    return replace(found, slides=names, characteristic=characteristic_length(robot))
 
 
 def _part(part: str) -> Task:
@@ -155,7 +268,8 @@ def _yoshikawa(s: Floats) -> Floats:
 
 
 def _inverse_condition(s: Floats) -> Floats:
-    return np.where(s[..., 0] > 0, s[..., -1] / np.where(s[..., 0] > 0, s[..., 0], 1.0), 0.0)
+    none = s[..., 0] == 0
+    return np.where(none, 0.0, s[..., -1] / np.where(none, 1.0, s[..., 0]))
 
 
 def _smallest(s: Floats) -> Floats:
@@ -165,7 +279,8 @@ def _smallest(s: Floats) -> Floats:
 def _isotropy(s: Floats) -> Floats:
     """Geometric over arithmetic mean of the squared singular values: 1 isotropic, 0 singular."""
     mean = (s**2).mean(axis=-1)
-    return np.where(mean > 0, np.prod(s**2, axis=-1) ** (1 / s.shape[-1]) / np.where(mean > 0, mean, 1.0), 0.0)
+    none = mean == 0
+    return np.where(none, 0.0, np.prod(s**2, axis=-1) ** (1 / s.shape[-1]) / np.where(none, 1.0, mean))
 
 
 MEASURES: Mapping[str, Callable[[Floats], Floats]] = MappingProxyType(
@@ -174,12 +289,13 @@ MEASURES: Mapping[str, Callable[[Floats], Floats]] = MappingProxyType(
 """Measures of singular values (*batch, k), all zero at singularities."""
 
 
+@of_robot
 def manipulability(
     robot: Robot,
     q: ArrayLike,
     measure: str = "yoshikawa",
     *,
-    task: Task = "pose",
+    task: Task | None = None,
     length: float | None = None,
 ) -> Floats:
     """One number for the distance from singularities.
@@ -189,7 +305,8 @@ def manipulability(
         q: (*batch, n) joint coordinates [rad | m].
         measure: `yoshikawa` (product of singular values), `inverse_condition` (smallest over largest),
             `smallest`, or `isotropy` (geometric over arithmetic mean of their squares).
-        task: rows that count. Where angles and lengths meet, lengths are divided by `length`.
+        task: rows that count; the arm's `default_task` if None. Where angles and lengths meet, lengths are divided by
+            `length`.
         length: [m]; the arm's characteristic length if None. `length=1.0` gives the plain numbers in SI units.
 
     Returns:
@@ -197,16 +314,17 @@ def manipulability(
 
     Reference: Yoshikawa 1985; Angeles, Fundamentals of Robotic Mechanical Systems, sec. 5.8 (characteristic length).
     """
-    s: Any = np.linalg.svd(scaled_jacobian(robot, q, task=task, length=length).J, compute_uv=False)
-    return _measure(measure)(s)
+    scaled = scaled_jacobian(robot, q, task=_rows(robot, task), length=length)
+    return _measure(measure)(decompositions.singular_values(scaled.J))
 
 
+@of_robot
 def manipulability_gradient(
     robot: Robot,
     q: ArrayLike,
     measure: str = "yoshikawa",
     *,
-    task: Task = "pose",
+    task: Task | None = None,
     length: float | None = None,
 ) -> Floats:
     """(*batch, n) gradient of a measure, analytic: d sigma_k = u_k' dJ v_k.
@@ -214,13 +332,18 @@ def manipulability_gradient(
     Where singular values coincide or vanish the measure has a kink and one of its one-sided slopes is returned;
     arguments as `manipulability`.
     """
-    scaled = scaled_jacobian(robot, q, task=task, length=length)
-    U, s, Vt = np.linalg.svd(scaled.J, full_matrices=False)
+    scaled = scaled_jacobian(robot, q, task=_rows(robot, task), length=length)
+    U, s, Vt = decompositions.svd(scaled.J)
     dJ = jacobian_hessian(robot, q)[..., list(scaled.rows), :] * (scaled.row_factors[:, None] * scaled.columns)
     slopes = np.einsum("...ik,...cij,...kj->...ck", U, dJ, Vt)
     return np.einsum("...ck,...k->...c", slopes, _slope(_measure(measure), s))
 
 
+def _rows(robot: Robot, task: Task | None) -> Task:
+    return asked(robot).task if task is None else task
+
+
+@of_robot
 def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
     """(*batch, n, 6, n) derivatives of the tool Jacobian (axes of {s}, at the tip) by each coordinate.
 

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.scaling import require_one
 from mafsil.performance.tasks import Task, task_jacobian, task_rows
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +30,7 @@ class Strength:
     joint: NDArray[np.int64]
 
 
+@of_robot
 def largest_force(
     robot: Robot, q: ArrayLike, direction: ArrayLike, *, point: ArrayLike | None = None, gravity: bool = True
 ) -> Strength:
@@ -50,6 +51,7 @@ def largest_force(
     return _strength(robot, q, np.einsum("...ij,...i->...j", J_v, along / size), gravity)
 
 
+@of_robot
 def largest_payload(robot: Robot, q: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Strength:
     """The largest mass [kg] that the arm can hold still at a pose, within the effort limits, its own weight counted.
 
@@ -75,7 +77,7 @@ def _strength(robot: Robot, q: ArrayLike, load: Floats, gravity: bool) -> Streng
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(load > 0, limits - held, limits + held) / np.abs(load)
     felt = np.abs(load) > 1e-12 * np.maximum(np.abs(load).max(axis=-1, keepdims=True), 1e-300)
-    room = np.where(felt, room, np.inf)
+    room = np.where(felt, room, np.where(np.isnan(load) | np.isnan(held), np.nan, np.inf))
     joint = room.argmin(axis=-1)
     largest = room.min(axis=-1)
     too_weak = (np.abs(held) > limits).any(axis=-1)
@@ -108,6 +110,7 @@ class Polytope:
         return float(ConvexHull(self.vertices).volume)
 
 
+@of_robot
 def velocity_polytope(robot: Robot, q: ArrayLike, task: Task = "position") -> Polytope:
     """All velocities of the tip that the rate limits allow: the image of the box of joint rates.
 
@@ -124,6 +127,7 @@ def velocity_polytope(robot: Robot, q: ArrayLike, task: Task = "position") -> Po
     return _hull(robot, corners @ J.T)
 
 
+@of_robot
 def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravity: bool = True) -> Polytope:
     """All tip forces (task rows of the wrench, in the axes of {s}) that the effort limits allow.
 

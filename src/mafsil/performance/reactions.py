@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, gate
+from mafsil.errors import InputError
 from mafsil.geometry import wrench
-from mafsil.robot import Robot
+from mafsil.performance.link_loads import LinkLoad
+from mafsil.robot import Robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,28 +32,35 @@ class JointReactions:
     torque: JointVector
 
 
-def joint_reactions(robot: Robot, q: ArrayLike, tip_wrench: ArrayLike | None = None) -> JointReactions:
-    """Joint reaction wrenches of a static arm under gravity and a wrench at the tip.
+@of_robot
+def joint_reactions(
+    robot: Robot, q: ArrayLike, tip_wrench: ArrayLike | None = None, *, loads: Sequence[LinkLoad] = ()
+) -> JointReactions:
+    """Joint reaction wrenches of a static arm under gravity, loads on its links and a wrench at the tip.
 
-    For every link: reaction of its own joint = reactions it passes on - its weight (+ what the tip exerts).
+    For every link: reaction of its own joint = reactions it passes on - its weight - its loads (+ what the tip exerts).
 
     Args:
         robot: the arm.
         q: (*batch, n) joint coordinates [rad | m].
         tip_wrench: (*batch, 6) wrench the tip exerts on the world, in the tip frame [N m, N]; none if None.
+        loads: acting on links.
     """
     mechanism = robot.mechanism
     poses = robot.link_poses(q)
-    loads = [-weight for weight in link_weights(robot, q)]
+    net = [-weight for weight in link_weights(robot, q)]
+    for load in loads:
+        k = _link_index(mechanism.link_names, load.link)
+        net[k] = net[k] - load.about_origin(poses[..., k, :, :])
     if tip_wrench is not None:
         T_ts = np.linalg.inv(robot.forward_kinematics(q))
         tip = mechanism.link_names.index(mechanism.tip)
-        loads[tip] = loads[tip] + wrench.transform(T_ts, tip_wrench)
+        net[tip] = net[tip] + wrench.transform(T_ts, tip_wrench)
     for k in reversed(range(len(mechanism.joints))):
         parent = mechanism.parents[k]
-        loads[parent] = loads[parent] + loads[k + 1]
-    batch = np.broadcast_shapes(*(load.shape for load in loads))
-    about_origin = np.stack([np.broadcast_to(load, batch) for load in loads[1:]], axis=-2)
+        net[parent] = net[parent] + net[k + 1]
+    batch = np.broadcast_shapes(*(wrenches.shape for wrenches in net))
+    about_origin = np.stack([np.broadcast_to(wrenches, batch) for wrenches in net[1:]], axis=-2)
     points = poses[..., 1:, :3, 3]
     at_joint = about_origin.copy()
     at_joint[..., :3] -= np.cross(points, about_origin[..., 3:])
@@ -59,6 +69,13 @@ def joint_reactions(robot: Robot, q: ArrayLike, tip_wrench: ArrayLike | None = N
     )
 
 
+def _link_index(names: Sequence[str], link: str) -> int:
+    if link not in names:
+        raise InputError("input.choice", name="link", value=link, known=", ".join(names))
+    return list(names).index(link)
+
+
+@of_robot
 def link_weights(robot: Robot, q: ArrayLike) -> list[Floats]:
     """For each link the wrench (*batch, 6) of its weight, moments about the origin of {s}, axes of {s}."""
     mechanism = robot.mechanism
@@ -73,6 +90,7 @@ def link_weights(robot: Robot, q: ArrayLike) -> list[Floats]:
     return weights
 
 
+@of_robot
 def unbalanced_links(robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
     """(*batch, L - 1, 6) net wrench on every moving link: zero everywhere if the reactions hold the arm.
 

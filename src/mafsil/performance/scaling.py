@@ -12,13 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.errors import InputError
 from mafsil.model import JointKind
+from mafsil.model.skeleton import reach
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.tasks import Task, task_rows
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers.decompositions import symmetric_pinv
 
 SAMPLES = 256
 """Configurations over which lengths and generic ranks are taken."""
 SEED = 20
+NO_LEVER = 1e-5
+"""Lever arms, relative to the size of the arm, that are the rounding of a description."""
+
 TOLERANCE = 1e-6
 """Smallest singular value of the scaled Jacobian, over its largest, that counts as not zero."""
 
@@ -58,6 +63,7 @@ def ranges(robot: Robot, *, limited: bool = True) -> tuple[Floats, Floats]:
     return lower, np.maximum(lower, upper)
 
 
+@of_robot
 def random_configurations(robot: Robot, count: int, seed: int = SEED, *, limited: bool = True) -> Floats:
     """(count, n) configurations, uniform within `ranges`; the same for the same seed.
 
@@ -71,11 +77,14 @@ def random_configurations(robot: Robot, count: int, seed: int = SEED, *, limited
     return np.random.default_rng(seed).uniform(lower, upper, (count, robot.n))
 
 
+@of_robot
 def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -> float:
     """A length [m] of the arm that divides translations so that they compare with angles.
 
     Root mean square, over configurations, of the lever arms of the turning joints: about the tip, or about the point
-    nearest to all axes, which depends on neither tool nor base. An arm without lever arms has length 1.
+    nearest to all axes, which depends on neither tool nor base. An arm whose lever arms are below `NO_LEVER` of its
+    reach has its reach for a length: axes typed with six digits that meet in one point have levers of rounding only.
+    Without turning joints the length is 1.
 
     Args:
         robot: the arm.
@@ -83,17 +92,19 @@ def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -
     """
     if robot not in _known:
         q = random_configurations(robot, SAMPLES)
-        J_s = robot.jacobian_space(q)
-        _known[robot] = _Lengths(_rms_lever(tool_jacobian(robot, q)), _rms_lever(at_point(J_s, central_point(J_s))))
+        J_s, size = robot.jacobian_space(q), reach(robot.mechanism)
+        levers = _rms_lever(tool_jacobian(robot, q), size), _rms_lever(at_point(J_s, central_point(J_s)), size)
+        _known[robot] = _Lengths(*levers)
     return getattr(_known[robot], about)
 
 
-def _rms_lever(J: Floats) -> float:
+def _rms_lever(J: Floats, size: float) -> float:
+    """Root mean square of the levers [m]; the size of the arm [m] where they are none beside it."""
     turning = np.abs(J[:, :3]).max(axis=(0, 1)) > 1e-12
     if not turning.any():
         return 1.0
     lever = float(np.sqrt((J[:, 3:, turning] ** 2).sum(axis=1).mean()))
-    return lever if lever > 1e-12 else 1.0
+    return lever if lever > NO_LEVER * size else size
 
 
 def central_point(J_s: Floats) -> Vector3:
@@ -105,7 +116,7 @@ def central_point(J_s: Floats) -> Vector3:
     w, v = J_s[..., :3, :], J_s[..., 3:, :]
     normal = np.einsum("...in,...in->...", w, w)[..., None, None] * np.eye(3) - w @ np.swapaxes(w, -1, -2)
     toward = np.cross(w, v, axis=-2).sum(axis=-1)
-    return (np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ toward[..., None])[..., 0]
+    return (symmetric_pinv(normal, 1e-9) @ toward[..., None])[..., 0]
 
 
 def at_point(J_s: Floats, point: Floats) -> Floats:
@@ -124,6 +135,7 @@ class Scaled:
         point: (*batch, 3) where the linear part is taken, in {s} [m].
         length: [m].
         columns: (n,) qd = columns * rates of J.
+        q: (*batch, n) the configurations.
     """
 
     J: Floats
@@ -131,6 +143,7 @@ class Scaled:
     point: Vector3
     length: float
     columns: Floats
+    q: Floats
 
     @property
     def row_factors(self) -> Floats:
@@ -138,6 +151,7 @@ class Scaled:
         return np.array([1.0 if row < 3 else 1.0 / self.length for row in self.rows])
 
 
+@of_robot
 def scaled_jacobian(
     robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None, at: Literal["tip", "axes"] = "tip"
 ) -> Scaled:
@@ -166,15 +180,15 @@ def scaled_jacobian(
         J = tool_jacobian(robot, q)
         point = robot.forward_kinematics(q)[..., :3, 3]
     columns = np.where(sliding_joints(robot), length, 1.0)
-    scaled = Scaled(J, rows, point, float(length), columns)
-    factors = scaled.row_factors[:, None] * columns
-    return Scaled(J[..., list(rows), :] * factors, rows, point, float(length), columns)
+    factors = np.array([1.0 if row < 3 else 1.0 / length for row in rows])[:, None] * columns
+    return Scaled(J[..., list(rows), :] * factors, rows, point, float(length), columns, np.asarray(q, dtype=float))
 
 
 def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.int64]:
-    """(*batch) how many singular values (*batch, k) exceed tolerance times the largest."""
+    """(*batch) how many singular values (*batch, k) exceed tolerance times the largest; -1 where they are NaN."""
     largest = singular_values[..., :1]
-    return (singular_values > np.maximum(tolerance * largest, 1e-300)).sum(axis=-1)
+    count = (singular_values > np.maximum(tolerance * largest, 1e-300)).sum(axis=-1)
+    return np.where(np.isnan(singular_values).any(axis=-1), -1, count)
 
 
 def require_one(name: str, q: ArrayLike, n: int) -> Floats:

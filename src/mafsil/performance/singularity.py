@@ -4,30 +4,117 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model import JointKind
 from mafsil.performance.axis_cases import Axes, Cause, causes
-from mafsil.performance.lost_motions import ScrewReading, twist_reading, wrench_reading
+from mafsil.performance.determinant import natural_task, vanishing_factors
+from mafsil.performance.jacobians import tool_jacobian
+from mafsil.performance.lost_motions import ScrewReading, twist_reading, vector_text, wrench_reading
 from mafsil.performance.scaling import (
     TOLERANCE,
     Scaled,
+    at_point,
+    central_point,
     random_configurations,
     rank_of,
     require_one,
     scaled_jacobian,
     sliding_joints,
 )
+from mafsil.performance.screw_systems import canonical_system
 from mafsil.performance.tasks import Task, task_rows
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
 
 
-def singular_values(robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None) -> Floats:
+@of_robot
+def default_task(robot: Robot) -> str:
+    """The task that an arm is asked about unless another is named: its natural one, if it reaches full rank there.
+
+    `pose` for six joints and more, `planar_position` for a planar 2R arm, and so on; planar arms with more joints than
+    their plane needs are redundant in it. Arms without such a task are asked for the whole pose.
+
+    Args:
+        robot: the arm.
+    """
+    return _default_task(robot)
+
+
+@lru_cache(maxsize=64)
+def _default_task(robot: Robot) -> str:
+    if robot.n >= 6:
+        return "pose"
+    try:
+        natural = [natural_task(robot)]
+    except InputError:
+        natural = []
+    flat = ["schoenflies", "planar"] if _moves_flat(robot) else []
+    spherical = ["orientation"] if _is_spherical(robot) else []
+    for task in (*natural, *flat, *spherical):
+        if generic_rank(robot, task=task) == min(len(task_rows(task)), robot.n):
+            return task
+    return "pose"
+
+
+def _moves_flat(robot: Robot) -> bool:
+    """Whether the tip never turns about x or y of {s}."""
+    J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
+    return bool(np.abs(J[:, :2]).max(initial=0.0) < 1e-9)
+
+
+def _is_spherical(robot: Robot) -> bool:
+    """Whether all joints turn about one point."""
+    J_s = robot.jacobian_space(random_configurations(robot, 3, limited=False))
+    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < 1e-9 * max(1.0, float(np.abs(J_s).max())))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a configuration is judged by.
+
+    Attributes:
+        task: name, or row numbers.
+        rows: of the Jacobian that is looked at.
+        full_rank: the rank that an arm with so many joints can have for so many rows.
+    """
+
+    task: Task
+    rows: tuple[int, ...]
+    full_rank: int
+
+
+def asked(robot: Robot, task: Task | None = None) -> Asked:
+    """The task, the default one if None; of the whole Jacobian where the other rows of an arm are zero anyway.
+
+    Args:
+        robot: the arm.
+        task: rows that count.
+    """
+    if task is not None:
+        rows = task_rows(task)
+        return Asked(task, rows, min(len(rows), robot.n))
+    name = default_task(robot)
+    return Asked(name, _looked_at(robot, name), min(len(task_rows(name)), robot.n))
+
+
+@lru_cache(maxsize=64)
+def _looked_at(robot: Robot, task: str) -> tuple[int, ...]:
+    rows = task_rows(task)
+    others = [row for row in range(6) if row not in rows]
+    J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
+    idle = np.abs(J[:, others]).max(initial=0.0) <= 1e-12 * np.abs(J).max(initial=0.0)
+    return tuple(range(6)) if idle else rows
+
+
+@of_robot
+def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, length: float | None = None) -> Floats:
     """Singular values of the Jacobian without units, largest first.
 
     For the full pose the linear part is taken at the point nearest to all axes, and the length likewise: the values
@@ -36,31 +123,40 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task = "pose", length: 
     Args:
         robot: the arm.
         q: (*batch, n) joint coordinates [rad | m].
-        task: rows that count.
+        task: rows that count; the arm's `default_task` if None.
         length: [m] that divides translations; the arm's characteristic length if None.
 
     Returns:
         (*batch, min(m, n)).
     """
-    values: Any = np.linalg.svd(_scaled(robot, q, task, length).J, compute_uv=False)
-    return values
+    return decompositions.singular_values(_scaled(robot, q, asked(robot, task).rows, length).J)
 
 
+@of_robot
 def rank(
-    robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None, tolerance: float = TOLERANCE
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
 ) -> NDArray[np.int64]:
-    """(*batch) rank of the Jacobian; arguments as `singular_values`, tolerance relative to the largest value."""
+    """(*batch) rank of the Jacobian; arguments as `singular_values`, tolerance relative to the largest value.
+
+    Rows of q that hold NaN have rank -1.
+    """
     return rank_of(singular_values(robot, q, task=task, length=length), tolerance)
 
 
-def generic_rank(robot: Robot, *, task: Task = "pose") -> int:
+@of_robot
+def generic_rank(robot: Robot, *, task: Task | None = None) -> int:
     """The rank that almost all configurations have.
 
     Args:
         robot: the arm.
-        task: rows that count.
+        task: rows that count; the arm's `default_task` if None.
     """
-    return _generic(robot, task_rows(task))
+    return _generic(robot, asked(robot, task).rows)
 
 
 @lru_cache(maxsize=64)
@@ -68,11 +164,21 @@ def _generic(robot: Robot, rows: tuple[int, ...]) -> int:
     return int(rank(robot, random_configurations(robot, 32, limited=False), task=rows).max(initial=0))
 
 
+@of_robot
 def is_singular(
-    robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None, tolerance: float = TOLERANCE
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
 ) -> NDArray[np.bool_]:
-    """(*batch) whether the rank is below that of almost all configurations; arguments as `rank`."""
-    return rank(robot, q, task=task, length=length, tolerance=tolerance) < generic_rank(robot, task=task)
+    """(*batch) whether the rank is below min(rows of the task, joints); False for NaN; arguments as `rank`.
+
+    True everywhere for an arm that never reaches that rank; `generic_rank` tells such arms.
+    """
+    here = rank(robot, q, task=task, length=length, tolerance=tolerance)
+    return (here >= 0) & (here < asked(robot, task).full_rank)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,20 +188,25 @@ class Singularity:
     Attributes:
         robot: name.
         q: (n,) the configuration [rad | m].
-        rank, generic_rank: of the Jacobian here, and almost everywhere.
+        task: rows that count.
+        rank, generic_rank, full_rank: of the Jacobian here, almost everywhere, and the most that so many joints and
+            rows can have. Where the generic rank is below the full one, the arm is singular at every configuration.
         singular_values: without units, largest first.
         length: [m] that divided translations.
         tolerance: of the rank.
         null_rates: (n - rank, n) independent joint rates that do not move the tip (task).
         lost_twists: (generic_rank - rank, 6) twists (omega, v) in {s} that are possible nearby and not here.
         wrenches: (m - rank, 6) wrenches (m, f) in {s} that the structure carries without any joint effort.
-        causes: dependent sets of axes with their geometry; empty where no rank is lost, or for part of a pose.
+        causes: dependent sets of axes with their geometry, for part of a pose the factors of the determinant that
+            vanish; empty where the rank is full.
     """
 
     robot: str
     q: JointVector
+    task: Task
     rank: int
     generic_rank: int
+    full_rank: int
     singular_values: Floats
     length: float
     tolerance: float
@@ -106,8 +217,18 @@ class Singularity:
 
     @property
     def singular(self) -> bool:
-        """Whether rank is lost."""
-        return self.rank < self.generic_rank
+        """Whether the rank is not full."""
+        return self.rank < self.full_rank
+
+    @property
+    def drop(self) -> int:
+        """How much of the rank that almost all configurations have is lost here."""
+        return self.generic_rank - self.rank
+
+    @property
+    def deficient(self) -> bool:
+        """Whether the arm never reaches full rank: not this configuration is to blame but how the arm is built."""
+        return self.generic_rank < self.full_rank
 
     @property
     def cases(self) -> tuple[str, ...]:
@@ -126,11 +247,19 @@ class Singularity:
 
     def explain(self, language: str | None = None) -> str:
         """Rank, causes, lost motions, carried wrenches, in sentences."""
-        facts = {"robot": self.robot, "rank": self.rank, "generic": self.generic_rank, "tolerance": self.tolerance}
+        facts = {
+            "robot": self.robot,
+            "rank": self.rank,
+            "generic": self.generic_rank,
+            "full": self.full_rank,
+            "task": self.task if isinstance(self.task, str) else vector_text(np.array(self.task, float)),
+            "tolerance": self.tolerance,
+        }
         if not self.singular:
             ratio = float(self.singular_values[self.rank - 1] / self.singular_values[0]) if self.rank else 0.0
             return say("performance.regular", language=language, ratio=ratio, **facts)
-        lines = [say("performance.singular", language=language, **facts)]
+        lines = [say("performance.deficient", language=language, **facts)] if self.deficient else []
+        lines += [say("performance.singular", language=language, **facts)] if self.drop > 0 else []
         lines += [_cause_line(cause, language) for cause in self.causes]
         lines += [screw.sentence("lost", language) for screw in self.lost_screws]
         lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]
@@ -144,15 +273,21 @@ def _cause_line(cause: Cause, language: str | None) -> str:
     return say("performance.case_number", language=language, number=cause.number, sentence=sentence)
 
 
+@of_robot
 def singularity(
-    robot: Robot, q: ArrayLike, *, task: Task = "pose", length: float | None = None, tolerance: float = TOLERANCE
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Singularity:
     """Look closely at one configuration: `singularity(robot, q).explain()`.
 
     Args:
         robot: the arm.
         q: (n,) joint coordinates [rad | m].
-        task: rows that count.
+        task: rows that count; the arm's `default_task` if None.
         length: [m] that divides translations; the arm's characteristic length if None.
         tolerance: singular values below this share of the largest count as zero.
 
@@ -163,33 +298,45 @@ def singularity(
     Geometry of Mechanisms, 1978.
     """
     configuration = require_one("q", q, robot.n)
-    scaled = _scaled(robot, configuration, task, length)
+    wanted = asked(robot, task)
+    scaled = _scaled(robot, configuration, wanted.rows, length)
     U, s, Vt = np.linalg.svd(scaled.J)
-    found, generic = int(rank_of(s, tolerance)), generic_rank(robot, task=task)
+    found, generic = int(rank_of(s, tolerance)), _generic(robot, wanted.rows)
     null, left = Vt[found:], U[:, found:]
-    lost = (
-        left if generic == len(scaled.rows) else _reachable(robot, configuration, scaled, null, left, generic - found)
-    )
-    nullity = robot.n - found
-    full = len(scaled.rows) == 6 and found < generic
+    every = generic == len(scaled.rows)
+    lost = left if every else _reachable(robot, configuration, scaled, null, left, generic - found)
     return Singularity(
         robot.name,
         configuration,
+        wanted.task,
         found,
         generic,
+        wanted.full_rank,
         s,
         scaled.length,
         tolerance,
         null * scaled.columns,
         _twists(scaled, lost),
         wrenches_of(scaled, left),
-        causes(_axes(robot, scaled, tolerance), nullity) if full else (),
+        _causes(robot, scaled, wanted, found, tolerance) if found < wanted.full_rank else (),
     )
 
 
-def _scaled(robot: Robot, q: ArrayLike, task: Task, length: float | None) -> Scaled:
-    at: Literal["tip", "axes"] = "axes" if len(task_rows(task)) == 6 else "tip"
-    return scaled_jacobian(robot, q, task=task, length=length, at=at)
+def _causes(robot: Robot, scaled: Scaled, wanted: Asked, found: int, tolerance: float) -> tuple[Cause, ...]:
+    """Dependent axes for the whole pose; for a part of it the factors of the determinant that vanish."""
+    if len(scaled.rows) == 6:
+        return causes(_axes(robot, scaled, tolerance), robot.n - found)
+    if not isinstance(wanted.task, str) or len(wanted.rows) != robot.n:
+        return ()
+    try:
+        return vanishing_factors(robot, wanted.task, scaled.q, tolerance)
+    except InputError:
+        return ()
+
+
+def _scaled(robot: Robot, q: ArrayLike, rows: tuple[int, ...], length: float | None) -> Scaled:
+    at: Literal["tip", "axes"] = "axes" if len(rows) == 6 else "tip"
+    return scaled_jacobian(robot, q, task=rows, length=length, at=at)
 
 
 def _axes(robot: Robot, scaled: Scaled, tolerance: float) -> Axes:
@@ -230,19 +377,21 @@ def _reachable(robot: Robot, q: Floats, scaled: Scaled, null: Floats, left: Floa
 
 
 def _twists(scaled: Scaled, directions: Floats) -> Floats:
-    """(k, 6) twists in {s} of directions (m, k) without units."""
+    """(k, 6) twists in {s} of directions (m, k) without units, their system in its canonical basis."""
     V = np.zeros((directions.shape[1], 6))
-    V[:, list(scaled.rows)] = directions.T / scaled.row_factors
-    V = _tidy(V)
+    V[:, list(scaled.rows)] = directions.T
+    omega, v = canonical_system(V[:, :3], V[:, 3:])
+    V = _tidy(np.concatenate([omega, v * scaled.length], axis=1))
     V[:, 3:] -= np.cross(V[:, :3], scaled.point)
     return V
 
 
 def wrenches_of(scaled: Scaled, directions: Floats) -> Floats:
-    """(k, 6) wrenches in {s} of covectors (m, k) without units."""
+    """(k, 6) wrenches in {s} of covectors (m, k) without units, their system in its canonical basis."""
     F = np.zeros((directions.shape[1], 6))
-    F[:, list(scaled.rows)] = directions.T * scaled.row_factors
-    F = _tidy(F)
+    F[:, list(scaled.rows)] = directions.T
+    f, m = canonical_system(F[:, 3:], F[:, :3])
+    F = _tidy(np.concatenate([m, f / scaled.length], axis=1))
     F[:, :3] += np.cross(scaled.point, F[:, 3:])
     return F
 

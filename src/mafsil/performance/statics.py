@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, Vector6, gate
+from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
+from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.lost_motions import vector_text, wrench_reading
 from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.singularity import wrenches_of
 from mafsil.performance.tasks import Task
-from mafsil.robot import Robot
-from mafsil.solvers import Status
+from mafsil.robot import Robot, of_robot
+from mafsil.robot.arguments import in_tip
+from mafsil.solvers import Status, decompositions
 
 BALANCED = 1e-9
 """Efforts that no tip wrench balances, over the largest effort, below this are rounding."""
@@ -29,13 +32,27 @@ class StaticsStatus(Status):
     CARRIED = ("performance.statics_carried", False)
     UNBALANCED = ("performance.statics_unbalanced", False)
     UNBALANCED_AND_CARRIED = ("performance.statics_both", False)
+    NOT_FINITE = ("performance.statics_not_finite", False)
 
 
 STATUSES = tuple(StaticsStatus)
 
+JACOBIANS: dict[str, Callable[[Robot, ArrayLike, str | None], Floats]] = {
+    "body": lambda robot, q, frame: robot.jacobian_body(q, frame=frame),
+    "space": lambda robot, q, frame: robot.jacobian_space(q, frame=frame),
+    "tip": lambda robot, q, frame: tool_jacobian(robot, q, frame=frame),
+}
+"""Whose transpose takes a wrench to joint efforts, by where the wrench is given."""
 
+
+@of_robot
 def joint_torque(
-    robot: Robot, q: ArrayLike, F: ArrayLike, *, given_in: Literal["body", "space"] = "body", frame: str | None = None
+    robot: Robot,
+    q: ArrayLike,
+    F: ArrayLike,
+    *,
+    given_in: Literal["body", "space", "tip"] = "body",
+    frame: str | None = None,
 ) -> JointVector:
     """Tau = J_b' F_b = J_s' F_s: joint efforts with which the tip exerts a wrench on the world; gravity left aside.
 
@@ -45,7 +62,8 @@ def joint_torque(
         robot: the arm.
         q: (*batch, n) joint coordinates [rad | m].
         F: (*batch, 6) wrench (m, f) that the frame exerts on the world [N m, N].
-        given_in: `body`, the frame's own axes and origin, or `space`, those of {s}.
+        given_in: `body`, the frame's own axes and origin; `space`, those of {s}; `tip`, at the frame's origin in the
+            axes of {s}, as force sensors tell it. The three are different numbers for one wrench and never guessed.
         frame: name of a link; the tip frame if None.
 
     Returns:
@@ -53,9 +71,13 @@ def joint_torque(
 
     Reference: Lynch & Park, Modern Robotics, sec. 5.2.
     """
-    if given_in not in ("body", "space"):
-        raise InputError("input.choice", name="given_in", value=given_in, known="body, space")
-    J = (robot.jacobian_body if given_in == "body" else robot.jacobian_space)(q, frame=frame)
+    if given_in not in JACOBIANS:
+        raise InputError("input.choice", name="given_in", value=given_in, known=", ".join(JACOBIANS))
+    if given_in == "body":
+        F = in_tip("F", F, robot.mechanism.tip if frame is None else frame)
+    elif given_in == "space" and getattr(F, "frame", None) not in (None, "s"):
+        raise InputError("robot.wrench_frame", name="F", frame=getattr(F, "frame", None), known="s")
+    J = JACOBIANS[given_in](robot, q, frame)
     return np.einsum("...ij,...i->...j", J, gate("F", F, (6,)))
 
 
@@ -102,6 +124,7 @@ class TipWrench:
         return "\n".join(lines)
 
 
+@of_robot
 def tip_wrench(
     robot: Robot, q: ArrayLike, tau: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE
 ) -> TipWrench:
@@ -118,7 +141,7 @@ def tip_wrench(
     """
     efforts = gate("tau", tau, (robot.n,), finite=True)
     scaled = scaled_jacobian(robot, q, task=task)
-    U, s, Vt = np.linalg.svd(scaled.J, full_matrices=False)
+    U, s, Vt = decompositions.svd(scaled.J)
     found = rank_of(s, tolerance)
     kept = np.arange(s.shape[-1]) < found[..., None]
     inverse = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
@@ -133,7 +156,7 @@ def tip_wrench(
     single = scaled.J.ndim == 2
     carried, motion = _kernels(scaled, tolerance) if single else (np.zeros((0, 6)), np.zeros((0, robot.n)))
     unbalanced = np.where(moving[..., None], unbalanced, 0.0)
-    codes = np.asarray(free + 2 * moving)
+    codes = np.where(found < 0, STATUSES.index(StaticsStatus.NOT_FINITE), free + 2 * moving)
     return TipWrench(F, codes, unbalanced, np.asarray(found), carried, motion, robot.n, len(scaled.rows), scaled.length)
 
 
@@ -144,6 +167,7 @@ def _kernels(scaled: Scaled, tolerance: float) -> tuple[Floats, Floats]:
     return wrenches_of(scaled, U[:, found:]), Vt[found:] * scaled.columns
 
 
+@of_robot
 def structure_wrenches(robot: Robot, q: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE) -> Floats:
     """(k, 6) independent wrenches (m, f) in {s} that the arm carries without any joint effort.
 
@@ -156,6 +180,7 @@ def structure_wrenches(robot: Robot, q: ArrayLike, *, task: Task = "pose", toler
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[0]
 
 
+@of_robot
 def self_motion(robot: Robot, q: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE) -> Floats:
     """(k, n) independent joint rates with which the tip stays at rest; arguments as `structure_wrenches`."""
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[1]
@@ -178,6 +203,7 @@ class PinnedArm:
     drift: float
 
 
+@of_robot
 def pinned_arm(
     robot: Robot, q: ArrayLike, *, task: Task = "planar_position", steps: int = 50, step: float = 0.02
 ) -> PinnedArm:
@@ -231,9 +257,14 @@ def total_wrench(
 
     Returns:
         (6,) wrench (m, f) about that point.
+
+    Raises:
+        InputError: not one point for each force.
     """
     f = np.atleast_2d(gate("forces", forces, (3,), finite=True))
-    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - gate("about", about, (3,), finite=True)
+    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - single("about", about, (3,))
+    if f.ndim != 2 or f.shape != r.shape:
+        raise InputError("performance.one_point_each", forces=f.shape, points=r.shape)
     total = wrench.from_force(r, f).sum(axis=0)
     if moments is not None:
         total[:3] += np.atleast_2d(gate("moments", moments, (3,), finite=True)).sum(axis=0)

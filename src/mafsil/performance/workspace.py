@@ -6,19 +6,21 @@ grid; memory is the grid plus one chunk. The same seed gives the same map, on on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, gate, single
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.performance.scaling import ranges
-from mafsil.robot import Robot
+from mafsil.performance.scaling import ranges as drawn_from
+from mafsil.performance.scaling import sliding_joints
+from mafsil.robot import Robot, of_robot
 
 CHUNK = 65_536
 """Configurations that are evaluated at once."""
@@ -47,6 +49,7 @@ class WorkspaceMap:
         samples: how many configurations were drawn.
         inside: how many of them fell into the slice (all, if there is none).
         seed: of the generator.
+        given: ranges (low, high) [rad | m] by joint that were given for the map, in place of limits of the robot.
     """
 
     robot: str
@@ -58,6 +61,7 @@ class WorkspaceMap:
     samples: int
     inside: int
     seed: int
+    given: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def reached(self) -> NDArray[np.bool_]:
@@ -166,7 +170,7 @@ class WorkspaceMap:
         """Samples, size with its error, voids."""
         size, error = self.volume()
         unit = "m^2" if self.counts.ndim == 2 and self.view != "radial" else "m^3"
-        return say(
+        sentence = say(
             "performance.workspace",
             language=language,
             robot=self.robot,
@@ -177,6 +181,10 @@ class WorkspaceMap:
             voids=len(self.voids()),
             cell=self.cell,
         )
+        if not self.given:
+            return sentence
+        ranges = "; ".join(f"{joint} [{low:.4g}, {high:.4g}]" for joint, (low, high) in self.given.items())
+        return f"{sentence}\n{say('performance.workspace_given', language=language, ranges=ranges)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +203,7 @@ class _Grid:
     dexterous: bool
 
 
+@of_robot
 def workspace_map(
     robot: Robot,
     samples: int = 1_000_000,
@@ -203,6 +212,7 @@ def workspace_map(
     cell: float | None = None,
     at: float | None = None,
     limited: bool = True,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
     dexterous: bool = False,
     frame: str | None = None,
     seed: int = 0,
@@ -217,20 +227,23 @@ def workspace_map(
         cell: edge of a cell [m]; if None about 20 samples (240 where directions are recorded) for each
             cell of the grid, at most 240 cells across.
         at: for flat views: only positions within half a cell of this coordinate of the third axis count: a slice [m].
-        limited: whether the joint limits are kept.
+        limited: whether the joint limits are kept; if not, turning joints make a full turn.
+        ranges: (low, high) [rad | m] by name of joint, in place of its limits: needed for slides without limits, whose
+            reach nobody can know.
         dexterous: whether approach directions (z axis of the tip) are recorded.
         frame: name of a link; the tip frame if None.
         seed: of the generator; chunk k uses its k-th child, whoever works on it.
         dask: hand the chunks to dask's current scheduler (a cluster, if a client is connected).
 
     Raises:
-        InputError: no samples, an unknown view, too fine a grid, or dask is asked for and not installed.
+        InputError: no samples, an unknown view, too fine a grid, a slide without limits and without a given
+            range, ranges of no joint or the wrong way round, or dask is asked for and not installed.
     """
     if view != "radial" and view not in _AXES:
         raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
     if samples < 1:
         raise InputError("input.positive", name="samples", value=samples)
-    grid = _grid(robot, samples, view, cell, at, limited, dexterous, frame)
+    grid = _grid(robot, samples, view, cell, at, _ranges(robot, limited, ranges or {}), dexterous, frame)
     counts = np.zeros(int(np.prod(grid.shape)), dtype=np.uint32)
     masks = np.zeros(counts.shape, dtype=np.uint64) if dexterous else None
     inside = 0
@@ -241,8 +254,35 @@ def workspace_map(
             masks[cells] |= seen
     directions = None if masks is None else masks.reshape(grid.shape)
     return WorkspaceMap(
-        robot.name, view, grid.origin, grid.cell, counts.reshape(grid.shape), directions, samples, inside, seed
+        robot.name,
+        view,
+        grid.origin,
+        grid.cell,
+        counts.reshape(grid.shape),
+        directions,
+        samples,
+        inside,
+        seed,
+        MappingProxyType({name: (float(low), float(high)) for name, (low, high) in (ranges or {}).items()}),
     )
+
+
+def _ranges(robot: Robot, limited: bool, given: Mapping[str, tuple[float, float]]) -> tuple[Floats, Floats]:
+    """Where configurations are drawn from: limits, full turns, and what was given; no range is made up."""
+    lower, upper = (np.array(bound) for bound in drawn_from(robot, limited=limited))
+    names = robot.joint_names
+    for name, bounds in given.items():
+        if name not in names:
+            raise InputError("input.choice", name="ranges", value=name, known=", ".join(names))
+        low, high = single(f"ranges[{name!r}]", bounds, (2,))
+        if low > high:
+            raise InputError("performance.range_order", joint=name, low=low, high=high)
+        lower[names.index(name)], upper[names.index(name)] = low, high
+    endless = np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper)
+    for joint in np.flatnonzero(sliding_joints(robot) & endless):
+        if names[joint] not in given:
+            raise InputError("performance.endless_slide", robot=robot.name, joint=names[joint])
+    return lower, upper
 
 
 Chunk = tuple[NDArray[np.int64], NDArray[np.uint64], NDArray[np.uint32]]
@@ -311,11 +351,11 @@ def _grid(
     view: str,
     cell: float | None,
     at: float | None,
-    limited: bool,
+    drawn: tuple[Floats, Floats],
     dexterous: bool,
     frame: str | None,
 ) -> _Grid:
-    lower, upper = ranges(robot, limited=limited)
+    lower, upper = drawn
     low, high = _bounds(robot, view, lower, upper, frame)
     if cell is None:
         flat = view != "xyz" and at is None

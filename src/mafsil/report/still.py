@@ -13,12 +13,14 @@ from mafsil.arrays import gate
 from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
+from mafsil.model.loading import of_mechanism
 from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
 
 
+@of_mechanism
 def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) -> None:
     """Write a self-contained HTML file that shows the robot in 3D.
 

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.errors import InputError
 from mafsil.mechanics.quantities import Quantity
 
+TIP_LETTERS = ("b", "t", "tip")
+"""Letters that a wrench in the tip frame may carry, besides the name of the tip link."""
 
-def arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike]) -> dict[str, ArrayLike]:
+
+def arranged(
+    row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike], tip: str = "tip"
+) -> dict[str, ArrayLike]:
     """Inputs by name in the order of the catalogue, optional ones at the end only if given.
 
     Args:
         row: the quantity that is asked for.
         arrays: given by position.
         named: given by name.
+        tip: name of the tip link, in whose frame a tip wrench is.
 
     Raises:
         InputError: too many, unknown, given twice, or missing.
@@ -32,4 +39,30 @@ def arranged(row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, Arra
     missing = [name for name in row.inputs if name not in given]
     if missing:
         raise InputError("robot.missing", name=row.name, missing=", ".join(missing), inputs=", ".join(names))
-    return {name: given[name] for name in names if name in row.inputs or given.get(name) is not None}
+    return {
+        name: in_tip(name, given[name], tip) if name == "tip_wrench" else given[name]
+        for name in names
+        if name in row.inputs or given.get(name) is not None
+    }
+
+
+def in_tip(name: str, value: ArrayLike, tip: str) -> ArrayLike:
+    """A wrench at the tip as given, if its type and frame letter (where it has one) say that it is in the tip frame.
+
+    Args:
+        name: of the argument, for the error.
+        value: numbers, or a `Wrench`.
+        tip: name of the tip link.
+
+    Raises:
+        InputError: a `Wrench` of another frame, or another typed value; what to do stands in the sentence.
+    """
+    kind = type(value).__name__
+    if isinstance(value, np.ndarray | list | tuple) or not hasattr(value, "frame"):
+        return value
+    frame = getattr(value, "frame", None)
+    if kind != "Wrench":
+        raise InputError("input.kind", name=name, expected="Wrench", got=kind)
+    if frame is not None and frame not in (*TIP_LETTERS, tip):
+        raise InputError("robot.wrench_frame", name=name, frame=frame, known=", ".join((*TIP_LETTERS, tip)))
+    return value

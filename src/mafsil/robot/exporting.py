@@ -9,11 +9,12 @@ from mafsil.kernels.export import export as export_kernel
 from mafsil.mechanics.quantities import INPUT_TEXTS, Quantity, quantity
 
 if TYPE_CHECKING:
+    from mafsil.model.loading import RobotLike
     from mafsil.robot.robot import Robot
 
 
 def export(
-    robot: Robot,
+    robot: RobotLike,
     name: str,
     to: str = "c",
     *,
@@ -40,8 +41,11 @@ def export(
         InputError: an unknown quantity, frame, form, processor or number type, a name that C refuses.
         KernelError: the compiler refuses.
     """
-    kernel = robot.kernel(name, frame, optional)
-    return export_kernel(kernel, legend(robot, quantity(name), frame), to, target=target, real=real, name=function)
+    from mafsil.robot.loading import as_robot
+
+    arm = as_robot(robot)
+    kernel = arm.kernel(name, frame, optional)
+    return export_kernel(kernel, legend(arm, quantity(name), frame), to, target=target, real=real, name=function)
 
 
 def legend(robot: Robot, row: Quantity, frame: str | None) -> Legend:

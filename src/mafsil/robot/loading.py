@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from functools import lru_cache, wraps
 from os import PathLike
+from typing import Concatenate, ParamSpec, TypeVar
 
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
 from mafsil.robot.robot import Robot
 
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
-def load(source: str | PathLike[str], *, tip: str | None = None) -> Robot:
+
+def load(
+    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+) -> Robot:
     """A robot from the library or a file.
 
     Args:
-        source: a name of the library, or a path to a .urdf, .xml (MJCF) or .toml (DH or screws) file.
+        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
+            elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame, if another than the description's default.
+        xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
+
+    Warns:
+        ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
 
     Raises:
+        InputError: arguments for something other than a file.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    mechanism = load_mechanism(source)
-    return Robot(mechanism if tip is None else mechanism.with_tip(tip))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args))
 
 
 def as_robot(robot: RobotLike) -> Robot:
@@ -35,6 +47,16 @@ def as_robot(robot: RobotLike) -> Robot:
         FileError, ModelError: no such name or file, or a malformed one.
     """
     return robot if isinstance(robot, Robot) else _robot_of(as_mechanism(robot))
+
+
+def of_robot(function: Callable[Concatenate[Robot, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
+    """The function of a Robot as one of whatever names a robot."""
+
+    @wraps(function)
+    def call(robot: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
+        return function(robot if isinstance(robot, Robot) else as_robot(robot), *args, **named)
+
+    return call
 
 
 @lru_cache(maxsize=64)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
@@ -18,12 +18,11 @@ from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_columns, 
 from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters, inertial_parameters
 from mafsil.mechanics.quantities import Quantity, quantity
 from mafsil.mechanics.task_space import TaskSpace
-from mafsil.model import JointLimits, Mechanism
-from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
-from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.serial import ArmParts
+from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged
 from mafsil.robot.compiling import compiled, compiled_together
+from mafsil.robot.description import Description
+from mafsil.robot.masses import require_masses
 from mafsil.robot.regularity import dividing
 from mafsil.robot.routine import (
     ForwardDynamics,
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
     from mafsil.kernels.export import Export
 
 
-class Robot:
+class Robot(Description):
     """The quantities of a mechanism as fast routines.
 
     Every routine takes single states or batches with any leading dimensions: q (*batch, n) and so on, inputs broadcast.
@@ -57,66 +56,8 @@ class Robot:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        if not isinstance(cast(object, mechanism), Mechanism):
-            raise InputError("robot.mechanism", got=type(mechanism).__name__)
-        self.mechanism = mechanism
+        super().__init__(mechanism)
         self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], Kernel] = {}
-
-    def __repr__(self) -> str:
-        return f"<Robot {self.name!r}: {self.n} joints, {len(self.mechanism.links)} links, tip {self.mechanism.tip!r}>"
-
-    def __reduce__(self) -> tuple[type[Robot], tuple[Mechanism]]:
-        return Robot, (self.mechanism,)
-
-    @classmethod
-    def from_dh(
-        cls,
-        rows: Sequence[DHRow],
-        convention: Convention | str,
-        *,
-        base: PoseMatrix | None = None,
-        tool: PoseMatrix | None = None,
-        **parts: Unpack[ArmParts],
-    ) -> Robot:
-        """A serial robot from a table of Denavit and Hartenberg; see `mafsil.model.denavit_hartenberg`."""
-        return cls(mechanism_from_dh(rows, convention, base=base, tool=tool, **parts))
-
-    @classmethod
-    def from_screws(
-        cls,
-        screws: ArrayLike,
-        home: ArrayLike,
-        *,
-        form: Literal["space", "body"] = "space",
-        normalise: bool = False,
-        inertial_frames: Sequence[PoseMatrix] | None = None,
-        **parts: Unpack[ArmParts],
-    ) -> Robot:
-        """A serial robot from its screw axes and home pose; see `mafsil.model.exponentials`."""
-        mechanism = mechanism_from_screws(
-            screws, home, form=form, normalise=normalise, inertial_frames=inertial_frames, **parts
-        )
-        return cls(mechanism)
-
-    @property
-    def name(self) -> str:
-        """Name of the robot."""
-        return self.mechanism.name
-
-    @property
-    def n(self) -> int:
-        """Number of joint coordinates."""
-        return self.mechanism.n
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, in the order of q."""
-        return self.mechanism.joint_names
-
-    @property
-    def limits(self) -> JointLimits:
-        """Bounds of positions, rates, accelerations and efforts, arrays of shape (n,)."""
-        return self.mechanism.limits
 
     @lazy
     def forward_kinematics(self) -> OfPositionInFrame:
@@ -412,6 +353,7 @@ class Robot:
 
     def _routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        require_masses(self.mechanism, name)
         return _routine_kernel(self, name).call
 
     def _general(
@@ -427,7 +369,7 @@ class Robot:
         """Any call: inputs by position or name, optional inputs, frames, batches."""
         if frame is None and not named and len(arrays) == len(row.inputs):
             return evaluate(*arrays, out=out, threads=threads)
-        inputs = arranged(row, arrays, named)
+        inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             evaluate = self.kernel(row.name, frame, optional).evaluate

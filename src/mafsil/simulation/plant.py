@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, Vector6, gate, real_array, require_finite
+from mafsil.arrays import Floats, JointVector, Vector6, real_array
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
-from mafsil.model.mass_properties import united
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_robot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,6 +25,9 @@ class Plant:
 
     robot: Robot
     friction: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "robot", as_robot(self.robot))
 
     def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
         """Joint accelerations (*batch, n) [rad/s^2 | m/s^2].
@@ -64,18 +66,7 @@ class Plant:
         Raises:
             InputError: a wrong shape, a number that is not finite, a negative mass.
         """
-        if not (np.isfinite(mass) and mass >= 0.0):
-            raise InputError("input.range", name="mass", value=mass, low=0.0, high=np.inf)
-        mechanism = self.robot.mechanism
-        R, p = mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3]
-        centre = R @ require_finite("com", gate("com", com, (3,))) + p
-        own = np.zeros((3, 3)) if inertia is None else require_finite("inertia", gate("inertia", inertia, (3, 3)))
-        load = Inertial(float(mass), centre, R @ own @ R.T)
-        links = tuple(
-            replace(link, inertial=united(link.inertial, load)) if link.name == mechanism.tip else link
-            for link in mechanism.links
-        )
-        return replace(self, robot=Robot(replace(mechanism, links=links)))
+        return replace(self, robot=self.robot.with_payload(mass, com=com, inertia=inertia))
 
     def with_scaled_inertia(self, factor: ArrayLike) -> Plant:
         """The same plant whose masses and inertias differ from the model's by a factor.

@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, r
 from mafsil.control import Law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_robot
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF, friction_stiffness, require_integrator
@@ -64,7 +64,7 @@ class Scenario:
     saturate: bool = True
 
     def __post_init__(self) -> None:
-        require_kind("robot", self.robot, "Robot", "mechanism", "forward_dynamics")
+        object.__setattr__(self, "robot", as_robot(self.robot))
         require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
         require_kind("law", self.law, "Law", "session")
         require_kind("plant", self.true_plant, "Plant", "acceleration")

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, gate, positive, require_finite
 from mafsil.errors import InputError
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.cartesian_path import CartesianPath, Interpolation
 from mafsil.trajectory.limit_check import check
@@ -25,6 +25,7 @@ BLEND = 0.25
 """Share of the duration that each blend of the trapezoidal law takes."""
 
 
+@of_robot
 def cartesian_line(
     robot: Robot,
     q_start: ArrayLike,

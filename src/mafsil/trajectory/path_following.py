@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.geometry import pose
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -30,6 +30,7 @@ PLACING_PIECES = 256
 JointPath = Outcome[PiecewisePolynomial | None]
 
 
+@of_robot
 def follow(
     robot: Robot, path: CartesianPath, q_start: JointVector, *, frame: str | None = None, tolerance: float = 1e-6
 ) -> JointPath:

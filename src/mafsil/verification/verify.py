@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.quantities import CATALOGUE, Quantity
 from mafsil.messages import say
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.verification.composed import composed_checks
 from mafsil.verification.peers import PEERS, peer_checks, standing
 from mafsil.verification.references import ROADS, States, random_states
@@ -27,6 +27,7 @@ SINGULAR = 1e-11
 """Smallest eigenvalue of a mass matrix of unit diagonal below which a refusal to invert it is right."""
 
 
+@of_robot
 def verify(
     robot: Robot,
     against: Literal["pinocchio", "mujoco"] | None = None,

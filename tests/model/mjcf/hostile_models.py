@@ -6,6 +6,8 @@ from tests.model.urdf.hostile_files import Case
 
 MASS = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 JOINT = '<joint name="j" axis="0 0 1" range="-1 1"/>'
+SPRING = '<fixed stiffness="9"><joint joint="j" coef="1"/></fixed>'
+CONNECT = '<connect body1="a" body2="b" anchor="0 0 0"/>'
 BODY = f'<body name="a">\n{JOINT}\n{MASS}\n</body>\n'
 
 
@@ -24,22 +26,26 @@ def inertial(text: str) -> bytes:
     return model(BODY.replace(MASS, text))
 
 
-def equality(text: str) -> bytes:
-    """A second joint, and a constraint in line 12."""
-    return model(BODY + BODY.replace('"a"', '"b"').replace('"j"', '"k"'), after=f"<equality>\n{text}</equality>\n")
+def equality(text: str, more: str = "") -> bytes:
+    """A second joint, and a constraint in line 13, or what follows it in line 14."""
+    after = f"<equality>\n{text}</equality>\n{more}"
+    return model(BODY + BODY.replace('"a"', '"b"').replace('"j"', '"k"'), after=after)
 
 
 CASES = (
     Case("wrong root", b"<robot/>", "F0130", 1, False, False),
     Case("no bodies", b"<mujoco><worldbody/></mujoco>", "S0310", 1, False, False),
-    Case("free joint", joint("<freejoint/>"), "M0710", 4, True, True),
-    Case("free joint by type", joint('<joint type="free"/>'), "M0710", 4, True, True),
+    Case("free joint", joint("<freejoint/>"), "M0721", 4, False, True, accepted=True),
+    Case("free joint by type", joint('<joint type="free"/>'), "M0721", 4, False, True, accepted=True),
+    Case("free joint inside", inertial(f'{MASS}<body name="b"><freejoint/>{MASS}</body>'), "M0710", 5, True, True),
+    Case("loose object", model(BODY + f'<body name="cube"><freejoint/>{MASS}</body>\n'), "M0722", 7, False, True,
+         accepted=True),
     Case("ball joint", joint('<joint name="j" type="ball" pos="0 0 1"/>'), "M0711", 4, True, True),
     Case("unknown joint type", joint('<joint type="screw"/>'), "J0401", 4, True, True),
     Case("zero axis", joint('<joint axis="0 0 0"/>'), "J0404", 4, True, True),
     Case("inverted range", joint('<joint range="1 -1"/>'), "J0412", 4, True, True),
     Case("range nan", joint('<joint range="nan 1"/>'), "N0203", 4, False, False),
-    Case("range of one", joint('<joint range="1"/>'), "N0205", 4, True, True),
+    Case("range of one", joint('<joint range="1"/>'), "N0205", 4, True, False),
     Case("unknown flag", joint('<joint limited="maybe"/>'), "M0706", 4, True, True),
     Case("damping negative", joint('<joint damping="-1"/>'), "J0430", 4, True, True),
     Case("spring", joint('<joint stiffness="5"/>'), "M0702", 4, False, True, accepted=True),
@@ -59,17 +65,29 @@ CASES = (
          "G0613", 2, False, True, accepted=True),
     Case("unknown mesh", inertial(MASS + '<geom type="mesh" mesh="m"/>'), "M0718", 5, False, False),
     Case("unknown class", joint('<joint class="c"/>'), "M0705", 4, False, False),
-    Case("replicate", model(BODY + '<replicate count="9"/>\n'), "M0701", 7, True, True),
+    Case("replicate without count", model(BODY + "<replicate/>\n"), "N0201", 7, False, False),
+    Case("soft part", inertial(MASS + '<flexcomp count="9 9 1"/>'), "M0701", 5, True, True),
+    Case("soft object", model(BODY + '<flexcomp count="9 9 1"/>\n'), "M0722", 7, False, True, accepted=True),
+    Case("unknown attribute", joint('<joint name="j" dampping="1"/>'), "M0719", 4, True, True),
+    Case("strange attribute", joint('<joint name="j" colour="1"/>'), "M0719", 4, False, False),
+    Case("attach of nothing", model(BODY + '<attach model="m" body="b" prefix="p"/>\n'), "M0718", 7, False, False),
+    Case("attach of no body", model(BODY + '<attach body="x" prefix="p"/>\n'), "M0725", 7, False, False),
+    Case("armature of a tendon", equality("", '<tendon><fixed armature="1"><joint joint="j" coef="1"/>'
+         '<joint joint="k" coef="1"/></fixed></tendon>\n'), "M0724", 14, False, False),
     Case("global coordinates", model(before='<compiler coordinate="global"/>\n'), "M0701", 2, False, False),
     Case("euler sequence", model(before='<compiler eulerseq="abc"/>\n'), "M0706", 2, False, False),
     Case("include of a text", model(before='<include file="x.xml"/>\n'), "M0703", 2, False, False),
-    Case("tendon", model(after="<tendon/>\n"), "M0702", 8, False, True, accepted=True),
-    Case("nonsense section", model(after="<wobble/>\n"), "F0136", 8, False, True, accepted=True),
+    Case("tendon with a spring", model(after=f"<tendon>{SPRING}</tendon>\n"),
+         "M0702", 8, False, True, accepted=True),
+    Case("joint of the world", model(BODY + "<joint/>\n"), "M0720", 7, False, False),
+    Case("joint of the world in a frame", model(BODY + "<frame><joint/></frame>\n"), "M0720", 7, False, False),
+    Case("two inertials", inertial(MASS + MASS), "F0134", 5, True, True),
+    Case("nonsense section", model(after="<wobble/>\n"), "M0720", 8, False, False),
     Case("coupling of nothing", equality('<joint joint1="x" joint2="j"/>\n'), "M0712", 13, True, True),
     Case("coupling not linear", equality('<joint joint1="j" joint2="k" polycoef="0 1 2"/>\n'),
          "M0715", 13, False, False),
-    Case("coupling with itself", equality('<joint joint1="j" joint2="j"/>\n'), "J0421", 13, True, True),
-    Case("connect", equality('<connect body1="a" body2="b" anchor="0 0 0"/>\n'), "M0716", 13, True, True),
+    Case("coupling with itself", equality('<joint joint1="j" joint2="j"/>\n'), "J0421", 13, True, False),
+    Case("connect", equality(f"{CONNECT}\n"), "M0723", 13, False, True, accepted=True),
     Case("weld of nothing", equality('<weld body1="x"/>\n'), "M0713", 13, True, True),
     Case("actuator of nothing", model(after='<actuator><motor joint="x"/></actuator>\n'), "M0712", 8, True, True),
     Case("loop named like a joint", equality('<weld name="j" body1="a" body2="b"/>\n'), "S0312", 1, False, False),

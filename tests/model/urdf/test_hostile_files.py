@@ -54,7 +54,7 @@ def test_repair(case: Case) -> None:
         return
     text, changes = urdf.repair(case.data)
     assert urdf.diagnose(text).ok == case.mended
-    assert bool(changes) >= case.repair
+    assert bool(changes) >= (case.repair and case.mended)
     assert all(change.sentence("en") != change.sentence("ar") for change in changes)
 
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast, overload
 
 import numpy as np
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.geometry.values import labels
-from mafsil.geometry.values.value import Value
+from mafsil.geometry.values.linear import Linear
+from mafsil.geometry.values.value import Value, operands
 
 METRES: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 """Length units in metres."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Vector(Value):
+class Vector(Linear):
     """A free vector: a length and a direction, the same wherever it is drawn.
 
     Attributes:
@@ -26,7 +27,6 @@ class Vector(Value):
         unit: length unit.
     """
 
-    frame: str | None = None
     unit: str = "m"
     core: ClassVar[int] = 1
 
@@ -45,18 +45,25 @@ class Vector(Value):
 
     def dot(self, other: Vector) -> Any:
         """(*batch) inner product, in the unit of this vector squared."""
-        labels.same("dot", self.frame, other.frame)
-        return np.sum(self.array * other.in_unit(self.unit).array, axis=-1)
+        right = self.matched("dot", other)
+        labels.same("dot", self.frame, right.frame)
+        return np.sum(self.array * right.array, axis=-1)
 
-    def __add__(self, other: Vector) -> Vector:
-        frame = labels.same("+", self.frame, other.frame)
-        return Vector(self.array + other.in_unit(self.unit).array, frame, self.unit)
+    def matched(self, sign: str, other: Any) -> Vector:
+        """The other vector in the unit of this one."""
+        if isinstance(other, Vector):
+            return other.in_unit(self.unit)
+        raise operands(sign, self, other)
 
-    def __sub__(self, other: Vector) -> Vector:
-        return self + (-1.0) * other
-
-    def __rmul__(self, factor: float) -> Vector:
-        return replace(self, array=factor * self.array)
+    @overload
+    def __add__(self, other: Vector) -> Vector: ...
+    @overload
+    def __add__(self, other: Point) -> Point: ...
+    def __add__(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, other: Vector | Point
+    ) -> Vector | Point:
+        """Vectors add; a vector carries a point to a point."""
+        return other + self if isinstance(other, Point) else super().__add__(cast(Any, other))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,15 +91,28 @@ class Point(Value):
 
     def distance(self, other: Point) -> Any:
         """(*batch) distance, in the unit of this point."""
+        if not isinstance(cast(object, other), Point):
+            raise operands("distance", self, other)
         return (self - other).length()
 
     def __add__(self, step: Vector) -> Point:
+        """The point carried by a free vector; points themselves have no sum."""
+        if not isinstance(cast(object, step), Vector):
+            raise operands("+", self, step)
         frame = labels.same("+", self.frame, step.frame)
         return Point(self.array + step.in_unit(self.unit).array, frame, self.unit)
 
-    def __sub__(self, other: Point) -> Vector:
+    @overload
+    def __sub__(self, other: Point) -> Vector: ...
+    @overload
+    def __sub__(self, other: Vector) -> Point: ...
+    def __sub__(self, other: Point | Vector) -> Vector | Point:
+        """The vector from another point to this one, or the point carried back by a vector."""
+        if not isinstance(cast(object, other), Point | Vector):
+            raise operands("-", self, other)
         frame = labels.same("-", self.frame, other.frame)
-        return Vector(self.array - other.in_unit(self.unit).array, frame, self.unit)
+        kind = Vector if isinstance(other, Point) else Point
+        return kind(self.array - other.in_unit(self.unit).array, frame, self.unit)
 
 
 def _factor(unit: str, target: str) -> float:

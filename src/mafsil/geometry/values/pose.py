@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, overload
+from typing import Any, ClassVar, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from mafsil.geometry.values import labels
 from mafsil.geometry.values.labels import Frames
 from mafsil.geometry.values.point import METRES, Point, Vector
 from mafsil.geometry.values.rotation import Rotation
-from mafsil.geometry.values.value import Value
+from mafsil.geometry.values.value import Value, operands
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,6 +99,8 @@ class Pose(Value):
             frame = labels.carried("@", self.frames, other.frame)
             moved = functions.act(self.array, other.in_unit("m").array)
             return Point(moved / METRES[other.unit], frame, other.unit)
+        if not isinstance(cast(object, other), Pose):
+            raise operands("@", self, other)
         return Pose(functions.compose(self.array, other.array), labels.joined("@", self.frames, other.frames))
 
     def displace(self, points: ArrayLike) -> Vector3:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, overload
+from typing import Any, ClassVar, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3
+from mafsil.arrays import Floats, Vector3, real_array
+from mafsil.errors import InputWarning, warn
 from mafsil.geometry import euler, quaternion
 from mafsil.geometry import rotation as functions
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.labels import Frames
 from mafsil.geometry.values.point import Vector
-from mafsil.geometry.values.value import Value
+from mafsil.geometry.values.value import Value, operands
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,9 +49,11 @@ class Rotation(Value):
         return cls(functions.exp(r), frames)
 
     @classmethod
-    def from_axis_angle(cls, axis: ArrayLike, angle: ArrayLike, frames: Frames | None = None) -> Rotation:
-        """About an axis (*batch, 3) by an angle (*batch) [rad]."""
-        return cls(functions.from_axis_angle(axis, angle), frames)
+    def from_axis_angle(
+        cls, axis: ArrayLike, angle: ArrayLike, frames: Frames | None = None, *, degrees: bool = False
+    ) -> Rotation:
+        """About an axis (*batch, 3) by an angle (*batch) [rad, or degrees]."""
+        return cls(functions.from_axis_angle(axis, _radians("angle", angle, degrees=degrees)), frames)
 
     @classmethod
     def from_quaternion(cls, q: ArrayLike, frames: Frames | None = None) -> Rotation:
@@ -58,14 +61,16 @@ class Rotation(Value):
         return cls(quaternion.from_quaternion(q), frames)
 
     @classmethod
-    def from_rpy(cls, rpy: ArrayLike, frames: Frames | None = None) -> Rotation:
-        """From roll, pitch, yaw (*batch, 3) [rad] about fixed x, y, z."""
-        return cls(euler.from_rpy(rpy), frames)
+    def from_rpy(cls, rpy: ArrayLike, frames: Frames | None = None, *, degrees: bool = False) -> Rotation:
+        """From roll, pitch, yaw (*batch, 3) [rad, or degrees if said] about fixed x, y, z."""
+        return cls(euler.from_rpy(_radians("rpy", rpy, degrees=degrees)), frames)
 
     @classmethod
-    def from_euler(cls, angles: ArrayLike, sequence: str, frames: Frames | None = None) -> Rotation:
-        """From three angles (*batch, 3) [rad] of a sequence such as `ZYX` (body) or `xyz` (fixed)."""
-        return cls(euler.from_euler(angles, sequence), frames)
+    def from_euler(
+        cls, angles: ArrayLike, sequence: str, frames: Frames | None = None, *, degrees: bool = False
+    ) -> Rotation:
+        """From three angles (*batch, 3) [rad, or degrees] of a sequence such as `ZYX` (body) or `xyz` (fixed)."""
+        return cls(euler.from_euler(_radians("angles", angles, degrees=degrees), sequence), frames)
 
     @classmethod
     def from_axes(cls, x: ArrayLike, y: ArrayLike, z: ArrayLike, frames: Frames | None = None) -> Rotation:
@@ -115,6 +120,8 @@ class Rotation(Value):
         if isinstance(other, Vector):
             frame = labels.carried("@", self.frames, other.frame)
             return Vector(functions.apply(self.array, other.array), frame, other.unit)
+        if not isinstance(cast(object, other), Rotation):
+            raise operands("@", self, other)
         return Rotation(self.array @ other.array, labels.joined("@", self.frames, other.frames))
 
     def then_about_fixed(self, turn: Rotation) -> Rotation:
@@ -136,3 +143,14 @@ class Rotation(Value):
     def slerp(self, other: Rotation, t: ArrayLike) -> Rotation:
         """From this rotation (t = 0) to another (t = 1) at constant angular velocity."""
         return Rotation(functions.slerp(self.array, other.array, t), self.frames)
+
+
+def _radians(name: str, angles: ArrayLike, *, degrees: bool) -> Floats:
+    """Angles in radians; whole degrees of more than a turn, where radians are meant, are remarked on."""
+    array = real_array(name, angles)
+    if degrees:
+        return np.radians(array)
+    beyond = np.abs(array) > 2 * np.pi
+    if beyond.any() and (array[np.isfinite(array)] % 1.0 == 0.0).all():
+        warn(InputWarning("input.degrees", name=name, value=float(array[beyond][0])))
+    return array

@@ -16,7 +16,7 @@ from mafsil.geometry import twist as twist_functions
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.pose import Pose
 from mafsil.geometry.values.twist import Twist
-from mafsil.geometry.values.value import Value
+from mafsil.geometry.values.value import Value, factor_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,5 +95,13 @@ class ScrewAxis(Value):
         frame = labels.carried("seen_from", T_ab.frames, self.frame)
         return ScrewAxis(twist_functions.transform(T_ab.array, self.array), frame)
 
-    def __rmul__(self, rate: float) -> Twist:
-        return Twist(rate * self.array, self.frame)
+    def __neg__(self) -> ScrewAxis:
+        """The same line, run through the other way: the pitch stays."""
+        return ScrewAxis(-self.array, self.frame)
+
+    def __mul__(self, rate: ArrayLike) -> Twist:
+        """The twist of a motion along the screw at a rate (*batch)."""
+        return Twist(self.array * factor_of("*", self, rate), self.frame)
+
+    def __rmul__(self, rate: ArrayLike) -> Twist:
+        return self * rate

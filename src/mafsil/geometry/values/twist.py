@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +12,14 @@ from mafsil.arrays import Floats, Vector3, gate
 from mafsil.geometry import twist as functions
 from mafsil.geometry import wrench as wrench_functions
 from mafsil.geometry.values import labels
+from mafsil.geometry.values.linear import Linear
 from mafsil.geometry.values.pose import Pose
-from mafsil.geometry.values.value import Value
+from mafsil.geometry.values.value import operands
 from mafsil.geometry.values.wrench import Wrench
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Twist(Value):
+class Twist(Linear):
     """Spatial velocity of a body, angular part first.
 
     Attributes:
@@ -26,7 +27,6 @@ class Twist(Value):
         frame: letter of the frame, or None.
     """
 
-    frame: str | None = None
     core: ClassVar[int] = 1
 
     @staticmethod
@@ -60,16 +60,13 @@ class Twist(Value):
 
     def power(self, wrench: Wrench) -> Any:
         """(*batch) V . F [W]; both must be in one frame."""
+        if not isinstance(cast(object, wrench), Wrench):
+            raise operands("power", self, wrench)
         labels.same("power", self.frame, wrench.frame)
         return wrench_functions.power(self.array, wrench.array)
 
     def bracket(self, other: Twist) -> Twist:
         """Lie bracket ad(V) W."""
-        frame = labels.same("bracket", self.frame, other.frame)
-        return Twist(functions.bracket(self.array, other.array), frame)
-
-    def __add__(self, other: Twist) -> Twist:
-        return Twist(self.array + other.array, labels.same("+", self.frame, other.frame))
-
-    def __rmul__(self, factor: float) -> Twist:
-        return Twist(factor * self.array, self.frame)
+        right = self.matched("bracket", other)
+        frame = labels.same("bracket", self.frame, right.frame)
+        return Twist(functions.bracket(self.array, right.array), frame)

@@ -9,7 +9,37 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from mafsil.arrays import Floats, frozen
+from mafsil.arrays import Floats, frozen, real_array
+from mafsil.errors import OperandError
+
+
+def operands(sign: str, left: object, right: object) -> OperandError:
+    """The error that says what an operator means for the left or the right operand.
+
+    Args:
+        sign: of the operator.
+        left, right: what it stood between.
+    """
+    meant = left if isinstance(left, Value) else right
+    known = {"left": type(left).__name__, "right": type(right).__name__, "sign": sign}
+    return OperandError(f"geometry.operands_{type(meant).__name__.lower()}", **known)
+
+
+def factor_of(sign: str, value: Value, factor: object) -> Floats:
+    """A factor, or one for each row of a batch, ready to be multiplied with the value's array.
+
+    Args:
+        sign: of the operator, for the error.
+        value: what is multiplied.
+        factor: a number, or an array of one per row.
+
+    Raises:
+        OperandError: it is no number.
+    """
+    if isinstance(factor, Value | str | bytes) or factor is None:
+        raise operands(sign, factor, value)
+    numbers = real_array("factor", factor)  # pyright: ignore[reportArgumentType]
+    return numbers.reshape((*numbers.shape, *(1,) * value.core)) if numbers.ndim else numbers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,6 +52,8 @@ class Value(ABC):
 
     array: Floats
 
+    __array_ufunc__ = None
+    """NumPy's arrays and numbers leave operators to the value, which knows its type and frame."""
     core: ClassVar[int]
     """Number of core dimensions."""
 
@@ -55,6 +87,30 @@ class Value(ABC):
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         return np.array(self.array, dtype=dtype, copy=copy)
+
+    def __matmul__(self, other: Any) -> Any:
+        raise operands("@", self, other)
+
+    def __rmatmul__(self, other: Any) -> Any:
+        raise operands("@", other, self)
+
+    def __add__(self, other: Any) -> Any:
+        raise operands("+", self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        raise operands("+", other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        raise operands("-", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        raise operands("-", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        raise operands("*", self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        raise operands("*", other, self)
 
     def close_to(self, other: Self, tolerance: float = 1e-12) -> Any:
         """(*batch) whether all numbers agree within the tolerance."""

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.geometry import wrench as functions
 from mafsil.geometry.values import labels
+from mafsil.geometry.values.linear import Linear
 from mafsil.geometry.values.pose import Pose
-from mafsil.geometry.values.value import Value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Wrench(Value):
+class Wrench(Linear):
     """Spatial force, moment first; any (m, f), pure couples and sums included.
 
     Attributes:
@@ -24,7 +24,6 @@ class Wrench(Value):
         frame: letter of the frame, or None.
     """
 
-    frame: str | None = None
     core: ClassVar[int] = 1
 
     @staticmethod
@@ -67,9 +66,3 @@ class Wrench(Value):
         """F_a = Ad(T_ba)' F_b of this wrench F_b."""
         frame = labels.carried("seen_from", T_ab.frames, self.frame)
         return Wrench(functions.transform(T_ab.inverse().array, self.array), frame)
-
-    def __add__(self, other: Wrench) -> Wrench:
-        return Wrench(self.array + other.array, labels.same("+", self.frame, other.frame))
-
-    def __rmul__(self, factor: float) -> Wrench:
-        return Wrench(factor * self.array, self.frame)

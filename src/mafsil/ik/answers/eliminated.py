@@ -24,11 +24,13 @@ class Eliminated(NamedTuple):
         sure: (k,) whether a list is proven and needs no second look; the others hold nothing.
         q: (k, most, n) solutions in front, then NaN.
         residual: (k, most) their errors, the larger of distance and angle.
+        codes: (k, most) their branches as numbers; None where they have no names.
     """
 
     sure: NDArray[np.bool_]
     q: JointVector
     residual: Floats
+    codes: NDArray[np.int64] | None = None
 
 
 def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: JointVector) -> Eliminated:

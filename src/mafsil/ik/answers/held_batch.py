@@ -119,8 +119,8 @@ def _written(setting: Setting, answer: SolutionSet, rows: tuple[NDArray[Any], ..
     """A careful answer into the rows of its pose, as far as there is room."""
     q, residual, codes, good, within, loose = rows
     k = min(len(answer), len(q))
-    q[:k], residual[:k], codes[:k] = answer.q[:k], answer.residual[:k], answer.codes[:k]
-    good[:k], within[:k], loose[:k] = True, answer.within[:k], answer.free[:k]
+    q[:k], residual[:k], codes[:k] = answer.own[:k], answer.residual[:k], answer.codes[:k]
+    good[:k], within[:k], loose[:k] = True, answer.within[:k], answer.own_free[:k]
     names = setting.robot.joint_names
     for family in answer.families:
         if family.solution < k:

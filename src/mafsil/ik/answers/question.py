@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,16 +12,18 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
-from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal
+from mafsil.ik.answers.rows import Rows, unlabelled
+from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
-from mafsil.ik.refine import distinct, refined
+from mafsil.ik.refine import distinct, least_missing, refined
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_pattern import Family
 
@@ -39,8 +40,11 @@ SCAN = 24
 """Values around a least singular value at which it is looked for again."""
 
 
-REPRESENTATIVES = 8
-"""Members of continua that are kept where nothing better than a search is known."""
+LOOSE = 1e-8
+"""Tolerances, and misses of the closed form, above which a posture that is near enough is looked for."""
+
+EXACTLY = 1e-9
+"""Residuals above which the pose of an arm of few joints is met in the sense of least squares only."""
 
 STEPS = (0.02, 2e-3, 2e-4)
 """Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
@@ -62,48 +66,6 @@ _BEFORE = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1
 """How many joints of a closed form are found before those of the wrist."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """Candidates, and where they come from.
-
-    Attributes:
-        q: (k, n) coordinates.
-        rows: (k,) row of the closed form's table, -1 if found otherwise.
-        codes: (k,) branch of each as a number.
-        free: (k,) sum of 2^i over the free coordinates.
-    """
-
-    q: JointVector
-    rows: NDArray[np.int64]
-    codes: NDArray[np.int64]
-    free: NDArray[np.int64]
-
-    def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
-        """Some of them, with new coordinates for all."""
-        return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
-
-    def and_more(self, other: Rows) -> Rows:
-        """They, and others."""
-        return Rows(
-            np.concatenate([self.q, other.q]),
-            np.concatenate([self.rows, other.rows]),
-            np.concatenate([self.codes, other.codes]),
-            np.concatenate([self.free, other.free]),
-        )
-
-    @classmethod
-    def of(cls, q: JointVector, facts: Floats, rows: NDArray[np.int64]) -> Rows:
-        """Rows of the closed form with their facts."""
-        codes, free = (np.nan_to_num(facts[:, i]).astype(np.int64) for i in (3, 2))
-        return cls(q, rows, codes, free)
-
-
-def unlabelled(q: JointVector) -> Rows:
-    """Candidates without a branch."""
-    k = len(q)
-    return Rows(q, np.full(k, -1), np.full(k, UNNAMED), np.zeros(k, dtype=np.int64))
-
-
 class Question:
     """One pose for one arm.
 
@@ -112,28 +74,39 @@ class Question:
         T: (4, 4) wanted pose.
         near: (n,) values that free and held joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
+        others: coordinates of the whole robot, where the joints that do not move the frame are.
     """
 
-    def __init__(self, setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> None:
+    def __init__(
+        self, setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+    ) -> None:
         self.setting, self.T, self.near, self.tolerance = setting, T, near, tolerance
+        self.others = setting.part.middle if others is None else others
+        self._search = Search(setting, T, tolerance)
 
     def answer(self) -> SolutionSet:
         """The solutions."""
         arm, setting = self.setting.arm, self.setting
+        if refinable(setting) and (sure := self._refined()) is not None:
+            return sure
         candidates = self._candidates(arm)
         method, proven = self._method(arm)
-        steps = 40 if setting.quartic else 8
-        q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
+        if setting.few:
+            q, residual = least_missing(setting.robot, candidates.q, self.T, setting.mask)
+        else:
+            steps = 40 if setting.quartic else 8
+            q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
-        if (
-            not len(good)
-            and not (arm.exact and not setting.quartic)
-            and not self._proven(arm, 0)
-            and not self.unreachable
-        ):
-            q, residual = self._searched()
+        if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:
+            q, residual = self._search.anywhere()
             candidates, method, proven = unlabelled(q), "search", False
+        if not len(candidates.q) and self._nearly(arm):
+            # Where there is no exact solution the nearest posture may be one within the tolerance.
+            q, residual = self.refusal.q[None], np.array([self.refusal.residual])
+            near_enough = np.flatnonzero(residual <= self.tolerance)
+            candidates, residual, proven = unlabelled(q[near_enough]), residual[near_enough], False
+        proven &= not setting.few or not (residual > EXACTLY).any()
         kept = distinct(candidates.q, setting.turning)
         candidates, residual = candidates.chosen(kept, candidates.q), residual[kept]
         # Beside two folds at once the coordinates are known to the fourth root of the rounding: rows may be missing.
@@ -141,8 +114,14 @@ class Question:
         q = candidates.q
         if len(q):
             q = wound_near(q, self.near, setting.lower, setting.upper, setting.turning)
-        inside = (q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)
-        within = np.asarray(inside.all(axis=1), dtype=np.bool_)
+        within = setting.allowed(q)
+        settled = self.refuted or (proven and not arm.held and not candidates.free.any())
+        if len(q) and not within.any() and not settled:
+            # What is listed is not all: before anything is said of the limits, it is searched within them.
+            found, missing = self._search.within_limits()
+            candidates = Rows(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
+            q, residual = candidates.q, np.concatenate([residual, missing])
+            within = setting.allowed(q)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
 
@@ -161,6 +140,24 @@ class Question:
     def unreachable(self) -> bool:
         """Whether they prove that there is none at all."""
         return self.start is not None and self.start.unreachable
+
+    def _refined(self) -> SolutionSet | None:
+        """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
+        found = refined_rows(self.setting, self.T[None], self.near)
+        rows = np.flatnonzero(np.isfinite(found.residual[0]))
+        if not found.clear[0] or not len(rows):
+            return None
+        q, residual, none = found.q[0, rows], found.residual[0, rows], np.zeros(len(rows), dtype=np.int64)
+        rest = self.setting.allowed(q), rows, found.codes[0, rows], none
+        return SolutionSet(self, q, residual, *rest, method="refined closed form", complete=True, isolated=True)
+
+    def _nearly(self, arm: Analysis) -> bool:
+        """Whether the nearest posture may be within the tolerance."""
+        if self.tolerance > LOOSE or arm.form is None or not self.setting.decisive:
+            return self.tolerance > LOOSE
+        facts = self.labelled(arm.form, self.near)[1]
+        missing = np.where(np.isfinite(facts[:, :2]), facts[:, :2], np.inf)
+        return bool(missing.min(initial=np.inf) <= LOOSE)
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
@@ -195,7 +192,9 @@ class Question:
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
             folded = (facts[0, :, 4] <= FOLD) if self.setting.quartic else self.setting.folded(facts[0])
-            usable &= (facts[0, :, 0] <= self.setting.candidate) | folded
+            # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
+            loose = 1e3 * self.tolerance if self.setting.few else 0.0
+            usable &= (facts[0, :, 0] <= max(self.setting.candidate, loose)) | folded
         rows = np.flatnonzero(usable)
         found = Rows.of(q[0, rows], facts[0, rows], rows)
         if arm.exact and not arm.held:
@@ -268,23 +267,10 @@ class Question:
         low, high = self.setting.bounds
         return form.labelled(self.T, near, turns_of(near), low, high)
 
-    def _searched(self) -> tuple[JointVector, Floats]:
-        """Solutions from many starts; nothing is proven."""
-        from mafsil.ik.numerical import solve_ik
-
-        setting = self.setting
-        if setting.task == "pose":
-            some = [solve_ik(setting.robot, self.T, limits=False, restarts=63, rng=k) for k in range(8)]
-            q = np.array([one.q for one in some if one.all_solved]).reshape(-1, setting.robot.n)
-        else:
-            q = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (256, setting.robot.n))
-        q, residual = refined(setting.robot, q, self.T, setting.mask, None, steps=60)
-        good = np.flatnonzero(residual <= self.tolerance)
-        values = np.linalg.svd(setting.scaled_jacobians(q[good]), compute_uv=False)
-        if ((values > SELF_MOTION * values[:, :1]).sum(axis=1) < setting.robot.n).all():
-            # Each is the member of a continuum: some of them stand for all.
-            good = good[:REPRESENTATIVES]
-        return q[good], residual[good]
+    @property
+    def tried(self) -> Mapping[str, int]:
+        """How many starts were tried by searches: `starts` within the limits, `free_starts` without."""
+        return self._search.tried
 
     @lazy
     def refusal(self) -> Refusal:
@@ -292,7 +278,8 @@ class Question:
         form = self.setting.arm.form
         rows = None if form is None else self.labelled(form, self.near)
         eliminated = self._proven(self.setting.arm, 0) or self.unreachable
-        return refusal(self.setting, self.T, self.near, rows, self.tolerance, eliminated=eliminated)
+        known = rows, self.tolerance
+        return refusal(self.setting, self.T, self.near, *known, eliminated=eliminated, tried=self.tried)
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
         """The continuum through each solution that can move while the pose stays."""
@@ -321,7 +308,14 @@ class Question:
                 moving = tuple(names[i] for i in np.flatnonzero(rates))
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
                 within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
-                yield SolutionFamily(k, names[j], moving, rates, joints, follow, within)
+                part = self.setting.part
+                lifted = part.lifted(rates, np.zeros(part.whole.n))
+                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
+
+    def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
+        """The members of a family in coordinates of the whole robot."""
+        part = self.setting.part
+        return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
 
     def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
         """Where the held joint keeps a row of the closed form within the limits."""

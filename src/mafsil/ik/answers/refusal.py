@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.answers.branch import missed
-from mafsil.ik.answers.setting import MASKS, Setting
+from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
-from mafsil.ik.refine import misses, refined, residuals
+from mafsil.ik.refine import least_missing, misses, residuals
+from mafsil.ik.result import IKResult, rounded_up
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
+from mafsil.messages import say
 
 STARTS = 24
 """Random postures from which the nearest place is sought, besides the rows of the closed form."""
+
+PARALLEL, OFF = 1e-12, 1e-9
+"""What counts as parallel in a planar arm, and what as out of its plane, relative to its size."""
 
 DESCENT = 100
 """Steps of that search."""
@@ -39,14 +45,36 @@ class Refusal:
     Attributes:
         verdict: of what kind.
         facts: what its sentence mentions.
-        q: (n,) the posture of the nearest pose that was found.
-        step: key of the sentence about the step that misses; empty if none is known.
+        q: (m,) the posture of the nearest pose that was found.
+        residual: by how much it misses, the larger of distance [m] and angle [rad].
+        steps: keys of the sentences about what misses: place or orientation, and which step of the closed form.
     """
 
     verdict: Verdict
     facts: Mapping[str, object]
     q: JointVector
-    step: str = ""
+    residual: float
+    steps: tuple[str, ...] = ()
+
+    def words(self, language: str | None = None) -> dict[str, str]:
+        """The miss with its units, and the tolerance that would accept the nearest posture."""
+        position, rotation = (self.facts[name] for name in ("position_error", "rotation_error"))
+        place = say("ik.length", language=language, value=plain(1e3 * float(str(position))))
+        turn = say("ik.angle", language=language, value=plain(float(str(rotation))))
+        only = self.facts["place_only"]
+        miss = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
+        return {
+            "miss": miss,
+            "shortfall": turn if self.facts["placed"] else place,
+            "accepting": f"{rounded_up(self.residual):.3g}",
+        }
+
+
+def plain(x: float) -> str:
+    """Four digits, without an exponent where a person would write none; rounding is nothing."""
+    if abs(x) < 1e-12:
+        return "0"
+    return f"{x:.4g}" if x == 0.0 or not 1e-4 <= abs(x) < 1e6 else f"{float(f'{x:.4g}'):.10f}".rstrip("0").rstrip(".")
 
 
 def refusal(
@@ -57,59 +85,99 @@ def refusal(
     tolerance: float,
     *,
     eliminated: bool,
+    tried: Mapping[str, int],
 ) -> Refusal:
     """The reason why there is no solution.
 
     Args:
         setting: the arm.
         T: (4, 4) wanted pose.
-        near: (n,) a posture to start from.
+        near: (m,) a posture to start from.
         rows: of the closed form: coordinates and facts.
         tolerance: residual of a solution.
         eliminated: whether elimination proves that there is no solution.
+        tried: starts of searches before.
     """
-    arm = setting.arm
+    arm, n = setting.arm, setting.robot.n
     exact = arm.exact and not arm.held and rows is not None
-    kind, shortfall = (Missed.NONE, 0.0) if not exact or rows is None else _step(rows[1])
+    kind = Missed.NONE if not exact or rows is None else _step(rows[1])
     q = None
     if exact and arm.form is not None and rows is not None and kind in _PLACE:
         q = _nearest_place(setting, arm.form.pattern, T, near, rows)
     if q is None:
         q = _nearest(setting, T, near, rows)
-    few = exact and setting.robot.n < 6 and setting.task == "pose"
-    places = _reaching_the_place(setting, T, q, tolerance) if few else setting.nothing
+    few = setting.few and setting.task == "pose"
+    reached = _places(setting, T[None]) if few else None
+    places = setting.nothing if reached is None else reached.q[reached.solved]
     if len(places):
         q = _least_turned(setting, T, places, q)
     error = misses(setting.robot, q[None], T, setting.mask, None)[0]
     position, rotation = float(np.linalg.norm(error[3:])), float(np.linalg.norm(error[:3]))
-    facts: dict[str, object] = {"position_error": position, "rotation_error": rotation, "shortfall": position}
-    centre, radius = reach_bound(setting.robot.mechanism, None)
-    distance = float(np.linalg.norm(T[:3, 3] - centre))
+    known: dict[str, object] = {"position_error": position, "rotation_error": rotation, "joints": n, **tried}
+    known |= {"shortfall": position if position > tolerance else rotation, "placed": position <= tolerance}
+    known["place_only"] = setting.task == "position"
+    residual = max(position, rotation)
     # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
-    sure = exact and not setting.quartic
-    proven = sure or eliminated
-    step = STEPS.get(kind, "")
-    if distance > radius * (1 + 1e-12):
-        facts["shortfall"] = distance - radius if not exact else max(position, distance - radius)
-        return Refusal(Verdict.OUT_OF_REACH, facts, q, step)
+    proven = setting.decisive or eliminated
+    if beyond_reach(setting, T):
+        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
+    if off := out_of_plane(setting, T):
+        verdict = Verdict.OUT_OF_REACH if setting.task == "position" else Verdict.NOT_OF_THIS_ARM
+        return Refusal(verdict, known, q, residual, (f"ik.part_off_{off}",))
+    if not proven:
+        return Refusal(Verdict.NOT_FOUND, known, q, residual)
+    if not few:
+        allowed = _PLACE if position > tolerance else (Missed.ORIENTATION,)
+        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, allowed))
     if len(places):
-        return Refusal(Verdict.NOT_OF_THIS_ARM, {**facts, "joints": setting.robot.n}, q, step)
-    if proven and (kind is not Missed.NONE or arm.form is None or setting.robot.n >= 6):
-        facts["shortfall"] = max(position, shortfall if kind is Missed.ORIENTATION else 0.0, 0.0)
-        return Refusal(Verdict.OUT_OF_REACH, facts, q, step)
-    if sure:
-        return Refusal(Verdict.NOT_OF_THIS_ARM, {**facts, "joints": setting.robot.n}, q, step)
-    return Refusal(Verdict.NOT_FOUND, facts, q)
+        return Refusal(Verdict.NOT_OF_THIS_ARM, known, q, residual, ("ik.part_orientation",))
+    if kind in _PLACE:
+        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, _PLACE))
+    part = "ik.part_place" if rotation <= tolerance else "ik.part_both"
+    return Refusal(Verdict.NOT_OF_THIS_ARM, known, q, residual, (part,))
+
+
+def _reasons(kind: Missed, allowed: Container[Missed]) -> tuple[str, ...]:
+    """The sentence of a step of the closed form, where it agrees with what misses."""
+    return (STEPS[kind],) if kind in allowed else ()
+
+
+def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
+    """Whether a place is outside the sphere that the frame cannot leave."""
+    centre, radius = reach_bound(setting.robot.mechanism, None)
+    return float(np.linalg.norm(T[:3, 3] - centre)) > radius * (1 + 1e-12)
+
+
+def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
+    """Which part of a pose a planar arm cannot have, `plane` or `tilt`; empty if none, or of another arm.
+
+    All turning axes are parallel to h and all slides normal to it: h . p never changes, nor does the direction of h in
+    the tip.
+    """
+    chain = setting.arm.chain
+    if chain is None or not len(chain):
+        return ""
+    turning = ~np.array(chain.slides, dtype=np.bool_)
+    if not turning.any():
+        return ""
+    h = chain.axes[turning][0]
+    along = np.abs(chain.axes @ h)
+    if (along[turning] < 1.0 - PARALLEL).any() or (along[~turning] > PARALLEL).any():
+        return ""
+    if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > OFF * chain.size:
+        return "plane"
+    tilted = float(np.linalg.norm(np.cross(T[:3, :3] @ chain.home[:3, :3].T @ h, h))) > OFF
+    return "tilt" if tilted and setting.task == "pose" else ""
 
 
 _PLACE = (Missed.SHOULDER, Missed.FAR, Missed.NEAR, Missed.DIRECTION)
 
 
-def _step(facts: Floats) -> tuple[Missed, float]:
-    """The step that misses in the row that misses least, and by how much."""
+def _step(facts: Floats) -> Missed:
+    """The step that misses in the row that misses least."""
     short = np.where(np.isfinite(facts[:, 1]), facts[:, 1], np.inf)
     best = int(short.argmin())
-    return (missed(int(facts[best, 3])), float(short[best])) if short[best] > 1e-12 else (Missed.NONE, 0.0)
+    return missed(int(facts[best, 3])) if short[best] > 1e-12 else Missed.NONE
 
 
 def _nearest_place(
@@ -193,25 +261,33 @@ def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
 def _nearest(
     setting: Setting, T: PoseMatrix, near: JointVector, rows: tuple[Floats, Floats, Floats] | None
 ) -> JointVector:
-    """The posture nearest to a pose, by least squares from every row."""
+    """The posture nearest to a pose: by least squares from every row, and from where a search comes nearest."""
+    from mafsil.ik.numerical import solve_ik
+
     starts = [near[None]]
     if rows is not None:
         starts.append(rows[0][np.isfinite(rows[0]).all(axis=1)])
-    q, size = refined(setting.robot, np.concatenate(starts), T, setting.mask, None, steps=40)
+    if not setting.arm.exact:
+        best = solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).q[None]
+        starts.append(best[np.isfinite(best).all(axis=1)])
+    q, size = least_missing(setting.robot, np.concatenate(starts), T, setting.mask)
     return q[int(size.argmin())]
 
 
-def _reaching_the_place(setting: Setting, T: PoseMatrix, q: JointVector, tolerance: float) -> JointVector:
-    """(k, n) postures of an arm of few joints that reach the position alone, sought from q and from others."""
-    mask = np.array(MASKS["position"], dtype=np.bool_)
-    others = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (STARTS, setting.robot.n))
-    found, size = refined(setting.robot, np.concatenate([q[None], others]), T, mask, None, steps=40)
-    return found[size <= tolerance]
+def reached_places(setting: Setting, T: PoseMatrix) -> NDArray[np.bool_]:
+    """(k,) whether a search finds a posture that reaches the position alone of poses (k, 4, 4)."""
+    return _places(setting, T).solved
+
+
+def _places(setting: Setting, T: PoseMatrix) -> IKResult:
+    from mafsil.ik.numerical import solve_ik
+
+    return solve_ik(setting.robot, T, task="position", limits=False, restarts=STARTS)
 
 
 def _least_turned(setting: Setting, T: PoseMatrix, places: JointVector, q: JointVector) -> JointVector:
     """The nearest posture among q and those that reach the place; of equally near ones that which is at the place."""
-    turned, _ = refined(setting.robot, places, T, setting.mask, None, steps=40)
+    turned, _ = least_missing(setting.robot, places, T, setting.mask)
     rows = np.concatenate([q[None], turned, places])
     error = misses(setting.robot, rows, T, setting.mask, None)
     order = np.lexsort((np.linalg.norm(error[:, 3:], axis=1), np.round(residuals(error), 9)))

@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
+from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
+from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
@@ -39,7 +43,8 @@ class Setting:
     """What all questions to one arm share.
 
     Attributes:
-        robot: whose tip is the frame asked for.
+        part: the joints that move the frame, among those of the whole robot.
+        robot: of those joints alone; its tip is the frame asked for.
         task: what of a pose counts.
         arm: what it was recognised as.
         lower, upper: (n,) limits.
@@ -48,17 +53,28 @@ class Setting:
         mask: (6,) components of the error that count.
     """
 
-    def __init__(self, robot: Robot, task: Task) -> None:
-        self.robot, self.task = robot, task
+    def __init__(self, part: MovingPart, task: Task) -> None:
+        robot = part.robot if part.frame is None else Robot(_with_tip(part.robot.mechanism, part.frame))
+        self.part, self.robot = part, robot
+        self.task: Task = task
         self.lower, self.upper = robot.limits.lower, robot.limits.upper
         kinds = [joint.kind for joint in robot.mechanism.coordinates]
         self.turning: NDArray[np.bool_] = np.array([kind is JointKind.REVOLUTE for kind in kinds], dtype=np.bool_)
-        both = np.isfinite(self.lower) & np.isfinite(self.upper)
-        self.middle = np.where(both, (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0)) / 2, 0.0)
+        self.middle = middle_of(robot)
         self.mask: NDArray[np.bool_] = np.array(MASKS[task], dtype=np.bool_)
         self.bounds = np.clip(self.lower, -FAR, FAR), np.clip(self.upper, -FAR, FAR)
         self.middle_turns = turns_of(self.middle)
         self.nothing: JointVector = np.zeros((0, robot.n))
+
+    @lazy
+    def few(self) -> bool:
+        """Whether the arm has fewer joints than the task has equations: only least squares meet a rounded pose."""
+        return self.robot.n < {"pose": 6, "axis": 5, "position": 3}[self.task]
+
+    def allowed(self, q: JointVector) -> NDArray[np.bool_]:
+        """(k,) which rows are within the limits."""
+        inside = (q >= self.lower - 1e-12) & (q <= self.upper + 1e-12)
+        return np.asarray(inside.all(axis=-1), dtype=np.bool_)
 
     @lazy
     def arm(self) -> Analysis:
@@ -72,6 +88,12 @@ class Setting:
         return arm.form.labelled if arm.form is not None and arm.exact and not arm.held else None
 
     @lazy
+    def newton(self) -> Plan:
+        """Steps and check of Newton's method for whole poses, without limits, as compiled kernels."""
+        task = pose_task("pose", (0.0, 0.0, 1.0), None, CLEAR, None)
+        return cached_plan(problem_of(self.robot, None, False), task, 0)
+
+    @lazy
     def quartic(self) -> bool:
         """Whether the closed form solves an equation of fourth degree, whose roots may merge by three or four."""
         form = self.arm.form
@@ -81,6 +103,11 @@ class Setting:
     def holds_one(self) -> bool:
         """Whether the closed form is exact once one joint is held, and solves no equation of fourth degree."""
         return len(self.arm.held) == 1 and self.arm.exact and not self.quartic
+
+    @lazy
+    def decisive(self) -> bool:
+        """Whether the closed form alone proves that a pose has no solution: exact, of second degree, no joint held."""
+        return self.arm.exact and not self.quartic and not self.arm.held
 
     @lazy
     def candidate(self) -> float:
@@ -117,6 +144,9 @@ class Setting:
         """
         form = self.arm.form
         if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+            return np.zeros(codes.shape, dtype=np.bool_)
+        if not any(j >= 0 and not slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True)):
+            # Slides alone are linear: nothing merges.
             return np.zeros(codes.shape, dtype=np.bool_)
         digits = codes[..., None] // np.array([1, 3, 9]) % 3
         return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
@@ -165,7 +195,7 @@ def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
         frame: name of a link; the tip if None.
         task: `pose`, `position` or `axis`.
     """
-    return Setting(robot if frame is None else Robot(_with_tip(robot.mechanism, frame)), task)
+    return Setting(moving_part(robot, frame), task)
 
 
 @lru_cache(maxsize=64)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,14 +52,16 @@ class SolutionSet:
     """All solutions of one pose.
 
     Attributes:
-        q: (k, n) solutions, turning joints wound into their limits where possible [rad | m].
+        q: (k, n) solutions, turning joints wound into their limits where possible; joints that do not move the frame
+            are where `near` has them [rad | m].
+        own: (k, m) the coordinates of the joints that move the frame.
         residual: (k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger.
         within: (k,) whether the solution is within the joint limits.
         complete: whether it is proven that there are no further solutions and families.
         method: name of the road that was taken: `closed form`, `refined closed form`, `elimination`, `search`.
         rows: (k,) row of the closed form's table that each solution is; -1 if found otherwise.
         codes: (k,) branch of each as a number.
-        free: (k,) sum of 2^i over the coordinates that may be chosen.
+        own_free: (k,) sum of 2^i over those of the part's own coordinates that may be chosen.
     """
 
     def __init__(
@@ -76,8 +78,10 @@ class SolutionSet:
         complete: bool,
         isolated: bool,
     ) -> None:
-        self.q, self.residual, self.within = q, residual, within
-        self.rows, self.codes, self.free = rows, codes, free
+        part = question.setting.part
+        self.own, self.residual, self.within = q, residual, within
+        self.q = q if part.places is None else part.lifted(q, question.others)
+        self.rows, self.codes, self.own_free = rows, codes, free
         self.method, self.complete = method, complete
         self._question, self._isolated = question, isolated
 
@@ -91,6 +95,11 @@ class SolutionSet:
         return f"<SolutionSet: {len(self.q)} solutions, {self.status.name.lower()}, {self.method}>"
 
     @lazy
+    def free(self) -> NDArray[np.int64]:
+        """(k,) sum of 2^i over the coordinates that may be chosen."""
+        return np.asarray(self._question.setting.part.lifted_bits(self.own_free), dtype=np.int64)
+
+    @lazy
     def branches(self) -> tuple[Branch, ...]:
         """Of each solution."""
         form = self._question.setting.arm.form
@@ -100,7 +109,12 @@ class SolutionSet:
     @lazy
     def families(self) -> tuple[SolutionFamily, ...]:
         """Continua through some of the solutions."""
-        return () if self._isolated or not len(self.q) else tuple(self._question.families(self.q, self.rows, self.free))
+        if self._isolated or not len(self.q):
+            return ()
+        return tuple(self._question.families(self.own, self.rows, self.own_free))
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.q)
 
     @lazy
     def status(self) -> Verdict:
@@ -108,7 +122,8 @@ class SolutionSet:
         if not len(self.q):
             return self._question.refusal.verdict
         if not self.within.any():
-            return Verdict.BEYOND_LIMITS
+            proven = self._question.refuted or (self.complete and not self.families)
+            return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
         return Verdict.CONTINUUM if self.families else Verdict.SOLVED
 
     @lazy
@@ -120,19 +135,21 @@ class SolutionSet:
         if self.within.any():
             return counts
         worst = max(self.violations(self._least_beyond), key=lambda one: one.excess)
+        counts |= self._question.tried
         return {**counts, "joint": worst.joint, "value": worst.value, "bound": worst.limit, "excess": worst.excess}
 
     @lazy
     def q_nearest(self) -> JointVector:
         """(n,) the best solution; where there is none, the posture of the nearest pose that was found."""
         if not len(self.q):
-            return self._question.refusal.q
+            return self._question.setting.part.lifted(self._question.refusal.q, self._question.others)
         return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
 
     @lazy
     def T_nearest(self) -> PoseMatrix:
         """(4, 4) pose of `q_nearest`."""
-        return self._question.setting.robot.forward_kinematics(self.q_nearest)
+        part = self._question.setting.part
+        return self._question.setting.robot.forward_kinematics(part.own(self.q_nearest))
 
     @lazy
     def conditioning(self) -> Floats:
@@ -143,23 +160,23 @@ class SolutionSet:
         if not len(self.q):
             return np.zeros(0)
         setting = self._question.setting
-        values = np.linalg.svd(setting.scaled_jacobians(self.q), compute_uv=False)
+        values = np.linalg.svd(setting.scaled_jacobians(self.own), compute_uv=False)
         return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], 1e-300)
 
     @property
     def lower(self) -> Floats:
         """(n,) limits."""
-        return self._question.setting.lower
+        return self._question.setting.part.lower
 
     @property
     def upper(self) -> Floats:
         """(n,) limits."""
-        return self._question.setting.upper
+        return self._question.setting.part.upper
 
     @property
     def turning(self) -> NDArray[np.bool_]:
         """(n,) which coordinates are angles."""
-        return self._question.setting.turning
+        return self._question.setting.part.turning
 
     def violations(self, k: int) -> tuple[LimitExcess, ...]:
         """The joints that a solution needs beyond their limits; empty if it is within.
@@ -167,9 +184,11 @@ class SolutionSet:
         Args:
             k: index of the solution.
         """
-        names = self._question.setting.robot.joint_names
+        setting = self._question.setting
         found: list[LimitExcess] = []
-        for name, x, low, high in zip(names, self.q[k], self.lower, self.upper, strict=True):
+        for name, x, low, high in zip(
+            setting.robot.joint_names, self.own[k], setting.lower, setting.upper, strict=True
+        ):
             excess = max(low - x, x - high)
             if excess > 1e-12:
                 found.append(LimitExcess(name, float(x), float(low if x < low else high), float(excess)))
@@ -182,7 +201,7 @@ class SolutionSet:
             k: index of the solution.
         """
         setting = self._question.setting
-        _, values, Vt = np.linalg.svd(setting.scaled_jacobians(self.q[k : k + 1])[0])
+        _, values, Vt = np.linalg.svd(setting.scaled_jacobians(self.own[k : k + 1])[0])
         null = Vt[int((values > DEPENDENT * values[0]).sum()) :]
         excess = max(0, setting.robot.n - int(setting.mask.sum()))
         if len(null) <= excess:
@@ -192,9 +211,12 @@ class SolutionSet:
 
     def explain(self, language: str | None = None) -> str:
         """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""
-        lines = [self.status.sentence(language, **self.facts)]
-        if not len(self.q) and (key := self._question.refusal.step):
-            lines.append(say(key, language=language, **self.facts))
+        facts = dict(self.facts)
+        if not len(self.q):
+            facts |= self._question.refusal.words(language)
+        lines = [self.status.sentence(language, **facts)]
+        if not len(self.q):
+            lines += [say(key, language=language, **facts) for key in self._question.refusal.steps]
         alike: dict[tuple[str, str], list[int]] = {}
         for family in self.families:
             alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
@@ -204,21 +226,25 @@ class SolutionSet:
         if not self._isolated:
             lines.extend(self._singular(language))
         method = say(f"ik.method_{self.method.replace(' ', '_')}", language=language)
-        lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
+        if len(self.q) or self.complete:
+            lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
         return "\n".join(lines)
 
     def nearest(self, q: ArrayLike) -> JointVector:
         """(n,) the solution nearest to a configuration, wound as near as the limits allow; within the limits if any is.
 
+        Joints that do not move the frame stay where the configuration has them.
+
         Raises:
             InputError: a wrong shape.
             IndexError: there is no solution.
         """
-        start = gate("q", q, (self.q.shape[-1],), finite=True)
-        wound = wound_near(self.q, start, self.lower, self.upper, self.turning)
-        allowed = ((wound >= self.lower - 1e-12) & (wound <= self.upper + 1e-12)).all(axis=1)
+        given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._question.setting
+        start = setting.part.own(given)
+        wound = wound_near(self.own, start, setting.lower, setting.upper, setting.turning)
+        allowed = ((wound >= setting.lower - 1e-12) & (wound <= setting.upper + 1e-12)).all(axis=1)
         cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
-        return wound[int(cost.argmin())]
+        return setting.part.lifted(wound[int(cost.argmin())], given)
 
     def windings(self, limit: int = 4096) -> JointVector:
         """(m, n) every solution within the limits, each winding of its turning joints apart.
@@ -228,19 +254,16 @@ class SolutionSet:
         Args:
             limit: most rows to return.
         """
-        rows: list[tuple[float, ...]] = []
-        for q in self.q[self.within]:
-            choices = [self._turns(float(x), i) for i, x in enumerate(q)]
-            for row in product(*choices):
-                if len(rows) == limit:
-                    return np.array(rows)
-                rows.append(row)
-        return np.reshape(rows, (-1, self.q.shape[-1]))
+        choices = ([self._turns(float(x), i) for i, x in enumerate(q)] for q in self.own[self.within])
+        rows = list(islice((row for one in choices for row in product(*one)), limit))
+        own = np.reshape(rows, (-1, self.own.shape[-1]))
+        return self._question.setting.part.lifted(own, self._question.others)
 
     @property
     def _least_beyond(self) -> int:
         """The solution that leaves the limits least."""
-        excess = np.maximum(np.maximum(self.lower - self.q, self.q - self.upper), 0.0)
+        setting = self._question.setting
+        excess = np.maximum(np.maximum(setting.lower - self.own, self.own - setting.upper), 0.0)
         return int(excess.max(axis=1).argmin())
 
     def _singular(self, language: str | None) -> list[str]:
@@ -255,8 +278,9 @@ class SolutionSet:
         ]
 
     def _turns(self, x: float, i: int) -> list[float]:
-        low, high = self.lower[i], self.upper[i]
-        if not self.turning[i] or not (np.isfinite(low) and np.isfinite(high)):
+        setting = self._question.setting
+        low, high = setting.lower[i], setting.upper[i]
+        if not setting.turning[i] or not (np.isfinite(low) and np.isfinite(high)):
             return [x]
         first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
         return [x + k * TURN for k in range(first, last + 1)]

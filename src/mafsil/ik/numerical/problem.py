@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
@@ -30,14 +31,22 @@ class PoseProblem:
     """Where a frame of a robot can be, and how it gets there.
 
     Attributes:
-        robot: whose joints are sought.
-        frame: name of the link, or None for the tip.
+        part: the joints that move the frame, among those of the whole robot.
         limits: whether the joints' position limits hold.
     """
 
-    robot: Robot
-    frame: str | None
+    part: MovingPart
     limits: bool
+
+    @property
+    def robot(self) -> Robot:
+        """Of the joints that are sought."""
+        return self.part.robot
+
+    @property
+    def frame(self) -> str | None:
+        """Name of the link as that robot is asked for it, or None for its tip."""
+        return self.part.frame
 
     @lazy
     def lower(self) -> Floats:
@@ -73,9 +82,7 @@ class PoseProblem:
     @lazy
     def middle(self) -> JointVector:
         """(n,) the middle of the joints' limits, zero where one is missing."""
-        lower, upper = self.robot.limits.lower, self.robot.limits.upper
-        both = np.isfinite(lower) & np.isfinite(upper)
-        return np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
+        return middle_of(self.robot)
 
     def poses(self, q: JointVector) -> PoseMatrix:
         """(k, 4, 4) poses of the frame."""
@@ -119,11 +126,11 @@ def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
     """The problem of a frame, made once for each robot.
 
     Args:
+        robot: whose joints are sought, as far as they move the frame.
+        frame: name of the link, or None for the tip.
         limits: whether joint limits are respected.
     """
-    if frame is not None:
-        robot.mechanism.link(frame)
-    return PoseProblem(robot, frame, limits)
+    return PoseProblem(moving_part(robot, frame), limits)
 
 
 @lru_cache(maxsize=128)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from time import perf_counter
 
@@ -21,13 +22,15 @@ from mafsil.arrays import (
     whole,
 )
 from mafsil.errors import InputError
+from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.posture import Wish, settled, wish_of
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import Plan, cached_plan
 from mafsil.ik.numerical.task import PoseTask, TaskKind, pose_task
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.result import STATUSES, IKResult, IKStatus
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -49,7 +52,7 @@ _NOBODY.setflags(write=False)
 
 
 def solve_ik(
-    robot: Robot,
+    robot: RobotLike,
     T_sd: ArrayLike,
     seed: ArrayLike | None = None,
     *,
@@ -75,9 +78,11 @@ def solve_ik(
     the other poses of the batch. Batches of any size are worked on in blocks, on all cores.
 
     Args:
-        robot: whose tip or `frame` is to be moved.
+        robot: whose tip or `frame` is to be moved: a Robot, a Mechanism, a name of the library or a file. Joints that
+            do not move the frame, such as those of a gripper, are no unknowns.
         T_sd: (*batch, 4, 4) wanted poses in {s}; rotations printed to six digits or more are repaired.
-        seed: (*batch, n) where to start first [rad | m]; sampled starts if None.
+        seed: (*batch, n) where to start first [rad | m], and where joints that do not move the frame stay (else at the
+            posture, else in the middle of their limits); sampled starts if None.
         frame: name of a link; the tip if None.
         task: what of the pose counts: `pose`; `position`; `orientation`; `axis`: position, and direction of one axis;
             `direction` of one axis alone.
@@ -103,8 +108,7 @@ def solve_ik(
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
     begun = perf_counter()
-    if type(robot) is not Robot:
-        require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
+    robot = as_robot(robot)
     wanted = gate("T_sd", T_sd, (4, 4))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
@@ -116,20 +120,29 @@ def solve_ik(
         str(task), _hashable("axis", axis), None if weights is None else _hashable("weights", weights), *exact
     )
     plan = cached_plan(problem_of(robot, frame, bool(limits)), asked, whole("rng", rng))
-    batch = wanted.shape[:-2]
+    batch, part = wanted.shape[:-2], plan.problem.part
+    first = None if seed is None else _rows("seed", seed, robot.n, batch)
     if not batch and posture is None and seconds is None:
-        start = None if seed is None else _rows("seed", seed, robot.n, batch)
-        quick = _quick(plan, wanted, start, restarts)
+        quick = _quick(plan, wanted, None if first is None else part.own(first), restarts)
         if quick is not None:
-            return quick
-    first = _rows("seed", seed, robot.n, batch)
-    wish = wish_of(plan.problem, _rows("posture", posture, robot.n, batch), posture_weights)
-    work = _Work(plan, wanted, first, wish, restarts, deadline)
+            return quick if part.places is None else _lifted(quick, part, first, None)
+    goal = _rows("posture", posture, robot.n, batch)
+    weights_left = None if posture_weights is None else part.own(gate("posture_weights", posture_weights, (robot.n,)))
+    start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
+    work = _Work(plan, wanted, start, wish_of(plan.problem, part.own(goal), weights_left), restarts, deadline)
     blocks = -(-work.count // BLOCK)
     threads.run(work.block, blocks, threads.available() if blocks > 1 else 1)
     if not batch and not work.valid[0]:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
-    return work.result(batch)
+    result = work.result(batch)
+    return result if part.places is None else _lifted(result, part, first, goal)
+
+
+def _lifted(result: IKResult, part: MovingPart, first: JointVector | None, goal: JointVector | None) -> IKResult:
+    """The answer in coordinates of the whole robot; the other joints at the start, the posture or the middle."""
+    chosen = [rows for rows in (first, goal) if rows is not None and len(rows)]
+    others = chosen[0].reshape(*result.q.shape[:-1], part.whole.n) if chosen else part.middle
+    return replace(result, q=part.lifted(result.q, others))
 
 
 def _hashable(name: str, values: ArrayLike) -> tuple[float, ...]:
@@ -179,6 +192,7 @@ def _quick(plan: Plan, wanted: PoseMatrix, first: JointVector | None, restarts: 
         reach=np.asarray(plan.problem.reach[1]),
         distance=report[loops.DISTANCE : loops.REACHED].reshape(()),
         worst_joint=_NOBODY,
+        moving=n,
     )
 
 
@@ -291,7 +305,7 @@ class _Work:
         problem = self.plan.problem
         if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
             return
-        free = cached_plan(problem_of(problem.robot, problem.frame, False), self.plan.task, 0)
+        free = cached_plan(problem_of(problem.part.whole, problem.part.asked, False), self.plan.task, 0)
         T = T_sd[rows]
         allowed = np.full(len(rows), FREE_RESTARTS + 1)
         best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)
@@ -318,6 +332,7 @@ class _Work:
             reach=np.full(batch, self.radius),
             distance=self.distance.reshape(batch),
             worst_joint=worst,
+            moving=self.q.shape[1],
         )
 
     def _name_width(self) -> int:

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
-from mafsil.ik.answers.question import Question, unlabelled
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
@@ -80,7 +81,7 @@ def tried(question: Question) -> SolutionSet | None:
     form = redundancy(setting.robot)
     best: SolutionSet | None = None
     for value in _values(setting, form, T, float(question.near[form.held])):
-        answer = fixed(setting, form, T, value, question.tolerance)
+        answer = fixed(setting, form, T, value, question.tolerance, question.others)
         if answer.within.any():
             return answer
         best = answer if len(answer.q) and best is None else best
@@ -113,7 +114,14 @@ def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
     return np.concatenate(found) if found else np.zeros(0)
 
 
-def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, tolerance: float) -> SolutionSet:
+def fixed(
+    setting: Setting,
+    form: Redundancy,
+    T: PoseMatrix,
+    value: float,
+    tolerance: float,
+    others: JointVector | None = None,
+) -> SolutionSet:
     """The same for a form that is known.
 
     Args:
@@ -122,6 +130,7 @@ def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, toler
         T: (4, 4) wanted pose in {s}.
         value: of the parameter [rad].
         tolerance: largest residual of a solution [rad | m].
+        others: coordinates of the whole robot, where joints that do not move the frame are.
     """
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= 1e-5]
@@ -138,7 +147,7 @@ def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, toler
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"
-    question = Question(setting, T, near, tolerance)
+    question = Question(setting, T, near, tolerance, others)
     return SolutionSet(
         question,
         q,

@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.setting import setting
@@ -21,13 +21,14 @@ from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
+from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 TOUCHING = 4e-16
 """Arm angles nearer to each other than that are one [rad]."""
@@ -350,19 +351,20 @@ def _runs(good: NDArray[np.bool_], *, around: bool = True) -> list[tuple[int, in
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
 
 
+@of_robot
 def redundancy(robot: Robot, parameter: str | None = None) -> Redundancy:
     """How the postures of an arm with seven coordinates are counted.
 
     Args:
-        robot: with seven turning or sliding joints.
+        robot: with seven turning or sliding joints that move its tip; those of a gripper are left out, and the
+            coordinates are those of `Redundancy.robot`.
         parameter: `arm angle`, or the name of the joint to hold; if None the arm angle where there is one, else the
             joint whose six others have a closed form, else the third.
 
     Raises:
         InputError: not an arm of seven turning or sliding joints, or a parameter that it does not have.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
-    return _redundancy(robot, parameter)
+    return _redundancy(moving_part(robot, None).robot, parameter)
 
 
 @lru_cache(maxsize=64)

@@ -56,6 +56,7 @@ NEARLY_ALONG = _info("P0910", "nearly_along")
 ANTIPARALLEL = _info("P0911", "antiparallel")
 MIRRORED_RANGE = _warning("P0912", "mirrored_range")
 SAME_LINE = _warning("P0913", "same_line")
+LONG_LINK = _warning("P0915", "long_link")
 MOVES_NOTHING = _warning("P0914", "moves_nothing")
 
 # The whole robot

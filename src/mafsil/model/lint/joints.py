@@ -15,6 +15,7 @@ from mafsil.model.lint.catalogue import (
     ANTIPARALLEL,
     DEGREES,
     DEGREES_RATE,
+    LONG_LINK,
     MILLIMETRES_TRAVEL,
     MIMIC_RANGE,
     MIRRORED_RANGE,
@@ -60,6 +61,7 @@ def joints(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
         if joint.moves:
             yield from _bounds(joint, from_file=from_file)
             yield from _axis(joint)
+    yield from _distances(mechanism)
     yield from _mimics(mechanism)
     poses = _home(mechanism)
     yield from _mirrors(mechanism, poses)
@@ -96,6 +98,16 @@ def _bounds(joint: Joint, *, from_file: bool) -> Iterator[Finding]:
         yield Finding(NO_RANGE, "joint", name, {"joint": name})
     if known and not limits.lower <= 0.0 <= limits.upper:
         yield Finding(ZERO_OUTSIDE, "joint", name, facts, ("limit",))
+
+
+def _distances(mechanism: Mechanism) -> Iterator[Finding]:
+    """Joints so far from the one before, or a tip so far from the last, that the distance must be in millimetres."""
+    places = [(joint.name, joint.T_pj) for joint in mechanism.joints]
+    for name, T in (*places, (mechanism.tip, mechanism.T_lt)):
+        distance = float(np.linalg.norm(T[:3, 3]))
+        if distance >= SHORT:
+            facts: dict[str, object] = {"joint": name, "distance": f"{distance:.6g}"}
+            yield Finding(LONG_LINK, "joint", name, facts, ("origin",), "xyz")
 
 
 def _looks_like_degrees(bounds: list[float]) -> bool:

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
+from difflib import get_close_matches
+from os import PathLike
 from pathlib import Path
 from typing import Protocol, TypeAlias, cast, runtime_checkable
 
 import numpy as np
 
 from mafsil.errors import FileError, InputError
-from mafsil.model.diagnostics import Report
+from mafsil.model.diagnostics import Diagnostic, Report
+from mafsil.model.faults import DH_DEGREES
+from mafsil.model.faults import FAULTS as READER_FAULTS
+from mafsil.model.file_format import reader_of
 from mafsil.model.file_reader import FileReader
 from mafsil.model.lint.bodies import bodies
-from mafsil.model.lint.catalogue import GRAVITY_SIZE, GRAVITY_UP, NO_MASSES
+from mafsil.model.lint.catalogue import FAULTS, GRAVITY_SIZE, GRAVITY_UP, NO_MASSES
 from mafsil.model.lint.finding import Finding
 from mafsil.model.lint.joints import joints
+from mafsil.model.loading import RobotFile
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended
+from mafsil.model.repairing import Change, mended, of_errors
 from mafsil.model.source import Text, load
+from mafsil.model.xacro import is_xacro, left_over
 from mafsil.model.xml_tree import DEFAULT_LIMITS, Refusal, parse
 
 EARTH = (9.7, 9.9)
@@ -37,14 +44,14 @@ class Described(Protocol):
         ...
 
 
-Source: TypeAlias = "str | Path | Mechanism | Described"
+Source: TypeAlias = "str | PathLike[str] | Mechanism | Described"
 
 
 def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
     """All that is wrong or looks wrong in a description, with numbers, places and repairs.
 
     Args:
-        source: a robot, a mechanism, a file (.urdf, .xml, .toml), or a name of the library.
+        source: a robot, a mechanism, a file (URDF, xacro, MJCF, SDFormat, a table), or a name of the library.
         packages: directories of packages for `package://` references of a file.
 
     Returns:
@@ -56,7 +63,7 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
     """
     if isinstance(source, Mechanism):
         return _without_file(source)
-    if isinstance(source, str | Path):
+    if isinstance(source, str | PathLike):
         reader = _reader(source, packages)
         if reader is None:
             return _without_file(_described(source))
@@ -64,27 +71,41 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
             text = load(Path(source))
         except Refusal as refusal:
             return Report(str(source), (refusal.diagnostic,))
-        return _combined(reader, repairs=_is_urdf(source))(text)
+        return _combined(reader, repairs=_can_be_mended(source))(text)
     if isinstance(source, Described):  # pyright: ignore[reportUnnecessaryIsInstance]
         return _without_file(source.mechanism)
     raise InputError("lint.source", got=type(cast(object, source)).__name__)
 
 
-def mend(source: str | Path, *, packages: Iterable[str | Path] = ()) -> tuple[str, tuple[Change, ...]]:
-    """A corrected URDF document, and what was changed in it; what has no single repair remains.
+def mend(
+    source: str | PathLike[str], *, packages: Iterable[str | Path] = (), only: Collection[str] = ()
+) -> tuple[str, tuple[Change, ...]]:
+    """A corrected URDF document, and what was changed in it; what has no repair that leaves no choice remains.
+
+    A repair never takes a freedom from the robot.
 
     Args:
         source: a URDF file; it is not touched.
         packages: as for `lint`.
+        only: codes such as `I0506`: their repairs alone are carried out, those of warnings and guesses too. By default
+            errors are repaired, where the repair leaves no choice.
 
     Raises:
         FileError: it cannot be read at all.
-        InputError: not a URDF file.
+        InputError: not a URDF file, or a code that does not exist.
     """
-    reader = _reader(source, packages) if _is_urdf(source) else None
+    for code in only:
+        if code not in READER_FAULTS and code not in FAULTS:
+            close = get_close_matches(code.upper(), [*READER_FAULTS, *FAULTS], n=3)
+            raise InputError("lint.no_code", code=code[:40], close=", ".join(close))
+    reader = _reader(source, packages) if _can_be_mended(source) else None
     if reader is None:
         raise InputError("lint.only_urdf", source=str(source))
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=True))
+
+    def asked(diagnostic: Diagnostic) -> bool:
+        return diagnostic.code in only if only else of_errors(diagnostic)
+
+    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=True), asked)
     return text.data.decode("utf-8"), changes
 
 
@@ -113,7 +134,9 @@ def _whole(mechanism: Mechanism) -> Iterator[Finding]:
 
 
 def _without_file(mechanism: Mechanism) -> Report:
-    remarks = tuple(finding.without_place() for finding in findings(mechanism))
+    """The remarks about a robot without a file, with those about the table that it was made of."""
+    of_table = [d for d in mechanism.provenance.remarks if isinstance(d, Diagnostic) and d.fault is DH_DEGREES]
+    remarks = (*of_table, *(finding.without_place() for finding in findings(mechanism)))
     return Report(mechanism.name, remarks, mechanism)
 
 
@@ -133,22 +156,15 @@ def _combined(reader: FileReader, *, repairs: bool) -> Callable[[Text], Report]:
     return report_of
 
 
-def _reader(source: str | Path, packages: Iterable[str | Path]) -> FileReader | None:
+def _reader(source: str | PathLike[str], packages: Iterable[str | Path]) -> FileReader | None:
     """The reader of a file's format, or None for a table or a name."""
-    match Path(source).suffix.lower():
-        case ".urdf":
-            from mafsil.model.urdf.reader import file_reader
-
-            return file_reader(packages)
-        case ".xml" | ".mjcf":
-            from mafsil.model.mjcf.reader import file_reader
-
-            return file_reader(packages)
-        case _:
-            return None
+    path = Path(source)
+    if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()):
+        return None
+    return reader_of(path, packages, source.texts if isinstance(source, RobotFile) else None)
 
 
-def _described(source: str | Path) -> Mechanism:
+def _described(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
         from mafsil.model import table
@@ -161,5 +177,10 @@ def _described(source: str | Path) -> Mechanism:
     return library.load(str(source))
 
 
-def _is_urdf(source: str | Path) -> bool:
-    return Path(source).suffix.lower() == ".urdf"
+def _can_be_mended(source: str | PathLike[str]) -> bool:
+    """Whether a file is URDF as it stands; a xacro is mended where its parts are written."""
+    try:
+        root = parse(load(Path(source)).data).root
+    except Refusal:
+        return Path(source).suffix.lower() == ".urdf"
+    return root.tag == "robot" and (not is_xacro(root) or bool(left_over(root)))

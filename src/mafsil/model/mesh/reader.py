@@ -10,6 +10,7 @@ from pathlib import Path
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
 from mafsil.model.mesh.collada import read_collada
+from mafsil.model.mesh.msh import read_msh
 from mafsil.model.mesh.obj import read_obj
 from mafsil.model.mesh.stl import read_stl
 from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface
@@ -19,6 +20,7 @@ _READERS: dict[str, Callable[[bytes, MeshLimits], Surface]] = {
     ".stlb": read_stl,
     ".obj": read_obj,
     ".dae": read_collada,
+    ".msh": read_msh,
 }
 
 
@@ -26,7 +28,7 @@ def read(path: str | Path, *, limits: MeshLimits = DEFAULT_LIMITS) -> Surface:
     """The triangles of a mesh file.
 
     Args:
-        path: of an STL (binary or ASCII), OBJ or Collada file; the name's end says which.
+        path: of an STL (binary or ASCII), OBJ, Collada or MuJoCo MSH file; the name's end says which.
         limits: sizes beyond which the file is refused.
 
     Raises:

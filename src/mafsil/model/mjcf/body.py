@@ -8,21 +8,31 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen
-from mafsil.model.diagnostics import Edit, Repair
-from mafsil.model.faults import BALL_JOINT, DUPLICATE_JOINT, DUPLICATE_LINK, FREE_JOINT, NOT_KEPT, UNSUPPORTED
+from mafsil.model.diagnostics import Diagnostic, Edit, Repair
+from mafsil.model.faults import (
+    BALL_JOINT,
+    DUPLICATE_JOINT,
+    DUPLICATE_LINK,
+    FREE_JOINT,
+    LOOSE_OBJECT,
+    REPEATED_ELEMENT,
+    TOO_MANY_LINKS,
+    UNKNOWN_PART,
+    UNSUPPORTED,
+)
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Inertial, Link
-from mafsil.model.mjcf.geom import Geom, Library, read_geom
-from mafsil.model.mjcf.inertial import inertial_of
+from mafsil.model.mjcf.geom import Geom, read_geom
+from mafsil.model.mjcf.inertial import Matters, inertial_of
 from mafsil.model.mjcf.joint import Hinge, read_joint
 from mafsil.model.mjcf.orientation import read_pose
+from mafsil.model.mjcf.scope import Part, Scope, Unfolding
 from mafsil.model.placement import screw_motion, translation
 from mafsil.model.reading import Reading
-from mafsil.model.xml_tree import Element, escaped
+from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escaped
 
 WORLD = "world"
-_EXPANDING = ("replicate", "composite", "flexcomp", "attach", "plugin")
-_IGNORED = ("site", "camera", "light", "inertial", "geom", "joint", "freejoint", "body", "frame")
+SOFT = ("composite", "flexcomp")
 
 
 @dataclass(slots=True)
@@ -36,6 +46,12 @@ class Tree:
         lines: where each body stands.
         numbers: up to which each made name is used.
         poses: of each body in the world when all coordinates have their reference values.
+        declared: names that the files give, which no made name takes.
+        floating: bodies in the world that a free joint leaves loose, with what was reported about each and what hangs
+            on it.
+        guided: bodies that a user of the simulation moves by hand (`mocap`).
+        left_out: names of bodies and joints that are not part of the mechanism.
+        soft: beginnings of the names of bodies that a soft object would be made of.
     """
 
     links: list[Link] = field(default_factory=list[Link])
@@ -45,118 +61,193 @@ class Tree:
     lines: dict[str, int] = field(default_factory=dict[str, int])
     numbers: dict[str, int] = field(default_factory=dict[str, int])
     poses: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
+    declared: set[str] = field(default_factory=set[str])
+    floating: dict[str, tuple[Element, list[Diagnostic]]] = field(
+        default_factory=dict[str, tuple[Element, list[Diagnostic]]]
+    )
+    guided: set[str] = field(default_factory=set[str])
+    left_out: set[str] = field(default_factory=set[str])
+    soft: list[str] = field(default_factory=list[str])
 
     def free(self, name: str, taken: Container[str]) -> str:
         """The name, numbered if it is taken; counted on, so that many parts without names cost no search."""
         number = self.numbers.get(name, 1)
         candidate = name if number == 1 else f"{name}_{number}"
-        while candidate in taken:
+        while candidate in taken or candidate in self.declared:
             number += 1
             candidate = f"{name}_{number}"
         self.numbers[name] = number
         return candidate
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """Where a body hangs: its parent link, its pose there, the default class in force, the body's world pose."""
+    """Where a body hangs.
+
+    Attributes:
+        parent: its parent link.
+        T_world: (4, 4) pose of that in the world.
+        moves: whether a joint lies between the world and the parent.
+    """
 
     parent: str
-    T: PoseMatrix
-    childclass: str
     T_world: PoseMatrix
+    moves: bool
 
 
-def read_tree(reading: Reading, worldbody: Element, library: Library) -> Tree:
-    """All bodies below the world."""
-    tree = Tree()
-    identity = frozen(np.eye(4))
-    geoms = _read_geoms(reading, worldbody, library, "", identity)
-    tree.links.append(_link(WORLD, None, geoms))
-    tree.poses[WORLD] = identity
-    waiting = [(worldbody, Place(WORLD, identity, worldbody.get("childclass"), identity))]
-    while waiting:
-        holder, place = waiting.pop()
-        inner: list[tuple[Element, Place]] = []
-        for body, at in _bodies(reading, holder, place, library):
-            below = _read_body(reading, body, at, library, tree)
-            if below is not None:
-                inner.append((body, below))
-        waiting.extend(reversed(inner))
-    return tree
+@dataclass(slots=True)
+class TreeReader:
+    """Reads all bodies below the world.
 
+    Attributes:
+        reading: where faults are reported.
+        unfolding: takes the bodies apart.
+        limits: sizes beyond which the model is refused.
+        tree: what was read so far.
+    """
 
-def _bodies(reading: Reading, holder: Element, place: Place, library: Library) -> list[tuple[Element, Place]]:
-    """The bodies directly inside an element or inside its frames."""
-    found: list[tuple[Element, Place]] = []
-    for child in holder.children:
-        if child.tag in _EXPANDING:
-            reading.report(UNSUPPORTED, child, None, reading.remove(child), element=child.tag)
-        elif child.tag == "body":
-            found.append((child, place))
-        elif child.tag == "frame":
-            T = frozen(place.T @ read_pose(reading, child, library.settings))
-            T_world = frozen(place.T_world @ read_pose(reading, child, library.settings))
-            inner = Place(place.parent, T, child.get("childclass") or place.childclass, T_world)
-            found.extend(_bodies(reading, child, inner, library))
-        elif child.tag not in _IGNORED:
-            reading.report(NOT_KEPT, child, element=holder.tag, what=child.tag)
-    return found
+    reading: Reading
+    unfolding: Unfolding
+    limits: ReadLimits
+    tree: Tree = field(default_factory=Tree)
 
+    def read(self, scope: Scope) -> Tree:
+        """The tree of a model."""
+        identity = frozen(np.eye(4))
+        named = ("body", "joint", "freejoint")
+        self.tree.declared = {e.get("name") for e in scope.model.root.walk() if e.tag in named}
+        parts = [p for section in scope.model.bodies() for p in self.unfolding.parts(section, identity, "", scope)]
+        for part in parts:
+            if part.element.tag in ("joint", "freejoint", "inertial"):
+                facts = {"element": part.element.tag, "parent": "worldbody", "known": "body, geom"}
+                self.reading.report(UNKNOWN_PART, part.element, None, None, **facts)
+        self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
+        self.tree.poses[WORLD] = identity
+        self._read_children(parts, Place(WORLD, identity, moves=False))
+        return self.tree
 
-def _read_body(reading: Reading, element: Element, place: Place, library: Library, tree: Tree) -> Place | None:
-    """Add a body with its joints to the tree; the place of what hangs on it."""
-    name = reading.name(element) if "name" in element.attributes else tree.free("body", tree.poses)
-    if not name or _is_taken(reading, element, name, tree):
-        return None
-    for attribute in ("gravcomp", "mocap"):
-        if element.get(attribute) not in ("", "0", "false"):
-            reading.report(NOT_KEPT, element, attribute, element="body", what=attribute)
-    childclass = element.get("childclass") or place.childclass
-    T_own = read_pose(reading, element, library.settings)
-    geoms = _read_geoms(reading, element, library, childclass, frozen(np.eye(4)))
-    inertial = inertial_of(reading, element, name, geoms, library)
-    hinges = _read_joints(reading, element, name, childclass, library, tree)
-    _add_chain(tree, place, frozen(place.T @ T_own), name, hinges)
-    tree.links.append(_link(name, inertial, geoms))
-    tree.poses[name] = frozen(place.T_world @ T_own)
-    return Place(name, frozen(np.eye(4)), childclass, tree.poses[name])
+    def _read_children(self, parts: list[Part], place: Place) -> None:
+        for part in parts:
+            if part.element.tag == "body":
+                before = len(self.reading.diagnostics)
+                name = self._read_body(part, place)
+                if name in self.tree.floating and place.parent == WORLD:
+                    self.tree.floating[name][1].extend(self.reading.diagnostics[before:])
+            elif part.element.tag in SOFT:
+                self._soft(part, place)
 
+    def _soft(self, part: Part, place: Place) -> None:
+        """A cable or cloth: beside the robot it is left out, on the robot it would change the mechanism."""
+        element = part.element
+        if place.moves:
+            self.reading.report(UNSUPPORTED, element, None, self.reading.remove(element), element=element.tag)
+        else:
+            name = part.scope.named(element.get("name") or element.get("prefix")) or element.tag
+            self.tree.soft.append(name)
+            self.reading.report(LOOSE_OBJECT, element, None, None, body=name)
 
-def _is_taken(reading: Reading, element: Element, name: str, tree: Tree) -> bool:
-    """Whether another body, or a link made between its joints, has the name already; that is reported."""
-    if name in tree.poses:
-        reading.report(DUPLICATE_LINK, element, "name", link=name, line=tree.lines.get(name, 0))
-        return True
-    tree.lines[name] = element.line
-    return False
+    def _read_body(self, part: Part, place: Place) -> str:
+        """Add a body with its joints and all that hangs on it to the tree; its name."""
+        element, scope, tree = part.element, part.scope, self.tree
+        name = tree.free("body", tree.poses)
+        if "name" in element.attributes:
+            name = scope.named(self.reading.name(element))
+        if self._is_taken(element, name):
+            return ""
+        if len(tree.links) >= self.limits.links:
+            raise Refusal(Diagnostic(TOO_MANY_LINKS, element.line, element.column, {"limit": self.limits.links}))
+        if element.get("mocap") == "true":
+            tree.guided.add(name)
+        childclass = element.get("childclass") or part.childclass
+        T_own = frozen(part.T @ read_pose(self.reading, element, scope.library.settings))
+        tree.poses[name] = frozen(place.T_world @ T_own)
+        inside = list(self.unfolding.parts(element, frozen(np.eye(4)), childclass, scope))
+        hinges = self._joints(inside, name, place)
+        moves = place.moves or bool(hinges)
+        geoms = self._geoms(inside)
+        own = self._only_inertial(inside)
+        matters = Matters(None if own is None else own.element, T_own if own is None else own.T, geoms, moves)
+        inertial = inertial_of(self.reading, element, name, matters, scope.library.settings)
+        _add_chain(tree, place.parent, T_own, name, hinges)
+        tree.links.append(_link(name, inertial, geoms))
+        self._read_children(inside, Place(name, tree.poses[name], moves))
+        return name
 
+    def _only_inertial(self, parts: list[Part]) -> Part | None:
+        """The `inertial` of a body; a second one is reported."""
+        found = [part for part in parts if part.element.tag == "inertial"]
+        for extra in found[1:]:
+            repair = self.reading.remove(extra.element)
+            self.reading.report(REPEATED_ELEMENT, extra.element, None, repair, element="inertial", parent="body")
+        return found[0] if found else None
 
-def _read_joints(
-    reading: Reading, body: Element, name: str, childclass: str, library: Library, tree: Tree
-) -> list[Hinge]:
-    hinges: list[Hinge] = []
-    for child in body.children:
-        if child.tag == "freejoint":
-            reading.report(FREE_JOINT, child, None, reading.remove(child), body=name)
-        if child.tag != "joint":
-            continue
-        element = library.settings.styled(reading, child, childclass)
+    def _is_taken(self, element: Element, name: str) -> bool:
+        """Whether another body, or a link made between its joints, has the name already; that is reported."""
+        if not name:
+            return True
+        if name in self.tree.poses:
+            line = self.tree.lines.get(name, 0)
+            self.reading.report(DUPLICATE_LINK, element, "name", link=name, line=line)
+            return True
+        self.tree.lines[name] = element.line
+        return False
+
+    def _joints(self, parts: list[Part], body: str, place: Place) -> list[Hinge]:
+        hinges: list[Hinge] = []
+        for part in parts:
+            if part.element.tag == "freejoint":
+                self._free(part, body, place)
+            elif part.element.tag == "joint":
+                hinges += self._joint(part, body, place)
+        return hinges
+
+    def _free(self, part: Part, body: str, place: Place) -> None:
+        """A body that floats in the world is noted; inside another body that is not possible."""
+        if place.parent == WORLD:
+            self.tree.floating[body] = (part.element, [])
+            self.tree.left_out.add(part.scope.named(part.element.get("name")))
+        else:
+            self.reading.report(FREE_JOINT, part.element, None, self.reading.remove(part.element), body=body)
+
+    def _joint(self, part: Part, body: str, place: Place) -> list[Hinge]:
+        """One hinge or slide, or none after an error or for a free joint."""
+        reading, tree, settings = self.reading, self.tree, part.scope.library.settings
+        element = settings.styled(reading, part.element, part.childclass)
         kind = element.get("type", "hinge")
         if kind == "free":
-            reading.report(FREE_JOINT, child, None, reading.remove(child), body=name)
-        elif kind == "ball":
-            reading.report(BALL_JOINT, child, None, _three_hinges(reading, child), joint=child.get("name"))
-        else:
-            hinge = read_joint(reading, element, tree.free("joint", tree.elements), library.settings)
-            if hinge is not None and hinge.name in tree.elements:
-                first = tree.elements[hinge.name].line
-                reading.report(DUPLICATE_JOINT, child, "name", joint=hinge.name, line=first)
-            elif hinge is not None:
-                tree.elements[hinge.name] = child
-                tree.references[hinge.name] = hinge.reference
-                hinges.append(hinge)
-    return hinges
+            self._free(part, body, place)
+            return []
+        if kind == "ball":
+            joint = element.get("name")
+            tree.left_out.add(part.scope.named(joint))
+            reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part.element), joint=joint)
+            return []
+        name = tree.free("joint", tree.elements)
+        if "name" in element.attributes:
+            name = reading.name(element) and part.scope.named(element.get("name"))
+        hinge = read_joint(reading, element, name, settings, part.T)
+        if hinge is None:
+            return []
+        if hinge.name in tree.elements:
+            line = tree.elements[hinge.name].line
+            reading.report(DUPLICATE_JOINT, part.element, "name", joint=hinge.name, line=line)
+            return []
+        tree.elements[hinge.name] = part.element
+        tree.references[hinge.name] = hinge.reference
+        return [hinge]
+
+    def _geoms(self, parts: list[Part]) -> list[Geom]:
+        """The geometries of a body, in its frame."""
+        found: list[Geom] = []
+        for part in parts:
+            if part.element.tag == "geom":
+                library = part.scope.library
+                geom = read_geom(
+                    self.reading, library.settings.styled(self.reading, part.element, part.childclass), library
+                )
+                if geom is not None:
+                    found.append(geom.moved(part.T))
+        return found
 
 
 def _three_hinges(reading: Reading, joint: Element) -> Repair:
@@ -169,13 +260,13 @@ def _three_hinges(reading: Reading, joint: Element) -> Repair:
     return Repair("robotfile.repair_three_hinges", (Edit(removal.start, removal.end, text),))
 
 
-def _add_chain(tree: Tree, place: Place, T: PoseMatrix, body: str, hinges: list[Hinge]) -> None:
+def _add_chain(tree: Tree, parent: str, T: PoseMatrix, body: str, hinges: list[Hinge]) -> None:
     """Joints from the parent link to a body: each turns about its own anchor, one after the other.
 
     T is the pose of the body in the parent link at the reference configuration. Between joints, and where the last
     anchor is not the body's origin, stand massless links; the link of the body keeps the body's frame.
     """
-    parent, before = place.parent, T
+    before = T
     for k, hinge in enumerate(hinges):
         anchor = translation(*hinge.position)
         last = k == len(hinges) - 1 and not np.any(hinge.position)
@@ -189,20 +280,6 @@ def _add_chain(tree: Tree, place: Place, T: PoseMatrix, body: str, hinges: list[
     if not hinges or np.any(hinges[-1].position):
         name = tree.free(f"{body}/fixed", tree.elements)
         tree.joints.append(Joint(name, JointKind.FIXED, parent, body, frozen(before)))
-
-
-def _read_geoms(reading: Reading, holder: Element, library: Library, childclass: str, T: PoseMatrix) -> list[Geom]:
-    """The geometries of a body, also those inside frames."""
-    found: list[Geom] = []
-    for child in holder.children:
-        if child.tag == "geom":
-            geom = read_geom(reading, library.settings.styled(reading, child, childclass), library)
-            if geom is not None:
-                found.append(geom.moved(T))
-        elif child.tag == "frame":
-            inner = frozen(T @ read_pose(reading, child, library.settings))
-            found.extend(_read_geoms(reading, child, library, child.get("childclass") or childclass, inner))
-    return found
 
 
 def _link(name: str, inertial: Inertial | None, geoms: list[Geom]) -> Link:

@@ -1,28 +1,81 @@
-"""Geometry of MJCF bodies: what is seen, what collides, and the mass that it gives."""
+"""Geometry of MJCF bodies: what is seen, what collides, and the matter that may give mass."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import pi
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, frozen
-from mafsil.model.asset_path import Assets
+from mafsil.errors import MafsilError
 from mafsil.model.faults import BAD_SIZE, NOT_KEPT, UNKNOWN_ASSET, WRONG_COUNT
 from mafsil.model.link import Inertial
+from mafsil.model.mjcf.mesh_asset import MeshAssets
 from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.settings import Settings, choice
+from mafsil.model.mjcf.solid import moments, volume
 from mafsil.model.placement import frame_along, moved_inertial
 from mafsil.model.reading import Reading
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
 from mafsil.model.xml_tree import Element
 
 KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _SIZES = {"sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
 _FROM_TO = ("capsule", "cylinder", "ellipsoid", "box")
 _WATER = 1000.0
+_NOTHING = 1e-14
+"""Mass [kg] up to which a geometry counts as weightless, as in MuJoCo."""
 HIGHEST_VISIBLE_GROUP = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """What the parts of one model refer to: settings, meshes, materials."""
+
+    settings: Settings
+    meshes: MeshAssets
+    materials: dict[str, Element] = field(default_factory=dict[str, Element])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Matter:
+    """What fills a geometry.
+
+    Attributes:
+        T: (4, 4) its pose in the body.
+        mass: [kg], or None where the density gives it.
+        density: [kg/m^3], or [kg/m^2] of a shell.
+        kind, size: of a primitive.
+        mesh: name of the mesh, or empty.
+        shell: only the surface weighs.
+        library: where the mesh is found.
+    """
+
+    T: PoseMatrix
+    mass: float | None
+    density: float
+    kind: str
+    size: tuple[float, ...]
+    mesh: str
+    shell: bool
+    library: Library
+
+    def inertial(self, reading: Reading) -> Inertial | None:
+        """Mass properties in the body's frame, or None for no mass.
+
+        Raises:
+            MafsilError: the mesh gives none.
+        """
+        if self.mass == 0.0 or (self.mass is None and self.density == 0.0):
+            return None
+        if self.mesh:
+            whole = self.library.meshes.mass(reading, self.mesh)
+            mass = self.density * whole.volume if self.mass is None else self.mass
+            body = Inertial(mass, whole.com, frozen(whole.inertia * (mass / whole.volume)))
+        else:
+            mass = self.density * volume(self.kind, self.size, self.shell) if self.mass is None else self.mass
+            body = Inertial(mass, inertia=frozen(np.diag(moments(self.kind, self.size, mass, self.shell))))
+        return moved_inertial(body, self.T) if mass > _NOTHING else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,93 +85,87 @@ class Geom:
     Attributes:
         shape: for pictures and collisions, or None for what has no bounded shape here.
         seen, collides: what the shape is for.
-        inertial: mass properties in the body frame, or None for none.
-        unknown_mass: the mass would follow from a mesh.
+        matter: what may give mass, or None.
     """
 
     shape: Shape | None
     seen: bool
     collides: bool
-    inertial: Inertial | None
-    unknown_mass: bool
+    matter: Matter | None
 
     def moved(self, T: PoseMatrix) -> Geom:
         """The same geometry in the frame in which its own has the pose T."""
         shape = None if self.shape is None else replace(self.shape, T_lg=frozen(T @ self.shape.T_lg))
-        return replace(self, shape=shape, inertial=self.inertial and moved_inertial(self.inertial, T))
-
-
-@dataclass(frozen=True, slots=True)
-class Library:
-    """The assets that geometries refer to."""
-
-    settings: Settings
-    assets: Assets
-    meshes: dict[str, Element]
-    materials: dict[str, Element]
+        matter = None if self.matter is None else replace(self.matter, T=frozen(T @ self.matter.T))
+        return replace(self, shape=shape, matter=matter)
 
 
 def read_geom(reading: Reading, element: Element, library: Library) -> Geom | None:
     """A geometry whose default class is already filled in; None after an error."""
-    kind = choice(reading, element, "type", KINDS, "mesh" if "mesh" in element.attributes else "sphere")
-    if kind in ("plane", "hfield", "sdf"):
-        return Geom(None, seen=True, collides=True, inertial=None, unknown_mass=False)
-    T = read_pose(reading, element, library.settings)
-    if kind == "mesh":
-        geometry, size = _read_mesh(reading, element, library), None
-    else:
-        size, T = _read_size(reading, element, kind, T)
-        geometry = None if size is None else _geometry(kind, size)
-    if geometry is None and size is None:
-        return None
-    mass = _read_mass(reading, element, kind, size)
+    kind = choice(reading, element, "type", KINDS, "sphere")
     group = reading.number(element, "group", 0.0) or 0.0
-    weighs = library.settings.groups[0] <= group <= library.settings.groups[1] and mass != 0.0
-    inertial = None
-    if weighs and size is not None and mass is not None:
-        inertial = moved_inertial(Inertial(mass, inertia=frozen(np.diag(mass * unit_moments(kind, size)))), T)
     collides = any((reading.number(element, key, 1.0) or 0.0) != 0.0 for key in ("contype", "conaffinity"))
-    seen = group <= HIGHEST_VISIBLE_GROUP or not collides
+    if kind in ("plane", "hfield"):
+        return Geom(None, seen=True, collides=True, matter=None)
+    T = read_pose(reading, element, library.settings)
+    mesh = _mesh_name(reading, element, library, needed=kind in ("mesh", "sdf"))
+    if mesh is None:
+        return None
+    size: tuple[float, ...] | None = ()
+    geometry: Geometry | None = None
+    T_shape = T
+    if kind in ("mesh", "sdf"):
+        found = library.meshes.shape(reading, mesh)
+        if found is not None:
+            geometry, T_shape = found[0], frozen(T @ found[1])
+    else:
+        size, T = _fitted(reading, element, kind, mesh, T, library) if mesh else _read_size(reading, element, kind, T)
+        mesh = ""
+        geometry, T_shape = None if size is None else _geometry(kind, size), T
+    if size is None:
+        return None
+    matter = _read_matter(reading, element, kind, size, mesh, T, library)
+    low, high = library.settings.groups
     shape = None
     if geometry is not None:
-        shape = Shape(geometry, T, element.get("name"), _colour(reading, element, library))
-    return Geom(shape, seen, collides, inertial, unknown_mass=weighs and kind == "mesh")
+        shape = Shape(geometry, T_shape, element.get("name"), _colour(reading, element, library))
+    seen = group <= HIGHEST_VISIBLE_GROUP or not collides
+    return Geom(shape, seen, collides, matter if low <= group <= high else None)
 
 
-def volume(kind: str, size: tuple[float, ...]) -> float:
-    """Volume [m^3] of a geometry of MJCF sizes (radii and half lengths)."""
-    match kind, size:
-        case "sphere", (r,):
-            return 4 / 3 * pi * r**3
-        case "capsule", (r, h):
-            return pi * r * r * 2 * h + 4 / 3 * pi * r**3
-        case "cylinder", (r, h):
-            return pi * r * r * 2 * h
-        case "ellipsoid", (a, b, c):
-            return 4 / 3 * pi * a * b * c
-        case _:
-            a, b, c = size
-            return 8 * a * b * c
+def _mesh_name(reading: Reading, element: Element, library: Library, *, needed: bool) -> str | None:
+    """The mesh of a geometry, empty for none; None after an error."""
+    if not needed and "mesh" not in element.attributes:
+        return ""
+    name = reading.reference(element, "mesh")
+    if name and name not in library.meshes.elements:
+        reading.report(UNKNOWN_ASSET, element, "mesh", kind="mesh", name=name)
+        return None
+    return name or None
 
 
-def unit_moments(kind: str, size: tuple[float, ...]) -> Floats:
-    """(3,) principal moments of a homogeneous geometry of unit mass about its centre [m^2]."""
-    match kind, size:
-        case "sphere", (r,):
-            return np.full(3, 0.4 * r * r)
-        case "capsule", (r, h):
-            ball = 4 / 3 * r / (4 / 3 * r + 2 * h)
-            rod = 1.0 - ball
-            across = rod * (r * r / 4 + h * h / 3) + ball * (0.4 * r * r + h * h + 0.75 * r * h)
-            return np.array([across, across, rod * r * r / 2 + ball * 0.4 * r * r])
-        case "cylinder", (r, h):
-            across = r * r / 4 + h * h / 3
-            return np.array([across, across, r * r / 2])
-        case "ellipsoid", (a, b, c):
-            return np.array([b * b + c * c, a * a + c * c, a * a + b * b]) / 5
-        case _:
-            a, b, c = size
-            return np.array([b * b + c * c, a * a + c * c, a * a + b * b]) / 3
+def _fitted(
+    reading: Reading, element: Element, kind: str, mesh: str, T: PoseMatrix, library: Library
+) -> tuple[tuple[float, ...] | None, PoseMatrix]:
+    """Size and pose of a primitive that stands for a mesh; None where the mesh cannot be read."""
+    try:
+        whole = library.meshes.mass(reading, mesh)
+    except MafsilError as error:
+        reading.report(NOT_KEPT, element, "mesh", element="geom", what=f"{mesh}: {error}")
+        return None, T
+    middle, half = whole.bounds() if library.settings.fit_box else (np.zeros(3), whole.box)
+    x, y, z = (float(length) for length in half)
+    boxed = library.settings.fit_box
+    wide = max(x, y) if boxed else (x + y) / 2
+    sizes = {
+        "sphere": (max(x, y, z) if boxed else (x + y + z) / 3,),
+        "capsule": (wide, z - wide if boxed else max(0.0, z - wide / 2)),
+        "cylinder": (wide, z),
+    }
+    factor = reading.number(element, "fitscale", 1.0) or 1.0
+    T_gm = whole.frame.copy()
+    T_gm[:3, 3] += T_gm[:3, :3] @ middle
+    return tuple(length * factor for length in sizes.get(kind, (x, y, z))), frozen(T @ T_gm)
 
 
 def _geometry(kind: str, size: tuple[float, ...]) -> Geometry | None:
@@ -145,7 +192,7 @@ def _read_size(
         ends = reading.vector(element, "fromto", 6)
         if ends is None:
             return None, T
-        needed -= 1
+        needed = 1
     given = element.get("size").split()
     if len(given) < needed or len(given) > 3:
         reading.report(
@@ -173,35 +220,22 @@ def _between(kind: str, size: tuple[float, ...], ends: Floats) -> tuple[tuple[fl
     T[:3, 3] = (start + end) / 2
     if span > 0.0:
         T[:3, :3] = frame_along((start - end) / span)
-    return (*size, span / 2), frozen(T)
+    if kind in ("ellipsoid", "box"):
+        return (size[0], size[0], span / 2), frozen(T)
+    return (size[0], span / 2), frozen(T)
 
 
-def _read_mass(reading: Reading, element: Element, kind: str, size: tuple[float, ...] | None) -> float | None:
-    """The mass of a geometry: given, or its density times its volume."""
-    if element.get("shellinertia") == "true":
-        reading.report(NOT_KEPT, element, "shellinertia", element="geom", what="shellinertia")
-    if "mass" in element.attributes:
-        return reading.number(element, "mass")
-    density = reading.number(element, "density", _WATER)
-    if density is None or size is None:
-        return density
-    return density * volume(kind, size)
-
-
-def _read_mesh(reading: Reading, element: Element, library: Library) -> Mesh | None:
-    name = reading.reference(element, "mesh")
-    mesh = library.meshes.get(name)
-    if mesh is None:
-        if name:
-            reading.report(UNKNOWN_ASSET, element, "mesh", kind="mesh", name=name)
-        return None
-    scale = reading.vector(mesh, "scale", 3, (1.0, 1.0, 1.0)) or (1.0, 1.0, 1.0)
-    folder = library.settings.mesh_folder.rstrip("/")
-    reference = f"{folder}/{mesh.get('file')}" if folder else mesh.get("file")
-    resolved = library.assets.resolve(reference)
-    if resolved.fault is not None:
-        reading.report(resolved.fault, mesh, "file", reference=reference, package=resolved.package)
-    return Mesh(reference, resolved.path, (scale[0], scale[1], scale[2]))
+def _read_matter(
+    reading: Reading, element: Element, kind: str, size: tuple[float, ...], mesh: str, T: PoseMatrix, library: Library
+) -> Matter:
+    """What fills a geometry; a number that is wrong is reported and weighs nothing."""
+    shell = choice(reading, element, "shellinertia", ("true", "false"), "false") == "true"
+    mass = (reading.number(element, "mass") or 0.0) if "mass" in element.attributes else None
+    density = reading.number(element, "density", _WATER) or 0.0
+    for attribute, value in (("mass", mass), ("density", density)):
+        if value is not None and value < 0.0:
+            reading.report(BAD_SIZE, element, attribute, element="geom", attribute=attribute, value=value)
+    return Matter(T, None if mass is None else max(mass, 0.0), max(density, 0.0), kind, size, mesh, shell, library)
 
 
 def _colour(reading: Reading, element: Element, library: Library) -> tuple[float, float, float, float] | None:

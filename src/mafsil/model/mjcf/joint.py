@@ -57,9 +57,14 @@ class Hinge:
         )  # fmt: skip
 
 
-def read_joint(reading: Reading, element: Element, unnamed: str, settings: Settings) -> Hinge | None:
-    """A hinge or slide whose default class is already filled in; None after an error."""
-    name = reading.name(element) if "name" in element.attributes else unnamed
+def read_joint(reading: Reading, element: Element, name: str, settings: Settings, T: PoseMatrix) -> Hinge | None:
+    """A hinge or slide whose default class is already filled in; None after an error.
+
+    Args:
+        reading, element, settings: where it stands.
+        name: of the joint.
+        T: (4, 4) pose of the frame it stands in, in the body.
+    """
     word = element.get("type", "hinge")
     if word not in KINDS:
         known = ", ".join((*KINDS, "ball", "free"))
@@ -74,9 +79,11 @@ def read_joint(reading: Reading, element: Element, unnamed: str, settings: Setti
     axis = _read_axis(reading, element, name)
     reference = reading.number(element, "ref", 0.0)
     limits = _read_limits(reading, element, name, factor, settings)
-    actuator, friction = _read_resistance(reading, element)
+    actuator, friction = _read_resistance(reading, element, settings)
     if not name or position is None or axis is None or reference is None:
         return None
+    position = T[:3, :3] @ np.array(position) + T[:3, 3]
+    axis = frozen(T[:3, :3] @ axis)
     wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
     return Hinge(name, kind, frozen(position), axis, reference * factor, limits, wraps, actuator, friction)
 
@@ -114,17 +121,26 @@ def _read_limits(reading: Reading, element: Element, name: str, factor: float, s
     return Limits(lower, upper, effort=effort or inf)
 
 
-def _read_resistance(reading: Reading, element: Element) -> tuple[Actuator | None, Friction | None]:
+def _read_resistance(reading: Reading, element: Element, settings: Settings) -> tuple[Actuator | None, Friction | None]:
     """Armature, damping and friction."""
-    values: dict[str, float] = {}
-    for key in ("armature", "damping", "frictionloss", "stiffness"):
-        value = reading.number(element, key, 0.0, fallback=reading.remove_attribute(element, key)) or 0.0
-        if value < 0.0:
-            repair = reading.remove_attribute(element, key)
-            reading.report(NEGATIVE_DAMPING, element, key, repair, attribute=key, value=value)
-        values[key] = max(value, 0.0)
-    if values["stiffness"]:
-        reading.report(NOT_KEPT, element, "stiffness", element="joint", what="stiffness")
-    armature, viscous, coulomb = values["armature"], values["damping"], values["frictionloss"]
+    armature = magnitude(reading, element, "armature")
+    viscous = magnitude(reading, element, "damping")
+    coulomb = magnitude(reading, element, "frictionloss")
+    viscous = 0.0 if "damper" in settings.off else viscous
+    coulomb = 0.0 if "frictionloss" in settings.off else coulomb
     actuator = Actuator(armature=armature) if armature else None
     return actuator, Friction(viscous, coulomb) if viscous or coulomb else None
+
+
+def magnitude(reading: Reading, element: Element, attribute: str) -> float:
+    """A number that must not be negative; of a polynomial in the rate the linear part, and the rest is said."""
+    count = min(max(len(element.get(attribute).split()), 1), 3) if attribute == "damping" else 1
+    fallback = reading.remove_attribute(element, attribute)
+    values = reading.vector(element, attribute, count, (0.0,), fallback=fallback) or (0.0,)
+    if any(values[1:]):
+        reading.report(
+            NOT_KEPT, element, attribute, element=element.tag, what=f'{attribute}="{element.get(attribute)}"'
+        )
+    if values[0] < 0.0:
+        reading.report(NEGATIVE_DAMPING, element, attribute, fallback, attribute=attribute, value=values[0])
+    return max(values[0], 0.0)

@@ -58,7 +58,7 @@ def _rotation(way: str, numbers: Floats, settings: Settings) -> Floats | None:
             angle = float(numbers[3]) * settings.degree
             return None if axis is None else screw_motion(np.concatenate([axis, np.zeros(3)]), angle)[:3, :3]
         case "euler":
-            return _from_euler(numbers * settings.degree, settings.eulerseq)
+            return rotation_from_euler(numbers * settings.degree, settings.eulerseq)
         case "xyaxes":
             return _from_axes(numbers[:3], numbers[3:])
         case _:
@@ -66,7 +66,7 @@ def _rotation(way: str, numbers: Floats, settings: Settings) -> Floats | None:
             return None if z is None else frame_along(z)
 
 
-def _from_euler(angles: Floats, sequence: str) -> Floats:
+def rotation_from_euler(angles: Floats, sequence: str) -> Floats:
     """Turns one after the other: about the moving axis for a small letter, about the fixed one for a capital."""
     R = np.eye(3)
     for angle, letter in zip(angles, sequence, strict=True):

@@ -7,21 +7,24 @@ from pathlib import PurePosixPath
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.faults import IGNORED_ELEMENT, NO_LINKS, NOT_KEPT, UNSUPPORTED, WRONG_ROOT
+from mafsil.model.faults import NO_LINKS, WRONG_ROOT
 from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
-from mafsil.model.mjcf.body import read_tree
-from mafsil.model.mjcf.coupling import read_actuators, read_couplings
+from mafsil.model.mjcf.audit import audit
+from mafsil.model.mjcf.body import TreeReader
+from mafsil.model.mjcf.coupling import read_couplings
+from mafsil.model.mjcf.driving import Driving
 from mafsil.model.mjcf.geom import Library
 from mafsil.model.mjcf.include import Inclusion
-from mafsil.model.mjcf.settings import Settings, read_settings
+from mafsil.model.mjcf.loose import settle
+from mafsil.model.mjcf.mesh_asset import MeshAssets
+from mafsil.model.mjcf.references import References
+from mafsil.model.mjcf.scope import Model, Scope, Unfolding
+from mafsil.model.mjcf.settings import read_settings
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, ReadLimits
-
-_READ = ("compiler", "option", "default", "asset", "worldbody", "equality", "actuator")
-_HARMLESS = ("size", "visual", "statistic", "sensor", "keyframe", "contact", "custom", "extension")
 
 
 def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -> Mechanism | None:
@@ -29,54 +32,58 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     if root.tag != "mujoco":
         reading.report(WRONG_ROOT, root, found=root.tag, expected="mujoco")
         return None
-    Inclusion(reading, assets, limits).expand(root)
-    _report_sections(reading, root)
-    settings = read_settings(reading, root)
-    worldbody = _worldbody(reading, root)
-    if worldbody is None:
+    inclusion = Inclusion(reading, assets, limits)
+    inclusion.expand(root)
+    model = _model(reading, root, inclusion)
+    if not any(section.children for section in model.bodies()):
+        reading.report(NO_LINKS, root)
         return None
-    tree = read_tree(reading, worldbody, _library(reading, root, settings, assets))
-    declared, loops = read_couplings(reading, root, settings, tree)
-    joints = read_actuators(reading, root, settings, resolve_mimics(reading, declared))
+    scope = Scope(model)
+    unfolding = Unfolding(reading, [scope])
+    tree = TreeReader(reading, unfolding, limits).read(scope)
+    settle(reading, tree)
+    references = References(reading, unfolding, tree)
+    declared, loops = read_couplings(references, root)
+    joints = Driving(references, resolve_mimics(reading, declared)).finished()
     if reading.failed:
         return None
     name = root.get("model").strip() or "mujoco"
+    settings = model.library.settings
     links = _scaled(tree.links, settings.total_mass)
     return Mechanism.assemble(name, links, joints, loops=loops, gravity=settings.gravity)
 
 
-def _report_sections(reading: Reading, root: Element) -> None:
-    for child in root.children:
-        if child.tag == "deformable":
-            reading.report(UNSUPPORTED, child, None, reading.remove(child), element=child.tag)
-        elif child.tag == "tendon":
-            reading.report(NOT_KEPT, child, element="mujoco", what="tendon")
-        elif child.tag not in (*_READ, *_HARMLESS):
-            reading.report(IGNORED_ELEMENT, child, element=child.tag)
-
-
-def _worldbody(reading: Reading, root: Element) -> Element | None:
-    """All `worldbody` sections as one."""
-    found = root.all("worldbody")
-    if not found or not any(section.children for section in found):
-        reading.report(NO_LINKS, root)
-        return None
-    first = found[0]
-    first.children = [child for section in found for child in section.children]
-    return first
-
-
-def _library(reading: Reading, root: Element, settings: Settings, assets: Assets) -> Library:
-    meshes: dict[str, Element] = {}
-    materials: dict[str, Element] = {}
+def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
+    """A model whose includes are in place, with the models among its assets."""
+    audit(reading, root)
+    settings = read_settings(reading, root)
+    library = Library(settings, MeshAssets(settings, inclusion.assets, inclusion.folders))
+    model = Model(root, library)
     for section in root.all("asset"):
         for child in section.children:
-            element = settings.styled(reading, child, "")
+            element = settings.styled(reading, child, "") if child.tag != "model" else child
             if child.tag == "mesh":
-                meshes[element.get("name") or PurePosixPath(element.get("file")).stem] = element
+                library.meshes.add(element)
             elif child.tag == "material":
-                materials[element.get("name")] = element
-    return Library(settings, assets, meshes, materials)
+                library.materials[element.get("name")] = element
+            elif child.tag == "model":
+                _add_model(reading, child, model, inclusion)
+    return model
+
+
+def _add_model(reading: Reading, element: Element, model: Model, inclusion: Inclusion) -> None:
+    """A model among the assets, with its own settings; its files lie around it."""
+    with inclusion.opened(element, reading.reference(element, "file")) as root:
+        if root is None:
+            return
+        inclusion.expand(root)
+        if root.tag != "mujoco":
+            reading.report(WRONG_ROOT, root, found=root.tag, expected="mujoco")
+            return
+        inner = replace(inclusion, assets=inclusion.assets.beside(inclusion.open[-1]))
+        name = element.get("name") or root.get("model") or PurePosixPath(element.get("file")).stem
+        model.models[name] = _model(reading, root, inner)
+        inclusion.count = inner.count
 
 
 def _scaled(links: list[Link], total: float) -> list[Link]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
 
-from mafsil.model.faults import NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
+from mafsil.model.faults import MISSING_ATTRIBUTE, NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
 from mafsil.model.mechanism import STANDARD_GRAVITY
+from mafsil.model.mjcf.vocabulary import MOTORS
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
 MAIN = "main"
-ACTUATORS = (
-    "general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "dcmotor",
-)  # fmt: skip
-_STYLED = ("joint", "geom", "mesh", "material", "equality", "weld", "connect")
+_LISTS = frozenset({"size", "damping", "gear", "stiffness"})
+"""Attributes of which a file may give only the first numbers."""
+_STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon")
 
 
 @dataclass(slots=True)
@@ -31,7 +32,10 @@ class Settings:
         balance: make moments that violate the triangle inequality equal.
         total_mass: scale all masses to this sum [kg] if positive.
         mesh_folder: where mesh files lie, relative to the model.
+        strip_path: mesh files are named without their folders.
+        fit_box: shapes fitted to a mesh take its bounding box, not its inertia.
         gravity: [m/s^2].
+        off: the flags that the file disables, such as `damper`.
         classes: attributes of each tag in each default class.
     """
 
@@ -45,17 +49,26 @@ class Settings:
     balance: bool = False
     total_mass: float = -1.0
     mesh_folder: str = ""
+    strip_path: bool = False
+    fit_box: bool = False
+    off: frozenset[str] = frozenset()
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict[str, dict[str, dict[str, str]]])
 
-    def styled(self, reading: Reading, element: Element, childclass: str) -> Element:
-        """The element with the attributes of its default class filled in; its own ones win."""
+    def styled(self, reading: Reading, element: Element, childclass: str, style: str = "") -> Element:
+        """The element with the attributes of its default class filled in; its own ones win.
+
+        Args:
+            reading, element: where it stands.
+            childclass: the class in force there if the element names none.
+            style: the defaults it takes, if those are not named like itself.
+        """
         name = element.get("class") or childclass or MAIN
         if name not in self.classes and name != MAIN:
             reading.report(UNKNOWN_CLASS, element, "class", name=name)
             return element
-        inherited = self.classes.get(name, {}).get(_style(element.tag), {})
-        return replace(element, attributes={**inherited, **element.attributes}) if inherited else element
+        inherited = self.classes.get(name, {}).get(style or _style(element.tag), {})
+        return replace(element, attributes=overlaid(inherited, element.attributes)) if inherited else element
 
 
 def read_settings(reading: Reading, root: Element) -> Settings:
@@ -67,9 +80,22 @@ def read_settings(reading: Reading, root: Element) -> Settings:
         gravity = reading.vector(element, "gravity", 3, settings.gravity)
         if gravity is not None:
             settings.gravity = (gravity[0], gravity[1], gravity[2])
+        for flags in element.all("flag"):
+            _read_flags(reading, flags, settings)
+    if "gravity" in settings.off:
+        settings.gravity = (0.0, 0.0, 0.0)
     for element in root.all("default"):
         _read_class(reading, element, {}, settings, element.get("class", MAIN))
     return settings
+
+
+def overlaid(inherited: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+    """Attributes over those of a class; of a list that may be shorter, the rest stays as the class has it."""
+    merged = {**inherited, **own}
+    for name in _LISTS.intersection(inherited).intersection(own):
+        words = own[name].split()
+        merged[name] = " ".join(words + inherited[name].split()[len(words) :])
+    return merged
 
 
 def choice(reading: Reading, element: Element, attribute: str, known: tuple[str, ...], default: str) -> str:
@@ -83,6 +109,19 @@ def choice(reading: Reading, element: Element, attribute: str, known: tuple[str,
         element=element.tag, attribute=attribute, text=word, known=", ".join(known),
     )  # fmt: skip
     return default
+
+
+def _read_flags(reading: Reading, element: Element, settings: Settings) -> None:
+    """The flags that take something out of the mechanism; without constraints no couplings, no dry friction."""
+    for flag in ("gravity", "damper", "frictionloss", "equality", "limit", "constraint"):
+        if choice(reading, element, flag, ("enable", "disable"), "enable") == "disable":
+            settings.off |= {flag}
+            if flag == "limit":
+                reading.report(NOT_KEPT, element, flag, element="flag", what='limit="disable"')
+        elif flag in element.attributes:
+            settings.off -= {flag}
+    if "constraint" in settings.off:
+        settings.off |= {"equality", "frictionloss"}
 
 
 def _read_compiler(reading: Reading, element: Element, settings: Settings) -> None:
@@ -113,6 +152,8 @@ def _read_compiler(reading: Reading, element: Element, settings: Settings) -> No
     settings.bound_inertia = reading.number(element, "boundinertia", settings.bound_inertia) or 0.0
     settings.total_mass = reading.number(element, "settotalmass", settings.total_mass) or -1.0
     settings.mesh_folder = element.get("meshdir", element.get("assetdir", settings.mesh_folder))
+    settings.strip_path = choice(reading, element, "strippath", flags, str(settings.strip_path).lower()) == "true"
+    settings.fit_box = choice(reading, element, "fitaabb", flags, str(settings.fit_box).lower()) == "true"
 
 
 def _read_class(
@@ -122,16 +163,17 @@ def _read_class(
     own = {tag: dict(attributes) for tag, attributes in {**parent, **settings.classes.get(name, {})}.items()}
     for child in element.children:
         if _style(child.tag) in (*_STYLED, "actuator"):
-            own.setdefault(_style(child.tag), {}).update(child.attributes)
+            style = _style(child.tag)
+            own[style] = overlaid(own.get(style, {}), child.attributes)
     settings.classes[name] = own
     for child in element.all("default"):
         inner = child.get("class")
         if not inner:
-            reading.report(NOT_KEPT, child, element="default", what="default")
+            reading.report(MISSING_ATTRIBUTE, child, element="default", attribute="class")
             continue
         _read_class(reading, child, own, settings, inner)
 
 
 def _style(tag: str) -> str:
     """The name under which defaults of a tag are kept: all actuators share one."""
-    return "actuator" if tag in ACTUATORS else tag
+    return "actuator" if tag in MOTORS else tag

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
+from typing import Any, cast, get_args
 
 import msgspec
 import numpy as np
@@ -16,6 +19,8 @@ from mafsil.model.table.form import KEYS, RobotTable
 from mafsil.model.table.text import line_of, numbers_of
 from mafsil.toml_source import parsed_toml
 
+JOB_KEYS = ("robot", "move", "start", "controller", "title")
+"""Keys of job files that no robot table has."""
 SIZE_LIMIT = 1_000_000
 """Largest file that is read [bytes]; a table of a hundred joints has 30 000."""
 
@@ -58,18 +63,55 @@ def parse(text: str, path: str = "<text>") -> Mechanism:
 def decoded(text: str, path: str) -> RobotTable:
     """The text as a table of the right form, or the line where it is not."""
     try:
-        table = msgspec.convert(parsed_toml(text), RobotTable)
+        found = parsed_toml(text)
+    except ValueError as error:
+        raise FileError("table.toml", path=path, reason=str(error)) from None
+    _require_robot(found, path)
+    _require_known(found, RobotTable, "$", text, path)
+    try:
+        table = msgspec.convert(found, RobotTable)
     except msgspec.ValidationError as error:
         reason, _, place = str(error).partition(" - at ")
         named = re.search(r"field `(\w+)`", reason)
         where = (place.strip("`") or "$") + (f".{named[1]}" if named else "")
         raise FileError("table.form", path=path, line=line_of(text, where), place=where, reason=reason) from None
-    except ValueError as error:
-        raise FileError("table.toml", path=path, reason=str(error)) from None
     _require_finite(table, text, path)
     _require_moments(table, text, path)
     _require_own_keys(table, text, path)
     return table
+
+
+def _require_robot(found: dict[str, Any], path: str) -> None:
+    """A job file is told from a robot table, as both are TOML."""
+    of_job = sorted(key for key in JOB_KEYS if key in found)
+    if of_job and "joint" not in found and "convention" not in found:
+        raise FileError("table.job", path=path, keys=", ".join(of_job))
+
+
+def _require_known(found: Mapping[str, Any], form: type[msgspec.Struct], place: str, text: str, path: str) -> None:
+    """Every key of every table is known; what looks like a misspelt one is offered."""
+    fields = {field.name: field.type for field in msgspec.structs.fields(form)}
+    for key, value in found.items():
+        here = f"{place}.{key}"
+        if key not in fields:
+            close = get_close_matches(key, fields, n=3, cutoff=0.55)
+            sentence = "table.unknown_close" if close else "table.unknown"
+            facts = {"close": ", ".join(close), "known": ", ".join(fields)}
+            raise FileError(sentence, path=path, line=line_of(text, here), place=here, **facts)
+        inner = next((part for part in _parts_of(fields[key]) if issubclass(part, msgspec.Struct)), None)
+        tables = cast("list[Any]", value) if isinstance(value, list) else [value]
+        for k, table in enumerate(tables if inner is not None else []):
+            if inner is not None and isinstance(table, Mapping):
+                step = f"{here}[{k}]" if isinstance(value, list) else here
+                _require_known(cast("Mapping[str, Any]", table), inner, step, text, path)
+
+
+def _parts_of(annotation: Any) -> Iterator[type]:
+    """The plain types in an annotation."""
+    if isinstance(annotation, type) and not get_args(annotation):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _parts_of(part)
 
 
 def _require_finite(table: RobotTable, text: str, path: str) -> None:

@@ -10,11 +10,13 @@ import numpy as np
 from mafsil.errors import FileError, ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
 from mafsil.model.table.text import toml_text
 
 
+@of_mechanism
 def write(mechanism: Mechanism, path: str | Path) -> None:
     """Write an arm as a TOML file that `read` turns into the same mechanism, up to rounding in the last digit.
 
@@ -37,6 +39,7 @@ def write(mechanism: Mechanism, path: str | Path) -> None:
         raise FileError("table.write", path=str(path), reason=reason) from None
 
 
+@of_mechanism
 def formatted(mechanism: Mechanism) -> str:
     """The text that `write` writes.
 
@@ -52,7 +55,7 @@ def formatted(mechanism: Mechanism) -> str:
             "gravity": mechanism.gravity,
             "base": {"matrix": mechanism.T_sb},
             "tool": {"matrix": mechanism.T_lt},
-            "provenance": asdict(mechanism.provenance),
+            "provenance": {key: getattr(mechanism.provenance, key) for key in ("source", "licence", "notes")},
         },
         [_joint_fields(joint, link) for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True)],
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from difflib import get_close_matches
 from math import copysign, inf, sqrt
 
 from mafsil.arrays import Vector3, frozen
@@ -10,8 +12,10 @@ from mafsil.model.faults import (
     AXIS_NORMALISED,
     DEFAULT_AXIS,
     EMPTY_RANGE,
+    FLOATING_BASE,
     HALF_RANGE,
     LIMITS_EQUAL,
+    LIMITS_EXCHANGED,
     LIMITS_INVERTED,
     MIMIC_ON_FIXED,
     MIMIC_ZERO,
@@ -54,6 +58,9 @@ _MEANT = {
     "rigid": "fixed",
     "weld": "fixed",
 }
+LONGEST_WORD = 40
+CLOSE = 0.8
+"""Share of letters that a misspelt type has in common with what it means."""
 _URDF_AXIS = frozen([1.0, 0.0, 0.0])
 UNBOUNDED = 1e300
 """A limit of this magnitude or more means none."""
@@ -61,10 +68,16 @@ UNIT = 1e-9
 """Deviation of an axis from unit length that is rounding of its decimals, normalised without a remark."""
 
 
-def read_joint(reading: Reading, element: Element) -> Declared | None:
-    """A joint, or None after an error that leaves nothing to go on with."""
+def read_joint(reading: Reading, element: Element, carried: frozenset[str]) -> Declared | None:
+    """A joint, or None after an error that leaves nothing to go on with.
+
+    Args:
+        reading: of the file.
+        element: the joint.
+        carried: names of all links that are the child of a joint.
+    """
     name = reading.name(element)
-    kind = _read_kind(reading, element, name)
+    kind = _read_kind(reading, element, name, carried)
     parent, child = _end(reading, element, "parent"), _end(reading, element, "child")
     reading.report_strangers(
         element,
@@ -85,28 +98,39 @@ def read_joint(reading: Reading, element: Element) -> Declared | None:
     return Declared(joint, element)
 
 
-def _read_kind(reading: Reading, element: Element, name: str) -> JointKind:
+def _read_kind(reading: Reading, element: Element, name: str, carried: frozenset[str]) -> JointKind:
     word = element.get("type")
     if word in KINDS:
         return KINDS[word]
     lowered = word.strip().lower()
     if lowered in ("floating", "planar"):
-        reading.report(
-            SEVERAL_FREEDOMS, element, "type", reading.set_attribute(element, "type", "fixed"),
-            joint=name, kind=lowered,
-        )  # fmt: skip
+        parent = element.first("parent")
+        at_root = parent is not None and parent.get("link") not in carried
+        fault = FLOATING_BASE if at_root else SEVERAL_FREEDOMS
+        reading.report(fault, element, "type", None, joint=name, kind=lowered)
         return JointKind.FIXED
-    meant = lowered if lowered in KINDS else _MEANT.get(lowered, "fixed")
-    repair = reading.set_attribute(element, "type", meant)
+    meant = _meant(lowered)
+    repair = None if meant is None else reading.set_attribute(element, "type", meant)
     reading.report(UNKNOWN_TYPE, element, "type", repair, joint=name, kind=word, known=", ".join(KINDS))
-    return KINDS[meant]
+    return KINDS[meant or "fixed"]
+
+
+def _meant(word: str) -> str | None:
+    """The type that a word means: another name for it, or the only one that it can be a misspelling of."""
+    if word in KINDS:
+        return word
+    if word in _MEANT:
+        return _MEANT[word]
+    close = get_close_matches(word[:LONGEST_WORD], (*KINDS, *_MEANT), n=2, cutoff=CLOSE)
+    meant = {_MEANT.get(found, found) for found in close}
+    return meant.pop() if len(meant) == 1 else None
 
 
 def _end(reading: Reading, joint: Element, tag: str) -> str:
     """The link named by `parent` or `child`."""
     element = reading.one(joint, tag)
     if element is None:
-        reading.report(MISSING_ELEMENT, joint, None, reading.remove(joint), element=tag, parent="joint")
+        reading.report(MISSING_ELEMENT, joint, None, None, element=tag, parent="joint")
         return ""
     return reading.reference(element, "link")
 
@@ -120,13 +144,16 @@ def _read_axis(reading: Reading, joint: Element, name: str, kind: JointKind) -> 
     if element is None:
         reading.report(DEFAULT_AXIS, joint, None, reading.append(joint, '<axis xyz="1 0 0"/>'), joint=name)
         return _URDF_AXIS
+    if "xyz" not in element.attributes:
+        repair = reading.set_attribute(element, "xyz", "1 0 0")
+        reading.report(DEFAULT_AXIS, element, None, repair, joint=name)
+        return _URDF_AXIS
     xyz = reading.vector(element, "xyz", 3)
     if xyz is None:
         return _URDF_AXIS
     largest = max(abs(x) for x in xyz)
     if largest < 1e-150:
-        repair = reading.set_attribute(element, "xyz", "1 0 0")
-        reading.report(ZERO_AXIS, element, "xyz", repair, joint=name)
+        reading.report(ZERO_AXIS, element, "xyz", None, joint=name)
         return _URDF_AXIS
     scaled = [x / largest for x in xyz]
     length = sqrt(sum(x * x for x in scaled))
@@ -166,10 +193,24 @@ def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -
         reading.report(NO_RANGE, element, joint=name)
         return -inf, inf
     if lower > upper:
-        repair = reading.swap_attributes(element, "lower", "upper") if len(given) == 2 else None
-        reading.report(LIMITS_INVERTED, element, given[0], repair, joint=name, lower=lower, upper=upper)
-        return -inf, inf
+        return _exchanged_range(reading, element, name, lower, upper, given)
     return _judged_range(reading, element, name, lower, upper, given)
+
+
+def _exchanged_range(
+    reading: Reading, element: Element, name: str, lower: float, upper: float, given: list[str]
+) -> tuple[float, float]:
+    """A lower bound above the upper one: exchanged where zero lies between them, as it does in nearly every robot.
+
+    Otherwise a sign or a digit may be wrong as well, and the file is refused.
+    """
+    both = len(given) == 2
+    repair = reading.swap_attributes(element, "lower", "upper") if both else None
+    clear = both and upper <= 0.0 <= lower
+    fault = LIMITS_EXCHANGED if clear else LIMITS_INVERTED
+    repair = repair if clear or repair is None else replace(repair, guess=True)
+    reading.report(fault, element, given[0], repair, joint=name, lower=lower, upper=upper)
+    return (upper, lower) if clear else (-inf, inf)
 
 
 def _unbounded(value: float) -> float:
@@ -201,7 +242,7 @@ def _read_bound(reading: Reading, element: Element, key: str, name: str) -> floa
     if value == 0.0:
         reading.report(ZERO_BOUND, element, key, joint=name, attribute=key)
     elif value is not None and value < 0.0:
-        repair = reading.set_attribute(element, key, written(-value))
+        repair = reading.set_attribute(element, key, written(-value), guess=True)
         reading.report(NEGATIVE_BOUND, element, key, repair, joint=name, attribute=key, value=value)
     return value if value is not None and value > 0.0 else inf
 
@@ -229,7 +270,7 @@ def _read_friction(reading: Reading, joint: Element, kind: JointKind) -> Frictio
     for key in ("damping", "friction"):
         value = reading.number(element, key, 0.0, fallback=reading.remove_attribute(element, key)) or 0.0
         if value < 0.0:
-            repair = reading.set_attribute(element, key, written(-value))
+            repair = reading.set_attribute(element, key, written(-value), guess=True)
             reading.report(NEGATIVE_DAMPING, element, key, repair, attribute=key, value=value)
         values.append(value)
     viscous, coulomb = values

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mafsil.arrays import Floats, frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.diagnostics import Repair
+from mafsil.model.diagnostics import Repair, Severity
 from mafsil.model.faults import MISSING_ELEMENT, NO_INERTIAL, ZERO_INERTIA
 from mafsil.model.inertia_check import inertia_fault, mass_fault, nearest_physical
 from mafsil.model.link import Inertial, Link
@@ -22,7 +24,9 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 def read_link(reading: Reading, element: Element, materials: Materials, assets: Assets) -> Link | None:
     """A link, or None if it has no name."""
     name = reading.name(element)
-    reading.report_strangers(element, ("inertial", "visual", "collision"), ("contact", "gravity", "kinematic"))
+    reading.report_strangers(
+        element, ("inertial", "visual", "collision"), ("contact", "gravity", "kinematic", "self_collision_checking")
+    )
     inertial = _read_inertial(reading, element, name)
     visuals = read_shapes(reading, element.all("visual"), materials, assets)
     collisions = read_shapes(reading, element.all("collision"), materials, assets)
@@ -71,11 +75,12 @@ def _judge(reading: Reading, inertial: Element, name: str, mass: float, moments:
     """Report mass properties that no body has, with the nearest that one can have."""
     if fault := mass_fault(mass, moments):
         element = inertial.first("mass") or inertial
-        repair = reading.set_attribute(element, "value", written(-mass)) if mass < 0.0 else None
+        repair = reading.set_attribute(element, "value", written(-mass), guess=True) if mass < 0.0 else None
         reading.report(fault, element, "value", repair, link=name, mass=mass)
     if fault := inertia_fault(mass, moments):
         element = inertial.first("inertia") or inertial
-        repair = _physical(reading, element, moments) if fault is not ZERO_INERTIA else None
+        guess = fault.severity is Severity.ERROR
+        repair = replace(_physical(reading, element, moments), guess=guess) if fault is not ZERO_INERTIA else None
         eigenvalues = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(moments))
         reading.report(fault, element, None, repair, link=name, moments=eigenvalues)
 

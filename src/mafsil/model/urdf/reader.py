@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mafsil.model.asset_path import Assets
-from mafsil.model.faults import IGNORED_ELEMENT, NAMELESS_ROBOT, UNEXPANDED_XACRO, WRONG_ROOT
+from mafsil.model.faults import IGNORED_ELEMENT, NAMELESS_ROBOT, WRONG_ROOT, XACRO_LEFT_OVER
 from mafsil.model.file_reader import Format
 from mafsil.model.joint import Joint
 from mafsil.model.mechanism import Mechanism
@@ -16,15 +16,20 @@ from mafsil.model.urdf.link import read_link
 from mafsil.model.urdf.shape import Materials
 from mafsil.model.urdf.structure import DeclaredLink, check_joints, check_links
 from mafsil.model.urdf.transmission import read_transmissions
-from mafsil.model.xml_tree import ReadLimits
+from mafsil.model.xacro import expanded, is_xacro, left_over
+from mafsil.model.xml_tree import Element, ReadLimits
 
 _PARTS = ("link", "joint", "material", "transmission")
 _IGNORED = ("gazebo", "ros2_control", "sensor", "verbose", "loop_joint")
 
 
-def _build(reading: Reading, assets: Assets, source: str, _limits: ReadLimits) -> Mechanism | None:
-    robot = reading.document.root
-    if _is_foreign(reading):
+def _build(reading: Reading, assets: Assets, source: str, limits: ReadLimits) -> Mechanism | None:
+    root = reading.document.root
+    if root.tag != "robot":
+        reading.report(WRONG_ROOT, root, found=root.tag, expected="robot")
+        return None
+    robot = _plain(reading, assets, limits)
+    if robot is None:
         return None
     for child in robot.children:
         if child.tag not in (*_PARTS, *_IGNORED):
@@ -32,39 +37,38 @@ def _build(reading: Reading, assets: Assets, source: str, _limits: ReadLimits) -
     name = robot.get("name").strip()
     if not name:
         reading.report(NAMELESS_ROBOT, robot)
-        name = Path(source).stem if source != "<text>" else "robot"
-    links, joints = _read_parts(reading, assets)
+        name = Path(source).name.split(".")[0] if source != "<text>" else "robot"
+    links, joints = _read_parts(reading, robot, assets)
     return None if reading.failed else Mechanism.assemble(name, [declared.link for declared in links], joints)
 
 
-def _read_parts(reading: Reading, assets: Assets) -> tuple[list[DeclaredLink], list[Joint]]:
-    robot = reading.document.root
+def _read_parts(reading: Reading, robot: Element, assets: Assets) -> tuple[list[DeclaredLink], list[Joint]]:
     materials = Materials.collect(reading, robot)
     links = [
         DeclaredLink(link, element)
         for element in robot.all("link")
         if (link := read_link(reading, element, materials, assets)) is not None
     ]
-    declared = [read for element in robot.all("joint") if (read := read_joint(reading, element)) is not None]
+    carried = frozenset(end.get("link") for joint in robot.all("joint") for end in joint.all("child")[:1])
+    declared = [read for element in robot.all("joint") if (read := read_joint(reading, element, carried)) is not None]
     check_links(reading, robot, links)
     check_joints(reading, robot, links, declared)
     joints = read_transmissions(reading, robot, resolve_mimics(reading, declared))
     return links, joints
 
 
-def _is_foreign(reading: Reading) -> bool:
-    """Whether the document is no finished URDF: another root, or a xacro that was not expanded."""
+def _plain(reading: Reading, assets: Assets, limits: ReadLimits) -> Element | None:
+    """The robot without any xacro: definitions left over in a finished file ignored, everything else expanded."""
     root = reading.document.root
-    if root.tag != "robot":
-        reading.report(WRONG_ROOT, root, found=root.tag, expected="robot")
-        return True
-    for element in root.walk():
-        macro = element.tag.startswith("xacro:")
-        if macro or any("${" in value or "$(" in value for value in element.attributes.values()):
-            if macro or element.tag != "plugin":
-                reading.report(UNEXPANDED_XACRO, element)
-                return True
-    return False
+    if not is_xacro(root):
+        return root
+    rests = [] if reading.arguments else left_over(root)
+    for element in rests:
+        reading.report(XACRO_LEFT_OVER, element, None, reading.remove(element), element=element.tag)
+    if rests:
+        root.children = [child for child in root.children if child not in rests]
+        return root
+    return expanded(reading, assets, limits)
 
 
 URDF = Format(_build)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -44,19 +46,34 @@ class Materials:
                 if element.first("color") is not None or element.first("texture") is not None:
                     materials.colours[name] = _plain_colour(element)
         for element in robot.all("material"):
-            _read_colour(reading, element)
+            with looking_at_a_shape(reading):
+                _read_colour(reading, element)
         return materials
 
 
+@contextmanager
+def looking_at_a_shape(reading: Reading) -> Generator[None]:
+    """While this lasts errors are warnings: nothing that is only seen or touched stops the mechanics."""
+    reading.in_shape = True
+    try:
+        yield
+    finally:
+        reading.in_shape = False
+
+
 def read_shapes(reading: Reading, elements: list[Element], materials: Materials, assets: Assets) -> tuple[Shape, ...]:
-    """The shapes of all `visual` or `collision` elements of a link."""
-    read = [_read_shape(reading, element, materials, assets) for element in elements]
+    """The shapes of all `visual` or `collision` elements of a link; broken ones are left out, which is said."""
+    with looking_at_a_shape(reading):
+        read = [_read_shape(reading, element, materials, assets) for element in elements]
     return tuple(shape for shape in read if shape is not None)
 
 
 def _read_shape(reading: Reading, element: Element, materials: Materials, assets: Assets) -> Shape | None:
+    before = reading.dropped
     T_lg = read_origin(reading, element)
     geometry = _read_geometry(reading, element, materials, assets)
+    if reading.dropped > before:
+        return None
     colour = _colour_of(reading, element, materials)
     return None if geometry is None else Shape(geometry, T_lg, element.get("name"), colour)
 

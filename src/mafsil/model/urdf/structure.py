@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from mafsil.model.faults import (
     CYCLE,
     DUPLICATE_JOINT,
     DUPLICATE_LINK,
     NO_LINKS,
+    ONLY_MACROS,
     SELF_JOINT,
     TWO_PARENTS,
     TWO_ROOTS,
-    UNEXPANDED_XACRO,
     UNKNOWN_LINK,
 )
 from mafsil.model.link import Link
 from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading
-from mafsil.model.xml_tree import Element, escaped
+from mafsil.model.xml_tree import Element
+
+CLOSE = 0.8
+"""Share of letters that a misspelt name has in common with what it means."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,16 +36,24 @@ class DeclaredLink:
 def check_links(reading: Reading, robot: Element, links: list[DeclaredLink]) -> None:
     """At least one link, no name twice."""
     if not robot.all("link"):
-        xacro = "xmlns:xacro" in robot.attributes
-        reading.report(UNEXPANDED_XACRO if xacro else NO_LINKS, robot)
-    seen: dict[str, int] = {}
+        macros = any(child.tag == "xacro:macro" for child in reading.document.root.children)
+        reading.report(ONLY_MACROS if macros else NO_LINKS, robot)
+    seen: dict[str, Element] = {}
     for declared in links:
         name = declared.link.name
         if name in seen:
-            repair = reading.remove(declared.element)
-            reading.report(DUPLICATE_LINK, declared.element, "name", repair, link=name, line=seen[name])
+            repair = reading.remove(declared.element) if _same(declared.element, seen[name]) else None
+            line = seen[name].line
+            reading.report(DUPLICATE_LINK, declared.element, "name", repair, link=name, line=line)
         else:
-            seen[name] = declared.element.line
+            seen[name] = declared.element
+
+
+def _same(one: Element, two: Element) -> bool:
+    """Whether two elements say the same, place and layout apart."""
+    if (one.tag, one.attributes, one.text, len(one.children)) != (two.tag, two.attributes, two.text, len(two.children)):
+        return False
+    return all(_same(a, b) for a, b in zip(one.children, two.children, strict=True))
 
 
 def check_joints(reading: Reading, robot: Element, links: list[DeclaredLink], joints: list[Declared]) -> None:
@@ -52,7 +64,7 @@ def check_joints(reading: Reading, robot: Element, links: list[DeclaredLink], jo
     sound = True
     for declared in joints:
         _check_name(reading, declared, names)
-        sound &= _check_ends(reading, robot, declared, known)
+        sound &= _check_ends(reading, declared, known)
         sound &= _check_parent(reading, declared, carried)
     if sound:
         _check_tree(reading, robot, [declared.link.name for declared in links], joints)
@@ -69,17 +81,17 @@ def _check_name(reading: Reading, declared: Declared, names: dict[str, int]) -> 
     names[f"{name}_{number}"] = element.line
 
 
-def _check_ends(reading: Reading, robot: Element, declared: Declared, known: set[str]) -> bool:
+def _check_ends(reading: Reading, declared: Declared, known: set[str]) -> bool:
     joint, element = declared.joint, declared.element
     if joint.parent == joint.child:
-        reading.report(SELF_JOINT, element, None, reading.remove(element), joint=joint.name, link=joint.child)
+        reading.report(SELF_JOINT, element, None, None, joint=joint.name, link=joint.child)
         return False
     missing = [(tag, link) for tag, link in (("parent", joint.parent), ("child", joint.child)) if link not in known]
     for tag, link in missing:
         end = element.first(tag) or element
-        repair = reading.append(robot, f'<link name="{escaped(link)}"/>')
+        close = get_close_matches(link, sorted(known), n=2, cutoff=CLOSE)
+        repair = reading.set_attribute(end, "link", close[0], guess=True) if len(close) == 1 else None
         reading.report(UNKNOWN_LINK, end, "link", repair, joint=joint.name, link=link)
-        known.add(link)
     return not missing
 
 
@@ -89,7 +101,7 @@ def _check_parent(reading: Reading, declared: Declared, carried: dict[str, str])
     if first == joint.name:
         return True
     reading.report(
-        TWO_PARENTS, element, None, reading.remove(element),
+        TWO_PARENTS, element, None, None,
         link=joint.child, first=first, second=joint.name,
     )  # fmt: skip
     return False
@@ -109,15 +121,8 @@ def _check_tree(reading: Reading, robot: Element, links: list[str], joints: list
             waiting.append(declared.joint.child)
     looping = next((declared for declared in joints if declared.joint.child not in reached), None)
     if looping is not None:
-        repair = reading.remove(looping.element)
-        reading.report(CYCLE, looping.element, None, repair, joint=looping.joint.name)
+        reading.report(CYCLE, looping.element, None, None, joint=looping.joint.name)
         return
     for extra in roots[1:]:
         element = next(e for e in robot.all("link") if e.get("name") == extra)
-        repair = reading.append(robot, _weld(roots[0], extra))
-        reading.report(TWO_ROOTS, element, None, repair, first=roots[0], second=extra)
-
-
-def _weld(parent: str, child: str) -> str:
-    name, parent, child = escaped(f"{parent}_to_{child}"), escaped(parent), escaped(child)
-    return f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+        reading.report(TWO_ROOTS, element, None, None, first=roots[0], second=extra)

@@ -12,6 +12,7 @@ from mafsil.errors import ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial, Link
+from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.numbers import written
 from mafsil.model.reading import FORBIDDEN_IN_NAMES, LONGEST_NAME
@@ -23,6 +24,7 @@ from mafsil.model.xml_tree import escaped
 LOSSES = ("gravity", "actuator", "friction", "limits", "passive")
 
 
+@of_mechanism
 def write(mechanism: Mechanism, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of a URDF file; reading it back gives the same mechanics.
 

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, r
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.model import JointKind
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
 from mafsil.simulation.motion.signal import Source, breaks_of, signal
 from mafsil.simulation.motion.system import DrivenRobot, common_shape
@@ -111,6 +111,7 @@ class ForwardMotion:
         return self.outcome.explain(language)
 
 
+@of_robot
 def forward_dynamics_trajectory(
     robot: Robot,
     q: ArrayLike,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_function, require_kind
 from mafsil.errors import InputError
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 from mafsil.simulation.motion.signal import Source, signal
 from mafsil.simulation.motion.system import spread
 from mafsil.trajectory import Trajectory
@@ -42,6 +42,7 @@ class InverseMotion:
         return (self.tau * self.qd).sum(axis=-1)
 
 
+@of_robot
 def inverse_dynamics_trajectory(
     robot: Robot,
     motion: Trajectory | ArrayLike | Callable[[float], ArrayLike],

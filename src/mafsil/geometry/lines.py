@@ -1,0 +1,78 @@
+"""Lines of space: distance, angle, and the common normal of two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, Vector3, gate
+from mafsil.errors import InputError
+
+PARALLEL = 1e-12
+"""Sine of the angle between two lines below which they count as parallel."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommonNormal:
+    """The shortest connection of two lines, normal to both.
+
+    Attributes:
+        first, second: (*batch, 3) its ends on the two lines [m].
+        direction: (*batch, 3) unit vector from the first line to the second; of lines that meet the normal of their
+            plane, d1 x d2; of lines that coincide NaN: every normal will do.
+        distance: (*batch) [m].
+        angle: (*batch) from d1 to d2 about the direction, in [0, pi] for lines that meet [rad].
+        parallel: (*batch) whether there are infinitely many: the one through the first line's point is given.
+    """
+
+    first: Vector3
+    second: Vector3
+    direction: Vector3
+    distance: Floats
+    angle: Floats
+    parallel: Floats
+
+
+def common_normal(
+    point_1: ArrayLike, direction_1: ArrayLike, point_2: ArrayLike, direction_2: ArrayLike
+) -> CommonNormal:
+    """The common normal of two lines; distance and angle are the a and the alpha of a Denavit-Hartenberg link.
+
+    Args:
+        point_1, point_2: (*batch, 3) a point of each line [m].
+        direction_1, direction_2: (*batch, 3) along them, any lengths but zero.
+
+    Raises:
+        InputError: a direction is zero.
+    """
+    p, r = gate("point_1", point_1, (3,)), gate("point_2", point_2, (3,))
+    d, e = _unit("direction_1", direction_1), _unit("direction_2", direction_2)
+    p, r, d, e = np.broadcast_arrays(p, r, d, e)
+    across, step = np.cross(d, e), r - p
+    sine = np.linalg.norm(across, axis=-1)
+    parallel = sine <= PARALLEL
+    square = np.where(parallel, 1.0, sine**2)[..., None]
+    along = np.sum(np.cross(step, e) * across, axis=-1, keepdims=True) / square
+    back = np.sum(np.cross(step, d) * across, axis=-1, keepdims=True) / square
+    flat = parallel[..., None]
+    first = p + np.where(flat, 0.0, along) * d
+    second = np.where(flat, p + step - np.sum(step * d, axis=-1, keepdims=True) * d, r + back * e)
+    gap = second - first
+    distance = np.linalg.norm(gap, axis=-1)
+    size = 1e-12 * (np.linalg.norm(step, axis=-1) + np.linalg.norm(p, axis=-1))
+    apart = (distance > size)[..., None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal = np.where(apart, gap / distance[..., None], np.where(flat, np.nan, across / sine[..., None]))
+    signed = np.where(np.isnan(normal[..., 0]), sine, np.sum(across * normal, axis=-1))
+    angle = np.arctan2(signed, np.sum(d * e, axis=-1))
+    return CommonNormal(first, second, normal, np.where(apart[..., 0], distance, 0.0), angle, parallel)
+
+
+def _unit(name: str, direction: ArrayLike) -> Floats:
+    d = gate(name, direction, (3,))
+    size = np.linalg.norm(d, axis=-1, keepdims=True)
+    if np.any(size == 0.0):
+        raise InputError("geometry.axis", name=name, value=d[tuple(np.argwhere(size[..., 0] == 0.0)[0])].tolist())
+    return d / size

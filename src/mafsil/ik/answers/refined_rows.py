@@ -1,0 +1,155 @@
+"""Almost ideal arms in batches: the rows of the nearest ideal arm's closed form, moved to the arm as it is.
+
+A quarter turn printed as 1.5708 leaves an arm that misses the shape of its family by d ~ 1e-5. Then
+
+1. the closed form of the ideal arm gives rows, with the mark m of each (zero where two branches meet) and by how much
+   rows that do not exist fall short;
+2. Newton's method on the arm as it is moves each row, and forward kinematics judges it.
+
+A solution q of the arm is a solution of the ideal arm for the pose that the ideal arm has at q, which is off by d at
+most, in units of the arm. While the pose moves that far a row's joints move by about d / m, and m changes by as much.
+So where m^2 >> d for every row that exists, and every other row falls short by more than m, each row goes on to just
+one solution and there are no others: the list is complete. `CLEAR_OF_FOLDS` is the ratio that is asked for. Elsewhere
+elimination has to prove the list.
+
+Reference: Kantorovich, On Newton's method for functional equations, 1948.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.general.findings import MOST
+from mafsil.ik.refine import distinct
+
+CLEAR_OF_FOLDS = 100.0
+"""The least square of a mark, over the defect of the arm, that keeps a row away from others."""
+
+LEAST_MARK = 1e-3
+"""Marks below which rows are not trusted, however small the defect."""
+
+STEPS = 8
+"""Most Newton steps; two or three are made where the defect is that of rounded angles."""
+
+PATIENT = 24
+"""The same beside folds, where each step may only halve the error."""
+
+WAYS: Floats = np.array([1e-3, 1e-2, 3e-2, 0.1, 0.3])
+"""How far from a row beside a fold along the direction that moves least [rad]."""
+
+REFINED = 1e-10
+"""Errors of solutions beside folds."""
+
+SAME = 1e-4
+"""Solutions beside a fold that are nearer to each other are one: errors of `REFINED` move them as far."""
+
+LAST = 2e-7
+"""Error whose Newton step leaves nothing that is seen."""
+
+ROWS = 16384
+"""Rows that are held at once."""
+
+
+class RefinedRows(NamedTuple):
+    """Rows of a batch.
+
+    Attributes:
+        clear: (k,) whether the list of a pose is complete.
+        q: (k, branches, m) coordinates, wound near the preferred ones.
+        residual: (k, branches) on the arm as it is; NaN in rows that are no solutions.
+        codes: (k, branches) branches as numbers.
+    """
+
+    clear: NDArray[np.bool_]
+    q: JointVector
+    residual: Floats
+    codes: NDArray[np.int64]
+
+
+def refinable(setting: Setting) -> bool:
+    """Whether an arm is an almost ideal one of six joints, asked for its whole pose."""
+    arm = setting.arm
+    return arm.form is not None and not arm.exact and not arm.held and setting.robot.n == 6 and setting.task == "pose"
+
+
+def refined_rows(setting: Setting, T: PoseMatrix, near: JointVector) -> RefinedRows:
+    """All rows of poses, refined.
+
+    Args:
+        setting: of a `refinable` arm.
+        T: (k, 4, 4) clean poses; rows of NaN are none.
+        near: (m,) coordinates near which angles are wound.
+    """
+    form = setting.arm.form
+    assert form is not None
+    q, facts, _ = form.labelled(T, near, turns_of(near), *setting.bounds)
+    defect, size = form.pattern.defect, max(1.0, form.pattern.size)
+    mark = max(LEAST_MARK, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
+    exists = np.isfinite(q).all(axis=-1) & (facts[..., 1] <= mark * size)
+    apart = (facts[..., 4] >= mark) & (facts[..., 2] == 0) & (facts[..., 1] <= 1e-9)
+    absent = facts[..., 1] > mark * size
+    where = np.nonzero(exists)
+    moved, missed = _moved(setting, q[where], T[where[0]])
+    residual = np.full(exists.shape, np.nan)
+    residual[where] = np.where(missed <= CLEAR, missed, np.nan)
+    q[where] = wound_near(moved, near, setting.lower, setting.upper, setting.turning)
+    clear = (absent | (apart & np.isfinite(residual))).all(axis=-1)
+    return RefinedRows(clear, q, residual, np.nan_to_num(facts[..., 3]).astype(np.int64))
+
+
+def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[JointVector, Floats]:
+    """Solutions of poses beside folds, sought from rows and from both sides of them; nothing is proven.
+
+    Two rows that meet on the ideal arm are two, one or none on the arm as it is, apart along the direction in which the
+    Jacobian is weakest: Newton's method is begun at several distances along it.
+
+    Args:
+        setting: of a `refinable` arm.
+        T: (k, 4, 4) clean poses.
+        near: (m,) coordinates near which angles are wound.
+
+    Returns:
+        (k, `MOST`, m) solutions in front and (k, `MOST`) their errors, NaN beyond.
+    """
+    form, n = setting.arm.form, setting.robot.n
+    assert form is not None
+    starts = form.labelled(T, near, turns_of(near), *setting.bounds)[0]
+    pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
+    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], steps=PATIENT)
+    weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
+    ways = np.concatenate([[0.0], WAYS, -WAYS])
+    tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
+    owner = np.repeat(pose_of, len(ways))
+    tries, missed = _moved(setting, tries, T[owner], steps=PATIENT)
+    found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
+    for i in range(len(T)):
+        mine = np.flatnonzero((owner == i) & (missed <= REFINED))
+        mine = mine[np.argsort(missed[mine], kind="stable")]
+        kept = mine[distinct(tries[mine], setting.turning, SAME)][:MOST]
+        found[i, : len(kept)] = wound_near(tries[kept], near, setting.lower, setting.upper, setting.turning)
+        error[i, : len(kept)] = missed[kept]
+    return found, error
+
+
+def _moved(setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS) -> tuple[JointVector, Floats]:
+    """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""
+    plan = setting.newton
+    q, missed = q.copy(), np.full(len(q), np.inf)
+    for begin in range(0, len(q), ROWS):
+        part = slice(begin, begin + ROWS)
+        rows = np.arange(*part.indices(len(q)))
+        for _ in range(steps):
+            if not len(rows):
+                break
+            out = plan.step.ufunc(q[rows], T[rows], plan.vector)
+            q[rows] = out[:, : q.shape[1]]
+            rows = rows[np.abs(out[:, q.shape[1] :]).max(axis=1) > LAST]
+        left = plan.check.ufunc(q[part], T[part], plan.vector)[:, 16:]
+        missed[part] = np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
+    return q, missed

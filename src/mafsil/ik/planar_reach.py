@@ -1,0 +1,114 @@
+"""Where the tip of a planar arm can be: the ring between two circles, and the class of a point of its plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, Vector3, gate, positive
+from mafsil.errors import InputError
+from mafsil.ik.chain import chain_of
+from mafsil.ik.moving_part import moving_part
+from mafsil.messages import say
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
+from mafsil.solvers import Status
+
+PARALLEL = 1e-9
+"""Sine up to which axes are parallel."""
+
+
+class PlaceClass(Status):
+    """Where a point lies, and whether the tip gets there without regard to joint limits."""
+
+    OUTSIDE = ("ik.place_outside", False)
+    OUTER_BOUNDARY = ("ik.place_outer_boundary", True)
+    INTERIOR = ("ik.place_interior", True)
+    INNER_BOUNDARY = ("ik.place_inner_boundary", True)
+    HOLE = ("ik.place_hole", False)
+    OFF_PLANE = ("ik.place_off_plane", False)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarReach:
+    """The ring that the tip of an arm of parallel turning axes can reach.
+
+    Attributes:
+        centre: (3,) where the first axis meets the tip's plane, in {s} [m].
+        normal: (3,) unit direction of the axes, in {s}.
+        lengths: (n,) of the links, as seen along the axes [m].
+        inner, outer: radii [m]; for two links |L1 - L2| and L1 + L2. The inner one is zero where the other links
+            together are as long as the longest.
+    """
+
+    centre: Vector3
+    normal: Vector3
+    lengths: Floats
+
+    @property
+    def outer(self) -> float:
+        """The largest distance from the centre [m]: all links stretched."""
+        return float(self.lengths.sum())
+
+    @property
+    def inner(self) -> float:
+        """The least distance from the centre [m]: the longest link against all others."""
+        return max(0.0, float(2 * self.lengths.max(initial=0.0) - self.lengths.sum()))
+
+    def classify(self, point: ArrayLike, tolerance: float = 1e-9) -> PlaceClass:
+        """The class of a point; at the centre of two equal links `INNER_BOUNDARY`, where infinitely many postures are.
+
+        Args:
+            point: (3,) in {s} [m].
+            tolerance: distance from a circle, or from the plane, that counts as none, relative to the outer radius.
+
+        Raises:
+            InputError: a wrong shape, a tolerance that is not positive.
+        """
+        away = gate("point", point, (3,), finite=True) - self.centre
+        near = positive("tolerance", tolerance) * max(self.outer, 1e-300)
+        if abs(float(away @ self.normal)) > near:
+            return PlaceClass.OFF_PLANE
+        r = float(np.linalg.norm(away - (away @ self.normal) * self.normal))
+        if abs(r - self.outer) <= near:
+            return PlaceClass.OUTER_BOUNDARY
+        if r > self.outer:
+            return PlaceClass.OUTSIDE
+        closed = len(self.lengths) < 3 or self.inner > 0.0
+        if closed and abs(r - self.inner) <= near:
+            return PlaceClass.INNER_BOUNDARY
+        return PlaceClass.INTERIOR if r > self.inner or not closed else PlaceClass.HOLE
+
+    def explain(self, point: ArrayLike, language: str | None = None) -> str:
+        """The class of a point in a sentence with its distance and both radii."""
+        away = gate("point", point, (3,), finite=True) - self.centre
+        facts = {"distance": f"{float(np.linalg.norm(away)):.6g}", "inner": f"{self.inner:.6g}"}
+        ring = say("ik.place_ring", language=language, **facts, outer=f"{self.outer:.6g}")
+        return self.classify(point).sentence(language) + ring
+
+
+def planar_reach(robot: RobotLike) -> PlanarReach:
+    """The ring of an arm whose moving joints all turn about parallel axes.
+
+    Args:
+        robot: a Robot, a Mechanism, a name of the library or a file.
+
+    Raises:
+        InputError: another arm; the sentence says which joint is not so.
+
+    Reference: Lynch and Park, Modern Robotics, sec. 6 (law of cosines of the 2R arm).
+    """
+    part = moving_part(as_robot(robot)).robot
+    chain = chain_of(part.mechanism)
+    if chain is None or not len(chain):
+        raise InputError("ik.not_planar", joint=", ".join(part.joint_names))
+    h = chain.axes[0]
+    for name, w, slides in zip(part.joint_names, chain.axes, chain.slides, strict=True):
+        if slides or float(np.linalg.norm(np.cross(h, w))) > PARALLEL:
+            raise InputError("ik.not_planar", joint=name)
+    tip = chain.home[:3, 3]
+    places = np.concatenate([chain.points, tip[None]])
+    flat = places + ((tip - places) @ h)[:, None] * h
+    return PlanarReach(flat[0], h, np.linalg.norm(np.diff(flat, axis=0), axis=1))

@@ -1,0 +1,282 @@
+"""Arms of the PUMA type: whether the axes are so, by how much they miss it, and the lengths of the shape.
+
+Two axes w_i, w_j of moments v_i, v_j are in one plane where w_i . v_j + w_j . v_i = 0, and meet there if they are not
+parallel. With p the wrist's centre, h the height of the shoulder, d its offset to the side, a1 and a2 upper arm and
+forearm:
+
+    p = (rho cos q1 - d sin q1, rho sin q1 + d cos q1, h + s),  (rho, s) = a1 (c2, s2) + a2 (c23, s23)
+
+Reference: Lee and Ziegler, A geometric approach in solving the inverse kinematics of PUMA robots, 1984.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from mafsil.arrays import Floats, Vector3
+from mafsil.errors import InputError
+from mafsil.geometry import pose
+from mafsil.ik.chain import Chain, chain_of, common_point
+from mafsil.ik.moving_part import moving_part
+from mafsil.messages import say
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_robot
+
+
+class ArmClass(Enum):
+    """Classes of arms with a wrist of orthogonal axes that meet; the members are sentence keys."""
+
+    PUMA = "ik.class_puma"
+    PUMA_WITH_OFFSET = "ik.class_puma_with_offset"
+    GENERALIZED_PUMA = "ik.class_generalized_puma"
+    STANFORD = "ik.class_stanford"
+    STANFORD_WITH_OFFSET = "ik.class_stanford_with_offset"
+    GENERALIZED_STANFORD = "ik.class_generalized_stanford"
+    NONE = "ik.class_none"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition on axes.
+
+    Attributes:
+        name: sentence key.
+        joints: of the arm, counted from one in the direction in which it is seen.
+        size: by how much it is missed [rad, or m relative to the size of the arm].
+        held: whether it is within the tolerance.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    size: float
+    held: bool
+
+    def explain(self, language: str | None = None) -> str:
+        """The condition in words, and by how much it is missed."""
+        which = ", ".join(map(str, self.joints))
+        missed = "ik.condition_held" if self.held else "ik.condition_missed"
+        told = say(self.name, language=language, joints=which)
+        return say(missed, language=language, condition=told, size=f"{self.size:.3g}")
+
+
+@dataclass(frozen=True, eq=False)
+class ArmStructure:
+    """What an arm of six joints is, and why it is not more.
+
+    Attributes:
+        arm_class: the narrowest class whose conditions hold.
+        conditions: all that were asked, with their sizes.
+        reversed: whether the arm is so when seen from its tip.
+        wrist_centre: (3,) the point nearest to axes 4, 5, 6 at q = 0, in {s} [m].
+    """
+
+    arm_class: ArmClass
+    conditions: tuple[Condition, ...]
+    reversed: bool
+    wrist_centre: Vector3
+
+    @property
+    def failing(self) -> tuple[Condition, ...]:
+        """The conditions that are missed."""
+        return tuple(condition for condition in self.conditions if not condition.held)
+
+    def explain(self, language: str | None = None) -> str:
+        """The class, then every condition with its size."""
+        lines = [say(self.arm_class.value, language=language)]
+        return "\n".join([*lines, *(condition.explain(language) for condition in self.conditions)])
+
+
+@dataclass(frozen=True, eq=False)
+class PumaShape:
+    """Lengths of an arm of the PUMA type.
+
+    Attributes:
+        height: h, of axis 2 above the base along axis 1 [m].
+        offset: d, of the arm's plane to the left of the heading [m]; zero without.
+        upper_arm: a1, between axes 2 and 3 [m].
+        forearm: a2, between axis 3 and the wrist's centre [m].
+        wrist_centre: (3,) at q = 0, in {s} [m].
+    """
+
+    height: float
+    offset: float
+    upper_arm: float
+    forearm: float
+    wrist_centre: Vector3
+
+
+def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
+    """The class of an arm of six joints, with every condition and by how much it is missed.
+
+    Args:
+        robot: a Robot, a Mechanism, a name of the library or a file.
+        tolerance: sizes of conditions that count as rounding.
+
+    Raises:
+        InputError: not six turning or sliding joints on the way to the tip.
+    """
+    chain = _six(robot)
+    forward = _structure(chain, tolerance, backwards=False)
+    if forward.arm_class is not ArmClass.NONE:
+        return forward
+    seen = _structure(chain.backwards(), tolerance, backwards=True)
+    return seen if seen.arm_class is not ArmClass.NONE else forward
+
+
+def puma_shape(robot: RobotLike, tolerance: float = 1e-9) -> PumaShape:
+    """The lengths h, d, a1, a2 of an arm of the PUMA type, read from its axes.
+
+    Args:
+        robot: a Robot, a Mechanism, a name of the library or a file; of its joints the first three and the wrist, or
+            the first three alone, whose tip is then the wrist's centre.
+        tolerance: as for `arm_structure`.
+
+    Raises:
+        InputError: another arm; the sentence says which condition fails and by how much.
+    """
+    part = moving_part(as_robot(robot)).robot
+    chain = chain_of(part.mechanism)
+    if chain is None or len(chain) not in (3, 6) or any(chain.slides):
+        raise InputError("ik.no_puma", reason=say("ik.six_joints", joints=part.n))
+    centre = chain.home[:3, 3] if len(chain) == 3 else common_point(chain.axes[3:], chain.points[3:])[0]
+    asked = [*_shoulder(chain), _parallel(chain)]
+    if len(chain) == 6:
+        asked += _wrist(chain)
+    missed = next((one for one in asked if one.size > tolerance), None)
+    if missed is not None:
+        raise InputError("ik.no_puma", reason=missed.explain())
+    w1, w2 = chain.axes[0], chain.axes[1]
+    shoulder = _meeting(chain)
+    elbow = chain.points[2] + (w2 @ (shoulder - chain.points[2])) * w2
+    beyond = centre - elbow
+    reach = beyond - (beyond @ w2) * w2
+    # The heading is where the wrist is at q = 0.
+    ahead = np.cross(w1, w2)
+    ahead = -ahead if (centre - shoulder) @ ahead < 0.0 else ahead
+    left = np.cross(w1, ahead)
+    base = as_robot(robot).mechanism.T_sb[:3, 3]
+    return PumaShape(
+        float(w1 @ (shoulder - base)),
+        float(left @ (centre - shoulder)),
+        float(np.linalg.norm(elbow - shoulder)),
+        float(np.linalg.norm(reach)),
+        centre,
+    )
+
+
+def _six(robot: RobotLike) -> Chain:
+    part = moving_part(as_robot(robot)).robot
+    chain = chain_of(part.mechanism)
+    if chain is None or len(chain) != 6:
+        raise InputError("ik.six_joints", joints=part.n)
+    return chain
+
+
+def _structure(chain: Chain, tolerance: float, *, backwards: bool) -> ArmStructure:
+    """What the arm is in one direction."""
+    common = [*_shoulder(chain), *_wrist(chain)]
+    centre = common_point(chain.axes[3:], chain.points[3:])[0]
+    special = _across(chain, centre) if chain.slides[2] else _parallel(chain)
+    offset = _offset(chain, centre)
+    conditions = tuple(
+        Condition(one.name, one.joints, one.size, one.size <= tolerance) for one in (*common, special, offset)
+    )
+    *asked, narrow, central = (one.held for one in conditions)
+    classes = (
+        (ArmClass.GENERALIZED_STANFORD, ArmClass.STANFORD_WITH_OFFSET, ArmClass.STANFORD)
+        if chain.slides[2]
+        else (ArmClass.GENERALIZED_PUMA, ArmClass.PUMA_WITH_OFFSET, ArmClass.PUMA)
+    )
+    found = classes[(1 + central) if narrow else 0] if all(asked) else ArmClass.NONE
+    return ArmStructure(found, conditions, backwards, centre)
+
+
+def _shoulder(chain: Chain) -> list[Condition]:
+    w, turns = chain.axes, not any(chain.slides[:2])
+    apart = abs(float(chain.screws[0] @ np.roll(chain.screws[1], 3))) / chain.size if turns else np.inf
+    return [
+        Condition("ik.condition_meet", (1, 2), apart, False),
+        Condition("ik.condition_orthogonal", (1, 2), abs(float(w[0] @ w[1])), False),
+    ]
+
+
+def _wrist(chain: Chain) -> list[Condition]:
+    w = chain.axes
+    miss = common_point(w[3:], chain.points[3:])[1] / chain.size if not any(chain.slides[3:]) else np.inf
+    return [
+        Condition("ik.condition_meet", (4, 5, 6), miss, False),
+        Condition("ik.condition_orthogonal", (4, 5), abs(float(w[3] @ w[4])), False),
+        Condition("ik.condition_orthogonal", (5, 6), abs(float(w[4] @ w[5])), False),
+    ]
+
+
+def _parallel(chain: Chain) -> Condition:
+    size = float(np.linalg.norm(np.cross(chain.axes[1], chain.axes[2])))
+    return Condition("ik.condition_parallel", (2, 3), size, False)
+
+
+def _across(chain: Chain, centre: Vector3) -> Condition:
+    """The stroke is normal to axis 2, and leads the wrist's centre straight away from it."""
+    w2, v3 = chain.axes[1], chain.axes[2]
+    away = centre - _meeting(chain)
+    beside = float(np.linalg.norm(np.cross(v3, away - (w2 @ away) * w2))) / chain.size
+    return Condition("ik.condition_across", (2, 3), max(abs(float(w2 @ v3)), beside), False)
+
+
+def _offset(chain: Chain, centre: Vector3) -> Condition:
+    """How far the plane of the arm passes axis 1."""
+    if any(chain.slides[:2]) or not np.isfinite(centre).all():
+        return Condition("ik.condition_no_offset", (1, 2), np.inf, False)
+    size = abs(float(chain.axes[1] @ (centre - _meeting(chain)))) / chain.size
+    return Condition("ik.condition_no_offset", (1, 2), size, False)
+
+
+def _meeting(chain: Chain) -> Vector3:
+    """The point nearest to axes 1 and 2; of axis 1 where they are parallel."""
+    place = common_point(chain.axes[:2], chain.points[:2])[0]
+    return place if np.isfinite(place).all() else chain.points[0]
+
+
+class ConjugatedWrist:
+    """The wrist's screws carried to its centre, where they are pure turns.
+
+    T_w = (R_w, r_w): Ad(T_w^-1) S_i has no linear part, and T_w^-1 X T_w is a rotation if the steps before were right.
+
+    Attributes:
+        T_w: (4, 4) frame at the wrist's centre: z along w4, y along w5.
+        S: (3, 6) the conjugated screws of joints 4, 5, 6.
+    """
+
+    def __init__(self, screws: Floats, centre: Vector3) -> None:
+        w4, w5 = screws[0, :3], screws[1, :3]
+        self.T_w = np.eye(4)
+        self.T_w[:3, :3] = np.stack([np.cross(w5, w4), w5, w4], axis=1)
+        self.T_w[:3, 3] = centre
+        self.S = screws @ pose.adjoint(pose.inverse(self.T_w)).T
+
+    def conjugated(self, X: Floats) -> Floats:
+        """(4, 4) T_w^-1 X T_w of a displacement of the wrist in {s}."""
+        return pose.inverse(self.T_w) @ X @ self.T_w
+
+    def shift(self, X: Floats) -> float:
+        """What moves the centre [m]: zero if the joints before the wrist are at a solution."""
+        return float(np.linalg.norm(self.conjugated(X)[:3, 3]))
+
+
+def conjugated_wrist(robot: RobotLike) -> ConjugatedWrist:
+    """The wrist of an arm of six joints as turns about one point.
+
+    Args:
+        robot: whose axes 4 and 5 are orthogonal, and 4, 5, 6 meet.
+
+    Raises:
+        InputError: another arm; the sentence says which condition fails and by how much.
+    """
+    chain = _six(robot)
+    missed = next((one for one in _wrist(chain)[:2] if one.size > 1e-6), None)
+    if missed is not None:
+        raise InputError("ik.no_puma", reason=missed.explain())
+    return ConjugatedWrist(chain.screws[3:], common_point(chain.axes[3:], chain.points[3:])[0])

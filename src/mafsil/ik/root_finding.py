@@ -1,0 +1,215 @@
+"""Newton's method for any f: R^n -> R^n, every iterate kept, and what kind of course it took.
+
+x' = x - (df/dx)^-1 f(x), until |f| <= tolerance.  Near a regular root the errors obey e' ~ e^2; the order
+p_k = ln(e_{k+1} / e_k) / ln(e_k / e_{k-1}) is measured from the distances to the last iterate.
+
+Variants: `newton`; `damped`, whose steps are halved until |f| falls (Armijo); `broyden`, which keeps one Jacobian and
+corrects it by each step (rank one); `levenberg`, (J'J + lambda I)^-1 J' f with lambda as the last steps went.
+
+References: Ortega and Rheinboldt, Iterative solution of nonlinear equations in several variables, 1970; Broyden, A
+class of methods for solving nonlinear simultaneous equations, 1965; Levenberg, 1944.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, positive, real_array, require_kind, single, whole
+from mafsil.errors import InputError
+from mafsil.solvers import Status
+
+Variant = Literal["newton", "damped", "broyden", "levenberg"]
+VARIANTS: tuple[str, ...] = get_args(Variant)
+
+GROWING = 3
+"""Steps in a row by which |f| grows that are called divergence."""
+
+HALVINGS = 40
+"""Most halvings of a damped step."""
+
+DIFFERENCE = 6e-6
+"""Relative step of central differences, the cube root of the rounding."""
+
+
+class Course(Status):
+    """How an iteration went."""
+
+    CONVERGED = ("ik.course_converged", True)
+    SINGULAR = ("ik.course_singular", False)
+    DIVERGED = ("ik.course_diverged", False)
+    WANDERING = ("ik.course_wandering", False)
+
+
+@dataclass(frozen=True, eq=False)
+class RootRecord:
+    """The course of an iteration.
+
+    Attributes:
+        x: (n,) the last iterate.
+        course: converged; refused at a singular Jacobian; |f| grew again and again; none of these in all steps.
+        iterates: (k + 1, n) start and every step.
+        values: (k + 1, m) f at each.
+        ranks: (j,) rank of each Jacobian that was asked for.
+    """
+
+    x: Floats
+    course: Course
+    iterates: Floats
+    values: Floats
+    ranks: tuple[int, ...]
+
+    def __bool__(self) -> bool:
+        return self.course.succeeded
+
+    @property
+    def iterations(self) -> int:
+        """Number of steps."""
+        return len(self.iterates) - 1
+
+    @property
+    def residuals(self) -> Floats:
+        """(k + 1,) norms of f."""
+        return np.linalg.norm(self.values, axis=1)
+
+    @property
+    def orders(self) -> Floats:
+        """(k - 2,) measured orders of convergence; NaN where an error is zero or rounding."""
+        return orders(self.iterates)
+
+    def explain(self, language: str | None = None) -> str:
+        """The course in a sentence, with the number of steps, |f| and the last order that was measured."""
+        seen = self.orders[np.isfinite(self.orders)]
+        facts = {"steps": self.iterations, "residual": f"{self.residuals[-1]:.3g}"}
+        rank = self.ranks[-1] if self.ranks else 0
+        return self.course.sentence(language, **facts, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
+
+
+def orders(iterates: Floats) -> Floats:
+    """(k - 2,) measured orders of convergence of iterates (k + 1, n) that end at a root; NaN where none can be said."""
+    errors = np.linalg.norm(iterates[:-1] - iterates[-1], axis=1)
+    scale = max(1.0, float(np.abs(iterates[-1]).max(initial=0.0)))
+    errors = np.where(errors > 4e-16 * scale, errors, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(errors[1:] / errors[:-1])
+        return logs[1:] / logs[:-1]
+
+
+def find_root(
+    f: Callable[[Floats], ArrayLike],
+    start: ArrayLike,
+    jacobian: Callable[[Floats], ArrayLike] | None = None,
+    *,
+    variant: Variant = "newton",
+    tolerance: float = 1e-12,
+    max_steps: int = 50,
+) -> RootRecord:
+    """A root of f by Newton's method or one of its variants.
+
+    Args:
+        f: of x (n,), to (n,).
+        start: (n,) first iterate.
+        jacobian: of x, to (n, n); central differences if None.
+        variant: `newton`, `damped`, `broyden` or `levenberg`.
+        tolerance: norm of f that ends the iteration.
+        max_steps: most steps.
+
+    Returns:
+        The record; a course without success is an answer, not an error.
+
+    Raises:
+        InputError: no function, an unknown variant, wrong shapes, a tolerance that is not positive.
+    """
+    require_kind("f", f, "function", "__call__")
+    if variant not in VARIANTS:
+        raise InputError("input.choice", name="variant", value=variant, known=", ".join(VARIANTS))
+    first = real_array("start", start)
+    x, most, near = (
+        single("start", first, (first.size,)).copy(),
+        whole("max_steps", max_steps),
+        positive("tolerance", tolerance),
+    )
+    return _Iteration(f, jacobian, variant, x).run(near, most)
+
+
+class _Iteration:
+    """The state of one iteration."""
+
+    def __init__(
+        self,
+        f: Callable[[Floats], ArrayLike],
+        jacobian: Callable[[Floats], ArrayLike] | None,
+        variant: str,
+        x: Floats,
+    ) -> None:
+        self.f, self.jacobian, self.variant, self.x = f, jacobian, variant, x
+        self.J, self.damping, self.ranks = np.eye(len(x)), 1e-3, list[int]()
+
+    def run(self, tolerance: float, most: int) -> RootRecord:
+        """Steps until an end is seen."""
+        y, grown = self._value(self.x), 0
+        iterates, values, course = [self.x], [y], Course.WANDERING
+        while True:
+            if np.linalg.norm(y) <= tolerance:
+                course = Course.CONVERGED
+            elif grown >= GROWING or not np.isfinite(y).all():
+                course = Course.DIVERGED
+            if course is not Course.WANDERING or len(iterates) > most:
+                break
+            if not self._prepared(len(iterates) == 1):
+                course = Course.SINGULAR
+                break
+            before = y
+            self.x, y = self._stepped(y)
+            grown = grown + 1 if np.linalg.norm(y) > np.linalg.norm(before) else 0
+            iterates.append(self.x)
+            values.append(y)
+        return RootRecord(self.x, course, np.array(iterates), np.array(values), tuple(self.ranks))
+
+    def _value(self, x: Floats) -> Floats:
+        return single("f", self.f(x), (len(x),)) if np.isfinite(x).all() else np.full(len(x), np.nan)
+
+    def _prepared(self, begin: bool) -> bool:
+        """Whether there is a Jacobian that a step can be made with."""
+        if begin or self.variant != "broyden":
+            n = len(self.x)
+            self.J = self._differences() if self.jacobian is None else single("jacobian", self.jacobian(self.x), (n, n))
+        self.ranks.append(int(np.linalg.matrix_rank(self.J)))
+        return self.variant == "levenberg" or self.ranks[-1] == len(self.x)
+
+    def _stepped(self, y: Floats) -> tuple[Floats, Floats]:
+        if self.variant == "levenberg":
+            return self._levenberg(y)
+        step, share = -np.linalg.solve(self.J, y), 1.0
+        x, value = self.x + step, self._value(self.x + step)
+        for _ in range(HALVINGS if self.variant == "damped" else 0):
+            if np.linalg.norm(value) < (1 - 1e-4 * share) * np.linalg.norm(y):
+                break
+            share /= 2
+            x = self.x + share * step
+            value = self._value(x)
+        if self.variant == "broyden" and step @ step > 0.0:
+            self.J = self.J + np.outer(value - y - self.J @ step, step) / (step @ step)
+        return x, value
+
+    def _levenberg(self, y: Floats) -> tuple[Floats, Floats]:
+        for _ in range(HALVINGS):
+            step = -np.linalg.solve(self.J.T @ self.J + self.damping * np.eye(len(y)), self.J.T @ y)
+            value = self._value(self.x + step)
+            if np.linalg.norm(value) < np.linalg.norm(y):
+                self.damping /= 16
+                return self.x + step, value
+            self.damping *= 8
+        return self.x, y
+
+    def _differences(self) -> Floats:
+        columns: list[Floats] = []
+        for i in range(len(self.x)):
+            h = np.zeros(len(self.x))
+            h[i] = DIFFERENCE * max(1.0, abs(float(self.x[i])))
+            columns.append((self._value(self.x + h) - self._value(self.x - h)) / (2 * h[i]))
+        return np.stack(columns, axis=1)

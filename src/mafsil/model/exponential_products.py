@@ -1,0 +1,57 @@
+"""Forward kinematics as products of exponentials with the home pose anywhere in the chain, and its inverse.
+
+T = exp([S_1] q_1) ... exp([S_k] q_k) home exp([B_k+1] q_k+1) ... exp([B_n] q_n) for every k: k = n is the space form,
+k = 0 the body form. T^-1 = exp(-[B_n] q_n) ... exp(-[B_1] q_1) home^-1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, gate, whole
+from mafsil.model.exponentials import Screws, screws
+from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.model.placement import inverse, screw_motion
+
+
+def mixed_product(robot: RobotLike, q: ArrayLike, k: int) -> PoseMatrix:
+    """(4, 4) tip pose with the home pose after the k-th exponential; the same for every k.
+
+    Args:
+        robot: a chain of n joints.
+        q: (n,) its coordinates [rad | m].
+        k: 0 .. n exponentials in {s} stand before the home pose.
+
+    Raises:
+        InputError: not one finite number per joint, or no such k.
+        ModelError: a joint of the chain mimics another.
+    """
+    axes, values = _given(robot, q)
+    place = whole("k", k, 0, len(values))
+    T = np.eye(4)
+    for S, value in zip(axes.S_s[:place], values[:place], strict=True):
+        T = T @ screw_motion(S, float(value))
+    T = T @ axes.home
+    for B, value in zip(axes.S_b[place:], values[place:], strict=True):
+        T = T @ screw_motion(B, float(value))
+    return T
+
+
+def inverse_product(robot: RobotLike, q: ArrayLike) -> PoseMatrix:
+    """(4, 4) pose T_ts of {s} seen from the tip, as a product: no matrix of a posture is inverted.
+
+    Args:
+        robot: a chain of n joints.
+        q: (n,) its coordinates [rad | m].
+    """
+    axes, values = _given(robot, q)
+    T = np.eye(4)
+    for B, value in zip(axes.S_b[::-1], values[::-1], strict=True):
+        T = T @ screw_motion(B, -float(value))
+    return T @ inverse(axes.home)
+
+
+def _given(robot: RobotLike, q: ArrayLike) -> tuple[Screws, Floats]:
+    axes = screws(as_mechanism(robot))
+    return axes, gate("q", q, (len(axes.S_s),), finite=True)

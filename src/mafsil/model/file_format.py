@@ -1,0 +1,67 @@
+"""Which format a robot file has: its root element says it, whatever the file is called; TOML goes by its suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from xml.parsers import expat
+
+from mafsil.model.file_reader import FileReader
+from mafsil.model.source import regular_bytes
+
+_BY_SUFFIX = {
+    ".urdf": "robot",
+    ".xacro": "robot",
+    ".xml": "mujoco",
+    ".mjcf": "mujoco",
+    ".sdf": "sdf",
+    ".world": "sdf",
+}
+"""Root elements that are expected where a file cannot be read as XML."""
+PROLOGUE = 1 << 16
+"""Bytes in which the root element begins."""
+
+
+def reader_of(
+    path: Path, packages: Iterable[str | Path] = (), arguments: Mapping[str, str] | None = None
+) -> FileReader | None:
+    """The reader for an XML file, or None if neither its root element nor its suffix is one of a robot.
+
+    Args:
+        path: of the file, which need not exist: the reader says so.
+        packages: directories in which meshes and included files may lie.
+        arguments: of a xacro file.
+    """
+    tag = root_tag(path)
+    expected = _BY_SUFFIX.get(path.suffix.lower())
+    match tag if tag in ("robot", "mujoco", "sdf", "gazebo") else expected:
+        case "robot":
+            from mafsil.model import urdf
+
+            return urdf.file_reader(packages, arguments=arguments)
+        case "mujoco":
+            from mafsil.model.mjcf.reader import file_reader
+
+            return file_reader(packages, arguments=arguments)
+        case "sdf" | "gazebo":
+            from mafsil.model import sdf
+
+            return sdf.file_reader(packages, arguments=arguments)
+        case _:
+            return None
+
+
+def root_tag(path: Path) -> str:
+    """The tag of the first element of a file; empty if there is none."""
+    found: list[str] = []
+    try:
+        data = regular_bytes(path, PROLOGUE)
+    except (OSError, ValueError):
+        return ""
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = lambda tag, _attributes: found.append(tag)
+    try:
+        parser.Parse(data, False)
+    except expat.ExpatError:
+        return found[0] if found else ""
+    return found[0] if found else ""

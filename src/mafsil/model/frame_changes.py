@@ -1,0 +1,73 @@
+"""The same arm described otherwise: new base and tool frames, the positive sense of a joint reversed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.errors import InputError
+from mafsil.model.joint import Joint
+from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.placement import checked_pose
+
+
+def reframed(robot: RobotLike, *, base: ArrayLike | None = None, tool: ArrayLike | None = None) -> Mechanism:
+    """The arm seen from another fixed frame and by another tool frame: T' = P T Q.
+
+    home' = P home Q, S' = Ad(P) S, B' = Ad(Q^-1) B, J_s' = Ad(P) J_s, J_b' = Ad(Q^-1) J_b. Gravity stays the vector it
+    is and gets the components of the new fixed frame.
+
+    Args:
+        robot: the arm.
+        base: (4, 4) pose P of the old {s} in the new one; the identity if None.
+        tool: (4, 4) pose Q of the new tip frame in the old one; the identity if None.
+    """
+    mechanism = as_mechanism(robot)
+    P = np.eye(4) if base is None else checked_pose("base", base)
+    Q = np.eye(4) if tool is None else checked_pose("tool", tool)
+    return replace(mechanism, T_sb=P @ mechanism.T_sb, T_lt=mechanism.T_lt @ Q, gravity=P[:3, :3] @ mechanism.gravity)
+
+
+def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:
+    """The arm with one coordinate counted the other way: S_i -> -S_i, q_i -> -q_i, limits exchanged.
+
+    Its rate and effort change their signs too; joints that follow it, or that it follows, stay where they are.
+    Friction that differs between the two senses is exchanged with them; speeds, efforts and inertia of the drive are
+    magnitudes and stay.
+
+    Args:
+        robot: the arm.
+        name: of the joint.
+
+    Raises:
+        InputError: no joint of that name, or one that does not move.
+    """
+    mechanism = as_mechanism(robot)
+    moving = [joint.name for joint in (*mechanism.joints, *mechanism.loops) if joint.moves]
+    if name not in moving:
+        raise InputError("input.choice", name="name", value=name, known=", ".join(moving))
+    return replace(
+        mechanism,
+        joints=tuple(_turned(joint, name) for joint in mechanism.joints),
+        loops=tuple(_turned(joint, name) for joint in mechanism.loops),
+    )
+
+
+def _turned(joint: Joint, name: str) -> Joint:
+    mimic = joint.mimic
+    if mimic is not None and mimic.leader == name:
+        joint = replace(joint, mimic=replace(mimic, multiplier=-mimic.multiplier))
+    if joint.name != name:
+        return joint
+    limits = replace(joint.limits, lower=-joint.limits.upper, upper=-joint.limits.lower)
+    friction = joint.friction
+    if friction is not None:
+        friction = replace(friction, offset=-friction.offset)
+        if friction.coulomb_negative is not None:
+            friction = replace(friction, coulomb=friction.coulomb_negative, coulomb_negative=friction.coulomb)
+    if mimic is not None:
+        mimic = replace(mimic, multiplier=-mimic.multiplier, offset=-mimic.offset)
+    return replace(joint, axis=-joint.axis, limits=limits, friction=friction, mimic=mimic)

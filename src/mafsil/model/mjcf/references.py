@@ -1,0 +1,85 @@
+"""Names that equalities, tendons and actuators use: found with the prefix and the suffixes of their model in place."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+from mafsil.model.faults import UNKNOWN_BODY, UNKNOWN_JOINT
+from mafsil.model.mjcf.body import WORLD, Tree
+from mafsil.model.mjcf.scope import Scope, Unfolding
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class References:
+    """Looks names up.
+
+    Attributes:
+        reading: where unknown names are reported.
+        unfolding: the models in place and the suffixes of replications.
+        tree: the bodies and joints.
+    """
+
+    reading: Reading
+    unfolding: Unfolding
+    tree: Tree
+
+    def sections(self, tag: str) -> Iterator[tuple[Element, Scope]]:
+        """The elements inside the sections of that tag, of every model in place."""
+        for scope in self.unfolding.scopes:
+            for section in scope.model.root.all(tag):
+                for child in section.children:
+                    yield child, scope
+
+    def joints(self, element: Element, names: list[str], scope: Scope) -> list[tuple[str, ...]]:
+        """The joints that an element names, once for every replication it belongs to; unknown ones are reported."""
+        return self._instances(element, names, scope, self.tree.elements, bodies=False)
+
+    def bodies(self, element: Element, names: list[str], scope: Scope) -> list[tuple[str, ...]]:
+        """The bodies that an element names, as `joints`; an empty name is the world."""
+        return self._instances(element, names, scope, self.tree.poses, bodies=True)
+
+    def _instances(
+        self, element: Element, names: list[str], scope: Scope, known: Collection[str], *, bodies: bool
+    ) -> list[tuple[str, ...]]:
+        suffixes = [s for s in self.unfolding.suffixes if s.endswith(scope.suffix) and s != scope.suffix]
+        found: list[tuple[str, ...]] = []
+        for suffix in (scope.suffix, *suffixes):
+            lengthened = [self._lengthened(name, scope, suffix, known) for name in names]
+            if all(lengthened) and (suffix == scope.suffix or any(name.endswith(suffix) for name in lengthened)):
+                found.append(tuple(lengthened))
+                if suffix == scope.suffix:
+                    break
+        if not found:
+            self._report(element, names, scope, suffixes, known, bodies=bodies)
+        return [row for row in found if not any(name in self.tree.left_out for name in row)]
+
+    def _lengthened(self, name: str, scope: Scope, suffix: str, known: Collection[str]) -> str:
+        """A name in place, or empty if there is none such."""
+        if name in ("", WORLD):
+            return WORLD
+        for candidate in (f"{scope.prefix}{name}{suffix}", f"{scope.prefix}{name}{scope.suffix}"):
+            if candidate in known or candidate in self.tree.left_out:
+                return candidate
+            if candidate.startswith(tuple(f"{soft}_" for soft in self.tree.soft)):
+                self.tree.left_out.add(candidate)
+                return candidate
+        return ""
+
+    def _report(
+        self, element: Element, names: list[str], scope: Scope, suffixes: list[str], known: Collection[str], *,
+        bodies: bool,
+    ) -> None:  # fmt: skip
+        """An unknown name; what belongs to a part of a model that was not attached is none."""
+        if scope.partly:
+            return
+        places = (scope.suffix, *suffixes)
+        unknown = (n for n in names if not any(self._lengthened(n, scope, suffix, known) for suffix in places))
+        missing = next(unknown, names[0])
+        repair = self.reading.remove(element)
+        if bodies:
+            self.reading.report(UNKNOWN_BODY, element, None, repair, body=missing)
+        else:
+            self.reading.report(UNKNOWN_JOINT, element, None, repair, joint=missing)

@@ -1,0 +1,271 @@
+"""Every element and attribute of MJCF, and what becomes of it: read, without bearing on a mechanism, left out.
+
+The table is the rule of the reader: what stands in it as read is read, what it does not know is an error. Rows name an
+element by its place; `frame`, `replicate` and `worldbody` hold what a body holds, and a default class sets attributes
+of the elements it names. What lies below an element that is not read as a whole is covered by its row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from types import MappingProxyType
+
+
+class Use(Enum):
+    """What becomes of an attribute or of a whole element; all but the first three leave a mechanism as it is."""
+
+    READ = "read"
+    LEFT_OUT = "left out, with a warning where it is not neutral"
+    SOFT = "a soft object: left out with a warning beside the robot, refused on a moving part of it"
+    PICTURE = "only seen"
+    CONTACT = "only where bodies touch"
+    SOLVER = "only how MuJoCo integrates and solves"
+    COMMAND = "only how a motor answers its command"
+    SENSING = "only what is measured"
+    MEDIUM = "only in a medium that has density or viscosity"
+    SPRING = "only with a spring, which is left out"
+    DATA = "only data, states or names"
+    CONVERTING = "only how MuJoCo writes or stores the model"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One element: what becomes of its attributes, and of the elements inside that are not read.
+
+    Attributes:
+        read: attributes that are read.
+        other: attributes by what becomes of them.
+        children: elements inside that are read; each has a row of its own.
+        whole: elements inside that are not read, by what becomes of them.
+    """
+
+    read: str = ""
+    other: Mapping[Use, str] = field(default_factory=lambda: MappingProxyType({}))
+    children: str = ""
+    whole: Mapping[Use, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def use_of(self, attribute: str) -> Use | None:
+        """What becomes of an attribute; None if the element has none of that name."""
+        if attribute in self.read.split():
+            return Use.READ
+        return next((use for use, names in self.other.items() if attribute in names.split()), None)
+
+    def use_inside(self, tag: str) -> Use | None:
+        """What becomes of an element inside; None if none of that name may stand there."""
+        if tag in self.children.split():
+            return Use.READ
+        return next((use for use, names in self.whole.items() if tag in names.split()), None)
+
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """All attributes that the element may have."""
+        return tuple(self.read.split()) + tuple(name for names in self.other.values() for name in names.split())
+
+
+_TURN = "quat axisangle euler xyaxes zaxis"
+_INSIDE = "body frame replicate attach inertial joint freejoint geom"
+_BESIDE = {
+    Use.PICTURE: "camera light",
+    Use.SENSING: "site",
+    Use.LEFT_OUT: "plugin",
+    Use.SOFT: "composite flexcomp",
+}
+_SOLVED = "solref solimp solreflimit solimplimit solreffriction solimpfriction margin"
+_JOINT = Row(
+    "name class type pos axis range limited ref armature damping frictionloss actuatorfrcrange actuatorfrclimited",
+    {
+        Use.LEFT_OUT: "stiffness springdamper actuatorgravcomp",
+        Use.SPRING: "springref springyield",
+        Use.SOLVER: _SOLVED,
+        Use.DATA: "group user",
+    },
+)
+_GEOM = Row(
+    f"name class type size fromto pos {_TURN} mesh fitscale mass density shellinertia group contype conaffinity "
+    "rgba material hfield",
+    {
+        Use.CONTACT: "condim friction priority solmix solref solimp margin gap surfacevel adhesion",
+        Use.MEDIUM: "fluidshape fluidcoef",
+        Use.PICTURE: "castshadow",
+        Use.DATA: "user",
+    },
+    whole={Use.DATA: "plugin"},
+)
+_MESH = Row(
+    "name class file vertex face refpos refquat scale inertia maxhullvert builtin content_type",
+    {Use.PICTURE: "normal texcoord smoothnormal material", Use.DATA: "params"},
+    children="plugin",
+)
+_MATERIAL = Row(
+    "name class rgba",
+    {Use.PICTURE: "texture texrepeat texuniform emission specular shininess reflectance metallic roughness"},
+    whole={Use.PICTURE: "layer"},
+)
+_CONSTRAINT = {Use.SOLVER: "solref solimp"}
+_TENDON = Row(
+    "name class armature",
+    {
+        Use.LEFT_OUT: "stiffness damping frictionloss limited range actuatorfrclimited actuatorfrcrange",
+        Use.SPRING: "springlength springyield",
+        Use.SOLVER: _SOLVED,
+        Use.PICTURE: "rgba material width",
+        Use.DATA: "group user",
+    },
+    children="joint",
+    whole={Use.SENSING: "site geom pulley"},
+)
+_ACTUATOR = Row(
+    "name class joint jointinparent tendon gear forcelimited forcerange ctrllimited ctrlrange armature damping",
+    {
+        Use.LEFT_OUT: "site body refsite slidersite cranksite",
+        Use.COMMAND: "actdim actearly actlimited actrange biasprm biastype gainprm gaintype dynprm dyntype kp kv ki "
+        "dampratio timeconst inheritrange input imax posrange velrange ffrange slewmax area bias diameter force fpmax "
+        "fvmax lmax lmin range scale tausmooth vmax gain cogging controller inductance lugre motorconst nominal "
+        "resistance saturation thermal lengthrange cranklength delay interp nsample",
+        Use.DATA: "group user plugin instance",
+    },
+    whole={Use.DATA: "config"},
+)
+MOTORS = (
+    "general", "motor", "position", "velocity", "intvelocity", "orientation", "pid", "damper", "cylinder", "muscle",
+    "adhesion", "dcmotor", "plugin",
+)  # fmt: skip
+"""Elements of `actuator`; all have the row of the first."""
+
+ROWS: Mapping[str, Row] = MappingProxyType(
+    {
+        "mujoco": Row(
+            "model",
+            children="compiler option default asset worldbody tendon equality actuator deformable include",
+            whole={
+                Use.PICTURE: "visual statistic",
+                Use.CONTACT: "contact",
+                Use.SENSING: "sensor",
+                Use.DATA: "size custom keyframe extension",
+            },
+        ),
+        "compiler": Row(
+            "angle autolimits balanceinertia boundinertia boundmass coordinate eulerseq fitaabb inertiafromgeom "
+            "inertiagrouprange settotalmass meshdir assetdir strippath",
+            {
+                Use.PICTURE: "texturedir discardvisual",
+                Use.CONVERTING: "fusestatic alignfree conflict passthrough savecanonical savecompiled saveinertial "
+                "usethread convexhull exactmeshinertia",
+            },
+            whole={Use.COMMAND: "lengthrange"},
+        ),
+        "option": Row(
+            "gravity",
+            {
+                Use.LEFT_OUT: "density viscosity",
+                Use.MEDIUM: "wind",
+                Use.SENSING: "magnetic",
+                Use.CONTACT: "o_margin o_solref o_solimp o_friction",
+                Use.COMMAND: "actuatorgroupdisable",
+                Use.SOLVER: "timestep apirate impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance "
+                "mpr_tolerance sleep_tolerance integrator cone jacobian solver iterations ls_iterations "
+                "noslip_iterations ccd_iterations mpr_iterations sdf_iterations sdf_initpoints collision",
+            },
+            children="flag",
+        ),
+        "flag": Row(
+            "gravity damper frictionloss equality constraint limit",
+            {
+                Use.SPRING: "spring",
+                Use.COMMAND: "actuation clampctrl",
+                Use.SENSING: "sensor energy",
+                Use.CONTACT: "contact filterparent override multiccd nativeccd midphase",
+                Use.SOLVER: "warmstart refsafe eulerdamp autoreset island ipc fwdinv invdiscrete sleep diagexact "
+                "speculative passive",
+            },
+        ),
+        "default": Row(
+            "class",
+            children=f"default joint geom mesh material equality tendon {' '.join(MOTORS[:-1])}",
+            whole={Use.PICTURE: "texture camera light", Use.SENSING: "site", Use.CONTACT: "pair"},
+        ),
+        "asset": Row(
+            children="mesh material model",
+            whole={Use.PICTURE: "texture skin", Use.CONTACT: "hfield"},
+        ),
+        "asset/mesh": _MESH,
+        "mesh/plugin": Row("plugin instance", whole={Use.DATA: "config"}),
+        "asset/material": _MATERIAL,
+        "asset/model": Row("name file content_type"),
+        "worldbody": Row(children="body frame replicate attach geom", whole=_BESIDE),
+        "body": Row(
+            f"name childclass pos {_TURN}",
+            {Use.LEFT_OUT: "gravcomp mocap", Use.SOLVER: "sleep simple", Use.CONVERTING: "fuse", Use.DATA: "user"},
+            children=_INSIDE,
+            whole=_BESIDE,
+        ),
+        "frame": Row(f"name childclass pos {_TURN}", children=_INSIDE, whole=_BESIDE),
+        "replicate": Row("count offset euler sep childclass", {Use.DATA: "prefix"}, children=_INSIDE, whole=_BESIDE),
+        "attach": Row("model body frame prefix"),
+        "inertial": Row(f"pos {_TURN} mass diaginertia fullinertia"),
+        "body/joint": _JOINT,
+        "freejoint": Row("name", {Use.CONVERTING: "align", Use.DATA: "group"}),
+        "body/geom": _GEOM,
+        "deformable": Row(whole={Use.PICTURE: "skin", Use.LEFT_OUT: "flex"}),
+        "tendon": Row(children="fixed spatial"),
+        "tendon/fixed": _TENDON,
+        "tendon/spatial": _TENDON,
+        "fixed/joint": Row("joint coef"),
+        "equality": Row(
+            children="joint weld connect",
+            whole={Use.LEFT_OUT: "tendon flex flexvert flexstrain distance"},
+        ),
+        "equality/joint": Row("name class active joint1 joint2 polycoef", _CONSTRAINT),
+        "equality/weld": Row(
+            "name class active body1 body2 relpose site1 site2 anchor", {Use.SOLVER: "solref solimp torquescale"}
+        ),
+        "equality/connect": Row("name class active body1 body2 anchor site1 site2", _CONSTRAINT),
+        "default/equality": Row("active", _CONSTRAINT),
+        "default/tendon": _TENDON,
+        "actuator": Row(children=" ".join(MOTORS)),
+        "actuator/motor": _ACTUATOR,
+        "include": Row("file"),
+    }
+)
+"""What becomes of everything that a file may hold, by the element and, where a tag means several things, its parent."""
+
+_STYLED = {
+    "joint": "body/joint",
+    "geom": "body/geom",
+    "mesh": "asset/mesh",
+    "material": "asset/material",
+    "equality": "default/equality",
+    "tendon": "default/tendon",
+}
+
+
+def row_of(tag: str, parent: str) -> Row | None:
+    """The row of an element that is read.
+
+    Args:
+        tag: of the element.
+        parent: tag of the element around it; `frame` and `replicate` hold what a body holds.
+    """
+    holder = "body" if parent in ("worldbody", "frame", "replicate") else parent
+    if holder == "default" and tag in _STYLED:
+        return ROWS[_STYLED[tag]]
+    if tag in MOTORS and holder in ("actuator", "default"):
+        return ROWS["actuator/motor"]
+    return ROWS.get(f"{holder}/{tag}") or ROWS.get(tag)
+
+
+def is_neutral(tag: str, attribute: str, text: str) -> bool:
+    """Whether a value leaves things as they are: zeros, `false`, `none`, a spring that is no spring."""
+    words = text.split()
+    if attribute in ("limited", "actuatorfrclimited", "range", "actuatorfrcrange"):
+        return tag == "default" or attribute.endswith("limited")
+    return all(word.lower() in ("false", "none", "auto") or _is_zero(word) for word in words)
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0.0
+    except ValueError:
+        return False

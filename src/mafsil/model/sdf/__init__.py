@@ -1,0 +1,6 @@
+"""SDFormat, the robot format of Gazebo: models, and worlds that hold one robot."""
+
+from mafsil.model.sdf.reader import diagnose as diagnose
+from mafsil.model.sdf.reader import file_reader as file_reader
+from mafsil.model.sdf.reader import read as read
+from mafsil.model.sdf.reader import repair as repair

@@ -1,0 +1,195 @@
+"""Joints of SDFormat: a frame of their own, one axis or two, limits, friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, frozen
+from mafsil.model.actuator import Friction
+from mafsil.model.faults import (
+    LIMITS_INVERTED,
+    MISSING_ELEMENT,
+    NEGATIVE_DAMPING,
+    NOT_KEPT,
+    SDF_JOINT,
+    ZERO_AXIS,
+)
+from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.limits import Limits
+from mafsil.model.link import Link
+from mafsil.model.mimics import Declared
+from mafsil.model.placement import inverse
+from mafsil.model.reading import Reading
+from mafsil.model.sdf.frames import Frames
+from mafsil.model.sdf.scope import Part
+from mafsil.model.sdf.values import flag, number, numbers
+from mafsil.model.xml_tree import Element
+
+KINDS = {
+    "revolute": (JointKind.REVOLUTE,),
+    "continuous": (JointKind.REVOLUTE,),
+    "prismatic": (JointKind.PRISMATIC,),
+    "screw": (JointKind.HELICAL,),
+    "fixed": (JointKind.FIXED,),
+    "universal": (JointKind.REVOLUTE, JointKind.REVOLUTE),
+    "revolute2": (JointKind.REVOLUTE, JointKind.REVOLUTE),
+}
+"""Joints of one freedom after one another for every type that can be read."""
+UNBOUNDED = 1e16
+"""The range that SDFormat writes for none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """What a joint becomes: joints in a row, and massless links between them.
+
+    Attributes:
+        joints: from parent to child; the last one leads to a frame at the joint, `T_jc` before the child's own.
+        links: between them.
+        parent, child: full names.
+        T_jc: (4, 4) pose of the child in the joint's frame at zero.
+    """
+
+    joints: list[Declared]
+    links: list[Link]
+    parent: str
+    child: str
+    T_jc: PoseMatrix
+
+
+def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int, int]) -> Chain | None:
+    """A joint, or None after an error that leaves nothing to go on with."""
+    element, name = part.element, part.name
+    kind = element.get("type")
+    ends = [reading.one(element, tag) for tag in ("parent", "child")]
+    if kind not in KINDS:
+        reading.report(SDF_JOINT, element, "type", None, joint=name, kind=kind, known=", ".join(KINDS))
+        return None
+    if None in ends or not all(end is not None and end.text for end in ends):
+        missing = next(tag for tag, end in zip(("parent", "child"), ends, strict=True) if end is None or not end.text)
+        reading.report(MISSING_ELEMENT, element, None, None, element=missing, parent="joint")
+        return None
+    parent, child = (part.full(end.text) for end in ends if end is not None)
+    T_pj = frames.between(reading, parent, name, element)
+    T_jc = frames.between(reading, name, child, element)
+    joints: list[Declared] = []
+    links: list[Link] = []
+    kinds = KINDS[kind]
+    for k, one in enumerate(kinds):
+        last = k == len(kinds) - 1
+        end = f"{name}/frame" if last else f"{name}/between"
+        if not last:
+            links.append(Link(end))
+        own = name if k == 0 else f"{name}/axis2"
+        axis = reading.one(element, "axis" if k == 0 else "axis2")
+        joint = _one(reading, part, axis, frames, version, one, own, parent if k == 0 else f"{name}/between", end, T_pj)
+        joints.append(Declared(joint, element))
+        T_pj = frozen(np.eye(4))
+    return Chain(joints, links, parent, child, frozen(T_jc))
+
+
+def _one(
+    reading: Reading, part: Part, axis: Element | None, frames: Frames, version: tuple[int, int], kind: JointKind,
+    name: str, parent: str, child: str, T_pj: PoseMatrix,
+) -> Joint:  # fmt: skip
+    """A joint of one freedom."""
+    pose = frozen(T_pj)
+    if kind is JointKind.FIXED:
+        return Joint(name, kind, parent, child, pose)
+    if axis is None:
+        reading.report(MISSING_ELEMENT, part.element, None, None, element="axis", parent="joint")
+        return Joint(name, kind, parent, child, pose)
+    direction = _direction(reading, part, axis, frames, version)
+    limits = _limits(reading, axis, name, ranged=part.element.get("type") != "continuous")
+    wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
+    pitch = _pitch(reading, part.element) if kind is JointKind.HELICAL else 0.0
+    mimic, friction = _mimic(reading, part, axis), _friction(reading, axis)
+    return Joint(name, kind, parent, child, pose, frozen(direction), pitch, limits, wraps, True, mimic, None, friction)
+
+
+def _direction(reading: Reading, part: Part, axis: Element, frames: Frames, version: tuple[int, int]) -> Floats:
+    """The unit axis in the joint's frame.
+
+    It is given in the joint's frame, or in another one by `expressed_in` (from 1.7), or in the model's frame: always up
+    to 1.4, by `use_parent_model_frame` from 1.5 to 1.6.
+    """
+    holder = reading.one(axis, "xyz")
+    xyz = np.array(numbers(reading, holder, 3, (0.0, 0.0, 1.0)))
+    length = float(np.linalg.norm(xyz))
+    if length < 1e-9:
+        reading.report(ZERO_AXIS, axis, None, None, joint=part.name)
+        return np.array([0.0, 0.0, 1.0])
+    expressed = "" if holder is None else holder.get("expressed_in")
+    in_model = flag(reading, axis, "use_parent_model_frame", default=version <= (1, 4))
+    if not expressed and not (in_model and version < (1, 7)):
+        return xyz / length
+    frame = part.full(expressed)
+    R = frames.between(reading, part.name, frame, axis)[:3, :3]
+    turned = R @ xyz
+    return turned / np.linalg.norm(turned)
+
+
+def _limits(reading: Reading, axis: Element, name: str, *, ranged: bool) -> Limits:
+    element = reading.one(axis, "limit")
+    if element is None:
+        return Limits()
+    lower, upper = (number(reading, element, tag, sign * inf) for tag, sign in (("lower", -1), ("upper", 1)))
+    lower, upper = (-inf if lower <= -UNBOUNDED else lower), (inf if upper >= UNBOUNDED else upper)
+    velocity, effort = (number(reading, element, tag, inf) for tag in ("velocity", "effort"))
+    if lower > upper:
+        reading.report(LIMITS_INVERTED, element, None, None, joint=name, lower=lower, upper=upper)
+        return Limits()
+    bounds = (lower, upper) if ranged else (-inf, inf)
+    return Limits(*bounds, velocity if velocity >= 0 else inf, effort=effort if effort >= 0 else inf)
+
+
+def _pitch(reading: Reading, joint: Element) -> float:
+    """Advance per angle [m/rad]: `screw_thread_pitch` is metres per turn, the older `thread_pitch` is -1 over it."""
+    if joint.first("screw_thread_pitch") is not None:
+        return number(reading, joint, "screw_thread_pitch", 1.0) / (2 * pi)
+    older = number(reading, joint, "thread_pitch", 1.0)
+    return -1.0 / older if older else 0.0
+
+
+def _friction(reading: Reading, axis: Element) -> Friction | None:
+    element = reading.one(axis, "dynamics")
+    if element is None:
+        return None
+    values = [number(reading, element, tag, 0.0) for tag in ("damping", "friction")]
+    for tag, value in zip(("damping", "friction"), values, strict=True):
+        if value < 0.0:
+            reading.report(NEGATIVE_DAMPING, element, None, None, attribute=tag, value=value)
+            return None
+    if number(reading, element, "spring_stiffness", 0.0) != 0.0:
+        reading.report(NOT_KEPT, element, None, None, what="spring_stiffness", element="dynamics")
+    return Friction(*values) if any(values) else None
+
+
+def _mimic(reading: Reading, part: Part, axis: Element) -> Mimic | None:
+    """Q = multiplier (leader - reference) + offset."""
+    element = reading.one(axis, "mimic")
+    if element is None:
+        return None
+    multiplier, offset = number(reading, element, "multiplier", 1.0), number(reading, element, "offset", 0.0)
+    leader = part.full(element.get("joint"))
+    if element.get("axis") == "axis2":
+        leader += "/axis2"
+    return Mimic(leader, multiplier, offset - multiplier * number(reading, element, "reference", 0.0))
+
+
+def fixed(name: str, parent: str, child: str, T: PoseMatrix) -> Joint:
+    """A joint that does not move."""
+    return Joint(name, JointKind.FIXED, parent, child, frozen(T))
+
+
+def is_identity(T: PoseMatrix) -> bool:
+    """Whether a pose is the identity to rounding."""
+    return bool(np.abs(T - np.eye(4)).max() < 1e-12)
+
+
+def inverted(T: PoseMatrix) -> PoseMatrix:
+    """The inverse pose, frozen."""
+    return frozen(inverse(T))

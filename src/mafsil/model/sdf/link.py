@@ -1,0 +1,125 @@
+"""Links of SDFormat: mass properties and shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import frozen
+from mafsil.model.asset_path import Assets
+from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
+from mafsil.model.inertia_check import inertia_fault, mass_fault
+from mafsil.model.link import Inertial, Link
+from mafsil.model.placement import turned_tensor
+from mafsil.model.reading import Reading
+from mafsil.model.sdf.frames import Frames
+from mafsil.model.sdf.scope import Part
+from mafsil.model.sdf.values import number, numbers, pose
+from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.urdf.shape import looking_at_a_shape
+from mafsil.model.xml_tree import Element
+
+
+def read_link(reading: Reading, part: Part, frames: Frames, assets: Assets) -> Link:
+    """A link with its own frame."""
+    inertial = _inertial(reading, part, frames)
+    with looking_at_a_shape(reading):
+        visuals = _shapes(reading, part, "visual", frames, assets)
+        collisions = _shapes(reading, part, "collision", frames, assets)
+    return Link(part.name, inertial, visuals, collisions)
+
+
+def _inertial(reading: Reading, part: Part, frames: Frames) -> Inertial | None:
+    """Mass properties; what is missing has the default of SDFormat: 1 kg, 1 kg m^2."""
+    element = reading.one(part.element, "inertial")
+    if element is None:
+        reading.report(SDF_DEFAULT_MASS, part.element, None, None, link=part.name)
+        return Inertial(1.0, frozen(np.zeros(3)), frozen(np.eye(3)))
+    if element.get("auto") == "true":
+        reading.report(SDF_AUTO, element, None, None, link=part.name)
+        return None
+    mass = number(reading, element, "mass", 1.0)
+    tensor = reading.one(element, "inertia")
+    if tensor is None or element.first("mass") is None:
+        reading.report(SDF_DEFAULT_MASS, element, None, None, link=part.name)
+    given = tensor or Element("inertia", {}, element.line, element.column, element.start, file=element.file)
+    xx, yy, zz = (number(reading, given, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
+    xy, xz, yz = (number(reading, given, tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
+    moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if fault := mass_fault(mass, moments):
+        reading.report(fault, element, None, None, link=part.name, mass=mass)
+    if fault := inertia_fault(mass, moments):
+        principal = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(moments))
+        reading.report(fault, element, None, None, link=part.name, moments=principal)
+    holder = element.first("pose")
+    T = pose(reading, holder)
+    if holder is not None and (relative := holder.get("relative_to")):
+        T = frames.between(reading, part.name, part.full(relative), holder) @ T
+    return Inertial(mass, frozen(T[:3, 3]), turned_tensor(moments, T[:3, :3]))
+
+
+def _shapes(reading: Reading, part: Part, tag: str, frames: Frames, assets: Assets) -> tuple[Shape, ...]:
+    found: list[Shape] = []
+    for element in part.element.all(tag):
+        before = reading.dropped
+        holder = element.first("pose")
+        T = pose(reading, holder)
+        if holder is not None and (relative := holder.get("relative_to")):
+            T = frames.between(reading, part.name, part.full(relative), holder) @ T
+        geometry = _geometry(reading, element, assets)
+        if geometry is not None and reading.dropped == before:
+            found.append(Shape(geometry, frozen(T), element.get("name"), _colour(reading, element)))
+    return tuple(found)
+
+
+def _geometry(reading: Reading, shape: Element, assets: Assets) -> Geometry | None:
+    holder = shape.first("geometry")
+    if holder is None or not holder.children:
+        reading.report(MISSING_ELEMENT, shape, None, None, element="geometry", parent=shape.tag)
+        return None
+    element = holder.children[0]
+    match element.tag:
+        case "box":
+            x, y, z = _sizes(reading, element, numbers(reading, element.first("size"), 3, (1.0, 1.0, 1.0)))
+            return Box((x, y, z))
+        case "sphere":
+            (radius,) = _sizes(reading, element, (number(reading, element, "radius", 1.0),))
+            return Sphere(radius)
+        case "cylinder" | "capsule":
+            size = (number(reading, element, "radius", 0.5), number(reading, element, "length", 1.0))
+            radius, length = _sizes(reading, element, size)
+            return (Cylinder if element.tag == "cylinder" else Capsule)(radius, length)
+        case "mesh":
+            return _mesh(reading, element, assets)
+        case _:
+            reading.report(UNKNOWN_GEOMETRY, element, None, None, kind=element.tag)
+            return None
+
+
+def _sizes(reading: Reading, element: Element, values: tuple[float, ...]) -> tuple[float, ...]:
+    """Lengths, which must be positive."""
+    if min(values) <= 0.0:
+        facts = {"element": element.tag, "attribute": element.tag, "value": min(values)}
+        reading.report(BAD_SIZE, element, None, None, **facts)
+    return values
+
+
+def _mesh(reading: Reading, element: Element, assets: Assets) -> Mesh:
+    uri = element.first("uri")
+    reference = "" if uri is None else uri.text
+    x, y, z = numbers(reading, element.first("scale"), 3, (1.0, 1.0, 1.0))
+    resolved = assets.resolve(reference)
+    if resolved.fault is not None:
+        reading.report(resolved.fault, element, None, None, reference=reference, package=resolved.package)
+        reading.dropped -= resolved.fault.severity.value == "E"
+    return Mesh(reference, resolved.path, (x, y, z))
+
+
+def _colour(reading: Reading, shape: Element) -> tuple[float, float, float, float] | None:
+    material = shape.first("material")
+    diffuse = None if material is None else material.first("diffuse")
+    if diffuse is None:
+        return None
+    words = diffuse.text.split()
+    r, g, b, *a = numbers(reading, diffuse, 3 if len(words) == 3 else 4, (1.0, 1.0, 1.0, 1.0))
+    red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in (r, g, b, *(a or [1.0])))
+    return red, green, blue, alpha

@@ -1,0 +1,173 @@
+"""The SDFormat reader: one model, or the one robot of a world; what it cannot keep it says."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+
+from mafsil.arrays import frozen
+from mafsil.model.asset_path import Assets
+from mafsil.model.faults import (
+    DUPLICATE_JOINT,
+    DUPLICATE_LINK,
+    NO_LINKS,
+    SDF_FLOATING,
+    SDF_LOOSE,
+    SDF_MODELS,
+    WRONG_ROOT,
+)
+from mafsil.model.file_reader import Format
+from mafsil.model.joint import Joint
+from mafsil.model.link import Link
+from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
+from mafsil.model.mimics import Declared, resolve_mimics
+from mafsil.model.reading import Reading
+from mafsil.model.sdf.frames import WORLD
+from mafsil.model.sdf.inclusion import Inclusion
+from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
+from mafsil.model.sdf.link import read_link
+from mafsil.model.sdf.scope import Part, Parts, gathered
+from mafsil.model.sdf.values import flag, numbers
+from mafsil.model.xml_tree import Element, ReadLimits
+
+NEWEST = (1, 12)
+GRAVITY_OF_WORLDS = (0.0, 0.0, -9.8)
+"""What a world has that gives none."""
+
+
+def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -> Mechanism | None:
+    root = reading.document.root
+    if root.tag not in ("sdf", "gazebo"):
+        reading.report(WRONG_ROOT, root, found=root.tag, expected="sdf")
+        return None
+    reading.included.append(("", reading.document))
+    for element in root.walk():
+        element.file = 1
+    inclusion = Inclusion(reading, assets, limits)
+    model, gravity = _robot(reading, root, inclusion)
+    if model is None:
+        return None
+    parts = gathered(reading, model, inclusion)
+    if not parts.links:
+        reading.report(NO_LINKS, model)
+    _require_unique(reading, parts)
+    if reading.failed:
+        return None
+    assembly = _assembled(reading, model, parts, assets, _version(root))
+    if reading.failed:
+        return None
+    joints = resolve_mimics(reading, assembly.joints)
+    stands = any(part.name == assembly.base for part in parts.links)
+    T_sb = parts.frames.T_ws @ parts.frames.pose(reading, assembly.base, model) if stands else None
+    if reading.failed:
+        return None
+    name = model.get("name").strip() or "sdf"
+    return Mechanism.assemble(name, assembly.links, joints, loops=assembly.loops, T_sb=T_sb, gravity=gravity)
+
+
+def _version(root: Element) -> tuple[int, int]:
+    found = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
+    return NEWEST if found is None else (int(found[1]), int(found[2]))
+
+
+def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Element | None, tuple[float, float, float]]:
+    """The model to read, and gravity: the only one, or the only one with joints that move."""
+    world = root.first("world")
+    holder = root if world is None else world
+    gravity = STANDARD_GRAVITY
+    if world is not None:
+        x, y, z = numbers(reading, world.first("gravity"), 3, GRAVITY_OF_WORLDS)
+        gravity = (x, y, z)
+    models = list(holder.all("model"))
+    for include in holder.all("include"):
+        if (found := inclusion.model(include, must=world is None)) is not None:
+            models.append(found)
+    moving = [model for model in models if any(_moves(joint) for joint in _joints(model))]
+    chosen = moving or models
+    if len(chosen) != 1:
+        names = ", ".join(model.get("name") for model in chosen) or "-"
+        reading.report(SDF_MODELS, root, None, None, count=len(chosen), names=names)
+        return None, gravity
+    for other in models:
+        if other is not chosen[0]:
+            reading.report(SDF_LOOSE, other, None, None, name=other.get("name"))
+    return chosen[0], gravity
+
+
+def _joints(model: Element) -> list[Element]:
+    return [element for element in model.walk() if element.tag == "joint"]
+
+
+def _moves(joint: Element) -> bool:
+    return joint.get("type") not in ("", "fixed")
+
+
+def _require_unique(reading: Reading, parts: Parts) -> None:
+    for fault, kind, found in ((DUPLICATE_LINK, "link", parts.links), (DUPLICATE_JOINT, "joint", parts.joints)):
+        seen: dict[str, int] = {}
+        for part in found:
+            if part.name in seen:
+                reading.report(fault, part.element, "name", None, **{kind: part.name}, line=seen[part.name])
+            seen.setdefault(part.name, part.element.line)
+
+
+@dataclass(slots=True)
+class _Assembly:
+    """Links and joints as a mechanism takes them."""
+
+    links: list[Link]
+    joints: list[Declared] = field(default_factory=list[Declared])
+    loops: list[Joint] = field(default_factory=list[Joint])
+    base: str = ""
+
+
+def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, version: tuple[int, int]) -> _Assembly:
+    """Joints as links of a tree: the first joint that reaches a link carries it, later ones close loops."""
+    result = _Assembly([read_link(reading, part, parts.frames, assets) for part in parts.links])
+    static = flag(reading, model, "static", default=False)
+    carried: set[str] = set()
+    for part in [] if static else parts.joints:
+        chain = read_joint(reading, part, parts.frames, version)
+        if chain is not None:
+            _append(result, chain, closes=chain.child in carried)
+            carried.add(chain.child)
+    loose = [part for part in parts.links if part.name not in carried]
+    names = {part.name for part in parts.links}
+    on_world = WORLD not in names and any(declared.joint.parent == WORLD for declared in result.joints)
+    if static or on_world:
+        result.links.insert(0, Link(WORLD if WORLD not in names else f"{WORLD}/space"))
+        result.base = result.links[0].name
+    if static:
+        result.joints += [_on_world(parts, part, result.base, model, reading) for part in parts.links]
+    elif not on_world and loose:
+        result.base = loose[0].name
+        reading.report(SDF_FLOATING, model, None, None, name=model.get("name"), link=result.base)
+    return result
+
+
+def _on_world(parts: Parts, part: Part, space: str, model: Element, reading: Reading) -> Declared:
+    """A link of a static model, fixed where it stands."""
+    T = parts.frames.T_ws @ parts.frames.pose(reading, part.name, model)
+    return Declared(fixed(f"{space}/{part.name}", space, part.name, frozen(T)), part.element)
+
+
+def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
+    """A joint in the tree, or one that closes a loop; the child's own frame hangs fixed on the joint's."""
+    result.links += chain.links
+    *first, last = chain.joints
+    direct = is_identity(chain.T_jc)
+    end = chain.child if direct else last.joint.child
+    last = Declared(replace(last.joint, child=end), last.element)
+    if not direct:
+        result.links.append(Link(end))
+        parent, child, T = (chain.child, end, inverted(chain.T_jc)) if closes else (end, chain.child, chain.T_jc)
+        result.joints.append(Declared(fixed(f"{chain.joints[0].joint.name}/to_child", parent, child, T), last.element))
+    if closes:
+        result.joints += first
+        result.loops.append(last.joint)
+    else:
+        result.joints += [*first, last]
+
+
+SDF = Format(_build)
+read, diagnose, repair, file_reader = SDF.read, SDF.diagnose, SDF.repair, SDF.reader

@@ -1,0 +1,117 @@
+"""Models inside models: their parts gathered under full names such as `arm::hand::finger`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mafsil.arrays import frozen
+from mafsil.model.placement import inverse
+from mafsil.model.reading import Reading
+from mafsil.model.sdf.frames import WORLD, Frames, Given
+from mafsil.model.sdf.inclusion import Inclusion
+from mafsil.model.sdf.values import pose
+from mafsil.model.xml_tree import Element
+
+MODEL = "__model__"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A link or joint with the scope in which its references are meant.
+
+    Attributes:
+        element: as it stands in the file.
+        name: full name.
+        prefix: of the names inside its model.
+        model: full name of its model's frame.
+    """
+
+    element: Element
+    name: str
+    prefix: str
+    model: str
+
+    def full(self, name: str) -> str:
+        """The full name of something that is called so inside the model."""
+        if name == WORLD:
+            return name
+        return self.model if name in ("", MODEL) else self.prefix + name
+
+
+@dataclass(slots=True)
+class Parts:
+    """Everything of one robot."""
+
+    links: list[Part] = field(default_factory=list[Part])
+    joints: list[Part] = field(default_factory=list[Part])
+    frames: Frames = field(default_factory=Frames)
+
+
+def gathered(reading: Reading, model: Element, inclusion: Inclusion) -> Parts:
+    """The parts of a model and of those inside it."""
+    parts = Parts()
+    _gather(reading, model, "", "", parts, inclusion)
+    placement = model.get("placement_frame")
+    T = pose(reading, model.first("pose"))
+    if placement:
+        T = T @ inverse(parts.frames.pose(reading, placement, model))
+    parts.frames.T_ws = frozen(T)
+    return parts
+
+
+def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Parts, inclusion: Inclusion) -> None:
+    frame = prefix + MODEL
+    if not outer:
+        parts.frames.given[frame] = Given("", frozen(np.eye(4)), model)
+    for element in model.children:
+        if element.tag not in ("link", "joint", "frame", "model", "include"):
+            continue
+        if element.tag == "include":
+            element = inclusion.model(element, must=True)
+            if element is None:
+                continue
+        name = reading.name(element)
+        part = Part(element, prefix + name, prefix, frame)
+        if element.tag == "link":
+            parts.links.append(part)
+        elif element.tag == "joint":
+            parts.joints.append(part)
+        holder = element.first("pose")
+        relative = "" if holder is None else holder.get("relative_to") or holder.get("frame")
+        given = Given(part.full(relative or _default(element)), pose(reading, holder), element)
+        if element.tag == "model":
+            inner = prefix if element.get("merge") == "true" else f"{prefix}{name}::"
+            inner_frame = inner + MODEL if inner != prefix else f"{prefix}{name}::{MODEL}"
+            parts.frames.given[inner_frame] = given
+            if inner != prefix:
+                parts.frames.given[prefix + name] = Given(inner_frame, frozen(np.eye(4)), element)
+                _gather(reading, element, inner, frame, parts, inclusion)
+            else:
+                _merge(reading, element, inner, inner_frame, parts, inclusion)
+        else:
+            parts.frames.given.setdefault(part.name, given)
+
+
+def _merge(reading: Reading, model: Element, prefix: str, frame: str, parts: Parts, inclusion: Inclusion) -> None:
+    """The parts of a merged model, which keep their short names but refer to their own model's frame."""
+    inner = Parts(frames=parts.frames)
+    kept = parts.frames.given.get(prefix + MODEL)
+    _gather(reading, model, prefix, frame, inner, inclusion)
+    if kept is not None:
+        parts.frames.given[prefix + MODEL] = kept
+    for part in (*inner.links, *inner.joints):
+        given = parts.frames.given[part.name]
+        if given.relative_to == prefix + MODEL:
+            parts.frames.given[part.name] = Given(frame, given.T, given.element)
+    parts.links.extend(Part(p.element, p.name, p.prefix, frame) for p in inner.links)
+    parts.joints.extend(Part(p.element, p.name, p.prefix, frame) for p in inner.joints)
+
+
+def _default(element: Element) -> str:
+    """What a pose without `relative_to` is relative to: joints to their child, frames to what they are attached to."""
+    if element.tag == "joint":
+        child = element.first("child")
+        return "" if child is None else child.text
+    return element.get("attached_to") if element.tag == "frame" else ""

@@ -1,0 +1,84 @@
+"""Numbers, flags and poses of SDFormat, which stand as text between tags."""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, frozen
+from mafsil.model.faults import SDF_CHOICE, SDF_QUATERNION
+from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.model.reading import Reading
+from mafsil.model.xml_tree import Element
+
+_WORDS = {"true": True, "1": True, "false": False, "0": False}
+
+
+def numbers(reading: Reading, element: Element | None, count: int, default: tuple[float, ...]) -> tuple[float, ...]:
+    """`count` numbers between the tags of an element; the default if it is missing or empty, or after an error."""
+    if element is None or not element.text:
+        return default
+    return reading.vector(_as_attribute(element), element.tag, count) or default
+
+
+def number(reading: Reading, parent: Element, tag: str, default: float) -> float:
+    """One number in a child; infinite ones are allowed."""
+    child = reading.one(parent, tag)
+    if child is None:
+        return default
+    if (word := child.text.strip().lower().lstrip("+")) in ("inf", "-inf"):
+        return float(word)
+    value = reading.number(_as_attribute(child), tag, default, largest=float("inf")) if child.text else default
+    return default if value is None else value
+
+
+def flag(reading: Reading, parent: Element, tag: str, *, default: bool) -> bool:
+    """True or false in a child."""
+    child = reading.one(parent, tag)
+    if child is None:
+        return default
+    if child.text.lower() not in _WORDS:
+        reading.report(SDF_CHOICE, child, None, None, element=tag, text=child.text, known=", ".join(_WORDS))
+        return default
+    return _WORDS[child.text.lower()]
+
+
+def pose(reading: Reading, element: Element | None) -> PoseMatrix:
+    """The pose (4, 4) between the tags of `pose`: x y z and roll pitch yaw, or a quaternion x y z w."""
+    if element is None:
+        return frozen(np.eye(4))
+    quaternion = element.get("rotation_format") == "quat_xyzw"
+    zero = (0.0,) * 6
+    if quaternion:
+        x, y, z, *q = numbers(reading, element, 7, (*zero, 1.0))
+        return _from_quaternion(reading, element, (x, y, z), tuple(q))
+    x, y, z, *rpy = numbers(reading, element, 6, zero)
+    turn = radians(1.0) if element.get("degrees") in ("true", "1") else 1.0
+    return frozen(pose_from_xyz_rpy((x, y, z), tuple(turn * angle for angle in rpy)))
+
+
+def _from_quaternion(
+    reading: Reading, element: Element, xyz: tuple[float, float, float], xyzw: tuple[float, ...]
+) -> PoseMatrix:
+    length = float(np.linalg.norm(xyzw))
+    if not 1e-6 < length < 1e6:
+        reading.report(SDF_QUATERNION, element, None, None, text=element.text)
+        return frozen(np.eye(4))
+    x, y, z, w = (part / length for part in xyzw)
+    T = np.eye(4)
+    T[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    T[:3, 3] = xyz
+    return frozen(T)
+
+
+def _as_attribute(element: Element) -> Element:
+    """The element with its text as an attribute of its own name, for the strict number reader."""
+    return Element(
+        element.tag, {element.tag: element.text}, element.line, element.column, element.start, element.close,
+        file=element.file,
+    )  # fmt: skip

@@ -1,0 +1,162 @@
+"""What a robot knows without computing: names, limits, ways to describe it, variants with a tool, a load, a lock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Literal, NoReturn, Self, Unpack, cast
+
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import PoseMatrix
+from mafsil.errors import InputError, UnknownNameError
+from mafsil.model import JointLimits, Mechanism
+from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
+from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.serial import ArmParts
+from mafsil.robot.overview import overview
+
+
+class Description:
+    """The description that a robot is made from.
+
+    Attributes:
+        mechanism: the description; immutable.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        if not isinstance(cast(object, mechanism), Mechanism):
+            raise InputError("robot.mechanism", got=type(mechanism).__name__)
+        self.mechanism = mechanism
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name!r}: {self.n} joints, {len(self.mechanism.links)} links, tip {self.mechanism.tip!r}>"
+
+    def __str__(self) -> str:
+        return overview(self.mechanism)
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Mechanism]]:
+        return type(self), (self.mechanism,)
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: Sequence[DHRowLike],
+        convention: Convention | str,
+        *,
+        columns: Sequence[str] | None = None,
+        degrees: bool = False,
+        base: ArrayLike | None = None,
+        tool: ArrayLike | None = None,
+        **parts: Unpack[ArmParts],
+    ) -> Self:
+        """A serial robot from a table of Denavit and Hartenberg; see `mafsil.model.denavit_hartenberg`.
+
+        Args:
+            rows: one per joint: a `DHRow`, numbers in the order of `columns`, or a mapping of names to numbers.
+            convention: `classic` or `modified`.
+            columns: what the numbers of a plain row are; a, alpha, d, theta by default, as in `DHRow`.
+            degrees: alpha and theta (and offset of a revolute joint) are degrees.
+            base, tool, **parts: see `mechanism_from_dh`.
+        """
+        mechanism = mechanism_from_dh(rows, convention, columns=columns, degrees=degrees, base=base, tool=tool, **parts)
+        return cls(mechanism)
+
+    @classmethod
+    def from_screws(
+        cls,
+        screws: ArrayLike,
+        home: ArrayLike,
+        *,
+        form: Literal["space", "body"] = "space",
+        normalise: bool = False,
+        inertial_frames: Sequence[PoseMatrix] | None = None,
+        **parts: Unpack[ArmParts],
+    ) -> Self:
+        """A serial robot from its screw axes and home pose; see `mafsil.model.exponentials`."""
+        mechanism = mechanism_from_screws(
+            screws, home, form=form, normalise=normalise, inertial_frames=inertial_frames, **parts
+        )
+        return cls(mechanism)
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.mechanism.name
+
+    @property
+    def n(self) -> int:
+        """Number of joint coordinates."""
+        return self.mechanism.n
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of q."""
+        return self.mechanism.joint_names
+
+    @property
+    def limits(self) -> JointLimits:
+        """Bounds of positions, rates, accelerations and efforts, arrays of shape (n,)."""
+        return self.mechanism.limits
+
+    @property
+    def tip(self) -> str:
+        """Name of the link that carries the tip frame."""
+        return self.mechanism.tip
+
+    def with_tip(self, tip: str, T_lt: ArrayLike | None = None) -> Self:
+        """The robot with another tip frame.
+
+        Args:
+            tip: name of the link that carries it.
+            T_lt: (4, 4) pose of the tip frame in that link; the link's own frame if None.
+        """
+        return type(self)(self.mechanism.with_tip(tip, T_lt))
+
+    def with_tool(
+        self,
+        tool: ArrayLike | None = None,
+        *,
+        mass: float = 0.0,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> Self:
+        """The robot with a tool mounted on its tip frame, or on `link`: a new tip frame, and the tool's mass.
+
+        Args:
+            tool: pose (4, 4) of the new tip frame in the frame on which the tool is mounted, or its origin (3,) [m].
+            mass, com, inertia: of the tool, in the mounting frame [kg, m, kg m^2]; see `mafsil.model.tooling`.
+            link: mount on this link, in its frame.
+        """
+        return type(self)(self.mechanism.with_tool(tool, mass=mass, com=com, inertia=inertia, link=link))
+
+    def with_payload(
+        self,
+        mass: float,
+        *,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> Self:
+        """The robot with a body fixed to its tip frame, or to `link`; the tip frame stays.
+
+        Args:
+            mass: [kg].
+            com: (3,) centre of mass in that frame [m].
+            inertia: (3, 3) about the centre of mass [kg m^2]; a point mass if None.
+            link: that carries the body, in whose frame the numbers are.
+        """
+        return type(self)(self.mechanism.with_payload(mass, com=com, inertia=inertia, link=link))
+
+    def locked(self, held: Mapping[str, float]) -> Self:
+        """The robot with joints held, such as `robot.locked({"finger": 0.02})`; mimic pairs are held together.
+
+        Args:
+            held: coordinate [rad | m] by name of the joint.
+        """
+        return type(self)(self.mechanism.locked(held))
+
+    if not TYPE_CHECKING:  # type checkers find misspelt names themselves
+
+        def __getattr__(self, name: str) -> NoReturn:
+            raise UnknownNameError(type(self).__name__, name, dir(self))

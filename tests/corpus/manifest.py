@@ -1,0 +1,114 @@
+"""Which files, of which commit of which repository, with digest and licence; none of them is copied into this one.
+
+`manifest.jsonl` holds a line for each repository and, below it, a line for each of its robot files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+MANIFEST = Path(__file__).parent / "manifest.jsonl"
+FORMATS = ("urdf", "xacro", "mjcf", "sdf")
+_ROOTS = {b"robot": "urdf", b"mujoco": "mjcf", b"sdf": "sdf"}
+_DIRECTIVES = ("include", "macro", "property", "arg", "if", "unless", "insert_block", "element", "attribute")
+_ROOT = re.compile(rb"<([A-Za-z_][\w.:-]*)[\s/>]")
+_COMMENT = re.compile(rb"<!--.*?-->|<\?.*?\?>|<!DOCTYPE[^>]*>", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Repository:
+    """A public repository at one commit.
+
+    Attributes:
+        repository: owner/name at GitHub.
+        commit: full hash.
+        licence: kind, as its licence file says.
+        kind: `maker` of the robots, `peer` (another toolkit) or `collection`.
+    """
+
+    repository: str
+    commit: str
+    licence: str
+    kind: str
+
+    @property
+    def folder(self) -> str:
+        """Its name as a folder."""
+        return self.repository.replace("/", "+")
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFile:
+    """A robot file of a repository: path in it, SHA-256 of its bytes, format."""
+
+    path: str
+    sha256: str
+    format: str
+
+
+def read(path: Path = MANIFEST) -> Iterator[tuple[Repository, RobotFile]]:
+    """All files with their repositories."""
+    repository: Repository | None = None
+    for line in path.read_text("utf-8").splitlines():
+        row = json.loads(line)
+        if "repository" in row:
+            repository = Repository(**row)
+        elif repository is not None:
+            yield repository, RobotFile(**row)
+
+
+def write(rows: Iterable[tuple[Repository, list[RobotFile]]], path: Path = MANIFEST) -> None:
+    """A manifest of repositories with their files."""
+    lines: list[str] = []
+    for repository, files in rows:
+        lines.append(json.dumps(asdict(repository)))
+        lines += [json.dumps(asdict(file)) for file in sorted(files, key=lambda file: file.path)]
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def digest(data: bytes) -> str:
+    """SHA-256 in hexadecimal."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _is_robot(data: bytes) -> bool:
+    """Whether a xacro file makes links outside of its macros."""
+    try:
+        root = ElementTree.fromstring(data)
+    except ElementTree.ParseError:
+        return False
+    waiting = [root]
+    while waiting:
+        for child in waiting.pop():
+            name = str(child.tag).rpartition("}")[2]
+            if name == "link" or (child.tag != name and name not in _DIRECTIVES):
+                return "name" in root.attrib
+            if name in ("if", "unless"):
+                waiting.append(child)
+    return False
+
+
+def format_of(path: str, data: bytes) -> str | None:
+    """The robot format of a file by its name and its root element, or None if it describes no robot.
+
+    Xacro files count when they stand for a robot: a named root that holds links or calls macros itself; files that only
+    define macros are parts. MJCF files count when they hold bodies or include files that may. A thousand random
+    objects of Bullet are left out.
+    """
+    root = _ROOT.search(_COMMENT.sub(b"", data[:20_000]))
+    kind = None if root is None else _ROOTS.get(root[1])
+    if "random_urdfs/" in path:
+        return None
+    if path.lower().endswith(".xacro"):
+        return "xacro" if kind == "urdf" and _is_robot(data) else None
+    if kind == "urdf":
+        return "urdf" if b"<link" in data else None
+    if kind == "mjcf":
+        return "mjcf" if b"<worldbody" in data or b"<include" in data else None
+    return kind
