@@ -5,6 +5,8 @@ A matrix with NaN or infinity gets NaN in all of its results; single matrices to
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,5 +43,5 @@ def _clean(A: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return (np.where(spoilt[..., None, None], 0.0, A) if spoilt.any() else A), spoilt
 
 
-def _marked(result: Floats, spoilt: NDArray[np.bool_], core: int) -> Floats:
+def _marked(result: NDArray[Any], spoilt: NDArray[np.bool_], core: int) -> Floats:
     return np.where(spoilt.reshape((*spoilt.shape, *(1,) * core)), np.nan, result) if spoilt.any() else result
