@@ -337,3 +337,20 @@ def test_subproblem_six_has_up_to_four_roots():
         assert apart(found, q).min() < 1e-6
         counts.add(len(found))
     assert counts == {2, 4}
+
+
+@pytest.mark.capability("07-2", "07-24")
+def test_nothing_is_listed_twice_where_the_equation_of_fourth_degree_is_of_lower_degree():
+    x, y, z = np.eye(3)
+    axes = [z, y, -x, -y, -x, y]
+    places = [0.5 * x, 0.25 * (x - z), 0 * x, 0.5 * x - 0.25 * z, -0.25 * (y + z), 0.5 * x - 0.25 * z]
+    home = np.array([[1, 0, 0, 0.25], [0, 0, -1, -0.25], [0, 1, 0, 0.5], [0, 0, 0, 1.0]])
+    robot = mf.Robot.from_screws(
+        np.array([np.concatenate([w, np.cross(r, w)]) for w, r in zip(axes, places, strict=True)]), home
+    )
+    q = np.array([-1.153739, 2.03747303, np.pi, 0.0, -2.48902858, np.pi])
+    T = robot.forward_kinematics(q)
+    one, many = inverse_kinematics(robot, T), inverse_kinematics(robot, T[None])
+    for found in (one.q, many.q[0][many.valid[0]]):
+        assert apart(found, q).min() < 1e-9
+        assert (apart(found[:, None], found[None]) + 9 * np.eye(len(found))).min() > 1e-6

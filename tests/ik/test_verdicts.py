@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import IKStatus, Verdict, inverse_kinematics, solve_ik
+from mafsil.ik import IKStatus, Verdict, inverse_kinematics, redundancy, solve_ik
 from tests.model.urdf.real_files import robots as real_files
 
 AT_THE_SHOULDER = [
@@ -128,8 +128,12 @@ def test_beyond_the_limits_needs_a_complete_list():
     arm = mf.load("panda")
     T = arm.forward_kinematics([0.1, 0.2, 0.3, -1.0, 0.2, 1.5, 0.4])
     T[:3, 3] *= 0.2
+    # With a joint held the list is one of many: what is proven of the limits, intervals of its values prove.
     held = inverse_kinematics(arm, T)
-    assert held.status is not Verdict.BEYOND_LIMITS
+    assert held.status is Verdict.BEYOND_LIMITS
+    form = redundancy(arm)
+    assert form.families(T) == ()
+    assert not form.sweep(T, 4001).within.any()
 
 
 @pytest.mark.skipif(not real_files(), reason="example-robot-data is not installed")

@@ -2,10 +2,11 @@
 
 python -m tests.reliability.ik_complete --cases 1000000 [--seed S] [--family puma ...] [--resume DIR]
 
-Cases are poses. Of a hundred 94 are of the library's arms by the public call on batches; two more of these have joints
+Cases are poses. Of a hundred almost 94 are of arms of the library by the public call on batches; two more have joints
 at 0, +-pi/2 or pi with probability one half; three are of random arms of every family (ten poses each, a quarter of the
 arms with round axes and offsets, three poses of ten round) by the kernel that all arms of a structure share; one is at
-the singular surfaces of six arms, see `ik_singular`. How far a planted configuration may be from the one found says
+the singular surfaces of six arms, see `ik_singular`; two of a thousand are of arms with offset wrists at round joint
+values, see `ik_offset_wrists`. How far a planted configuration may be from the one found says
 `ik_bounds`. Where the solution found is a member of a continuum it need not be the planted one.
 """
 
@@ -23,7 +24,7 @@ from mafsil.ik.closed_form import structure_kernel
 from mafsil.ik.recognise import EXACT, recognise
 from mafsil.model.library import names
 from mafsil.robot import Robot, load
-from tests.reliability import figures, ik_singular
+from tests.reliability import figures, ik_offset_wrists, ik_singular
 from tests.reliability.arm_families import FAMILIES, forward, jacobian
 from tests.reliability.ik_bounds import DELTA, RESIDUAL, apart, bound
 
@@ -32,7 +33,7 @@ ROUND = 0.3
 BLOCK = 10_000
 """Poses of one call: what is checked of them is held in memory."""
 
-SHARES = {"regular": 0.94, "round": 0.02, "families": 0.03, "singular": 0.01}
+SHARES = {"regular": 0.938, "round": 0.02, "families": 0.03, "singular": 0.01, "offset_wrists": 0.002}
 
 
 def sample(rng: np.random.Generator, count: int, n: int, share: float) -> np.ndarray:
@@ -130,6 +131,11 @@ def _judged(
                 values = np.linalg.svd(jacobian(chain, clean[rows, k]), compute_uv=False)[:, min(6, n) - 1]
                 same[rows] = values > 1e-5
             twice |= same
+    if not repeats and twice.any():
+        robot = Robot.from_screws(chain.screws, chain.home)
+        for i in np.flatnonzero(twice):
+            twice[i] = _repeats(inverse_kinematics(robot, T[i]).q, chain)
+            twice[i] |= _repeats((many := inverse_kinematics(robot, T[i : i + 1])).q[0][many.valid[0]], chain)
     for i in np.flatnonzero(lost | wrong.any(axis=1) | twice)[:1]:
         print(f"# {name} q={q[i]!r} distance {distance[i]:.2e} bound {allowed[i]:.2e}", file=sys.stderr)
     return {
@@ -142,6 +148,12 @@ def _judged(
         "bad_twice": int(twice.sum()),
         "bad_nan": int((~np.isfinite(found) & valid[..., None]).any(axis=(1, 2)).sum()),
     }
+
+
+def _repeats(q: np.ndarray, chain: Chain) -> bool:
+    """Whether a list holds a solution twice."""
+    away = apart(q[:, None], q[None], chain.slides) + 9 * np.eye(len(q))
+    return bool((away < 1e-9).any())
 
 
 def _answers(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> bool:
@@ -160,7 +172,13 @@ def work(chosen: list[str], seed: int, cases: int, only: str = "") -> dict[str, 
     if chosen:
         asked = [("families" if name in FAMILIES else "mixed", name, cases / len(chosen)) for name in chosen]
     else:
-        sources = {"regular": robots, "round": robots, "families": FAMILIES, "singular": ik_singular.specimens()}
+        sources = {
+            "regular": robots,
+            "round": robots,
+            "families": FAMILIES,
+            "singular": ik_singular.specimens(),
+            "offset_wrists": ik_offset_wrists.SHAPES,
+        }
         shares = {only: 1.0} if only else SHARES
         asked = [
             (part, name, share * cases / len(sources[part])) for part, share in shares.items() for name in sources[part]
@@ -178,6 +196,8 @@ def _part(part: str, name: str, robots: dict[str, Robot], rng: np.random.Generat
         found = of_family(name, rng, max(POSES_EACH, count))
     elif part == "singular":
         found = ik_singular.work(rng, name, count)
+    elif part == "offset_wrists":
+        found = ik_offset_wrists.work(rng, name, count)
     else:
         share, found = {"regular": 0.0, "round": 1.0, "mixed": ROUND}[part], dict[str, int]()
         for begin in range(0, count, BLOCK):

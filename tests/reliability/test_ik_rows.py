@@ -7,7 +7,15 @@ import pytest
 
 from mafsil.ik import inverse_kinematics
 from mafsil.ik.chain import chain_of
-from tests.reliability import ik_complete, ik_eaik, ik_numerical, ik_round_trip, ik_singular, ik_unreachable
+from tests.reliability import (
+    ik_complete,
+    ik_eaik,
+    ik_numerical,
+    ik_offset_wrists,
+    ik_round_trip,
+    ik_singular,
+    ik_unreachable,
+)
 from tests.reliability.arm_families import forward
 from tests.reliability.ik_arms import ARMS, arm
 
@@ -40,6 +48,15 @@ def test_planted_postures_are_found(name: str) -> None:
 def test_postures_at_singular_surfaces_are_found_or_members_of_families(name: str) -> None:
     found = ik_singular.work(np.random.default_rng(4), name, 60)
     assert found["cases"] >= 50
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R6")
+@pytest.mark.capability("07-44")
+@pytest.mark.parametrize("name", ik_offset_wrists.SHAPES)
+def test_arms_with_offset_wrists_lose_no_regular_posture_at_round_joint_values(name: str) -> None:
+    found = ik_offset_wrists.work(np.random.default_rng(8), name, 400)
+    assert found["regular_postures"] >= 150
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
 
 

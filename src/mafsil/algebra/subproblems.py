@@ -174,7 +174,7 @@ def turns_about_two_axes(
     inside = ca.fmin(ca.fmax(g, -radius), radius)
     aside = ca.sqrt((radius - inside) * (radius + inside))
     p1, p2, y1 = ca.dot(f1, p), -ca.dot(e2, p), sine * height - k * inside
-    shortfall = ca.fabs(g - inside)
+    shortfall = ca.fmax(ca.fabs(g) - radius, 0)
     # |y| and |z| are equal off the first axis; off the second, |y| is the same for both points.
     first = _Sized(square, (FREE * scale) ** 2)
     second = _Sized(ca.sqrt((p1 * p1 + p2 * p2) * (y1 * y1 + aside * aside)), (FREE * scale) ** 2)

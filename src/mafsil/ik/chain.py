@@ -10,6 +10,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import pose
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.exponentials import chain_to_tip, screws
+from mafsil.model.mechanism import JointLimits
 
 DUST = 1e-13
 """Rounding of the description: smaller components are zero."""
@@ -51,6 +52,21 @@ class Chain:
         places = np.concatenate([self.points[~np.array(self.slides, dtype=np.bool_)], self.home[None, :3, 3]])
         extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
         return extent if extent > 1e-9 else 1.0
+
+    def length_without(self, k: int, limits: JointLimits) -> float:
+        """How far the tip may come from the origin while joint k, a slide, is at zero [m].
+
+        Args:
+            k: place of the joint.
+            limits: of the robot's coordinates.
+        """
+        turning = ~np.array(self.slides, dtype=np.bool_)
+        places = np.concatenate([np.zeros((1, 3)), self.points[turning], self.home[None, :3, 3]])
+        total = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+        for i, joint in enumerate(self.joints):
+            if self.slides[i] and i != k and joint >= 0:
+                total += float(max(abs(limits.lower[joint]), abs(limits.upper[joint])))
+        return total if np.isfinite(total) else 1e3 * self.size
 
     def backwards(self) -> Chain:
         """The chain of the inverse motion: exp(-S_m q_m) ... exp(-S_1 q_1)."""

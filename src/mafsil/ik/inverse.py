@@ -15,7 +15,8 @@ from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.fixed import tried, with_parameter
+from mafsil.ik.redundant.fixed import answered, with_parameter
+from mafsil.ik.refine import distinct
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -44,7 +45,7 @@ def inverse_kinematics(
         task: `pose`, `position` only, or `axis`: position and direction of the tip's z axis.
         near: (n,) values that free joints, held joints of redundant arms and joints that do not move the frame take;
             the middle of their limits if None.
-        free: of arms with seven turning joints and one pose: value of their free parameter, or {name: value} of the
+        free: of arms with seven coordinates and one pose: value of their free parameter, or {name: value} of the
             `arm angle` or of a joint; see `redundancy`.
         tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
             rounded pose in the sense of least squares; other arms the nearest posture where there is no exact one.
@@ -81,11 +82,7 @@ def inverse_kinematics(
         raise _no_pose()
     if free is not None:
         return with_parameter(asked, clean[0], free, tolerance)
-    if asked.arm.form is None and asked.arm.general is None:
-        answer = tried(asked, clean[0], start, tolerance)
-        if answer is not None and (answer.within.any() or answer.complete):
-            return answer
-    return Question(asked, clean[0], start, tolerance, others).answer()
+    return answered(Question(asked, clean[0], start, tolerance, others))
 
 
 def _no_pose() -> InputError:
@@ -105,6 +102,10 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
     clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
     clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
     least = chosen[:, 4].min() if clear else 0.0
+    if clear and asked.quartic:
+        # Where the equation is of lower degree the table repeats roots.
+        clear = len(distinct(q[good], asked.turning)) == len(chosen)
+        least = least if clear else 0.0
     if least < APART or chosen[:, 2].any() or (least < BENT and asked.folded(facts).any()):
         return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
     return SolutionSet(

@@ -13,6 +13,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
+from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.question import FOLD, LOOSE, Question
 from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.refusal import beyond_reach, out_of_plane, reached_places
@@ -21,6 +22,7 @@ from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.fixed import answered
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 from mafsil.messages import say
@@ -147,7 +149,7 @@ class SolutionBatch:
         if not valid[0]:
             raise InputError("ik.no_pose", name=f"T_sd[{index}]", limit=ORTHOGONALITY)
         part = self.setting.part
-        return Question(self.setting, clean[0], part.own(self.others), self.tolerance, self.others).answer()
+        return answered(Question(self.setting, clean[0], part.own(self.others), self.tolerance, self.others))
 
     def nearest(self, q: JointVector) -> JointVector:
         """(*batch, n) for every pose the solution nearest to a configuration, within the limits if any is; NaN if none.
@@ -182,6 +184,8 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
     kernel = setting.kernel
     if kernel is not None and setting.arm.form is not None:
         parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
+    elif setting.holds_one:
+        parts = held_batch(setting, flat, near, tolerance)
     else:
         parts = _one_by_one(setting, flat, near, tolerance)
     shape = T.shape[:-2]
@@ -222,7 +226,7 @@ def _compiled(
         lost = ~(good & inside).any(axis=1) & (free & poses[:, None]).any(axis=1)
         careful = (odd.any(axis=1) | lost) & poses
         close = good.any(axis=1) & ~careful
-        if setting.plain:
+        if setting.plain and not setting.quartic:
             close &= (good & (facts[..., 4] < APART)).any(axis=1)
         _merge(setting, np.flatnonzero(close), out, good)
         told: dict[int, Verdict] = {}
@@ -351,7 +355,7 @@ def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: f
     elif refinable(setting):
         proven = _refined(setting, asked, near)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
-    answers = {int(i): Question(setting, clean[i], near, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
+    answers = {int(i): answered(Question(setting, clean[i], near, tolerance)) for i in np.flatnonzero(valid & ~sure)}
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)

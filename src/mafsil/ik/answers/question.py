@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,16 @@ from mafsil.ik.answers.rows import Rows, unlabelled
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.answers.tangents import tangents
-from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_missing, refined
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_pattern import Family
+
+if TYPE_CHECKING:
+    from mafsil.ik.redundant.intervals import BranchIntervals
 
 SELF_MOTION = 1e-6
 """Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
@@ -32,7 +37,7 @@ FOLD = 1e-6
 """Marks below which roots of an equation of fourth degree may have merged."""
 
 SCAN = 24
-"""Values of a free or held joint that are tried where the preferred one leads nowhere."""
+"""Values around a least singular value at which it is looked for again."""
 
 
 LOOSE = 1e-8
@@ -93,7 +98,7 @@ class Question:
             q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
-        if not len(good) and not setting.decisive and not self._proven(arm, 0):
+        if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:
             q, residual = self._search.anywhere()
             candidates, method, proven = unlabelled(q), "search", False
         if not len(candidates.q) and self._nearly(arm):
@@ -110,7 +115,8 @@ class Question:
         if len(q):
             q = wound_near(q, self.near, setting.lower, setting.upper, setting.turning)
         within = setting.allowed(q)
-        if len(q) and not within.any() and not (proven and not arm.held and not candidates.free.any()):
+        settled = self.refuted or (proven and not arm.held and not candidates.free.any())
+        if len(q) and not within.any() and not settled:
             # What is listed is not all: before anything is said of the limits, it is searched within them.
             found, missing = self._search.within_limits()
             candidates = Rows(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
@@ -118,6 +124,22 @@ class Question:
             within = setting.allowed(q)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
+
+    @lazy
+    def start(self) -> Start | None:
+        """Where free and held joints stand, and what is proven of the others; None of an arm without a closed form."""
+        form = self.setting.arm.form
+        return None if form is None else start_of(self.setting, form, self.T, self.near, self.tolerance)
+
+    @property
+    def refuted(self) -> bool:
+        """Whether intervals of a held joint prove that there is no solution within the limits."""
+        return self.start is not None and self.start.refuted
+
+    @property
+    def unreachable(self) -> bool:
+        """Whether they prove that there is none at all."""
+        return self.start is not None and self.start.unreachable
 
     def _refined(self) -> SolutionSet | None:
         """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
@@ -163,7 +185,8 @@ class Question:
     def _candidates(self, arm: Analysis) -> Rows:
         if arm.form is None:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
-        near = self.reached_from(arm.form)
+        start = self.start
+        near = self.near if start is None else start.near
         q, facts, _ = self.labelled(arm.form, near[None])
         usable = np.isfinite(q[0]).all(axis=1)
         if arm.exact:
@@ -244,36 +267,6 @@ class Question:
         low, high = self.setting.bounds
         return form.labelled(self.T, near, turns_of(near), low, high)
 
-    def reached_from(self, form: ClosedForm) -> JointVector:
-        """(n,) values of free and held joints: the preferred ones, or the nearest that lead to solutions."""
-        arm, setting = self.setting.arm, self.setting
-        table = form.solve(self.T, self.near)
-        if (not arm.held and not table.free.any()) or self._allowed(table).any():
-            return self.near
-        changed = arm.held if arm.held else bits(int(table.free.max()), setting.robot.n)
-        if not changed:
-            return self.near
-        generator = np.random.default_rng(0)
-        tries = np.repeat(self.near[None], SCAN * 8 ** min(len(changed) - 1, 2), axis=0)
-        for j in changed:
-            low, high = max(setting.lower[j], -np.pi), min(setting.upper[j], np.pi)
-            tries[:, j] = (
-                np.linspace(low, high, len(tries)) if len(changed) == 1 else generator.uniform(low, high, len(tries))
-            )
-        found = form.solve(self.T, tries)
-        count = self._allowed(found).sum(axis=1)
-        if not count.max():
-            if (table.residual <= self.setting.candidate).any():
-                return self.near
-            count = (found.residual <= self.setting.candidate).sum(axis=1)
-        return tries[int(np.where(count == count.max(), -np.abs(tries - self.near).max(axis=1), -np.inf).argmax())]
-
-    def _allowed(self, table: Branches) -> NDArray[np.bool_]:
-        """(*batch, branches) which rows are solutions within the limits."""
-        low, high = self.setting.lower, self.setting.upper
-        q = wound_near(table.q, self.near, low, high, self.setting.turning)
-        return (table.residual <= self.setting.candidate) & ((q >= low) & (q <= high)).all(axis=-1)
-
     @property
     def tried(self) -> Mapping[str, int]:
         """How many starts were tried by searches: `starts` within the limits, `free_starts` without."""
@@ -284,7 +277,7 @@ class Question:
         """Why there is no solution, and the nearest pose."""
         form = self.setting.arm.form
         rows = None if form is None else self.labelled(form, self.near)
-        eliminated = self._proven(self.setting.arm, 0)
+        eliminated = self._proven(self.setting.arm, 0) or self.unreachable
         known = rows, self.tolerance
         return refusal(self.setting, self.T, self.near, *known, eliminated=eliminated, tried=self.tried)
 
@@ -314,14 +307,29 @@ class Question:
             for j, rates in choices:
                 moving = tuple(names[i] for i in np.flatnonzero(rates))
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
+                within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
                 part = self.setting.part
                 lifted = part.lifted(rates, np.zeros(part.whole.n))
-                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow))
+                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
 
     def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
         """The members of a family in coordinates of the whole robot."""
         part = self.setting.part
         return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
+
+    def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
+        """Where the held joint keeps a row of the closed form within the limits."""
+        known = self._held_intervals
+        if known is None or len(known.doubtful):
+            return ()
+        mine = known.branch == row
+        return tuple((float(a), float(b)) for a, b in zip(known.low[mine], known.high[mine], strict=True))
+
+    @lazy
+    def _held_intervals(self) -> BranchIntervals | None:
+        from mafsil.ik.redundant.held import branch_intervals
+
+        return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
 
     def _along(
         self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]

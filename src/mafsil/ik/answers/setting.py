@@ -100,6 +100,11 @@ class Setting:
         return form is not None and form.pattern.quartic
 
     @lazy
+    def holds_one(self) -> bool:
+        """Whether the closed form is exact once one joint is held, and solves no equation of fourth degree."""
+        return len(self.arm.held) == 1 and self.arm.exact and not self.quartic
+
+    @lazy
     def decisive(self) -> bool:
         """Whether the closed form alone proves that a pose has no solution: exact, of second degree, no joint held."""
         return self.arm.exact and not self.quartic and not self.arm.held

@@ -122,7 +122,8 @@ class SolutionSet:
         if not len(self.q):
             return self._question.refusal.verdict
         if not self.within.any():
-            return Verdict.BEYOND_LIMITS if self.complete and not self.families else Verdict.NOT_FOUND_WITHIN_LIMITS
+            proven = self._question.refuted or (self.complete and not self.families)
+            return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
         return Verdict.CONTINUUM if self.families else Verdict.SOLVED
 
     @lazy

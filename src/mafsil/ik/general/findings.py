@@ -96,6 +96,28 @@ class Findings:
         missed = np.bincount(row[~hit], minlength=len(rows)) > 0
         self.proof[rows] |= certain & ~missed & (self.count[rows] == number)
 
+    def joined(self, rows: NDArray[np.int64], near: list[Findings]) -> None:
+        """Solutions that those of poses nearby lead to are added, the best conditioned first.
+
+        Lists end with the members of continua, which would fill them.
+
+        Args:
+            rows: (k,) the poses.
+            near: what was found for as many poses beside them.
+        """
+        from mafsil.ik.general.polish_loops import CLOSED, noted, polished
+
+        lists = [(self.q[rows], self.count[rows]), *((one.q, one.count) for one in near)]
+        where, starts = zip(*(_listed(rows, *one) for one in lists), strict=True)
+        row, q = np.concatenate(where), np.ascontiguousarray(np.concatenate(starts))
+        size = np.empty(len(row))
+        polished(self.frames, self.slides, self.P, row, -1, q, size)
+        closed = np.flatnonzero(size < CLOSED)
+        values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
+        best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]
+        self.q[rows], self.size[rows], self.count[rows] = np.nan, np.nan, 0
+        noted(row[best], q[best], size[best], self.slides, self.count, self.q, self.size)
+
     def look_beside(self, rows: NDArray[np.int64]) -> None:
         """Solutions beside nearly singular ones, where two meet at a fold, along the direction that moves least."""
         row, place = np.nonzero(np.arange(MOST) < self.count[rows][:, None])
@@ -122,6 +144,12 @@ class Findings:
             for z, p, slides in zip(axes, places, self.slides, strict=True)
         ]
         return np.stack(columns, axis=2)
+
+
+def _listed(rows: NDArray[np.int64], q: JointVector, count: NDArray[np.int64]) -> tuple[NDArray[np.int64], JointVector]:
+    """The pose of each solution of some lists, and the solutions (m, 6)."""
+    which, place = np.nonzero(np.arange(MOST) < count[:, None])
+    return rows[which], q[which, place]
 
 
 def loop_frames(chain: Chain) -> Floats:

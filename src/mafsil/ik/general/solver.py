@@ -24,6 +24,14 @@ CHUNK = 256
 """Poses that one thread takes at a time."""
 
 
+BESIDE: Floats = np.random.default_rng(5).normal(size=(3, 6)) * np.array([[1e-3], [3e-3], [1e-2]])
+"""Ways to poses beside one whose elimination is singular [rad, unit of length].
+
+A continuum of postures makes all equations of a road singular, and with it the isolated postures are lost. Beside the
+pose there is no continuum, and every well conditioned posture has a neighbour, from which Newton's method leads back.
+"""
+
+
 @dataclass(frozen=True, eq=False)
 class GeneralSolutions:
     """All solutions of a batch of poses.
@@ -102,7 +110,7 @@ class _Machine:
         P = _product(self.filled, q)
         score: list[tuple[int, int]] = []
         for road in range(len(self.method)):
-            out = self._run(P, [road])
+            out = self._run(P, [road], beside=False)
             good = [_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)]
             score.append((-int(out.proof.sum()) - sum(good), road))
         return [road for _, road in sorted(score)]
@@ -136,8 +144,8 @@ class _Machine:
             taken.reshape(batch),
         )
 
-    def _run(self, P: PoseMatrix, order: list[int]) -> Findings:
-        """Roads one after the other, until one proves that nothing is missing."""
+    def _run(self, P: PoseMatrix, order: list[int], *, beside: bool = True) -> Findings:
+        """Roads one after the other, until one proves that nothing is missing; else also at poses beside."""
         found = Findings(self.frames, self.slides, P)
         rows = np.flatnonzero(np.isfinite(P).all(axis=(1, 2)))
         for road in order:
@@ -146,6 +154,9 @@ class _Machine:
             found.roads[rows] += 1
             self.method.take(road, found, rows)
             rows = rows[~found.proof[rows]]
+        if beside and len(rows):
+            near = [self._run(P[rows] @ pose.exp(way), order, beside=False) for way in BESIDE]
+            found.joined(rows, near)
         found.look_beside(rows)
         return found
 

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point
 
 EXACT = 1e-9
 """Misfit of axes that should meet or be normal to each other that counts as rounding [rad, relative to the size]."""
+
+_ANGLES: Floats = 2 * np.pi / 3 * np.arange(3.0)
+
+THIRDS: Floats = np.stack([np.ones(3), 2 * np.cos(_ANGLES), 2 * np.sin(_ANGLES)]) / 3
+"""From values at three thirds of a turn to a, b and c of a + b cos + c sin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,45 @@ class ArmAngleForm:
         places = np.array([self.shoulder, self.elbow, self.wrist])
         postures(P, angles, axes, places, np.ascontiguousarray(axes[:2]), frames, turns, q)
         return q.reshape(*batch, m, BRANCHES, 7)
+
+    def breaks(self, T: PoseMatrix, lower: Floats, upper: Floats) -> list[Floats]:
+        """Of each elbow all arm angles at which a posture of one pose may come within the limits or leave them.
+
+        The rotations of shoulder and wrist are A + B cos + C sin of the arm angle, so a joint is at its limit where
+        a + b cos + c sin = 0: at most two angles. Where the middle joint of three stands still for a moment, its
+        neighbours may leap: these angles are given too.
+
+        Args:
+            T: (4, 4) pose of the tip in {s}.
+            lower, upper: (7,) limits [rad].
+
+        Returns:
+            Of both elbows angles in [-pi, pi), in order; without any where the elbow cannot be made.
+        """
+        postures = self.solve(T, _ANGLES)
+        return [self._breaks(postures[:, 4 * elbow], lower, upper) for elbow in range(2)]
+
+    def _breaks(self, q: JointVector, lower: Floats, upper: Floats) -> Floats:
+        """Of one elbow, from its postures at three arm angles."""
+        if not np.isfinite(q).all():
+            return np.zeros(0)
+        found: list[Floats] = []
+        for first in (0, 4):
+            axes = self.chain.axes[first : first + 3]
+            frame, turn = _frame(axes), _turn(axes)
+            E = [pose.exp(self.chain.screws[k] * q[:, k, None])[:, :3, :3] for k in range(first, first + 3)]
+            Q = frame.T @ E[0] @ E[1] @ E[2] @ frame @ _about_y(turn)
+            a, b, c = (_wave(Q, weights) for weights in THIRDS)
+            # The middle joint is least or most bent.
+            still = float(np.arctan2(c[2, 2], b[2, 2]))
+            found.append(np.array([still, still + np.pi], dtype=np.float64))
+            for k, limits in enumerate(zip(lower[first : first + 3], upper[first : first + 3], strict=True)):
+                for limit in limits:
+                    if np.isfinite(limit):
+                        weights = _at_limit(k, float(limit))
+                        total = [float((weights * x).sum()) for x in (a, b, c)]
+                        found.append(_zeros(total[0] - (np.cos(limit + turn) if k == 1 else 0.0), *total[1:]))
+        return np.sort((np.concatenate(found) + np.pi) % (2 * np.pi) - np.pi)
 
     def angle(self, q: ArrayLike) -> Floats:
         """(*batch,) arm angle of configurations (*batch, 7), in (-pi, pi] [rad]; NaN if the elbow is straight."""
@@ -103,6 +147,42 @@ def _frame(axes: Floats) -> Floats:
 def _turn(axes: Floats) -> float:
     """Angle from the first to the third axis about the second."""
     return float(np.arctan2(axes[1] @ np.cross(axes[0], axes[2]), axes[0] @ axes[2]))
+
+
+def _about_y(angle: float) -> Floats:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def _wave(Q: Floats, weights: Floats) -> Floats:
+    """(3, 3) sum of matrices at three thirds of a turn, weighted by cosine or sine."""
+    return np.asarray((Q * weights[:, None, None]).sum(axis=0), dtype=np.float64)
+
+
+def _at_limit(k: int, limit: float) -> Floats:
+    """(3, 3) weights of the elements of Rot(z, a) Rot(y, b) Rot(z, c): their sum is zero, or cos b, at a limit of one.
+
+    Args:
+        k: which of the three.
+        limit: its value [rad].
+    """
+    weights, c, s = np.zeros((3, 3)), np.cos(limit), np.sin(limit)
+    if k == 0:
+        weights[1, 2], weights[0, 2] = c, -s
+    elif k == 2:
+        weights[2, 1], weights[2, 0] = c, s
+    else:
+        weights[2, 2] = 1.0
+    return weights
+
+
+def _zeros(a: float, b: float, c: float) -> Floats:
+    """Where a + b cos + c sin vanishes: none or two angles; both are the extremum where it nearly touches."""
+    size = float(np.hypot(b, c))
+    if not abs(a) <= size * (1 + 1e-9):
+        return np.zeros(0)
+    opening = np.arccos(np.clip(-a / size, -1.0, 1.0)) if size > 0.0 else 0.0
+    return np.arctan2(c, b) + np.array([-opening, opening])
 
 
 def _applied(T: Floats, p: Floats) -> Floats:

@@ -99,7 +99,7 @@ def postures(P, angles, axes, places, upright, frames, turns, q_out):
 
 
 @compiled
-def checked(q, T, X, values, held, middle, lower, upper, tolerance, residual, within):
+def checked(q, T, X, values, held, turning, middle, lower, upper, tolerance, residual, within):
     """By how much postures miss their poses, and which are within the limits; angles are wound, in place.
 
     Args:
@@ -108,6 +108,7 @@ def checked(q, T, X, values, held, middle, lower, upper, tolerance, residual, wi
         X: (k, 4, 4) wanted poses.
         values: (k m,) values of the parameter.
         held: the joint that has them, and is not wound; -1 if none.
+        turning: (7,) which coordinates are angles.
         middle, lower, upper: (7,) of the limits.
         tolerance: residual of a posture.
         residual: (k m, branches) distance or angle, the larger; NaN where there is no posture.
@@ -125,11 +126,13 @@ def checked(q, T, X, values, held, middle, lower, upper, tolerance, residual, wi
             size = max(sqrt(distance), 2 * asin(min(1.0, sqrt(chord / 8)))) if distance + chord >= 0.0 else np.nan
             good = size <= tolerance
             for k in range(7):
-                x = q[i, j, k] - 2 * pi * np.floor((q[i, j, k] - middle[k]) / (2 * pi) + 0.5)
-                if lower[k] > x:
-                    x += 2 * pi * np.ceil((lower[k] - x) / (2 * pi) - 1e-12)
-                elif x > upper[k]:
-                    x -= 2 * pi * np.ceil((x - upper[k]) / (2 * pi) - 1e-12)
+                x = q[i, j, k]
+                if turning[k]:
+                    x -= 2 * pi * np.floor((x - middle[k]) / (2 * pi) + 0.5)
+                    if lower[k] > x:
+                        x += 2 * pi * np.ceil((lower[k] - x) / (2 * pi) - 1e-12)
+                    elif x > upper[k]:
+                        x -= 2 * pi * np.ceil((x - upper[k]) / (2 * pi) - 1e-12)
                 if k == held and x == x:
                     x = values[i]
                 q[i, j, k] = x

@@ -1,29 +1,35 @@
-"""The solution set of a seven-joint arm whose free parameter is given."""
+"""The solution set of an arm with seven coordinates whose free parameter is given, or chosen."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mafsil.arrays import JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.refine import distinct, refined
 
-TRIED = 12
-"""Values of the held joint that are tried where the preferred one leads nowhere."""
+TRIED = 24
+"""Values of the held joint that are tried before limits are asked."""
+
+SLACK = 1e-9
+"""By how much a joint may be beyond its limit while another is at one [rad | m]."""
+
+INWARDS: Floats = np.array([1e-2, 1e-4, 1e-6])
+"""How far from a posture at a limit the held joint is moved [rad | m]."""
 
 
 def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, float], tolerance: float) -> SolutionSet:
     """All solutions of one pose with the free parameter fixed, each the member of a continuum.
 
     Args:
-        setting: an arm of seven turning joints, task `pose`.
+        setting: an arm with seven coordinates, task `pose`.
         T: (4, 4) wanted pose in {s}.
         free: value of the parameter that the arm is counted by, or {name: value} of the `arm angle` or a joint [rad].
         tolerance: largest residual of a solution [rad | m].
@@ -42,32 +48,80 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     return fixed(setting, form, T, float(value), tolerance)
 
 
-def tried(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> SolutionSet | None:
-    """Solutions of an arm of seven turning joints, none of which leaves a closed form; None of another arm.
-
-    The held joint is at `near`, or at the nearest of `TRIED` values that leads to solutions.
+def answered(question: Question) -> SolutionSet:
+    """The answer to a question; of seven coordinates without an exact closed form the held joint is sought with care.
 
     Args:
-        setting: the arm.
-        T: (4, 4) wanted pose in {s}.
-        near: (7,) preferred values [rad].
-        tolerance: largest residual of a solution [rad | m].
+        question: to any arm.
     """
+    arm = question.setting.arm
+    if arm.form is not None or arm.general is not None:
+        answer = question.answer()
+        if answer.within.any() or len(arm.held) != 1 or question.setting.holds_one:
+            return answer
+        other = tried(question)
+        return other if other is not None and other.within.any() else answer
+    other = tried(question)
+    return question.answer() if other is None else other
+
+
+def tried(question: Question) -> SolutionSet | None:
+    """Solutions of an arm with seven coordinates whose others are solved once one is held; None where there are none.
+
+    The held joint is at `near`, or at the nearest of some values that leads to solutions within the limits. Where none
+    does, postures with another joint at one of its limits are asked for: the postures within the limits end there.
+
+    Args:
+        question: to any arm.
+    """
+    setting, T = question.setting, question.T
     chain = setting.arm.chain
-    if setting.task != "pose" or chain is None or len(chain) != 7 or any(chain.slides):
+    if setting.task != "pose" or chain is None or len(chain) != 7:
         return None
     form = redundancy(setting.robot)
-    values = form.spread(TRIED)
     best: SolutionSet | None = None
-    for value in [near[form.held], *values[np.argsort(np.abs(values - near[form.held]))]]:
-        answer = fixed(setting, form, T, float(value), tolerance)
+    for value in _values(setting, form, T, float(question.near[form.held])):
+        answer = fixed(setting, form, T, value, question.tolerance, question.others)
         if answer.within.any():
             return answer
         best = answer if len(answer.q) and best is None else best
     return best
 
 
-def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, tolerance: float) -> SolutionSet:
+def _values(setting: Setting, form: Redundancy, T: PoseMatrix, near: float) -> Iterator[float]:
+    """Values of the held joint, the preferred one first, those beside postures at limits last."""
+    yield near
+    values = form.spread(TRIED)
+    yield from values[np.argsort(np.abs(values - near), kind="stable")]
+    ends = np.unique(_at_limits(setting, form, T))
+    if len(ends):
+        beside = (ends[:, None] + np.concatenate([INWARDS, -INWARDS])).reshape(-1)
+        values = np.concatenate([(ends[1:] + ends[:-1]) / 2, beside])
+        values = values[(values >= setting.lower[form.held]) & (values <= setting.upper[form.held])]
+        yield from values[np.argsort(np.abs(values - near), kind="stable")]
+
+
+def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
+    """(k,) values of the held joint of postures with one joint at a limit and the others within theirs."""
+    found: list[Floats] = []
+    for joint, limit, method in form.limited:
+        others = method.solve(T)
+        q = np.insert(others, joint, limit, axis=1)
+        q = wound_near(q, setting.middle, setting.lower, setting.upper, setting.turning)
+        q[:, joint] = limit
+        allowed = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
+        found.append(q[allowed.all(axis=1), form.held])
+    return np.concatenate(found) if found else np.zeros(0)
+
+
+def fixed(
+    setting: Setting,
+    form: Redundancy,
+    T: PoseMatrix,
+    value: float,
+    tolerance: float,
+    others: JointVector | None = None,
+) -> SolutionSet:
     """The same for a form that is known.
 
     Args:
@@ -76,6 +130,7 @@ def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, toler
         T: (4, 4) wanted pose in {s}.
         value: of the parameter [rad].
         tolerance: largest residual of a solution [rad | m].
+        others: coordinates of the whole robot, where joints that do not move the frame are.
     """
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= 1e-5]
@@ -92,7 +147,7 @@ def fixed(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, toler
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"
-    question = Question(setting, T, near, tolerance)
+    question = Question(setting, T, near, tolerance, others)
     return SolutionSet(
         question,
         q,

@@ -1,4 +1,4 @@
-"""Seven joints: all postures of a pose at a value of the free parameter, sweeps over it, and the intervals it may take.
+"""Seven coordinates: all postures at a value of the free parameter, sweeps over it, and the intervals it may take.
 
 The parameter is the arm angle where shoulder and wrist are spherical, else the value of a joint that is held so that
 the six others have a closed form, else that of a joint whose six others are solved by elimination.
@@ -13,17 +13,28 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, require_kind
+from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.setting import setting
+from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
+from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
+from mafsil.ik.redundant.intervals import certified, range_of
+from mafsil.ik.redundant.program import programs
+from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, of_robot
+
+TOUCHING = 4e-16
+"""Arm angles nearer to each other than that are one [rad]."""
+
+MERGING = 40
+"""Newton steps where two branches merge, each of which halves the error only."""
 
 ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
@@ -32,7 +43,7 @@ REACHED = 1e-9
 """Residual of a posture that counts [rad | m]."""
 
 GRID = 360
-"""Values of the parameter at which intervals are looked for; shorter ones may be missed."""
+"""Values at which intervals are looked for where nothing better is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +73,7 @@ class PostureFamily:
         parameter: `arm angle`, or the name of a joint.
         low, high: ends of the interval [rad | m]; of a full turn, or across pi, `high` exceeds pi.
         branch: place of the branch in the tables of `Redundancy.solve`.
+        certain: whether it is proven that every value in it, and none beside it but for 1e-9, is within the limits.
         at: posture (7,) at a value of the parameter; NaN where there is none.
     """
 
@@ -69,15 +81,16 @@ class PostureFamily:
     low: float
     high: float
     branch: int
+    certain: bool
     at: Callable[[float], JointVector]
 
 
 @dataclass(frozen=True, eq=False)
 class Redundancy:
-    """How the postures of a seven-joint arm are counted: by the arm angle, or by the value of a joint.
+    """How the postures of an arm with seven coordinates are counted: by the arm angle, or by the value of a joint.
 
     Attributes:
-        robot: with seven joints.
+        robot: with seven coordinates.
         parameter: `arm angle`, or the name of the held joint.
         angle_form: of arms with an arm angle.
         closed: closed form of the other joints.
@@ -124,8 +137,10 @@ class Redundancy:
     def families(self, T: ArrayLike) -> tuple[PostureFamily, ...]:
         """Intervals of the parameter in which one pose (4, 4) is reached within the limits, branch by branch.
 
-        Ends are found to 1e-9; intervals shorter than the range over `GRID` may be missed. Empty where branches
-        cannot be told apart along the parameter (elimination).
+        With an arm angle they end at the roots of equations of second degree. With a held joint interval arithmetic
+        proves of every value, but for gaps of 1e-9, whether it belongs to one; where it does not succeed, or
+        the closed form solves equations of fourth degree, `certain` is not set. Empty where branches cannot be told
+        apart along the parameter (elimination).
 
         Raises:
             InputError: a wrong shape, or no pose.
@@ -133,29 +148,99 @@ class Redundancy:
         X = _poses(T)
         if X.ndim != 2:
             raise InputError("input.shape", name="T", expected="(4, 4)", got=X.shape, hint="")
-        if self.closed is None and self.angle_form is None:
-            return ()
-        values = self.spread(GRID)
+        return tuple(
+            PostureFamily(self.parameter, low, high, branch, certain, partial(self._member, X, branch))
+            for low, high, branch, certain in self.intervals(X)
+        )
+
+    def intervals(self, X: PoseMatrix) -> list[tuple[float, float, int, bool]]:
+        """Ends, branch, and whether they are certain, of the intervals of one pose (4, 4) that is one."""
+        if self.angle_form is not None:
+            return self._between(X, self.angle_form)
+        if self.closed is None:
+            return []
+        asked = setting(self.robot, None, "pose")
+        given = programs(self.closed.pattern, self.held, tuple(map(float, asked.middle)))
+        domain = self._domain(X)
+        if given is None or self.closed.pattern.quartic:
+            return [(*one, False) for one in self._sampled(X, np.linspace(*domain, GRID))]
+        found = certified(given, X, self.held, domain, asked.lower, asked.upper, ~asked.turning)
+        sure = [(float(a), float(b), int(k), True) for a, b, k in zip(found.low, found.high, found.branch, strict=True)]
+        doubtful = [(float(a), float(b), int(k)) for k, a, b in found.doubtful]
+        return sure + [(*one, False) for one in self._in_doubt(X, doubtful)]
+
+    @property
+    def proves(self) -> bool:
+        """Whether an empty list of intervals proves that there is no posture within the limits."""
+        return self.angle_form is not None or (self.closed is not None and not self.closed.pattern.quartic)
+
+    def _between(self, X: PoseMatrix, form: ArmAngleForm) -> list[tuple[float, float, int, bool]]:
+        """Of an arm angle: between two neighbouring angles at which a joint meets a limit nothing changes."""
+        found: list[tuple[float, float, int, bool]] = []
+        for elbow, ends in enumerate(form.breaks(X, *(setting(self.robot, None, "pose").bounds))):
+            if not len(ends):
+                continue
+            nexts = np.append(ends[1:], ends[0] + 2 * np.pi)
+            wide = nexts - ends > TOUCHING
+            starts, nexts = ends[wide], nexts[wide]
+            within = self._judged(X, (starts + nexts) / 2).within
+            for branch in range(4 * elbow, 4 * elbow + 4):
+                for first, last in _runs(within[:, branch]):
+                    whole = first < 0
+                    low, high = (-np.pi, np.pi) if whole else (float(starts[first]), float(nexts[last]))
+                    found.append((low, high + 2 * np.pi * (high < low), branch, True))
+        return found
+
+    def _domain(self, X: PoseMatrix) -> tuple[float, float]:
+        """Values of the held joint that have to be looked at."""
+        limits = self.robot.limits
+        ends = float(limits.lower[self.held]), float(limits.upper[self.held])
+        return range_of(self._chain, self.held, *ends, limits, X)
+
+    def _in_doubt(self, X: PoseMatrix, cells: list[tuple[float, float, int]]) -> list[tuple[float, float, int]]:
+        """Those cells that are within the limits at both ends and in the middle, neighbours joined."""
+        if not cells:
+            return []
+        low, high, branch = (np.array(x) for x in zip(*sorted(cells, key=lambda one: (one[2], one[0])), strict=True))
+        values = np.stack([low, (low + high) / 2, high])
+        within = self._judged(X, values.reshape(-1)).within[np.arange(values.size), np.tile(branch, 3)]
+        found: list[tuple[float, float, int]] = []
+        for k in np.flatnonzero(within.reshape(3, -1).all(axis=0)):
+            if found and found[-1][2] == branch[k] and found[-1][1] >= low[k]:
+                found[-1] = (found[-1][0], float(high[k]), int(branch[k]))
+            else:
+                found.append((float(low[k]), float(high[k]), int(branch[k])))
+        return found
+
+    def _sampled(self, X: PoseMatrix, values: Floats) -> list[tuple[float, float, int]]:
+        """Intervals seen at some values of a held joint, their ends by halving; shorter ones may be missed."""
         good = self._judged(X, values).within
-        runs = [(branch, begin, end) for branch in range(good.shape[1]) for begin, end in self._runs(good[:, branch])]
+        runs = [
+            (branch, max(first, 0), last if first >= 0 else len(values) - 1)
+            for branch in range(good.shape[1])
+            for first, last in _runs(good[:, branch], around=False)
+        ]
         if not runs:
-            return ()
-        step, whole = values[1] - values[0], np.array([begin < 0 for _, begin, _ in runs])
+            return []
+        step = values[1] - values[0]
         branch, begins, ends = np.array(runs).T
         inside = np.stack([values[begins], values[ends]])
-        outside = inside + np.array([[-step], [step]])
-        if not self._around:
-            outside = np.clip(outside, values[0], values[-1])
+        outside = np.clip(inside + np.array([[-step], [step]]), values[0], values[-1])
         low, high = self._edges(X, inside, outside, branch)
-        low, high = np.where(whole, -np.pi, low), np.where(whole, np.pi, high + 2 * np.pi * (high < low))
-        return tuple(
-            PostureFamily(self.parameter, float(a), float(b), int(k), partial(self._member, X, int(k)))
-            for a, b, k in zip(low, high, branch, strict=True)
-        )
+        return [(float(a), float(b), int(k)) for a, b, k in zip(low, high, branch, strict=True)]
 
     def _member(self, X: PoseMatrix, branch: int, value: float) -> JointVector:
         one = self._judged(X, np.array([value]))
-        return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
+        if one.residual[0, branch] <= REACHED or self.closed is None or not self._by_kernel:
+            return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
+        # At the end of an interval two branches may merge: the table is off by the square root of the rounding.
+        asked = setting(self.robot, None, "pose")
+        near = asked.middle.copy()
+        near[self.held] = value
+        start = self.closed.solve(X, near).q[branch]
+        q, residual = refined(self.robot, start[None], X, asked.mask, None, steps=MERGING, held=(self.held,))
+        wound = wound_near(q[0], near, asked.lower, asked.upper, asked.turning)
+        return np.where(residual[0] <= REACHED, wound, np.nan)
 
     def _edges(self, X: PoseMatrix, inside: Floats, outside: Floats, branch: NDArray[np.int64]) -> Floats:
         """(2, k) ends of intervals between values inside and outside, all halved together."""
@@ -165,17 +250,6 @@ class Redundancy:
             fits = self._judged(X, middle.reshape(-1)).within[columns].reshape(inside.shape)
             inside, outside = np.where(fits, middle, inside), np.where(fits, outside, middle)
         return inside
-
-    def _runs(self, good: NDArray[np.bool_]) -> list[tuple[int, int]]:
-        """First and last place of every run of postures; (-1, -1) for a whole turn."""
-        if self._around and good.all():
-            return [(-1, -1)]
-        before = np.roll(good, 1) if self._around else np.append(False, good[:-1])
-        after = np.roll(good, -1) if self._around else np.append(good[1:], False)
-        begins, ends = np.flatnonzero(good & ~before), np.flatnonzero(good & ~after)
-        if len(ends) and ends[0] < begins[0]:
-            ends = np.roll(ends, -1)
-        return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
 
     @property
     def _by_kernel(self) -> bool:
@@ -191,9 +265,7 @@ class Redundancy:
         """Evenly spread values of the parameter, (count,): over the turn, or the range of the joint [rad]."""
         if self._around:
             return np.linspace(-np.pi, np.pi, count, endpoint=False)
-        low, high = self.robot.limits.lower[self.held], self.robot.limits.upper[self.held]
-        low, high = (low if np.isfinite(low) else -np.pi), (high if np.isfinite(high) else np.pi)
-        return np.linspace(low, high, count)
+        return np.linspace(*self._domain(np.eye(4)), count)
 
     def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
         if self._by_kernel and self.closed is not None:
@@ -230,7 +302,8 @@ class Redundancy:
         residual, within = np.empty(rows.shape[:2]), np.empty(rows.shape[:2], dtype=np.bool_)
         held = np.ascontiguousarray(values).reshape(-1)
         poses = np.ascontiguousarray(X).reshape(-1, 4, 4)
-        checked(rows, T, poses, held, self.held, asked.middle, asked.lower, asked.upper, REACHED, residual, within)
+        limits = asked.middle, asked.lower, asked.upper
+        checked(rows, T, poses, held, self.held, asked.turning, *limits, REACHED, residual, within)
         q[...] = rows.reshape(q.shape)
         return residual.reshape(q.shape[:-1]), within.reshape(q.shape[:-1])
 
@@ -249,32 +322,55 @@ class Redundancy:
         return q
 
     @lazy
+    def limited(self) -> tuple[tuple[int, float, GeneralSix], ...]:
+        """Every joint but the held one at each of its limits, with the elimination of the six others."""
+        low, high = self.robot.limits.lower, self.robot.limits.upper
+        return tuple(
+            (k, float(limit), GeneralSix(self._chain.locked(k, float(limit))))
+            for k in range(7)
+            for limit in (low[k], high[k])
+            if k != self.held and np.isfinite(limit)
+        )
+
+    @lazy
     def _chain(self) -> Chain:
         chain = chain_of(self.robot.mechanism)
         assert chain is not None
         return chain
 
 
+def _runs(good: NDArray[np.bool_], *, around: bool = True) -> list[tuple[int, int]]:
+    """First and last place of every run of postures; (-1, -1) for a whole turn."""
+    if around and good.all():
+        return [(-1, -1)]
+    before = np.roll(good, 1) if around else np.append(False, good[:-1])
+    after = np.roll(good, -1) if around else np.append(good[1:], False)
+    begins, ends = np.flatnonzero(good & ~before), np.flatnonzero(good & ~after)
+    if len(ends) and ends[0] < begins[0]:
+        ends = np.roll(ends, -1)
+    return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
+
+
 @of_robot
 def redundancy(robot: Robot, parameter: str | None = None) -> Redundancy:
-    """How the postures of a seven-joint arm are counted.
+    """How the postures of an arm with seven coordinates are counted.
 
     Args:
-        robot: with seven turning joints.
+        robot: with seven turning or sliding joints that move its tip; those of a gripper are left out, and the
+            coordinates are those of `Redundancy.robot`.
         parameter: `arm angle`, or the name of the joint to hold; if None the arm angle where there is one, else the
             joint whose six others have a closed form, else the third.
 
     Raises:
-        InputError: not an arm of seven turning joints, or a parameter that it does not have.
+        InputError: not an arm of seven turning or sliding joints, or a parameter that it does not have.
     """
-    require_kind("robot", robot, "Robot", "mechanism", "forward_kinematics")
-    return _redundancy(robot, parameter)
+    return _redundancy(moving_part(robot, None).robot, parameter)
 
 
 @lru_cache(maxsize=64)
 def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
     chain = chain_of(robot.mechanism)
-    if chain is None or len(chain) != 7 or any(chain.slides):
+    if chain is None or len(chain) != 7:
         raise InputError("redundant.not_seven", joints=robot.n)
     angle = arm_angle_form(chain)
     names = [ARM_ANGLE, *robot.joint_names] if angle is not None else list(robot.joint_names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -87,6 +88,30 @@ def labelled(
         q.append(ca.horzcat(*wound))
         facts.append(ca.horzcat(miss, posture.shortfall, free, code, margin, excess))
     return ca.vertcat(*q), ca.vertcat(*facts), defect
+
+
+def motions_along(
+    pattern: ArmPattern, T: ca.SX, held: int, value: ca.SX, near: Sequence[float]
+) -> list[list[ca.SX | float]]:
+    """Every branch as cosine and sine of the coordinates not held, of a slide its value and zero, and its shortfall.
+
+    Args:
+        pattern: of the arm, one joint held.
+        T: (4, 4) wanted pose of the tip in {s}.
+        held: coordinate of the held joint.
+        value: of that [rad | m].
+        near: (n,) what free joints take.
+    """
+    wishes = ca.vertcat(*[value if i == held else ca.SX(float(x)) for i, x in enumerate(near)])
+    found, _ = _solved(pattern, T, wishes, ca.horzcat(ca.cos(wishes), ca.sin(wishes)), None)
+    rows: list[list[ca.SX | float]] = []
+    for posture in found:
+        row: list[ca.SX | float] = [0.0] * (2 * pattern.n)
+        for motion, joint in zip(posture.motions, pattern.joints, strict=True):
+            if joint >= 0:
+                row[2 * joint : 2 * joint + 2] = [motion.c, motion.s] if isinstance(motion, Turn) else [motion, 0.0]
+        rows.append([*row, posture.shortfall])
+    return rows
 
 
 def _solved(

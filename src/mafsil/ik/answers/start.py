@@ -1,0 +1,98 @@
+"""Where free and held joints stand: the values that are preferred, or the nearest that lead to solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.closed_form import Branches, ClosedForm
+
+SCAN = 24
+"""Values of a free or held joint that are tried where the preferred one leads nowhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Values of free and held joints.
+
+    Attributes:
+        near: (n,) of which only those count.
+        refuted: whether it is proven that no value of the held joint leads to a solution within the limits.
+        unreachable: whether it is proven that none leads to any.
+    """
+
+    near: JointVector
+    refuted: bool = False
+    unreachable: bool = False
+
+
+def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, tolerance: float) -> Start:
+    """The preferred values, or the nearest that lead to solutions within the limits, or else to any.
+
+    Args:
+        setting: the arm.
+        form: its closed form.
+        T: (4, 4) wanted pose.
+        near: (n,) preferred values.
+        tolerance: largest residual of a solution.
+    """
+    # A row that almost solves the pose at one value of a held joint is not made a solution by refinement.
+    most = min(tolerance, setting.candidate) if setting.holds_one else setting.candidate
+    arm, table = setting.arm, form.solve(T, near)
+    if (not arm.held and not table.free.any()) or _allowed(setting, near, table, most).any():
+        return Start(near)
+    changed = arm.held if arm.held else _free(int(table.free.max()), setting.robot.n)
+    if not changed:
+        return Start(near)
+    generator = np.random.default_rng(0)
+    tries = np.repeat(near[None], SCAN * 8 ** min(len(changed) - 1, 2), axis=0)
+    for j in changed:
+        low, high = max(setting.lower[j], -np.pi), min(setting.upper[j], np.pi)
+        tries[:, j] = (
+            np.linspace(low, high, len(tries)) if len(changed) == 1 else generator.uniform(low, high, len(tries))
+        )
+    found = form.solve(T, tries)
+    count = _allowed(setting, near, found, most).sum(axis=1)
+    if not count.max() and setting.holds_one:
+        return _by_intervals(setting, form, T, near, most)
+    if not count.max():
+        if (table.residual <= setting.candidate).any():
+            return Start(near)
+        count = (found.residual <= setting.candidate).sum(axis=1)
+    return Start(tries[int(np.where(count == count.max(), -np.abs(tries - near).max(axis=1), -np.inf).argmax())])
+
+
+def _by_intervals(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, most: float) -> Start:
+    """The held joint where intervals prove that there are postures within the limits, or else any at all."""
+    from mafsil.ik.redundant.held import held_values
+
+    joint, proven = setting.arm.held[0], {True: False, False: False}
+    for limits in (True, False):
+        known = held_values(setting, T, float(near[joint]), limits=limits)
+        if known is None:
+            break
+        proven[limits] = known.none
+        tries = np.repeat(near[None], len(known.values), axis=0)
+        tries[:, joint] = known.values
+        table = form.solve(T, tries)
+        good = _allowed(setting, near, table, most) if limits else table.residual <= most
+        if good.any():
+            return Start(tries[int(good.any(axis=1).argmax())], proven[True])
+    return Start(near, proven[True], proven[False])
+
+
+def _allowed(setting: Setting, near: JointVector, table: Branches, most: float) -> NDArray[np.bool_]:
+    """(*batch, branches) which rows are solutions within the limits."""
+    low, high = setting.lower, setting.upper
+    q = wound_near(table.q, near, low, high, setting.turning)
+    return (table.residual <= most) & ((q >= low) & (q <= high)).all(axis=-1)
+
+
+def _free(code: int, n: int) -> tuple[int, ...]:
+    """The coordinates i for which 2^i is part of a sum."""
+    return tuple(i for i in range(n) if code >> i & 1)

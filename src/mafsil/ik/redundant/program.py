@@ -1,0 +1,147 @@
+"""A closed form along its held joint as programs for interval arithmetic, one for every branch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.kernels.tape import Node, Tape, arguments
+from mafsil.mechanics.arm_pattern import ArmPattern
+
+Codes = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class FixedProgram:
+    """What depends on the pose alone.
+
+    Attributes:
+        code, first, second: (k,) operations and places of their arguments; -1 where a value is given.
+        given: (k,) constants, zero elsewhere.
+        inputs: (16,) places of the pose's elements; -1 of those that are not used.
+    """
+
+    code: Codes
+    first: Codes
+    second: Codes
+    given: Floats
+    inputs: Codes
+
+
+@dataclass(frozen=True, eq=False)
+class BranchProgram:
+    """What depends on the parameter, of one branch.
+
+    Attributes:
+        code, first, second, target: (k,) operations, places of arguments, negative for -1 - place among the fixed
+            values, and of the result.
+        ports: (2 n + 1) places of the outputs.
+        registers: number of places.
+    """
+
+    code: Codes
+    first: Codes
+    second: Codes
+    target: Codes
+    ports: Codes
+    registers: int
+
+
+@dataclass(frozen=True, eq=False)
+class Programs:
+    """Of a closed form whose held joint is the parameter."""
+
+    fixed: FixedProgram
+    branches: tuple[BranchProgram, ...]
+
+
+@lru_cache(maxsize=64)
+def programs(pattern: ArmPattern, held: int, near: tuple[float, ...]) -> Programs | None:
+    """The programs of a closed form; None where one uses an operation that intervals are not made for.
+
+    Args:
+        pattern: of the arm, one joint held.
+        held: its coordinate.
+        near: (n,) what free joints take.
+    """
+    from mafsil.ik.redundant import interval_loops as loops
+    from mafsil.mechanics.closed_form.course import course_tape
+
+    names = ("add", "sub", "mul", "div", "neg", "sqrt", "sin", "cos", "fabs", "fmin", "fmax", "lt", "le", "not")
+    numbers = {name: getattr(loops, name.upper()) for name in names}
+    numbers |= {"if_else_zero": loops.IF, "sign": loops.SIGN, "atan2": loops.ATAN2}
+    # Of zeros and ones the smaller and the larger.
+    numbers |= {"and": loops.FMIN, "or": loops.FMAX}
+    tape = course_tape(pattern, held, near)
+    if any(node.op not in numbers and node.op not in ("input", "const") for node in tape.nodes):
+        return None
+    moving = _moving(tape)
+    place = {i: k for k, i in enumerate(i for i in range(len(tape.nodes)) if not moving[i])}
+    codes = [_code(numbers, node, loops.SQ) for node in tape.nodes]
+    branches = tuple(_branch(tape, port, moving, place, codes) for port in tape.outputs)
+    return Programs(_fixed(tape, place, codes), branches)
+
+
+def _code(numbers: dict[str, int], node: Node, square: int) -> int:
+    if node.op in ("input", "const"):
+        return -1
+    return square if node.op == "mul" and node.args[0] == node.args[1] else numbers[node.op]
+
+
+def _moving(tape: Tape) -> list[bool]:
+    """Which nodes depend on the parameter."""
+    moving: list[bool] = []
+    for node in tape.nodes:
+        moving.append(node.args[0] == 1 if node.op == "input" else any(moving[a] for a in arguments(node)))
+    return moving
+
+
+def _fixed(tape: Tape, place: dict[int, int], codes: list[int]) -> FixedProgram:
+    order = list(place)
+    args = [arguments(tape.nodes[i]) for i in order]
+    inputs = np.full(16, -1, dtype=np.int32)
+    for i in order:
+        if tape.nodes[i].op == "input":
+            inputs[tape.nodes[i].args[1]] = place[i]
+    return FixedProgram(
+        np.array([codes[i] for i in order], dtype=np.int32),
+        np.array([place[a[0]] if a else 0 for a in args], dtype=np.int32),
+        np.array([place[a[-1]] if a else 0 for a in args], dtype=np.int32),
+        np.array([tape.nodes[i].value if tape.nodes[i].op == "const" else 0.0 for i in order]),
+        inputs,
+    )
+
+
+def _branch(
+    tape: Tape, port: tuple[int, ...], moving: list[bool], place: dict[int, int], codes: list[int]
+) -> BranchProgram:
+    """One branch's operations with places that are used again once their value is not needed any more."""
+    needed: set[int] = set()
+    stack = [i for i in port if moving[i]]
+    while stack:
+        i = stack.pop()
+        if i not in needed:
+            needed.add(i)
+            stack.extend(a for a in arguments(tape.nodes[i]) if moving[a])
+    order = sorted(i for i in needed if tape.nodes[i].op != "input")
+    last = {a: i for i in order for a in arguments(tape.nodes[i]) if moving[a]} | dict.fromkeys(port, len(tape.nodes))
+    register = {i: 0 for i in needed if tape.nodes[i].op == "input"}
+    free: list[int] = []
+    used = 1
+    rows: list[tuple[int, int, int, int]] = []
+    for i in order:
+        args = arguments(tape.nodes[i])
+        if free:
+            register[i] = free.pop()
+        else:
+            register[i], used = used, used + 1
+        where = [register[a] if moving[a] else -1 - place[a] for a in args]
+        rows.append((codes[i], where[0], where[-1], register[i]))
+        free.extend(register[a] for a in set(args) if moving[a] and last[a] == i and register[a])
+    table = np.array(rows, dtype=np.int32).reshape(-1, 4).T.copy()
+    ports = np.array([register[i] if moving[i] else -1 - place[i] for i in port], dtype=np.int32)
+    return BranchProgram(table[0], table[1], table[2], table[3], ports, used)
