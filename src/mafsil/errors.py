@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
 from mafsil.messages import LANGUAGES, say
@@ -85,10 +85,11 @@ class MafsilWarning(UserWarning):
         facts: the values that the sentence mentions.
     """
 
-    def __init__(self, key: str, **facts: object) -> None:
-        super().__init__(key)
+    def __init__(self, key: str, rebuilt: Mapping[str, object] | None = None, /, **facts: object) -> None:
         self.key = key
-        self.facts = facts
+        self.facts = {**(rebuilt or {}), **facts}
+        # Whoever carries a warning to another process makes it again from its arguments alone.
+        super().__init__(key, self.facts)
 
     def __str__(self) -> str:
         return self.message()

@@ -1,5 +1,7 @@
 """Typed wrenches in the wrong frame, arms without masses, foreign poses, languages: said, not computed."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as ScipyRotation
@@ -84,3 +86,11 @@ def test_misspelt_names_and_print():
     with pytest.raises(AttributeError, match="forward_kinematics"):
         _ = ARM.forward_kinematic
     assert max(map(len, str(mf.load("ur5e")).splitlines())) <= 80
+
+
+def test_warnings_travel_to_other_processes():
+    """Test runners and process pools make a warning again from its arguments alone, or by pickle."""
+    warning = mf.InputWarning("dh.degrees", row=1, field="alpha", value=90.0)
+    for again in (type(warning)(*warning.args), pickle.loads(pickle.dumps(warning))):
+        assert str(again) == str(warning)
+        assert again.message("ar") == warning.message("ar")
