@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.geometry import pose
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.path_task import PathTask, path_error, path_rates
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
@@ -32,7 +32,14 @@ JointPath = Outcome[PiecewisePolynomial | None]
 
 @of_robot
 def follow(
-    robot: Robot, path: CartesianPath, q_start: JointVector, *, frame: str | None = None, tolerance: float = 1e-6
+    robot: Robot,
+    path: CartesianPath,
+    q_start: JointVector,
+    *,
+    frame: str | None = None,
+    tolerance: float = 1e-6,
+    task: PathTask = "pose",
+    slack: float = 0.0,
 ) -> JointPath:
     """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
 
@@ -45,12 +52,15 @@ def follow(
         q_start: (n,) [rad | m].
         frame: name of a link; the tip if None.
         tolerance: largest deviation from the path [m, rad].
+        task: what of the path the frame keeps to; the rest is left to the arm.
+        slack: of arms that cannot keep to the path, its largest distance from what they can reach [m, rad]: they follow
+            in the sense of least squares.
 
     Returns:
         The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance); or None with
         UNREACHABLE, SINGULAR or JOINT_LIMIT and the place s where the path ends.
     """
-    tracker = _Tracker(robot, path, frame)
+    tracker = _Tracker(robot, path, frame, task, slack)
     pieces = FEWEST_PIECES
     while True:
         outcome = tracker.march(q_start, pieces)
@@ -60,10 +70,12 @@ def follow(
             pieces = PLACING_PIECES
             continue
         deviation = tracker.deviation(outcome.value)
-        if deviation <= tolerance:
+        if deviation <= tolerance + slack:
             return Outcome(outcome.value, PlanStatus.PLANNED, deviation, pieces)
         if pieces >= MOST_PIECES:
-            return Outcome(outcome.value, PlanStatus.DEVIATES, deviation, pieces, facts={"tolerance": tolerance})
+            return Outcome(
+                outcome.value, PlanStatus.DEVIATES, deviation, pieces, facts={"tolerance": tolerance + slack}
+            )
         pieces *= 2
 
 
@@ -74,6 +86,8 @@ class _Tracker:
     robot: Robot
     path: CartesianPath
     frame: str | None
+    task: PathTask
+    slack: float
 
     def march(self, q_start: JointVector, pieces: int) -> JointPath:
         """Knot by knot from the start."""
@@ -81,7 +95,7 @@ class _Tracker:
         q = np.array(q_start, dtype=np.float64)
         knots = [(q, *self._slopes(0.0, q))]
         for begin, end in pairwise(s.tolist()):
-            margin = self._margin(q)
+            margin = self._margin(begin, q)
             if margin < SINGULAR_VALUE:
                 return _ended(PlanStatus.SINGULAR, begin, margin=margin)
             q = self._corrected(self._predicted(begin, q, end - begin), end)
@@ -100,8 +114,7 @@ class _Tracker:
     def deviation(self, joints: PiecewisePolynomial) -> float:
         """Largest pose error in the middle of the pieces, where it is greatest."""
         middles = (joints.knots[1:] + joints.knots[:-1]) / 2
-        twist = pose.error(self._pose(joints.at(middles).u), self.path.poses(middles))
-        return float(np.abs(twist).max())
+        return float(np.abs(self._error(joints.at(middles).u, self.path.poses(middles))).max())
 
     def _predicted(self, s: float, q: JointVector, h: float) -> JointVector:
         """One classical Runge-Kutta step of q' = J# V."""
@@ -115,25 +128,39 @@ class _Tracker:
         """Newton's method onto the path; NaN if it does not get there within a small distance."""
         target, start = self.path.poses(s), q
         for _ in range(8):
-            twist = pose.error(self._pose(q), target)
-            if np.abs(twist).max() <= ON_PATH:
+            error = self._error(q, target)
+            size = np.abs(error).max()
+            if size <= ON_PATH:
                 return q
-            q = q + _least_norm(self._jacobian(q), twist)
+            step = _least_norm(self._equations(s, q)[0], error)
+            if size <= self.slack and np.abs(step).max() <= ON_PATH:
+                return q
+            q = q + step
             if not np.abs(q - start).max() < 0.1:
                 break
         return np.full_like(q, np.nan)
 
     def _rate(self, s: float, q: JointVector) -> Floats:
-        return _least_norm(self._jacobian(q), self.path.twists(s)[0])
+        A, b = self._equations(s, q)[:2]
+        return _least_norm(A, b)
 
     def _slopes(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
-        """Slopes q' = J# V and q'' = J# (V' - J' q') + (I - J# J) J'^T y with J^T y = q', the derivative of J# V."""
+        """Slopes q' = A# b and q'' = A# (b' - A' q') + (I - A# A) A'^T y with A^T y = q', the derivative of A# b."""
+        rate = self._rate(s, q)
+        A, _, A_rate, b_slope = self._equations(s, q, rate)
+        free = A_rate.T @ _least_norm(A.T, rate)
+        return rate, free + _least_norm(A, b_slope - A_rate @ rate - A @ free)
+
+    def _equations(self, s: float, q: JointVector, rate: Floats | None = None) -> tuple[Floats, Floats, Floats, Floats]:
+        """A q' = b along the path, with derivatives by s where q' is given, else with zeros."""
         J = self._jacobian(q)
-        V, V_slope = self.path.twists(s)
-        rate = _least_norm(J, V)
-        J_rate = self._jacobian_rate(q, rate)
-        free = J_rate.T @ _least_norm(J.T, rate)
-        return rate, free + _least_norm(J, V_slope - J_rate @ rate - J @ free)
+        moving = np.zeros_like(q) if rate is None else rate
+        J_rate = np.zeros_like(J) if rate is None else self._jacobian_rate(q, rate)
+        T = np.eye(4) if self.task == "pose" else self._pose(q)
+        return path_rates(T, J, J_rate, moving, self.path, s, self.task)
+
+    def _error(self, q: JointVector, target: Floats) -> Floats:
+        return path_error(self._pose(q), target, self.task)
 
     def _outside(self, q: JointVector) -> tuple[int, float] | None:
         """The joint that is farthest beyond its limit, and the limit."""
@@ -148,15 +175,15 @@ class _Tracker:
         """Out of reach if no configuration nearby reaches the next knot; else the path meets a singularity."""
         target = self.path.poses(end)
         nearby = levenberg_marquardt(
-            lambda x: (-pose.error(self._pose(x), target), self._jacobian(x)), q, tolerance=1e-9, iterations=200
+            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=1e-9, iterations=200
         )
         if nearby.succeeded:
-            return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(q))
+            return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(begin, q))
         return _ended(PlanStatus.UNREACHABLE, begin, nearby.residual)
 
-    def _margin(self, q: JointVector) -> float:
-        """Smallest singular value of the Jacobian."""
-        return float(np.linalg.svd(self._jacobian(q), compute_uv=False)[-1])
+    def _margin(self, s: float, q: JointVector) -> float:
+        """Smallest singular value of the Jacobian of what counts."""
+        return float(np.linalg.svd(self._equations(s, q)[0], compute_uv=False)[-1])
 
     def _pose(self, q: JointVector) -> Floats:
         if self.frame is None:
