@@ -148,7 +148,7 @@ def test_tolerances_of_the_job_and_of_a_move() -> None:
     assert not degrees.missed
     with pytest.raises(JobError) as caught:
         solved("tolerance = { joints = [0.1] }\n" + REACH)
-    assert caught.value.key == "job.tolerance_count"
+    assert caught.value.key == "job.list_count"
 
 
 @pytest.mark.parametrize(

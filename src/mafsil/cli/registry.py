@@ -15,7 +15,11 @@ _MOTIONS = (
 """Ways to type a motion in `convert`, and what stands for their numbers in the help."""
 
 OPERATIONS: tuple[Operation, ...] = (
-    Operation("run", "mafsil.cli.run:run", (Parameter("job", "path", positional=True, required=True), *_RUNS)),
+    Operation(
+        "run",
+        "mafsil.cli.run:run",
+        (Parameter("job", "path", positional=True, required=True), *_RUNS, Parameter("dry_run", "flag")),
+    ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
     Operation("show", "mafsil.cli.show:show", (_ROBOT, _TIP, Parameter("picture", "path"), _DEGREES)),
     Operation(

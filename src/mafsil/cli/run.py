@@ -12,14 +12,18 @@ from mafsil.errors import FileError
 from mafsil.job import Refusal, Run, solve
 from mafsil.job.judgement import joint_quantity, summary
 from mafsil.job.reading import parse, text_of
+from mafsil.job.solve import prepare
 from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, require_replaceable, write_results
 
+MARKS = {"good": "-", "warning": "!", "failure": "!!"}
+"""What stands before a finding of each level."""
 
-def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
+
+def run(job: str, out: str | None, progress: bool, open: bool, dry_run: bool = False) -> Answer:
     """Solve a job file and write the report.
 
     Args:
@@ -27,11 +31,14 @@ def run(job: str, out: str | None, progress: bool, open: bool) -> Answer:
         out: directory for the results; `mafsil-results/<name of the job>` if None.
         progress: print progress even when stderr is no terminal.
         open: show the report in the browser.
+        dry_run: plan only: nothing is simulated, nothing is written.
 
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
     """
     path = Path(job)
+    if dry_run:
+        return _planned(text_of(path), path.name, path.parent, progress=progress)
     target = Path("mafsil-results") / path.stem if out is None else Path(out)
     return _run(text_of(path), path.name, path.parent, target, progress=progress, show=open)
 
@@ -47,10 +54,9 @@ def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, 
     require_replaceable(target)
     with Progress(progress) as bar:
         job = parse(text, source)
-        outcome = solve(job, text, folder, bar)
+        outcome = solve(job, text, folder, bar, source)
         if isinstance(outcome, Refusal):
-            refusal = {"complete": False, "code": outcome.key, "reason": outcome.explain()}
-            return Answer(refusal, refusal=outcome.explain())
+            return _refused(outcome)
         bar.enter("stage_writing")
         report = _written(outcome, target)
     if show:
@@ -58,6 +64,52 @@ def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, 
 
         webbrowser.open(report.as_uri())
     return _answer(outcome, report)
+
+
+def _planned(text: str, source: str, folder: Path, *, progress: bool) -> Answer:
+    """The motion of a job, and how long it takes."""
+    with Progress(progress) as bar:
+        job = parse(text, source)
+        outcome = prepare(job, text, folder, bar, source)
+    if isinstance(outcome, Refusal):
+        return _refused(outcome)
+    robot, motion = outcome
+    moves = [(k, leg) for k, leg in enumerate(motion.legs) if leg.index >= 0]
+    cycle = float(motion.starts[len(moves)])
+    data = {
+        "robot": robot.name,
+        "cycle": cycle,
+        "start": motion.start.tolist(),
+        "moves": [
+            {
+                "number": leg.index + 1,
+                "name": leg.name,
+                "kind": leg.kind,
+                "start": float(motion.starts[k]),
+                "duration": leg.trajectory.duration,
+                "joints": leg.trajectory.at(leg.trajectory.duration).u.tolist(),
+            }
+            for k, leg in moves
+        ],
+        "findings": [
+            {"level": one.level, "code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")}
+            for one in motion.remarks
+        ],
+    }
+    rows = [
+        (f"{leg.index + 1} {leg.name}".strip(), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s"))
+        for _, leg in moves
+    ]
+    heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
+    lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
+    lines += table(heading, rows)
+    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in motion.remarks]
+    return Answer(data, tuple(lines))
+
+
+def _refused(outcome: Refusal) -> Answer:
+    refusal = {"complete": False, "code": outcome.key, "reason": outcome.explain()}
+    return Answer(refusal, refusal=outcome.explain())
 
 
 def _written(outcome: Run, target: Path) -> Path:
@@ -85,8 +137,7 @@ def _answer(outcome: Run, report: Path) -> Answer:
         reached = sum(one.reached for one in numbers.arrivals)
         rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))
     lines += table(("", ""), rows)[1:]
-    marks = {"good": "-", "warning": "!", "failure": "!!"}
-    lines += [f"  {marks[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
+    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
     lines.append(say("cli.run_written", path=report))
     failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
     return Answer(data, tuple(lines), failures[0] if failures else None)

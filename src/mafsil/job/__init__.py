@@ -5,4 +5,5 @@ from mafsil.job.reading import parse as parse
 from mafsil.job.reading import read as read
 from mafsil.job.remark import Refusal as Refusal
 from mafsil.job.run import Run as Run
+from mafsil.job.schema import schema as schema
 from mafsil.job.solve import solve as solve

@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.errors import JobError
 from mafsil.geometry import rotation
-from mafsil.job.description import Job
+from mafsil.job.description import Job, Task
 from mafsil.job.plan import Leg, Plan
-from mafsil.model import JointKind
+from mafsil.job.tolerance import Tolerances, tolerances
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 
-POSITION, ORIENTATION = 1e-3, radians(0.5)
-"""Tolerances where the job names none [m, rad]."""
 INSTANT = 1e-9
 """Times closer than this are the same [s]."""
 Goal: TypeAlias = Literal["pose", "joints", "pick", "place"]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Tolerances:
-    """How near a target has to be reached: position [m], orientation [rad], joints (n,) [rad | m]."""
-
-    position: float
-    orientation: float
-    joints: Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,7 +29,7 @@ class Arrival:
         goal: what is judged: the tip for `pose`, `pick` and `place` (its planned pose), coordinates for `joints`.
         time: end of the leg [s].
         q: (n,) configuration at that time [rad | m].
-        position_error, orientation_error: of the tip [m, rad].
+        position_error, orientation_error: of the tip, as far as its target names them [m, rad].
         joint_errors: (n,) magnitudes [rad | m].
         tolerances: what is allowed.
     """
@@ -101,10 +88,18 @@ def arrival(job: Job, robot: Robot, plan: Plan, index: int, tape: Recording, sta
         time=end,
         q=q,
         position_error=float(np.linalg.norm(T[:3, 3] - T_wanted[:3, 3])),
-        orientation_error=float(rotation.angle_between(T[:3, :3], T_wanted[:3, :3])),
+        orientation_error=_turn(T[:3, :3], T_wanted[:3, :3], leg.task),
         joint_errors=np.abs(q - wanted),
         tolerances=tolerances(job, robot, leg.index),
     )
+
+
+def _turn(R: Floats, R_wanted: Floats, task: Task) -> float:
+    """How far the tip is turned from what counts: the whole orientation, the direction of its z axis, or nothing."""
+    if task == "pose":
+        return float(rotation.angle_between(R, R_wanted))
+    z, wanted = R[:, 2], R_wanted[:, 2]
+    return float(np.arctan2(np.linalg.norm(np.cross(z, wanted)), z @ wanted)) if task == "axis" else 0.0
 
 
 def arrivals(job: Job, robot: Robot, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:
@@ -124,30 +119,3 @@ def configuration(tape: Recording, time: float) -> JointVector:
     a, b, va, vb = tape.q[k], tape.q[k + 1], step * tape.qd[k], step * tape.qd[k + 1]
     rise = u * u * (3.0 - 2.0 * u)
     return np.asarray(a + rise * (b - a) + u * (1.0 - u) ** 2 * va + u * u * (u - 1.0) * vb)
-
-
-def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
-    """What is allowed at the end of a move: its own tolerance, else the job's, else the defaults.
-
-    Args:
-        job, robot: what is asked; the robot with its tool.
-        move: index in the job; None for what the job says in general.
-
-    Raises:
-        JobError: a list of joint tolerances does not fit the robot.
-    """
-    degree = pi / 180.0 if job.angles == "degrees" else 1.0
-    own, general = None if move is None else job.move[move].tolerance, job.tolerance
-    position, orientation, joints = (
-        getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
-        for name in ("position", "orientation", "joints")
-    )
-    metres = POSITION if position is None else float(position)
-    angle = ORIENTATION if orientation is None else degree * float(orientation)
-    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
-    if isinstance(joints, tuple):
-        if len(joints) != robot.n:
-            raise JobError("job.tolerance_count", expected=robot.n, got=len(joints))
-        return Tolerances(metres, angle, np.array(joints) * np.where(turning, degree, 1.0))
-    turn = angle if joints is None else degree * float(joints)
-    return Tolerances(metres, angle, np.where(turning, turn, metres))

@@ -11,6 +11,7 @@ NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
 Three: TypeAlias = tuple[float, float, float]
 Four: TypeAlias = tuple[float, float, float, float]
+Task: TypeAlias = Literal["pose", "axis", "position"]
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 
 
@@ -24,6 +25,17 @@ class Pose(Part, frozen=True, kw_only=True):
     position: Three
     rpy: Three | None = None
     quaternion: Four | None = None
+
+
+class Goal(Pose, frozen=True, kw_only=True):
+    """A pose to be reached, and what of it counts.
+
+    Attributes:
+        task: `pose`: all of it; `axis`: the position, and the direction of the tip's z axis; `position` alone.
+            What does not count is left to the arm.
+    """
+
+    task: Task = "pose"
 
 
 class Grasp(Part, frozen=True, kw_only=True):
@@ -67,7 +79,7 @@ class Move(Part, frozen=True, kw_only=True):
         pose: goal of the tip.
         path: `joint`: all joints together; `line`: the tip goes straight.
         via: points to pass through on a joint path without stopping.
-        profile: law of motion in time.
+        profile: law of motion in time; quintic if None.
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         pick: take something: the tool closes, its mass hangs on the tip from then on.
@@ -79,10 +91,10 @@ class Move(Part, frozen=True, kw_only=True):
 
     name: str = ""
     joints: tuple[float, ...] | None = None
-    pose: Pose | None = None
+    pose: Goal | None = None
     path: Literal["joint", "line"] = "joint"
     via: tuple[tuple[float, ...], ...] = ()
-    profile: Literal["quintic", "trapezoid"] = "quintic"
+    profile: Literal["quintic", "trapezoid"] | None = None
     duration: Positive | None = None
     speed: Share = 1.0
     pick: Grasp | None = None
@@ -93,10 +105,13 @@ class Move(Part, frozen=True, kw_only=True):
 
 
 class Start(Part, frozen=True, kw_only=True):
-    """Where the robot begins, at rest: joints, or a pose; the middle of the ranges if neither."""
+    """Where the robot begins, at rest: joints, or a pose.
+
+    If neither, zero, moved into the middle 70 % of each range; a bent posture near it if the arm is singular there.
+    """
 
     joints: tuple[float, ...] | None = None
-    pose: Pose | None = None
+    pose: Goal | None = None
 
 
 class Tool(Part, frozen=True, kw_only=True):
@@ -210,11 +225,18 @@ class Report(Part, frozen=True, kw_only=True):
 
 
 class Job(Part, frozen=True, kw_only=True):
-    """A whole job file."""
+    """A whole job file.
+
+    Attributes:
+        robot: name of the library, or path of a file.
+        angles: unit of all angles of the file.
+        lock: joints that are held, by name [rad, or degrees; m]; they are no coordinates of the arm then.
+    """
 
     title: str = ""
     robot: str
     angles: Literal["radians", "degrees"] = "radians"
+    lock: dict[str, float] = {}
     tool: Tool = Tool()
     start: Start = Start()
     limits: Bounds = Bounds()

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.control import Law, computed_torque, gravity_compensation, inertia_gains
 from mafsil.errors import JobError
 from mafsil.job import judgement
-from mafsil.job.arrival import arrival, tolerances
+from mafsil.job.arrival import arrival
 from mafsil.job.description import Grasp, Job
 from mafsil.job.payload import box_inertia
 from mafsil.job.plan import Plan
@@ -44,12 +44,10 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         progress: told the share of the time that has been simulated.
 
     Raises:
-        JobError: gains or tolerances do not fit the robot, friction is too stiff for the integrator that is asked
+        JobError: friction is too stiff for the integrator that is asked
             for, or the motion is too long to be simulated.
     """
     _require_short(job, plan)
-    for move in range(len(job.move)):
-        tolerances(job, robot, move)
     planned = tuple(stretches(plan))
     models = [_loaded(robot, stretch.held, known=True) for stretch in planned]
     plants = [
@@ -162,19 +160,16 @@ def _law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
         return computed_torque(model, natural_frequency=frequency, damping_ratio=damping)
     period = job.simulation.step if controller.rate is None else 1.0 / controller.rate
     own = inertia_gains(model, trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u, period)
-    kp = own.kp if controller.stiffness is None else _gains("stiffness", controller.stiffness, model)
+    kp = own.kp if controller.stiffness is None else _gains(controller.stiffness, model)
     # A stiffness without a rate gain keeps the damping ratio of our own gains.
     kd = own.kd * np.sqrt(kp / own.kp)
     if controller.rate_gain is not None:
-        kd = _gains("rate_gain", controller.rate_gain, model)
+        kd = _gains(controller.rate_gain, model)
     return gravity_compensation(model, kp, kd)
 
 
-def _gains(name: str, value: float | tuple[float, ...], model: Robot) -> Floats:
-    gains = np.atleast_1d(np.array(value, dtype=np.float64))
-    if len(gains) not in (1, model.n):
-        raise JobError("job.gains_count", name=name, expected=model.n, got=len(gains))
-    return np.broadcast_to(gains, (model.n,)).copy()
+def _gains(value: float | tuple[float, ...], model: Robot) -> Floats:
+    return np.broadcast_to(np.array(value, dtype=np.float64), (model.n,)).copy()
 
 
 def _joined(recordings: list[Recording]) -> Recording:

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.job.arrival import Arrival, arrivals, goal_of, tolerances
+from mafsil.job.arrival import Arrival, arrivals, goal_of
+from mafsil.job.called import Where
 from mafsil.job.causes import cause
-from mafsil.job.description import Move
 from mafsil.job.holding import overloads
-from mafsil.job.plan import Plan, label
+from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
+from mafsil.job.tolerance import tolerances
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
@@ -135,18 +136,6 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += _late_pushes(run, numbers) + _kept_parts(run)
     found.sort(key=lambda remark: remark.level != "failure")
     return (*found, *_good_news(run, numbers), *(remark for remark in run.plan.remarks if remark.level == "good"))
-
-
-@dataclass(frozen=True, slots=True)
-class Where:
-    """The move of a leg, called in the reader's language."""
-
-    index: int
-    move: Move
-
-    def explain(self, *, language: str | None = None) -> str:
-        """`move 3 'lift'`."""
-        return label(self.index, self.move, language)
 
 
 def targets(plan: Plan) -> int:

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from typing import TypeAlias
+
+from mafsil.errors import FileError, JobError
+from mafsil.job.remark import said
+from mafsil.messages import say
+from mafsil.messages.visible import visible
 
 Path: TypeAlias = tuple[str | int, ...]
 
@@ -11,18 +17,57 @@ _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\[\]#]+?)\s*\]\]?\s*(?:#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
 
 
-def line_of(text: str, path: Path) -> int | None:
-    """Line, counted from 1, of a key; of the nearest enclosing table if the key stands inside a value or is missing.
+class BilingualJobError(JobError):
+    """A complaint whose facts are themselves sentences, `@area.name`, or know how to say themselves."""
 
-    Args:
-        text: the TOML text.
-        path: keys and indices, such as ("move", 2, "pose", "position").
-    """
-    places = _places(text)
-    for length in range(len(path), 0, -1):
-        if path[:length] in places:
-            return places[path[:length]]
-    return None
+    def message(self, language: str | None = None) -> str:
+        """The sentence, in the given language (`en`, `ar`) or the current one."""
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+
+
+class BilingualFileError(FileError):
+    """The same of a file."""
+
+    def message(self, language: str | None = None) -> str:
+        """The sentence, in the given language (`en`, `ar`) or the current one."""
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+
+
+class Places:
+    """Where the keys of a text stand."""
+
+    def __init__(self, text: str, source: str = "") -> None:
+        self.source = source
+        self._text = text
+
+    def line(self, path: Path) -> int | None:
+        """Line, counted from 1, of a key; of the nearest enclosing table if the key stands in a value or is missing.
+
+        Args:
+            path: keys and indices, such as ("move", 2, "pose", "position").
+        """
+        for length in range(len(path), 0, -1):
+            if path[:length] in self._lines:
+                return self._lines[path[:length]]
+        return None
+
+    @cached_property
+    def _lines(self) -> dict[Path, int]:
+        return _places(self._text)
+
+    def error(self, key: str, path: Path, **facts: object) -> JobError:
+        """The complaint about a key, with its place."""
+        line = self.line(path)
+        place = f"{self.source}:{line}" if line else self.source
+        return BilingualJobError(key, place=place, name=dotted(path), line=line, **facts)
+
+
+def dotted(path: Path) -> str:
+    """`move[3].pose`, counting from 1 as people do."""
+    text = ""
+    for step in path:
+        text += f"[{step + 1}]" if isinstance(step, int) else f".{visible(step)}" if text else visible(step)
+    return text
 
 
 def _places(text: str) -> dict[Path, int]:

@@ -6,28 +6,27 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.errors import JobError
-from mafsil.ik import solve_ik
-from mafsil.job.description import Grasp, Job, Move
+from mafsil.job.called import Where
+from mafsil.job.description import Goal, Grasp, Job, Move, Task
+from mafsil.job.fitting import coordinates, unit_remarks
+from mafsil.job.goals import FIXES, Goals
+from mafsil.job.joint_motion import joint_motion
+from mafsil.job.lines import Places
+from mafsil.job.planned_remarks import SLOW, driving_limits, near_limits, nearly_met, slowed
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
-from mafsil.job.resting import resting_place
-from mafsil.job.straight import straight_line
-from mafsil.messages import say
+from mafsil.job.resting import starting_place
+from mafsil.job.straight import Line, straight_line
+from mafsil.job.tolerance import tolerances
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind, JointLimits
+from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory, check, cubic_through, quintic, rest, trapezoid
+from mafsil.trajectory import Trajectory, rest
 
-QUINTIC_SPEED = 15 / 8
-"""Peak speed of a quintic from rest to rest over its mean speed."""
-QUINTIC_ACCELERATION = 10 / 3**0.5
-"""Peak acceleration of a quintic from rest to rest, times duration^2 over distance."""
-TIGHT = 0.02
-"""Distance to a position limit, as share of the range, below which a remark is made."""
+MOST_POSTURES = 6
+"""Other postures of which the lines that follow are tried."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,6 +40,7 @@ class Leg:
         trajectory: of the joints.
         held: what the tool holds while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
+        task: what of that pose counts.
     """
 
     index: int
@@ -49,6 +49,7 @@ class Leg:
     trajectory: Trajectory
     held: Grasp | None = None
     target: PoseMatrix | None = None
+    task: Task = "pose"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,18 +71,18 @@ class Plan:
         return np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
 
 
-def plan(job: Job, robot: Robot, progress: Callable[[float], None] = lambda share: None) -> Plan | Refusal:
+def plan(
+    job: Job, robot: Robot, progress: Callable[[float], None] = lambda share: None, text: str = ""
+) -> Plan | Refusal:
     """The motion that a job asks for, or why there is none.
 
     Args:
-        job: the job.
+        job: the job; its numbers fit the robot.
         robot: with its tool.
         progress: told the share of moves done.
-
-    Raises:
-        JobError: a number of the job does not fit the robot.
+        text: of the job file, for the lines of its moves.
     """
-    planner = _Planner(job, robot)
+    planner = _Planner(job, robot, Places(text))
     try:
         planner.walk(progress)
     except Refused as no:
@@ -89,21 +90,18 @@ def plan(job: Job, robot: Robot, progress: Callable[[float], None] = lambda shar
     return Plan(planner.origin, tuple(planner.legs), tuple(planner.remarks))
 
 
-def label(index: int, move: Move, language: str | None = None) -> str:
-    """`move 3 'lift'`: how errors call a move."""
-    if move.name:
-        return say("job.move_named", language=language, number=index + 1, name=visible(move.name))
-    return say("job.move", language=language, number=index + 1)
-
-
 class _Planner:
     """Walks through the moves, remembering where the robot is and what it holds."""
 
-    def __init__(self, job: Job, robot: Robot) -> None:
+    def __init__(self, job: Job, robot: Robot, places: Places) -> None:
         self.job = job
         self.robot = robot
+        self.places = places
         self.degrees = job.angles == "degrees"
-        self.limits, self.remarks = _driving_limits(job, robot)
+        self.limits, self.remarks = driving_limits(job, robot)
+        self.remarks += unit_remarks(job, robot, places)
+        self.goals = Goals(robot)
+        self.lines: dict[tuple[object, ...], Line] = {}
         self.legs: list[Leg] = []
         self.held: Grasp | None = None
         self.q: JointVector = np.zeros(robot.n)
@@ -119,41 +117,40 @@ class _Planner:
         if job.simulation.settle > 0.0:
             self.append(-1, "", "settle", rest(self.q, job.simulation.settle))
 
+    def where(self, index: int) -> Where:
+        """How sentences call a move; the start is -1."""
+        if index < 0:
+            return Where(index, None, self.places.line(("start",)))
+        return Where(index, self.job.move[index], self.places.line(("move", index)))
+
     def start(self) -> None:
         """Where the robot begins."""
         given = self.job.start
         if given.joints is not None:
-            self.q = self.coordinates(given.joints, say("job.start"), "start.joints")
+            self.q = coordinates(self.job, self.robot, given.joints)
         else:
-            self.q = resting_place(self.robot.limits)
+            self.q = starting_place(self.robot)
             if given.pose is not None:
-                self.q = self.solved(pose_matrix(given.pose, degrees=self.degrees), say("job.start"))
+                self.q = self.posture(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
         self.origin = self.q
 
     def add(self, index: int, move: Move) -> None:
         """Plan one move and append it."""
         name = visible(move.name)
-        where = label(index, move)
         if move.pause is not None:
             self.append(index, name, "pause", rest(self.q, move.pause))
         elif move.pick is not None:
-            self.pick(index, name, where, move)
+            self.append(index, name, "pick", rest(self.q, self.on_tick(move.hold)))
+            self.held = move.pick
         elif move.place:
-            self.place(index, name, where, move)
+            self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
+            self.held = None
+        elif move.pose is not None:
+            self.reach(index, name, move, move.pose)
         else:
-            self.travel(index, name, where, move)
-
-    def pick(self, index: int, name: str, where: str, move: Move) -> None:
-        if self.held is not None:
-            raise JobError("job.already_held", move=where, held=visible(self.held.name))
-        self.append(index, name, "pick", rest(self.q, self.on_tick(move.hold)))
-        self.held = move.pick
-
-    def place(self, index: int, name: str, where: str, move: Move) -> None:
-        if self.held is None:
-            raise JobError("job.nothing_held", move=where)
-        self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
-        self.held = None
+            self.goals.forget()
+            goal = coordinates(self.job, self.robot, move.joints or ())
+            self.append(index, name, "joint", self.joint_motion(index, goal))
 
     def on_tick(self, hold: float) -> float:
         """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
@@ -162,74 +159,115 @@ class _Planner:
         past = sum(leg.trajectory.duration for leg in self.legs)
         return float(np.ceil((past + max(hold, period)) / period - 1e-9) * period - past)
 
-    def travel(self, index: int, name: str, where: str, move: Move) -> None:
-        """A joint motion or a straight line."""
-        target = None
-        if move.pose is not None:
-            here = np.asarray(self.robot.forward_kinematics(self.q))
-            target = pose_matrix(move.pose, degrees=self.degrees, orientation=here[:3, :3])
-        if target is not None and move.path == "line":
-            trajectory = straight_line(self.robot, self.q, target, self.job.limits, move, self.scaled(move), where)
+    def reach(self, index: int, name: str, move: Move, goal: Goal) -> None:
+        """To a pose: on a joint motion or a straight line."""
+        target = self.target(goal, self.q)
+        if move.path == "line":
+            line = self.line(index, self.q, target)
+            if isinstance(line, Refused):
+                raise line
+            trajectory, posture = line.trajectory, None
+            self.remarks += slowed(self.robot, line, self.where(index))
         else:
-            goal = (
-                self.coordinates(move.joints or (), where, "joints") if target is None else self.solved(target, where)
-            )
-            trajectory = self.joint_motion(move, goal, where)
-        self.append(index, name, move.path, trajectory, target)
-        self.judge(trajectory, where)
+            posture = self.posture(index, goal, target)
+            trajectory = self.joint_motion(index, posture)
+        self.append(index, name, move.path, trajectory, target, goal.task)
+        self.q = self.q if posture is None else posture
+        self.goals.take(target, goal.task, self.q)
+        self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
+
+    def target(self, goal: Goal, q: JointVector) -> PoseMatrix:
+        """The pose of a goal; its orientation that at q if it names none."""
+        here = np.asarray(self.robot.forward_kinematics(q))
+        return pose_matrix(goal, degrees=self.degrees, orientation=here[:3, :3])
+
+    def posture(self, index: int, goal: Goal, target: PoseMatrix) -> JointVector:
+        """Where the joints go for a pose: as before for the same pose, nearby, or so that the lines after it run.
+
+        1. The posture in which the pose was taken before.
+        2. The posture near the present one, if the lines that follow from there are possible and not slowed.
+        3. Of other postures, the nearest that is better in that; the best one if none is good.
+        """
+        known = self.goals.taken(target, goal.task)
+        if known is not None:
+            return known
+        allowed = tolerances(self.job, self.robot, None if index < 0 else index)
+        nearest = self.goals.posture(target, goal.task, self.q, allowed, self.where(index))
+        best, least = nearest, self.trouble(index, nearest)
+        if least <= SLOW:
+            return nearest
+        for other in self.goals.others(target, goal.task, self.q)[:MOST_POSTURES]:
+            trouble = self.trouble(index, other)
+            if trouble < least:
+                best, least = other, trouble
+            if least <= SLOW:
+                break
+        return best
+
+    def trouble(self, index: int, q: JointVector) -> float:
+        """How many times longer than the tip's bounds ask for the worst line after a move takes; inf if impossible."""
+        worst = 1.0
+        for k in range(index + 1, len(self.job.move)):
+            move = self.job.move[k]
+            if move.pause is not None or move.pick is not None or move.place:
+                continue
+            if move.path != "line" or move.pose is None:
+                break
+            line = self.line(k, q, self.target(move.pose, q))
+            if isinstance(line, Refused):
+                return np.inf
+            worst = max(worst, line.factor)
+            q = line.trajectory.at(line.trajectory.duration).u
+        return worst
+
+    def line(self, index: int, q: JointVector, target: PoseMatrix) -> Line | Refused:
+        """The straight line of a move from q; planned once."""
+        move = self.job.move[index]
+        assert move.pose is not None
+        key = (q.tobytes(), target.tobytes(), move.pose.task, move.speed, move.profile, move.duration)
+        if key not in self.lines:
+            try:
+                self.lines[key] = straight_line(
+                    self.robot,
+                    q,
+                    target,
+                    self.job.limits,
+                    move,
+                    self.scaled(move),
+                    self.slack(index),
+                    self.where(index),
+                )
+            except Refused as no:
+                return no
+        return self.lines[key]
+
+    def slack(self, index: int) -> float:
+        """How far from what it can reach a line may lead an arm that has fewer joints than its task needs."""
+        goal = self.job.move[index].pose
+        if goal is None or self.robot.n >= FIXES[goal.task]:
+            return 0.0
+        allowed = tolerances(self.job, self.robot, index)
+        return min(allowed.position, allowed.orientation)
 
     def append(
-        self, index: int, name: str, kind: str, trajectory: Trajectory, target: PoseMatrix | None = None
+        self,
+        index: int,
+        name: str,
+        kind: str,
+        trajectory: Trajectory,
+        target: PoseMatrix | None = None,
+        task: Task = "pose",
     ) -> None:
-        self.legs.append(Leg(index, name, kind, trajectory, self.held, target))
+        self.legs.append(Leg(index, name, kind, trajectory, self.held, target, task))
+        if kind in ("joint", "line"):
+            self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u
 
-    def joint_motion(self, move: Move, goal: JointVector, where: str) -> Trajectory:
-        """From here to the goal, all joints together."""
-        limits = self.scaled(move)
-        if move.via:
-            points = [self.q, *(self.coordinates(via, where, "via") for via in move.via), goal]
-            return self.held_to(_through(_without_repeats(np.array(points)), limits), move, limits, where)
-        if move.profile == "trapezoid":
-            outcome = trapezoid(
-                self.q, goal, velocity=limits.velocity, acceleration=limits.acceleration, duration=move.duration
-            )
-            if not outcome.succeeded:
-                raise Refused("job.no_path", move=where, reason=outcome)
-            return outcome.value if outcome.value.duration > 0.0 else rest(self.q, 1e-3)
-        shortest = max(quintic_duration(goal - self.q, limits.velocity, limits.acceleration), 1e-3)
-        return self.held_to(quintic(self.q, goal, move.duration or shortest), move, limits, where)
-
-    def held_to(self, trajectory: Trajectory, move: Move, limits: JointLimits, where: str) -> Trajectory:
-        """The trajectory, if a duration that the job insists on keeps the limits."""
-        verdict = check(trajectory, limits, self.robot.joint_names, tolerance=1e-6)
-        if not verdict.ok:
-            raise Refused("job.no_path", move=where, reason=verdict.violations[0])
-        return trajectory
-
-    def solved(self, target: PoseMatrix, where: str) -> JointVector:
-        """Joint coordinates that reach a pose, near the present ones."""
-        answer = solve_ik(self.robot, target, self.q)
-        if not answer.all_solved:
-            raise Refused("job.unreachable", move=where, reason=answer)
-        return np.asarray(answer.q)
-
-    def coordinates(self, values: tuple[float, ...], where: str, name: str) -> JointVector:
-        """Coordinates of the job in radians, within the limits."""
-        robot = self.robot
-        if len(values) != robot.n:
-            joints = ", ".join(visible(joint) for joint in robot.joint_names)
-            facts = {"move": where, "name": name, "robot": visible(robot.name), "joints": joints}
-            raise JobError("job.joint_count", **facts, expected=robot.n, got=len(values))
-        q = np.array(values, dtype=np.float64)
-        if self.degrees:
-            turning = [joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates]
-            q = np.where(turning, np.radians(q), q)
-        for joint, x, low, high in zip(robot.joint_names, q, robot.limits.lower, robot.limits.upper, strict=True):
-            # A limit typed in degrees is a limit kept, whatever its last digit.
-            if not low - 1e-9 <= x <= high + 1e-9:
-                raise JobError("job.outside_limits", move=where, joint=visible(joint), value=x, lower=low, upper=high)
-        return q
+    def joint_motion(self, index: int, goal: JointVector) -> Trajectory:
+        """All joints together to a goal, through the points on the way."""
+        move = self.job.move[index]
+        points = [self.q, *(coordinates(self.job, self.robot, via) for via in move.via), goal]
+        return joint_motion(points, move, self.scaled(move), self.robot.joint_names, self.where(index))
 
     def scaled(self, move: Move) -> JointLimits:
         """The limits for one move: slower if it says so."""
@@ -238,71 +276,3 @@ class _Planner:
             velocity=self.limits.velocity * move.speed,
             acceleration=self.limits.acceleration * move.speed**2,
         )
-
-    def judge(self, trajectory: Trajectory, where: str) -> None:
-        """Remark on joints that come close to a position limit."""
-        q = trajectory.at(np.linspace(0.0, trajectory.duration, 200)).u
-        lower, upper = self.robot.limits.lower, self.robot.limits.upper
-        for k, joint in enumerate(self.robot.joint_names):
-            span = upper[k] - lower[k]
-            if not np.isfinite(span) or span <= 0.0:
-                continue
-            for side, gap in (("lower", q[:, k].min() - lower[k]), ("upper", upper[k] - q[:, k].max())):
-                if gap < TIGHT * span:
-                    facts = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
-                    self.remarks.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@job.{side}"}))
-
-
-def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:
-    """Shortest duration of a quintic from rest to rest of all joints [s].
-
-    Args:
-        distance: (n,) to go [rad | m].
-        velocity, acceleration: (n,) largest magnitudes.
-    """
-    way = np.abs(distance)
-    each = np.maximum(QUINTIC_SPEED * way / velocity, np.sqrt(QUINTIC_ACCELERATION * way / acceleration))
-    # The peak equals the limit only up to rounding: stay a hair below it.
-    return float(each.max(initial=0.0)) * (1 + 1e-9)
-
-
-def _without_repeats(points: Floats) -> Floats:
-    """Points (k, n) less those that do not differ from the one before; two are always left."""
-    moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-12
-    kept = points[np.concatenate([[True], moved])]
-    return kept if len(kept) > 1 else points[:2]
-
-
-def _through(points: Floats, limits: JointLimits) -> Trajectory:
-    """A smooth curve through points, stretched until it keeps the limits."""
-    steps = np.diff(points, axis=0)
-    durations = [max(quintic_duration(step, limits.velocity, limits.acceleration), 1e-3) for step in steps]
-    curve = cubic_through(points, durations)
-    t = np.linspace(0.0, curve.duration, 2000)
-    motion = curve.at(t)
-    fast = (np.abs(motion.v) / limits.velocity).max()
-    hard = np.sqrt((np.abs(motion.a) / limits.acceleration).max())
-    stretch = float(max(fast, hard)) * 1.001
-    return curve.stretched(stretch) if stretch > 0.0 else curve
-
-
-def _driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
-    """Limits as the job wants them, finite wherever motion needs them, with a remark on what was assumed."""
-    own, bounds = robot.limits, job.limits
-    remarks: list[Remark] = []
-    values: dict[str, Floats] = {}
-    for name, share in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
-        known: Floats = getattr(own, name)
-        assumed = ~(np.isfinite(known) & (known > 0.0))
-        values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
-        if assumed.any():
-            facts = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
-            remarks.append(Remark("good", f"job.{name}_assumed", facts))
-    if not np.isfinite(own.effort).all():
-        remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
-    return replace(own, **values, jerk=np.full(robot.n, np.inf)), remarks
-
-
-def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:
-    names = [visible(name) for name, yes in zip(robot.joint_names, chosen, strict=True) if yes]
-    return ", ".join(names) if len(names) < robot.n else "@job.all_joints"

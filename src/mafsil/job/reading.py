@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -13,18 +15,43 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import Job, Move, Part, Pose
+from mafsil.job.description import Goal, Job, Move, Part, Pose
+from mafsil.job.syntax import syntax_error
+from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.source import regular_bytes
 from mafsil.toml_source import parsed_toml
 
-LARGEST_FILE = 1_000_000
+LARGEST_FILE = 20_000_000
+"""In bytes: some hundred thousand points."""
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "pause")
 TIP_TOLERANCES = ("position", "orientation")
 GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
 """Gains of each law; those of another one have no effect and are refused."""
+_ALL = ("name", "tolerance")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed")
+EFFECTIVE = {
+    "joints": _TRAVEL,
+    "pose": _TRAVEL,
+    "pick": (*_ALL, "hold"),
+    "place": (*_ALL, "hold"),
+    "pause": _ALL,
+}
+"""Keys that do something next to each action; a tolerance has a sentence of its own."""
+TYPES = {
+    "float": "number",
+    "int": "whole",
+    "str": "text",
+    "bool": "truth",
+    "array": "list",
+    "object": "table",
+    "null": "nothing",
+}
+"""Types of the parser -> how people call them."""
+WHOLE = 1e-6
+"""How far the period of the law, in steps, may be from a whole number."""
 NOT_YET = {"obstacle": "job.no_obstacles"}
 _MOST_CLOSE = 3
 
@@ -59,7 +86,7 @@ def text_of(path: Path) -> str:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError("job.unreadable", path=shown, reason=reason) from None
     if len(data) > LARGEST_FILE:
-        raise FileError("job.too_large", path=shown, limit=LARGEST_FILE)
+        raise FileError("job.too_large", path=shown, limit=LARGEST_FILE // 1_000_000)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -80,7 +107,7 @@ def parse(text: str, source: str = "<text>") -> Job:
     try:
         data = parsed_toml(text)
     except ValueError as error:
-        raise FileError("job.syntax", source=visible(source), reason=str(error)) from None
+        raise syntax_error(visible(source), str(error)) from None
     reader = _Reader(text, visible(source))
     reader.refuse_unknown(data, Job, ())
     reader.require(data, Job, ())
@@ -88,26 +115,33 @@ def parse(text: str, source: str = "<text>") -> Job:
         job = msgspec.convert(data, Job, strict=True)
     except msgspec.ValidationError as error:
         raise reader.translated(error, data) from None
-    for k, move in enumerate(job.move):
-        reader.check_move(move, k)
-    reader.check_controller(job)
     reader.refuse_not_finite(data, ())
+    for k, move in enumerate(job.move):
+        reader.check_move(move, k, data["move"][k])
+    reader.check_start(job)
+    reader.check_controller(job)
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
     return job
+
+
+@dataclass(frozen=True, slots=True)
+class _Types:
+    """What a value may be, in the reader's language."""
+
+    names: tuple[str, ...]
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`a number or a list`."""
+        words = [say(f"job.type_{name}", language=language) for name in self.names if name != "nothing"]
+        return say("job.type_or", language=language).join(words)
 
 
 class _Reader:
     """Knows the text, so that each error can say the line."""
 
     def __init__(self, text: str, source: str) -> None:
-        self.text = text
-        self.source = source
-
-    def error(self, key: str, path: lines.Path, **facts: object) -> JobError:
-        line = lines.line_of(self.text, path)
-        place = f"{self.source}:{line}" if line else self.source
-        return JobError(key, place=place, name=_dotted(path), line=line, **facts)
+        self.error = lines.Places(text, source).error
 
     def refuse_unknown(self, data: Any, kind: type[Part], path: lines.Path) -> None:
         """Every key of every table is one that we know; close matches are offered."""
@@ -132,12 +166,19 @@ class _Reader:
                 for inner, place, part in _tables(data[field.name], field.type, (*path, field.name)):
                     self.require(inner, part, place)
 
-    def check_move(self, move: Move, k: int) -> None:
+    def check_move(self, move: Move, k: int, keys: Iterable[str]) -> None:
         """A move asks for exactly one thing, and its options fit it."""
         given = [name for name in ACTIONS if getattr(move, name) not in (None, False)]
         if len(given) != 1:
             key = "job.move_empty" if not given else "job.move_many"
             raise self.error(key, ("move", k), given=", ".join(given), known=", ".join(ACTIONS))
+        effective = EFFECTIVE[given[0]]
+        for name in keys:
+            if name not in (*effective, *ACTIONS):
+                known = ", ".join(effective)
+                raise self.error("job.no_effect", ("move", k, name), action=given[0], known=known)
+        if move.via and move.profile is not None:
+            raise self.error("job.via_profile", ("move", k, "profile"))
         if move.path == "line" and move.via:
             raise self.error("job.line_via", ("move", k, "via"))
         if move.path == "line" and move.pose is None:
@@ -150,8 +191,24 @@ class _Reader:
                 if getattr(move.tolerance, name) is not None and name not in judged:
                     raise self.error("job.no_tolerance", ("move", k, "tolerance", name), action=given[0])
 
+    def check_start(self, job: Job) -> None:
+        """One way to say where the robot begins."""
+        if job.start.joints is not None and job.start.pose is not None:
+            raise self.error("job.two_starts", ("start", "pose"))
+        if job.start.pose is not None:
+            self.check_pose(job.start.pose, ("start", "pose"))
+        if job.tool.offset is not None:
+            self.check_pose(job.tool.offset, ("tool", "offset"))
+
     def check_controller(self, job: Job) -> None:
-        """Every gain that is given belongs to the law that is chosen."""
+        """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""
+        step, rate = job.simulation.step, job.controller.rate
+        if rate is not None:
+            steps = 1.0 / (rate * step)
+            if steps < 1.0 - WHOLE or abs(steps - round(steps)) > WHOLE * steps:
+                near = sorted({max(math.floor(steps), 1), math.ceil(steps)}, reverse=True)
+                rates = ", ".join(f"{1.0 / (k * step):.9g}" for k in near)
+                raise self.error("job.rate_not_whole", ("controller", "rate"), value=rate, step=step, near=rates)
         foreign = [kind for kind in GAINS if kind != job.controller.kind]
         for kind in foreign:
             for name in GAINS[kind]:
@@ -163,6 +220,10 @@ class _Reader:
         """At most one way to say the orientation; a quaternion that can be normalised."""
         if pose.rpy is not None and pose.quaternion is not None:
             raise self.error("job.two_orientations", path)
+        if isinstance(pose, Goal) and pose.task == "position":
+            for name in ("rpy", "quaternion"):
+                if getattr(pose, name) is not None:
+                    raise self.error("job.free_orientation", (*path, name))
         if pose.quaternion is not None and math.hypot(*pose.quaternion) < 1e-6:
             raise self.error("job.zero_quaternion", (*path, "quaternion"))
 
@@ -190,12 +251,18 @@ class _Reader:
         if bound := re.search(r"Expected `\w+` (<=|>=|<|>) (\S+)", text):
             return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **facts)
         if kind := re.search(r"Expected `([^`]+)`, got `([^`]+)`", text):
-            return self.error("job.type", path, expected=kind.group(1), **facts)
+            expected = _Types(tuple(TYPES[one] for one in kind.group(1).split(" | ") if one in TYPES))
+            return self.error("job.type", path, expected=expected, **facts)
         return self.error("job.wrong", path, **facts)
 
 
 def _field_type(kind: type[Part], name: str) -> Any:
-    return get_type_hints(kind)[name]
+    return _hints(kind)[name]
+
+
+@lru_cache
+def _hints(kind: type[Part]) -> dict[str, Any]:
+    return get_type_hints(kind)
 
 
 def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
@@ -233,11 +300,3 @@ def _choices(path: lines.Path) -> tuple[str, ...]:
             kind = next((o for o in options if isinstance(o, type) and issubclass(o, Part)), annotation)
     literals = [kind, *get_args(kind)]
     return tuple(str(x) for option in literals if get_origin(option) is Literal for x in get_args(option))
-
-
-def _dotted(path: lines.Path) -> str:
-    """`move[3].pose`, counting from 1 as people do."""
-    text = ""
-    for step in path:
-        text += f"[{step + 1}]" if isinstance(step, int) else f".{visible(step)}" if text else visible(step)
-    return text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 from typing import Protocol
 
@@ -10,6 +11,8 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job.description import Job
 from mafsil.job.drive import drive
+from mafsil.job.fitting import require_fit
+from mafsil.job.lines import Places
 from mafsil.job.payload import with_tool
 from mafsil.job.plan import Plan, plan
 from mafsil.job.remark import Refusal
@@ -36,7 +39,7 @@ class _Nobody:
     def update(self, share: float) -> None: ...
 
 
-def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None) -> Run | Refusal:
+def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>") -> Run | Refusal:
     """Solve a job end to end.
 
     Args:
@@ -44,6 +47,7 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None) -> 
         text: of its file, kept in the results.
         folder: to which the path of a robot file is relative.
         watcher: told how far it is.
+        source: name of the file, for errors.
 
     Returns:
         What happened, or which move is impossible and why.
@@ -52,27 +56,51 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None) -> 
         MafsilError: the robot cannot be read, or numbers of the job do not fit it.
     """
     eye = watcher or _Nobody()
-    eye.enter("stage_robot")
-    robot = equipped(job, folder)
-    eye.enter("stage_planning")
-    motion = plan(job, robot, eye.update)
-    if isinstance(motion, Refusal):
-        return motion
-    assert isinstance(motion, Plan)
+    planned = prepare(job, text, folder, eye, source)
+    if isinstance(planned, Refusal):
+        return planned
+    robot, motion = planned
     eye.enter("stage_simulating")
     return drive(job, text, robot, motion, eye.update)
 
 
-def equipped(job: Job, folder: Path) -> Robot:
-    """The robot of a job, with its tool.
+def prepare(
+    job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>"
+) -> tuple[Robot, Plan] | Refusal:
+    """The robot of a job and the motion that the job asks for; nothing is simulated. Arguments as for `solve`.
 
     Raises:
-        MafsilError: no such robot, or it has links without mass.
+        MafsilError: the robot cannot be read, or numbers of the job do not fit it.
+    """
+    eye = watcher or _Nobody()
+    eye.enter("stage_robot")
+    robot = equipped(job, folder)
+    require_fit(job, robot, Places(text, source))
+    eye.enter("stage_planning")
+    motion = plan(job, robot, eye.update, text)
+    return motion if isinstance(motion, Refusal) else (robot, motion)
+
+
+def equipped(job: Job, folder: Path) -> Robot:
+    """The robot of a job, with the joints that it holds and its tool.
+
+    Raises:
+        MafsilError: no such robot, no such joint to hold, or it has links without mass.
     """
     source = folder / job.robot if Path(job.robot).suffix else job.robot
-    mechanism = with_tool(load_mechanism(source, tip=job.tool.link), job.tool, degrees=job.angles == "degrees")
+    mechanism = load_mechanism(source, tip=job.tool.link)
+    if job.lock:
+        mechanism = mechanism.locked(_held(job, mechanism))
+    mechanism = with_tool(mechanism, job.tool, degrees=job.angles == "degrees")
     _require_masses(mechanism)
     return Robot(mechanism)
+
+
+def _held(job: Job, mechanism: Mechanism) -> dict[str, float]:
+    """Coordinates of the joints that the job holds [rad | m]."""
+    sliding = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
+    degree = pi / 180.0 if job.angles == "degrees" else 1.0
+    return {name: value if name in sliding else degree * value for name, value in job.lock.items()}
 
 
 def _require_masses(mechanism: Mechanism) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
@@ -13,52 +15,105 @@ from mafsil.trajectory import PiecewisePolynomial, Trajectory, quintic, rest, tr
 from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path_timing import Slowest, dilated, slowest
 
 SHORTEST = 1e-3
 """Duration of a line without length [s]."""
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """A planned straight line.
+
+    Attributes:
+        trajectory: of the joints.
+        brisk: duration that the bounds of the tip alone would allow [s].
+        slowest: where the joints ask for more time, and which of them; None where they do not.
+        posture: (n,) there [rad | m].
+        margin: smallest singular value of the body Jacobian there.
+    """
+
+    trajectory: Trajectory
+    brisk: float
+    slowest: Slowest | None = None
+    posture: JointVector | None = None
+    margin: float = np.inf
+
+    @property
+    def factor(self) -> float:
+        """How many times as long as the bounds of the tip ask for the line takes."""
+        return self.trajectory.duration / self.brisk
+
+
 def straight_line(
-    robot: Robot, q: JointVector, goal: PoseMatrix, bounds: Bounds, move: Move, limits: JointLimits, where: str
-) -> Trajectory:
+    robot: Robot,
+    q: JointVector,
+    goal: PoseMatrix,
+    bounds: Bounds,
+    move: Move,
+    limits: JointLimits,
+    slack: float,
+    where: object,
+) -> Line:
     """The joint motion whose tip goes straight from where it is at q to a goal.
+
+    It is slowed only where the joints need it, unless a duration is asked for that suits everywhere.
 
     Args:
         robot: with its tool.
         q: (n,) where the line begins [rad | m].
         goal: (4, 4) pose of the tip at its end, in {s}.
         bounds: of the tip's speed, acceleration and turn rate.
-        move: duration, speed and law of time.
+        move: task, duration, speed and law of time.
         limits: of the joints, for this move.
+        slack: how far from what it can reach the line may lead an arm with few joints [m, rad].
         where: how the move is called in a refusal.
 
     Raises:
         Refused: a point of the line cannot be reached, it passes a singularity or a limit, or it is to be driven
             faster than the limits allow.
     """
+    task = "pose" if move.pose is None else move.pose.task
     path = CartesianPath(np.asarray(robot.forward_kinematics(q)), goal)
     if path.length < 1e-9 and path.angle < 1e-9:
-        return rest(q, move.duration or SHORTEST)
-    joints = follow(robot, path, q)
+        return Line(rest(q, move.duration or SHORTEST), move.duration or SHORTEST)
+    joints = follow(robot, path, q, task=task, slack=slack)
     if joints.value is None or not joints.succeeded:
         raise Refused("job.no_path", move=where, reason=joints)
-    motion = PathMotion(joints.value, _time_law(path, bounds, move))
-    factor = max(motion.stretch_needed(limits) * (1 + 1e-9), 1.0)
-    shortest = factor * motion.duration
-    if move.duration is None:
-        return motion.stretched(factor)
-    if move.duration < shortest * (1 - 1e-9):
-        raise Refused("job.line_too_fast", move=where, shortest=shortest)
-    return motion.stretched(move.duration / motion.duration)
+    rate, growth = _tip_bounds(path, bounds, move)
+    brisk = PathMotion(joints.value, _time_law(rate, growth, move))
+    uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
+    if move.duration is not None and move.duration >= uniform.duration:
+        return Line(uniform.stretched(move.duration / uniform.duration), move.duration)
+    motion = dilated(brisk, limits, growth)
+    if move.duration is not None:
+        if move.duration < motion.duration * (1 - 1e-9):
+            raise too_fast(where, motion.duration)
+        motion = motion.stretched(move.duration / motion.duration)
+    if motion.duration <= brisk.duration * (1 + 1e-6):
+        return Line(motion, brisk.duration)
+    at = slowest(brisk, limits)
+    posture = np.asarray(joints.value.at(at.place).u)
+    margin = float(np.linalg.svd(robot.jacobian_body(posture), compute_uv=False)[-1])
+    return Line(motion, brisk.duration, at, posture, margin)
 
 
-def _time_law(path: CartesianPath, bounds: Bounds, move: Move) -> PiecewisePolynomial:
-    """s(t) from 0 to 1, as fast as the tip's speed, turn rate and acceleration allow."""
+def too_fast(where: object, shortest: float) -> Refused:
+    """The refusal of a duration below the shortest one [s], which is said rounded up: it can be typed."""
+    return Refused("job.too_fast", move=where, shortest=f"{np.ceil(shortest * 1e3) / 1e3:.3f}")
+
+
+def _tip_bounds(path: CartesianPath, bounds: Bounds, move: Move) -> tuple[float, float]:
+    """Largest s' [1/s] and |s''| [1/s^2] that the tip's speed, turn rate and acceleration allow."""
     length, angle = max(path.length, 1e-12), max(path.angle, 1e-12)
     rate = move.speed * min(bounds.tip_speed / length, bounds.tip_turn_rate / angle)
     # The turn has no acceleration bound of its own: it speeds up in the time that the line would take.
     turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
-    growth = move.speed**2 * min(bounds.tip_acceleration / length, turn_acceleration / angle)
+    return rate, move.speed**2 * min(bounds.tip_acceleration / length, turn_acceleration / angle)
+
+
+def _time_law(rate: float, growth: float, move: Move) -> PiecewisePolynomial:
+    """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
     if move.profile == "trapezoid":
         return trapezoid(0.0, 1.0, velocity=rate, acceleration=growth).value
     return quintic(0.0, 1.0, max(15 / 8 / rate, float(np.sqrt(10 / 3**0.5 / growth))))

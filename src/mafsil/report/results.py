@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import InputError
-from mafsil.job.arrival import goal_of, tolerances
+from mafsil.job.arrival import goal_of
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.run import Run
+from mafsil.job.tolerance import tolerances
 from mafsil.messages import LANGUAGES, language
 from mafsil.messages.visible import visible
 from mafsil.model.diagnostics import shown

@@ -1,0 +1,145 @@
+"""Whether the numbers of a job fit its robot: counts, ranges, units; every complaint names the key and the line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+
+from mafsil.arrays import JointVector
+from mafsil.ik.problem import reach_bound
+from mafsil.job.description import Job
+from mafsil.job.lines import Path, Places, dotted
+from mafsil.job.remark import Remark
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
+from mafsil.model import JointKind
+from mafsil.robot import Robot
+
+DIGITS = 1e-9
+"""A limit typed in degrees is a limit kept, whatever its last digit [rad | m]."""
+TURN = 2 * pi + 1e-3
+"""An angle in radians beyond it was probably meant in degrees."""
+FAR = 20.0
+"""Positions beyond this many times the arm's reach were probably meant in millimetres."""
+
+
+def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVector:
+    """(n,) numbers of the job as joint coordinates [rad | m]."""
+    q = np.array(values, dtype=np.float64)
+    return np.where(turning(robot), np.radians(q), q) if job.angles == "degrees" else q
+
+
+def turning(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """(n,) which coordinates are angles."""
+    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+
+
+def require_fit(job: Job, robot: Robot, places: Places) -> None:
+    """Refuses numbers that do not fit the robot.
+
+    Raises:
+        JobError: a list has not one number per joint, a joint would be outside its limits, or something is let go of
+            that is not held, or taken while something is held.
+    """
+    for path, values in _postures(job):
+        _require_count(robot, places, path, values)
+        _require_within(job, robot, places, path, values)
+    for path, values in _lists(job):
+        if isinstance(values, tuple) and len(values) != robot.n:
+            raise places.error("job.list_count", path, expected=robot.n, got=len(values))
+    held = None
+    for k, move in enumerate(job.move):
+        if move.pick is not None:
+            if held is not None:
+                raise places.error("job.already_held", ("move", k, "pick"), held=visible(held.name))
+            held = move.pick
+        elif move.place:
+            if held is None:
+                raise places.error("job.nothing_held", ("move", k, "place"))
+            held = None
+
+
+def unit_remarks(job: Job, robot: Robot, places: Places) -> tuple[Remark, ...]:
+    """Numbers that look as if they were meant in another unit."""
+    found: list[Remark] = []
+    if job.angles == "radians":
+        for path, values in _angles(job, robot):
+            value = max(map(abs, values), default=0.0)
+            if value > TURN:
+                found.append(_suspect("job.degrees_suspected", path, f"{value:g}", places))
+    return tuple(found)
+
+
+def is_far(robot: Robot, position: JointVector) -> bool:
+    """Whether a position in {s} is so far away that another unit was probably meant."""
+    centre, reach = reach_bound(robot.mechanism, None)
+    return bool(np.linalg.norm(position - centre) > FAR * reach > 0.0)
+
+
+def _suspect(key: str, path: Path, value: str, places: Places) -> Remark:
+    facts = {"name": dotted(path), "value": value}
+    line = places.line(path)
+    return Remark("warning", key, facts) if line is None else Remark("warning", f"{key}_line", facts | {"line": line})
+
+
+def _postures(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
+    """Every list of joint coordinates."""
+    if job.start.joints is not None:
+        yield ("start", "joints"), job.start.joints
+    for k, move in enumerate(job.move):
+        for i, via in enumerate(move.via):
+            yield ("move", k, "via", i), via
+        if move.joints is not None:
+            yield ("move", k, "joints"), move.joints
+
+
+def _lists(job: Job) -> Iterator[tuple[Path, object]]:
+    """What may be one number, or one per joint."""
+    yield ("controller", "stiffness"), job.controller.stiffness
+    yield ("controller", "rate_gain"), job.controller.rate_gain
+    yield ("tolerance", "joints"), job.tolerance.joints
+    for k, move in enumerate(job.move):
+        if move.tolerance is not None:
+            yield ("move", k, "tolerance", "joints"), move.tolerance.joints
+
+
+def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
+    """Every list of angles."""
+    for path, values in _postures(job):
+        yield path, tuple(x for x, turns in zip(values, turning(robot), strict=True) if turns)
+    poses = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
+    poses += [(("move", k, "pose"), move.pose) for k, move in enumerate(job.move)]
+    for path, pose in poses:
+        if pose is not None and pose.rpy is not None:
+            yield (*path, "rpy"), pose.rpy
+
+
+def _require_count(robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
+    if len(values) != robot.n:
+        joints = ", ".join(visible(joint) for joint in robot.joint_names)
+        facts = {"robot": visible(robot.name), "joints": joints}
+        raise places.error("job.joint_count", path, **facts, expected=robot.n, got=len(values))
+
+
+def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
+    q, limits, turns = coordinates(job, robot, values), robot.limits, turning(robot)
+    outside = np.flatnonzero((q < limits.lower - DIGITS) | (q > limits.upper + DIGITS))
+    if not len(outside):
+        return
+    k = int(outside[0])
+
+    def said(x: float) -> str:
+        if not turns[k]:
+            return quantity(x, "m")
+        return quantity(x, "rad") if job.angles == "degrees" else f"{x:.4g} rad"
+
+    facts = {"joint": visible(robot.joint_names[k]), "value": said(float(q[k]))}
+    facts |= {"lower": said(float(limits.lower[k])), "upper": said(float(limits.upper[k]))}
+    key = "job.outside_limits"
+    if job.angles == "radians" and np.abs(q[turns]).max(initial=0.0) > TURN:
+        key = "job.outside_limits_degrees"
+    elif not turns[k] and abs(q[k]) > FAR * max(abs(limits.lower[k]), abs(limits.upper[k])):
+        key = "job.outside_limits_millimetres"
+    raise places.error(key, path, **facts)

@@ -1,0 +1,112 @@
+"""From poses of a job to postures of its arm: near the present one, and the same for the same pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.ik import IKResult, solve_ik
+from mafsil.job.description import Task
+from mafsil.job.fitting import is_far
+from mafsil.job.remark import Refused
+from mafsil.job.tolerance import Tolerances
+from mafsil.messages.quantities import quantity
+from mafsil.robot import Robot
+
+FIXES: dict[Task, int] = {"pose": 6, "axis": 5, "position": 3}
+"""Equations of each task: arms with fewer joints meet it only at some places."""
+FEW, MANY = 7, 63
+"""Further starts where there may be no exact posture: to find the nearest, and to find one within the tolerance."""
+SAME = 1e-9
+"""Poses that differ by less are the same [m, and entries of the rotation]."""
+STARTS = 24
+"""Sampled starts of the search for other postures."""
+
+
+class Goals:
+    """Postures for poses, and the ones that were taken before."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._taken: dict[tuple[Task, bytes], JointVector] = {}
+
+    def forget(self) -> None:
+        """From here on the arm may take other postures for the same poses."""
+        self._taken.clear()
+
+    def take(self, T: PoseMatrix, task: Task, q: JointVector) -> None:
+        """Remember a posture, unless the pose was taken in another one before."""
+        self._taken.setdefault(_key(T, task), q)
+
+    def taken(self, T: PoseMatrix, task: Task) -> JointVector | None:
+        """The posture in which a pose was taken before."""
+        return self._taken.get(_key(T, task))
+
+    def posture(self, T: PoseMatrix, task: Task, near: JointVector, allowed: Tolerances, where: object) -> JointVector:
+        """The posture that reaches a pose, near a given one.
+
+        Arms with fewer joints than the task has equations meet it in the sense of least squares, within the tolerance.
+
+        Args:
+            T: (4, 4) of the tip in {s}.
+            task: what of it counts.
+            near: (n,) where the search begins [rad | m].
+            allowed: what may be left.
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: none was found.
+        """
+        if self.robot.n >= FIXES[task]:
+            answer = solve_ik(self.robot, T, near, task=task)
+            if answer.all_solved:
+                return np.asarray(answer.q)
+        else:
+            answer = self._nearest(T, task, near, allowed)
+            if _within(answer, allowed):
+                return np.asarray(answer.q)
+        raise self._refused(T, task, answer, allowed, where)
+
+    def others(self, T: PoseMatrix, task: Task, near: JointVector) -> list[JointVector]:
+        """Other postures for the same pose, the nearest to `near` first."""
+        limits = self.robot.limits
+        low = np.where(np.isfinite(limits.lower), limits.lower, near - np.pi)
+        high = np.where(np.isfinite(limits.upper), limits.upper, near + np.pi)
+        starts = low + np.random.default_rng(0).random((STARTS, self.robot.n)) * (high - low)
+        # Half of the starts lie around where the arm is: a redundant arm has postures everywhere between.
+        starts[::2] = near + (starts[::2] - near) / 3
+        answer = solve_ik(self.robot, np.broadcast_to(T, (STARTS, 4, 4)), starts, task=task, restarts=0)
+        found = answer.q[answer.solved]
+        return list(found[np.argsort(np.abs(found - near).max(axis=1), kind="stable")])
+
+    def _nearest(self, T: PoseMatrix, task: Task, near: JointVector, allowed: Tolerances) -> IKResult:
+        """The posture of least residual near `near`; near one within the tolerance if that is not within it."""
+        answer = solve_ik(self.robot, T, near, task=task, restarts=FEW)
+        if _within(answer, allowed):
+            return answer
+        turn, way = allowed.orientation, allowed.position
+        rough = solve_ik(self.robot, T, near, task=task, tolerance=way, rotation_tolerance=turn, restarts=MANY)
+        fine = solve_ik(self.robot, T, rough.q, task=task, restarts=0)
+        return fine if _within(fine, allowed) else rough
+
+    def _refused(self, T: PoseMatrix, task: Task, answer: IKResult, allowed: Tolerances, where: object) -> Refused:
+        if is_far(self.robot, T[:3, 3]):
+            return Refused("job.unreachable_millimetres", move=where, reason=answer)
+        if self.robot.n >= FIXES[task]:
+            return Refused("job.unreachable", move=where, reason=answer)
+        facts = {
+            "joints": self.robot.n,
+            "position": quantity(float(answer.position_error), "m"),
+            "angle": quantity(float(answer.rotation_error), "rad"),
+            "allowed_position": quantity(allowed.position, "m"),
+            "allowed_angle": quantity(allowed.orientation, "rad"),
+        }
+        return Refused(f"job.unreachable_few_{task}", move=where, **facts)
+
+
+def _within(answer: IKResult, allowed: Tolerances) -> bool:
+    return bool(answer.position_error <= allowed.position and answer.rotation_error <= allowed.orientation)
+
+
+def _key(T: PoseMatrix, task: Task) -> tuple[Task, bytes]:
+    return task, np.round(T / SAME).astype(np.int64).tobytes()

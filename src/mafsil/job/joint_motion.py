@@ -1,0 +1,88 @@
+"""Motions of all joints together: from rest to rest, or through points, in the time asked for or the shortest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.job.description import Move
+from mafsil.job.remark import Refused
+from mafsil.job.straight import SHORTEST, too_fast
+from mafsil.model import JointLimits
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, check, cubic_through, quintic, rest, trapezoid
+
+QUINTIC_SPEED = 15 / 8
+"""Peak speed of a quintic from rest to rest over its mean speed."""
+QUINTIC_ACCELERATION = 10 / 3**0.5
+"""Peak acceleration of a quintic from rest to rest, times duration^2 over distance."""
+STILL = 1e-9
+"""A joint motion that goes less far is a rest [rad | m]."""
+
+
+def joint_motion(
+    points: list[JointVector], move: Move, limits: JointLimits, names: tuple[str, ...], where: object
+) -> Trajectory:
+    """From the first point to the last, through those between them without a stop.
+
+    Args:
+        points: (n,) each, two or more [rad | m].
+        move: duration and law of time.
+        limits: of the joints, for this move.
+        names: (n,) of the joints.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: it is to be driven faster than the limits allow, or leaves the range of a joint between the points.
+    """
+    start, goal = points[0], points[-1]
+    speed, acceleration = limits.velocity, limits.acceleration
+    if len(points) > 2:
+        shortest = _through(_without_repeats(np.array(points)), limits)
+    elif np.abs(goal - start).max(initial=0.0) < STILL:
+        return rest(goal, move.duration or SHORTEST)
+    elif move.profile == "trapezoid":
+        shortest = trapezoid(start, goal, velocity=speed, acceleration=acceleration).value
+    else:
+        shortest = quintic(start, goal, max(quintic_duration(goal - start, speed, acceleration), SHORTEST))
+    motion = shortest
+    if move.duration is not None:
+        if move.duration < shortest.duration * (1 - 1e-9):
+            raise too_fast(where, shortest.duration)
+        motion = shortest.stretched(move.duration / shortest.duration)
+    verdict = check(motion, limits, names, tolerance=1e-6)
+    if not verdict.ok:
+        raise Refused("job.no_path", move=where, reason=verdict.violations[0])
+    return motion
+
+
+def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:
+    """Shortest duration of a quintic from rest to rest of all joints [s].
+
+    Args:
+        distance: (n,) to go [rad | m].
+        velocity, acceleration: (n,) largest magnitudes.
+    """
+    way = np.abs(distance)
+    each = np.maximum(QUINTIC_SPEED * way / velocity, np.sqrt(QUINTIC_ACCELERATION * way / acceleration))
+    # The peak equals the limit only up to rounding: stay a hair below it.
+    return float(each.max(initial=0.0)) * (1 + 1e-9)
+
+
+def _without_repeats(points: Floats) -> Floats:
+    """Points (k, n) less those that do not differ from the one before; two are always left."""
+    moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-12
+    kept = points[np.concatenate([[True], moved])]
+    return kept if len(kept) > 1 else points[:2]
+
+
+def _through(points: Floats, limits: JointLimits) -> PiecewisePolynomial:
+    """A smooth curve through points, stretched until it keeps the limits."""
+    steps = np.diff(points, axis=0)
+    durations = [max(quintic_duration(step, limits.velocity, limits.acceleration), 1e-3) for step in steps]
+    curve = cubic_through(points, durations)
+    t = np.linspace(0.0, curve.duration, 2000)
+    motion = curve.at(t)
+    fast = (np.abs(motion.v) / limits.velocity).max()
+    hard = np.sqrt((np.abs(motion.a) / limits.acceleration).max())
+    stretch = float(max(fast, hard)) * 1.001
+    return curve.stretched(stretch) if stretch > 0.0 else curve

@@ -1,0 +1,101 @@
+"""What in a plan deserves a remark: limits that were assumed or come close, lines that joints slow down."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.job.called import Where
+from mafsil.job.description import Job, Task
+from mafsil.job.fitting import turning
+from mafsil.job.goals import FIXES
+from mafsil.job.remark import Level, Remark
+from mafsil.job.straight import Line
+from mafsil.messages.quantities import digits, quantity
+from mafsil.messages.visible import visible
+from mafsil.model import JointLimits
+from mafsil.robot import Robot
+from mafsil.trajectory import Trajectory
+from mafsil.trajectory.path_task import path_error
+
+TIGHT = 0.02
+"""Distance to a position limit, as share of the range, below which a remark is made."""
+SLOW = 2.0
+"""How many times as long as the tip's bounds ask for a line may take without other postures tried, or a warning."""
+NOTABLE = 1.5
+"""Times SLOW: how much slower one place of a line has to be to be worth a remark of its own."""
+NEARLY = (1e-5, 1e-4)
+"""What is left of the way to a pose that is met nearly, from which on a remark is made [m, rad]."""
+
+
+def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Remark]:
+    """Joints that come close to a position limit on the way."""
+    found: list[Remark] = []
+    q = trajectory.at(np.linspace(0.0, trajectory.duration, 200)).u
+    lower, upper = robot.limits.lower, robot.limits.upper
+    for k, joint in enumerate(robot.joint_names):
+        span = upper[k] - lower[k]
+        if not np.isfinite(span) or span <= 0.0:
+            continue
+        for side, gap in (("lower", q[:, k].min() - lower[k]), ("upper", upper[k] - q[:, k].max())):
+            if gap < TIGHT * span:
+                facts = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
+                found.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@job.{side}"}))
+    return found
+
+
+def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
+    """A line that the joints slow down: where, which joint, how much."""
+    slow = line.slowest
+    if slow is None or line.posture is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:
+        return []
+    turns = turning(robot)
+    facts: dict[str, object] = {
+        "move": where,
+        "time": quantity(line.trajectory.duration, "s"),
+        "brisk": quantity(line.brisk, "s"),
+        "place": quantity(slow.place, "share"),
+        "joint": visible(robot.joint_names[slow.joint]),
+        "factor": digits(slow.factor),
+        "margin": digits(line.margin),
+        "posture": ", ".join(quantity(q, "rad" if turn else "m") for q, turn in zip(line.posture, turns, strict=True)),
+    }
+    level: Level = "warning" if line.factor > SLOW else "good"
+    return [Remark(level, f"job.slow_line_{slow.quantity}", facts)]
+
+
+def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, where: Where) -> list[Remark]:
+    """A pose that an arm with few joints meets only nearly, and what is left."""
+    if robot.n >= FIXES[task]:
+        return []
+    left = np.abs(path_error(np.asarray(robot.forward_kinematics(q)), target, task))
+    turn, way = float(np.linalg.norm(left[:-3])), float(np.linalg.norm(left[-3:]))
+    if way <= NEARLY[0] and turn <= NEARLY[1]:
+        return []
+    facts = {"position": quantity(way, "m"), "angle": quantity(turn, "rad"), "joints": robot.n}
+    return [Remark("good", "job.nearly_met", {"move": where, **facts})]
+
+
+def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
+    """Limits as the job wants them, finite wherever motion needs them, with a remark on what was assumed."""
+    own, bounds = robot.limits, job.limits
+    remarks: list[Remark] = []
+    values: dict[str, Floats] = {}
+    for name, share in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
+        known: Floats = getattr(own, name)
+        assumed = ~(np.isfinite(known) & (known > 0.0))
+        values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
+        if assumed.any():
+            facts = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
+            remarks.append(Remark("good", f"job.{name}_assumed", facts))
+    if not np.isfinite(own.effort).all():
+        remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
+    return replace(own, **values, jerk=np.full(robot.n, np.inf)), remarks
+
+
+def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:
+    names = [visible(name) for name, yes in zip(robot.joint_names, chosen, strict=True) if yes]
+    return ", ".join(names) if len(names) < robot.n else "@job.all_joints"

@@ -1,0 +1,18 @@
+"""The JSON Schema of job files: editors complete and check keys with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from mafsil.job.description import Job
+
+
+def schema() -> dict[str, Any]:
+    """JSON Schema (2020-12) of a job file: every key with its type, range and choices."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "mafsil job",
+        **msgspec.json.schema(Job),
+    }

@@ -1,0 +1,47 @@
+"""How near a target has to be reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, radians
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.job.description import Job
+from mafsil.model import JointKind
+from mafsil.robot import Robot
+
+POSITION, ORIENTATION = 1e-3, radians(0.5)
+"""Tolerances where the job names none [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tolerances:
+    """How near a target has to be reached: position [m], orientation [rad], joints (n,) [rad | m]."""
+
+    position: float
+    orientation: float
+    joints: Floats
+
+
+def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
+    """What is allowed at the end of a move: its own tolerance, else the job's, else the defaults.
+
+    Args:
+        job, robot: what is asked; the robot with its tool.
+        move: index in the job; None for what the job says in general, as for the start.
+    """
+    degree = pi / 180.0 if job.angles == "degrees" else 1.0
+    own, general = None if move is None else job.move[move].tolerance, job.tolerance
+    position, orientation, joints = (
+        getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
+        for name in ("position", "orientation", "joints")
+    )
+    metres = POSITION if position is None else float(position)
+    angle = ORIENTATION if orientation is None else degree * float(orientation)
+    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    if isinstance(joints, tuple):
+        return Tolerances(metres, angle, np.array(joints) * np.where(turning, degree, 1.0))
+    turn = angle if joints is None else degree * float(joints)
+    return Tolerances(metres, angle, np.where(turning, turn, metres))
