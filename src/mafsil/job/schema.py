@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import msgspec
@@ -11,8 +12,5 @@ from mafsil.job.description import Job
 
 def schema() -> dict[str, Any]:
     """JSON Schema (2020-12) of a job file: every key with its type, range and choices."""
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "mafsil job",
-        **msgspec.json.schema(Job),
-    }
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "mafsil job"}
+    return head | json.loads(msgspec.json.encode(msgspec.json.schema(Job)))

@@ -11,6 +11,7 @@ REASONS = (
     ("Unclosed array", "array"),
     ("Unclosed inline table", "inline"),
     ("Unterminated string", "string"),
+    (r"Illegal character '\n'", "string"),
     ("Illegal character", "character"),
     ("invalid character", "character"),
     ("Invalid initial character", "key"),
