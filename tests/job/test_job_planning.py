@@ -1,6 +1,7 @@
 """Plans of jobs: postures, slow places of lines, small arms, units, starts; every no with its line and remedy."""
 
 import json
+import re
 from pathlib import Path
 
 import msgspec
@@ -369,3 +370,11 @@ def test_files_of_many_points_are_read() -> None:
     points = "".join(f"[[move]]\npose = {{ position = [0.4, {k / 1e6}, 0.3] }}\n" for k in range(30_000))
     assert len(points) > 1_000_000
     assert len(parse(PANDA + points).move) == 30_000
+
+
+BLOCKS = re.findall(r"```toml\n(.*?)```", (DOCS / "job_files.md").read_text(encoding="utf-8"), flags=re.S)
+
+
+@pytest.mark.parametrize("text", BLOCKS)
+def test_jobs_of_the_docs_can_be_planned(text: str) -> None:
+    planned(text)
