@@ -140,6 +140,16 @@ def test_a_duration_holds_with_via_points() -> None:
     assert again.n == robot.n
 
 
+def test_a_curve_that_leaves_the_range_between_its_points_says_where_with_units() -> None:
+    near = "[[move]]\njoints = [2.89, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\n"
+    text = PANDA + near + "[[move]]\njoints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\n"
+    text += "via = [[2.8, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6], [2.89, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]]\n"
+    answer = refused(text)
+    assert answer.key == "job.leaves_range"
+    for word in ("move 2 (line 6)", "joint1", "166°"):
+        assert word in answer.explain("en")
+
+
 @pytest.mark.parametrize("profile", ["quintic", "trapezoid"])
 def test_too_short_joint_moves_and_lines_say_the_shortest_duration(profile: str) -> None:
     goals = ("joints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]", 'pose = { position = [0.5, 0.1, 0.5] }\npath = "line"')

@@ -8,8 +8,11 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.job.description import Move
 from mafsil.job.remark import Refused
 from mafsil.job.straight import SHORTEST, too_fast
-from mafsil.model import JointLimits
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, check, cubic_through, quintic, rest, trapezoid
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
+from mafsil.model import JointKind, JointLimits
+from mafsil.robot import Robot
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, quintic, rest, trapezoid
 
 QUINTIC_SPEED = 15 / 8
 """Peak speed of a quintic from rest to rest over its mean speed."""
@@ -19,16 +22,14 @@ STILL = 1e-9
 """A joint motion that goes less far is a rest [rad | m]."""
 
 
-def joint_motion(
-    points: list[JointVector], move: Move, limits: JointLimits, names: tuple[str, ...], where: object
-) -> Trajectory:
+def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object) -> Trajectory:
     """From the first point to the last, through those between them without a stop.
 
     Args:
+        robot: whose joints move.
         points: (n,) each, two or more [rad | m].
         move: duration and law of time.
         limits: of the joints, for this move.
-        names: (n,) of the joints.
         where: how the move is called in a refusal.
 
     Raises:
@@ -49,10 +50,22 @@ def joint_motion(
         if move.duration < shortest.duration * (1 - 1e-9):
             raise too_fast(where, shortest.duration)
         motion = shortest.stretched(move.duration / shortest.duration)
-    verdict = check(motion, limits, names, tolerance=1e-6)
+    verdict = check(motion, limits, tolerance=1e-6)
     if not verdict.ok:
-        raise Refused("job.no_path", move=where, reason=verdict.violations[0])
+        raise _beyond(robot, verdict.violations[0], where)
     return motion
+
+
+def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
+    """The refusal of a curve that leaves the range of a joint between its points, all of them within it."""
+    joint = int(worst.joint)
+    unit = "m" if robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC else "rad"
+    facts = {
+        "value": quantity(worst.value, unit),
+        "limit": quantity(worst.limit, unit),
+        "time": quantity(worst.time, "s"),
+    }
+    return Refused("job.leaves_range", move=where, joint=visible(robot.joint_names[joint]), **facts)
 
 
 def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:

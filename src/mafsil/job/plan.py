@@ -267,7 +267,7 @@ class _Planner:
         """All joints together to a goal, through the points on the way."""
         move = self.job.move[index]
         points = [self.q, *(coordinates(self.job, self.robot, via) for via in move.via), goal]
-        return joint_motion(points, move, self.scaled(move), self.robot.joint_names, self.where(index))
+        return joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
 
     def scaled(self, move: Move) -> JointLimits:
         """The limits for one move: slower if it says so."""
