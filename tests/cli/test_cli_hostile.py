@@ -72,7 +72,7 @@ def test_via_points_may_repeat(tmp_path: Path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "close"), [(("fkk",), "fk"), (("show", "pandaa"), "panda"), (("show", "UR5"), "ur5")]
+    ("words", "close"), [(("fkk",), "fk"), (("show", "pandaa"), "panda"), (("show", "UR55"), "ur5")]
 )
 def test_close_names_are_offered(words, close, capsys):
     assert f"did you mean: {close}" in refused(capsys, *words)

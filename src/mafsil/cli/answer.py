@@ -6,13 +6,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 
+class Laid(str):
+    """A line that is laid out already: harmless characters, cells in isolates; it is printed as it is."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class Answer:
     """The result of one operation.
 
     Attributes:
         data: plain data, printed by `--json`.
-        lines: the same for people.
+        lines: the same for people; those of a table are `Laid`.
         refusal: why the honest answer is no, or None; it goes to stderr, and the exit code is 1.
     """
 

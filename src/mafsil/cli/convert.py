@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from math import pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
-from mafsil.cli.motion_input import Motion, read
+from mafsil.cli.motion_input import Motion, bare_angles, read
 from mafsil.cli.motion_table import lines
-from mafsil.errors import FileError, InputError
+from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.state import angle_remarks
 from mafsil.geometry import euler, logarithms, planar, pose, quaternion, rotation, screw
 from mafsil.messages import say
 
 _SHOWN = ("xyz", "ZYX", "ZYZ", "XYZ")
 """Sequences listed unasked; `xyz` is roll, pitch, yaw."""
-
-_PICTURES = (".png", ".svg", ".pdf")
 
 
 def convert(
@@ -59,13 +57,15 @@ def convert(
         "rotation_vector": rotation_vector, "gibbs": gibbs, "pose": pose, "exponential": exponential, "screw": screw,
         "planar": planar,
     }  # fmt: skip
-    if picture is not None and Path(picture).suffix.lower() not in _PICTURES:
-        raise InputError("cli.picture_kind", path=picture, known=", ".join(_PICTURES))
+    if picture is not None:
+        require_kind(picture, PLAIN)
     motion = read(given, position, degrees=degrees, project=project)
     data = representations(motion, all_sequences=all_sequences)
-    shown = lines(data, degrees=degrees)
+    shown = [*lines(data, degrees=degrees), *angle_remarks([] if degrees else bare_angles(given))]
     if picture is not None:
-        _draw(motion, Path(picture))
+        from mafsil.figures import save_motion
+
+        drawn(lambda path: save_motion(motion.T, path, motion.kind, motion.sequence), picture)
         shown.append(say("cli.picture_written", path=picture))
         data["picture"] = picture
     return Answer(data, tuple(shown))
@@ -136,12 +136,3 @@ def _planar_data(T: Floats) -> dict[str, Any]:
         "pole": point if exists else None,
         "homogeneous_pole": planar.pole(flat),
     }
-
-
-def _draw(motion: Motion, path: Path) -> None:
-    from mafsil.figures import save_motion
-
-    try:
-        save_motion(motion.T, path, motion.kind, motion.sequence)
-    except OSError as error:
-        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
-from mafsil.cli.state import efforts, joint_values
+from mafsil.cli.state import degrees_remarks, efforts, joint_values, units, with_units
 from mafsil.cli.table import matrix, number, table
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -65,10 +65,11 @@ def dynamics(
         values["tau"] = efforts("tau", tau, arm.mechanism)
         arm.degeneracy(values["q"]).require_regular()
         values["qdd"] = np.asarray(arm.forward_dynamics(values["q"], values["qd"], values["tau"]))
-    return _answer(arm, values, forward=tau is not None)
+    remarks = degrees_remarks(q, arm.mechanism, degrees=degrees)
+    return _answer(arm, values, remarks, forward=tau is not None)
 
 
-def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
+def _answer(arm: Robot, values: dict[str, Floats], remarks: list[str], *, forward: bool) -> Answer:
     q, qd = values["q"], values["qd"]
     M = np.asarray(arm.mass_matrix(q))
     c, g = np.asarray(arm.velocity_torque(q, qd)), np.asarray(arm.gravity_torque(q))
@@ -93,14 +94,15 @@ def _answer(arm: Robot, values: dict[str, Floats], *, forward: bool) -> Answer:
     }
     columns = [values[name] for name in ("q", "qd", "qdd")] + [c, g, values["tau"]]
     head = (say("cli.joint"), "q", "qd", "qdd", "c(q,qd)", "g(q)", "tau")
+    head = (say("cli.joint"), *with_units(arm.mechanism, head[1:]))
     rows = [(name, *(number(column[k]) for column in columns)) for k, name in enumerate(arm.joint_names)]
     lines = [say("cli.dynamics_forward_title" if forward else "cli.dynamics_inverse_title", robot=arm.name)]
-    lines += [*table(head, rows), say("cli.mass_matrix"), *matrix(M)]
+    lines += [*table(head, rows), say("cli.mass_matrix", unit=units(arm.mechanism)["M"]), *matrix(M)]
     lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
     if friction.any():
         lines.append(say("cli.dynamics_friction", values="  ".join(map(number, friction))))
     lines += [say("cli.beyond_effort", joint=name) for name in excess]
-    return Answer(data, tuple(lines))
+    return Answer(data, (*lines, *remarks))
 
 
 def _require_finite(arm: Robot, results: dict[str, Floats]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
-from mafsil.cli.state import joint_values
+from mafsil.cli.state import degrees_remarks, joint_values
 from mafsil.cli.table import matrix, number
 from mafsil.messages import say
 from mafsil.robot import load
@@ -49,6 +49,7 @@ def fk(robot: str, q: list[str], frame: str | None, tip: str | None, degrees: bo
     turned = [to_degrees(x) for x in rpy] if degrees else rpy
     lines.append(say("cli.fk_rpy", unit="°" if degrees else "rad", values="  ".join(number(float(x)) for x in turned)))
     lines += [say("cli.outside", joint=item) for item in outside]
+    lines += degrees_remarks(q, arm.mechanism, degrees=degrees)
     return Answer(data, tuple(lines))
 
 

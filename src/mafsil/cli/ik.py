@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import pi
-from pathlib import Path
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix
+from mafsil.arrays import PoseMatrix
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import coordinate, number
-from mafsil.cli.state import shown, unit
+from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.state import angle_remarks, shown, unit
 from mafsil.cli.table import number as printed
 from mafsil.cli.table import table
 from mafsil.errors import InputError
@@ -18,7 +19,6 @@ from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.messages import say
 from mafsil.robot import Robot, load
 
-PICTURES = (".png", ".svg", ".pdf")
 PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -47,8 +47,8 @@ def ik(
     Raises:
         MafsilError: no such robot or frame, not three or six finite numbers.
     """
-    if picture is not None and Path(picture).suffix.lower() not in PICTURES:
-        raise InputError("cli.picture_kind", path=picture, known=", ".join(PICTURES))
+    if picture is not None:
+        require_kind(picture, PLAIN)
     arm = load(robot, tip=tip)
     T = _pose(pose, degrees=degrees)
     asked = task or ("position" if len(pose) == 3 else "pose")
@@ -80,12 +80,12 @@ def ik(
         "families": [{"solution": f.solution, "joint": f.joint, "moving": f.moving} for f in answer.families],
         "nearest": None if answer else {"q": answer.q_nearest, "pose": answer.T_nearest},
     }
+    lines += angle_remarks((f"{name} = {word}", word) for name, word in _bare_angles(pose, degrees=degrees))
     if picture is not None and rows:
         from mafsil.figures import save_postures
 
-        save_postures(
-            arm, answer.q[rows], Path(picture), [answer.branches[k].label() for k in rows], answer.within[rows]
-        )
+        names = [answer.branches[k].label() for k in rows]
+        drawn(lambda path: save_postures(arm, answer.q[rows], path, names, answer.within[rows]), picture)
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if answer else explanation[0])
@@ -111,6 +111,10 @@ def _pose(words: list[str], *, degrees: bool) -> PoseMatrix:
     return T
 
 
+def _bare_angles(words: list[str], *, degrees: bool) -> Iterable[tuple[str, str]]:
+    return () if degrees else zip(PLACES[3:], words[3:], strict=False)
+
+
 def _chosen(answer: SolutionSet, everything: bool) -> list[int]:
     """Indices to print: all, or the best one within the limits."""
     if everything:
@@ -132,21 +136,20 @@ def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) ->
         return []
     joints = arm.mechanism.coordinates
     # Explanations speak of solutions by their numbers.
-    head = [f"  #  {say('cli.ik_branch')}", *(f"{j.name} [{unit(j.kind, degrees=degrees)}]" for j in joints)]
-    head += [say("cli.ik_residual"), say("cli.ik_conditioning"), say("cli.ik_limits"), say("cli.ik_windings")]
-
-    def cells(q: Floats) -> list[str]:
-        return [printed(shown(float(x), j.kind, degrees=degrees)) for x, j in zip(q, joints, strict=True)]
-
+    head = ["#", *(say(f"cli.ik_{name}") for name in ("branch", "residual", "limits", "windings"))]
     body = [
         [
-            f"{k + 1:3}  {answer.branches[k].label()}",
-            *cells(answer.q[k]),
+            str(k + 1),
+            answer.branches[k].label(),
             f"{answer.residual[k]:.1e}",
-            f"{answer.conditioning[k]:.3f}",
             say("cli.ik_inside" if answer.within[k] else "cli.ik_outside"),
             str(_windings(answer, k)),
         ]
         for k in rows
     ]
-    return table(head, body)
+    names = ["#", *(f"{j.name} [{unit(j.kind, degrees=degrees)}]" for j in joints), say("cli.ik_conditioning")]
+    values: list[list[str]] = []
+    for k in rows:
+        q = [shown(float(x), joint.kind, degrees=degrees) for x, joint in zip(answer.q[k], joints, strict=True)]
+        values.append([str(k + 1), *map(printed, q), f"{answer.conditioning[k]:.3f}"])
+    return [*table(head, body, words=(1,)), "", *table(names, values)]

@@ -13,9 +13,9 @@ from os import PathLike
 from typing import Any, cast
 
 from mafsil import __version__
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Laid
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
-from mafsil.messages import LANGUAGES, language, say
+from mafsil.messages import LANGUAGES, in_line, language, say
 from mafsil.messages.visible import visible
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -73,10 +73,12 @@ def _run(words: list[str]) -> int:
     _choose_language(words)
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
+    from mafsil.cli.standard_input import as_files
+    from mafsil.cli.words import ordered
 
     grammar = parser(__version__)
     try:
-        given = vars(grammar.parse_args(words))
+        given = vars(grammar.parse_args(ordered(words)))
     except SystemExit as leaving:
         # --help and --version have printed what they had to say.
         sys.stdout.flush()
@@ -86,11 +88,22 @@ def _run(words: list[str]) -> int:
     if name is None:
         grammar.print_help()
         return DONE
+    if "robot" in given:
+        given["robot"] = _known_name(given["robot"])
     if (words_of_xacro := given.pop("xacro_arg", None)) is not None:
         given["robot"] = _with_arguments(given["robot"], words_of_xacro)
-    answer = operation(name)(**given)
+    with as_files(operation(name), given) as arguments:
+        answer = operation(name)(**arguments)
     _print(answer, as_json=bool(as_json))
     return DONE if answer.refusal is None else FAILED
+
+
+def _known_name(robot: str) -> str:
+    """The name of the library in its own letters: PANDA is the panda, unless there is a file of that name."""
+    from mafsil.model import library
+
+    small = robot.lower()
+    return small if small in library.names() and not os.path.lexists(robot) else robot
 
 
 def _with_arguments(robot: str, words: list[str]) -> PathLike[str]:
@@ -126,13 +139,14 @@ def _choose_language(words: list[str]) -> None:
 
 
 def _print(answer: Answer, *, as_json: bool) -> None:
+    lines = [line if isinstance(line, Laid) else in_line(visible(line)) for line in answer.lines]
     if as_json:
-        text = json.dumps(_plain(answer.data), ensure_ascii=False, indent=2, allow_nan=False)
-    else:
-        text = "\n".join(visible(line) for line in answer.lines)
-    if text:
-        print(text, flush=True)
-    if answer.refusal is not None:
+        lines = [json.dumps(_plain(answer.data), ensure_ascii=False, indent=2, allow_nan=False)]
+    if lines:
+        print("\n".join(lines), flush=True)
+    # On one screen the reason is read once; in a pipe each stream has it.
+    said = not as_json and answer.refusal in answer.lines and sys.stdout.isatty() and sys.stderr.isatty()
+    if answer.refusal is not None and not said:
         _complain(answer.refusal)
 
 
@@ -157,7 +171,7 @@ def _plain(value: Any) -> Any:
 
 def _complain(sentence: str) -> None:
     """One line on stderr."""
-    line = visible(" ".join(sentence.split()))
+    line = in_line(visible(" ".join(sentence.split())))
     print(f"mafsil: {line}", file=sys.stderr, flush=True)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, positive
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import number
+from mafsil.cli.state import with_units
 from mafsil.cli.table import number as shown
 from mafsil.cli.table import table
 from mafsil.errors import FileError
@@ -63,7 +64,7 @@ def motion(
     rows = [(name, *map(shown, values)) for name, *values in ends]
     lines = [say("cli.motion_title", robot=arm.name, time=shown(moved.duration))]
     lines += [moved.explain()] if moved.succeeded else []
-    lines += table((say("cli.joint"), "q", "qd", "qdd"), rows)
+    lines += table((say("cli.joint"), *with_units(arm.mechanism, ("q", "qd", "qdd"))), rows)
     lines.append(say("cli.motion_energy", first=shown(first), last=shown(last)))
     lines += [say("cli.motion_written", path=out)] if out is not None else []
     return Answer(data, tuple(lines), None if moved.succeeded else moved.explain())

@@ -92,6 +92,17 @@ def read(given: Mapping[str, list[str] | None], position: list[str] | None, *, d
     return Motion(T, "pose", option, motion.sequence, motion.moved)
 
 
+def bare_angles(given: Mapping[str, list[str] | None]) -> list[tuple[str, str]]:
+    """What is printed and what was typed of each angle.
+
+    Args:
+        given: words of each option, as `read` takes them.
+    """
+    places = {"rpy": (0, 3), "euler": (1, 4), "axis_angle": (3, 4), "rotation_vector": (0, 3), "planar": (0, 1)}
+    words = [word for name, (start, end) in places.items() for word in (given[name] or [])[start:end]]
+    return [(word, word) for word in words]
+
+
 def _option(name: str) -> str:
     return "--" + name.replace("_", "-")
 

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.table import matrix, number, table
+from mafsil.cli.table import labelled, matrix, number
 from mafsil.messages import say
-
-_COLUMNS = 6
 
 
 def lines(data: dict[str, Any], *, degrees: bool) -> list[str]:
@@ -22,13 +20,12 @@ def lines(data: dict[str, Any], *, degrees: bool) -> list[str]:
         degrees: print angles in degrees.
     """
     unit, factor = ("°", 180 / pi) if degrees else ("rad", 1.0)
-    head = [say("convert.representation"), *[""] * _COLUMNS]
     rows = [*_rotation_rows(data, unit, factor), *_pose_rows(data, unit, factor)]
     shown = [say(f"convert.title_{data['kind']}", source=data["source"])]
     if data["projected_by"] is not None:
         shown.append(say("convert.projected", distance=f"{data['projected_by']:.3g}"))
     shown += matrix(data.get("pose", data["matrix"]))
-    shown += ["", *table(head, [[*row, *[""] * (_COLUMNS + 1 - len(row))] for row in rows])]
+    shown += ["", *labelled(rows)]
     remarks = _remarks(data, factor, unit)
     return [*shown, *(["", *remarks] if remarks else [])]
 

@@ -47,6 +47,17 @@ def coordinate(name: str, text: str) -> tuple[float, bool]:
     return _read(name, text)
 
 
+def count(name: str, text: str) -> int:
+    """A whole number from 0 on.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise InputError("cli.whole", name=name, text=visible(text))
+    return int(text)
+
+
 def _read(name: str, text: str) -> tuple[float, bool]:
     match = _NUMBER.match(_PI.sub(r"\g<1>1pi", text))
     if match is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, cast
 
 from mafsil.cli.answer import Answer
@@ -25,6 +26,8 @@ class Parameter:
         required: must be given.
         choices: the texts allowed, if not all are.
         metavar: what stands for the value in the help.
+        reads: the value is a file, or may be one, that is read: `-` stands for standard input.
+        endings: by which a file for this argument is known.
     """
 
     name: str
@@ -34,6 +37,17 @@ class Parameter:
     required: bool = False
     choices: tuple[str, ...] = ()
     metavar: str = ""
+    reads: bool = False
+    endings: tuple[str, ...] = ()
+
+    @property
+    def option(self) -> str:
+        """As it is written on the command line, unless it is given by its place."""
+        return "--" + self.name.replace("_", "-")
+
+    def recognises(self, word: str) -> bool:
+        """Whether a word is one of the choices, or the name of a file with one of the endings."""
+        return word in self.choices or Path(word).suffix.lower() in self.endings
 
 
 @dataclass(frozen=True, slots=True)

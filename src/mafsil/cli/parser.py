@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from mafsil.cli.operation import Operation, Parameter
 from mafsil.cli.registry import OPERATIONS
-from mafsil.errors import InputError
-from mafsil.messages import LANGUAGES, say, template
+from mafsil.cli.words import NEGATIVE, UsageError
+from mafsil.messages import LANGUAGES, in_line, say, template
 from mafsil.messages.visible import visible
 
-_NEGATIVE = re.compile(r"^-(?:\.?\d|pi|inf|nan)")
 _SENTENCES = {
     "usage: ": "argparse_usage",
     "positional arguments": "argparse_positionals",
@@ -31,16 +29,12 @@ _SENTENCES = {
 }
 
 
-class UsageError(InputError):
-    """The command line itself is wrong."""
-
-
 class Parser(argparse.ArgumentParser):
     """argparse that raises instead of leaving, and takes `-0.2`, `-1e-3` and `-pi/2` for numbers."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        self._negative_number_matcher = _NEGATIVE
+        self._negative_number_matcher = NEGATIVE
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse what is not among the choices, and offer what looks like it."""
@@ -51,6 +45,10 @@ class Parser(argparse.ArgumentParser):
                 action, say("cli.argparse_choice_close", value=str(value), close=", ".join(close))
             )
         super()._check_value(action, value)
+
+    def format_help(self) -> str:
+        """The help, every line of it readable in a terminal of either direction."""
+        return "\n".join(in_line(line) for line in super().format_help().split("\n"))
 
     def error(self, message: str) -> NoReturn:
         """Raise what argparse has to say.
@@ -92,7 +90,7 @@ def _add_common(command: Parser) -> None:
 def _add_parameters(command: Parser, operation: Operation) -> None:
     for parameter in operation.parameters:
         words = _escaped(say(operation.parameter_key(parameter)))
-        flag = parameter.name if parameter.positional else "--" + parameter.name.replace("_", "-")
+        flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
     if any(parameter.name == "robot" for parameter in operation.parameters):
         words = _escaped(say("cli.xacro_arg"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mafsil.cli.operation import Operation, Parameter
 
-_ROBOT = Parameter("robot", "text", positional=True, required=True)
+_ROBOT = Parameter("robot", "text", positional=True, required=True, reads=True)
 _TIP = Parameter("tip", "text")
 _DEGREES = Parameter("degrees", "flag")
 _RUNS = (Parameter("out", "path"), Parameter("progress", "flag"), Parameter("open", "flag"))
@@ -14,20 +14,23 @@ _MOTIONS = (
 )  # fmt: skip
 """Ways to type a motion in `convert`, and what stands for their numbers in the help."""
 
+_Q = Parameter("q", "angle", positional=True, many=True, metavar="Q")
+
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "run",
         "mafsil.cli.run:run",
-        (Parameter("job", "path", positional=True, required=True), *_RUNS, Parameter("dry_run", "flag")),
+        (Parameter("job", "path", positional=True, required=True, reads=True), *_RUNS, Parameter("dry_run", "flag")),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
+    Operation("list", "mafsil.cli.library_list:robots"),
     Operation("show", "mafsil.cli.show:show", (_ROBOT, _TIP, Parameter("picture", "path"), _DEGREES)),
     Operation(
         "fk",
         "mafsil.cli.fk:fk",
         (
             _ROBOT,
-            Parameter("q", "angle", positional=True, many=True, metavar="Q"),
+            _Q,
             Parameter("frame", "text"),
             _TIP,
             _DEGREES,
@@ -63,12 +66,50 @@ OPERATIONS: tuple[Operation, ...] = (
             _DEGREES,
         ),
     ),
+    Operation("singular", "mafsil.cli.singular:singular", (_ROBOT, _Q, Parameter("task", "text"), _TIP, _DEGREES)),
+    Operation(
+        "statics",
+        "mafsil.cli.statics:statics",
+        (
+            _ROBOT,
+            _Q,
+            Parameter("wrench", "number", many=True, metavar="F"),
+            Parameter("tau", "number", many=True, metavar="TAU"),
+            Parameter("given_in", "text", choices=("body", "space", "tip")),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation(
+        "workspace",
+        "mafsil.cli.workspace:workspace",
+        (
+            _ROBOT,
+            Parameter("view", "text", choices=("xyz", "xy", "xz", "yz", "radial")),
+            Parameter("samples", "count"),
+            Parameter("cell", "number"),
+            Parameter("seed", "count"),
+            Parameter("picture", "path"),
+            _TIP,
+        ),
+    ),
+    Operation(
+        "dh",
+        "mafsil.cli.dh:dh",
+        (
+            _ROBOT,
+            Parameter("convention", "text", choices=("modified", "classic")),
+            Parameter("radians", "flag"),
+            Parameter("picture", "path"),
+            _TIP,
+        ),
+    ),
     Operation(
         "derive",
         "mafsil.cli.derive:derive",
         (
-            Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian", "ik", "dynamics")),
             _ROBOT,
+            Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian", "ik", "dynamics")),
             _TIP,
             Parameter("format", "text", choices=("text", "latex", "html")),
             Parameter("out", "path"),
@@ -90,7 +131,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "grasp",
         "mafsil.cli.grasp:grasp",
         (
-            Parameter("file", "path", positional=True, required=True),
+            Parameter("file", "path", positional=True, required=True, reads=True),
             Parameter("facets", "count"),
             Parameter("steps", "flag"),
             Parameter("fingers", "count"),
@@ -124,8 +165,8 @@ OPERATIONS: tuple[Operation, ...] = (
         "identify",
         "mafsil.cli.identify:identify",
         (
-            Parameter("log", "path", positional=True, required=True),
             _ROBOT,
+            Parameter("log", "path", positional=True, required=True, reads=True, endings=(".csv",)),
             Parameter("out", "path"),
             Parameter("payload", "flag"),
             Parameter("at_rest", "flag"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import pi
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.cli.numerals import coordinate, number
 from mafsil.errors import InputError
+from mafsil.messages import say
 from mafsil.model import JointKind, Mechanism
 
 
@@ -53,6 +55,61 @@ def unit(kind: JointKind, *, degrees: bool) -> str:
 def shown(value: float, kind: JointKind, *, degrees: bool) -> float:
     """A coordinate in the unit in which it is printed."""
     return value * 180 / pi if degrees and kind is not JointKind.PRISMATIC else value
+
+
+def effort_unit(kind: JointKind) -> str:
+    """Unit of an effort, as printed."""
+    return "N" if kind is JointKind.PRISMATIC else "N m"
+
+
+_UNITS = {
+    JointKind.REVOLUTE: {"q": "rad", "qd": "rad/s", "qdd": "rad/s²", "effort": "N m", "M": "kg m²"},
+    JointKind.PRISMATIC: {"q": "m", "qd": "m/s", "qdd": "m/s²", "effort": "N", "M": "kg"},
+}
+
+
+def units(mechanism: Mechanism) -> dict[str, str]:
+    """Units of q, qd, qdd, efforts and the mass matrix: of all joints together, such as `N m | N`."""
+    sliding = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
+    turns, slides = _UNITS[JointKind.REVOLUTE], _UNITS[JointKind.PRISMATIC]
+    if not any(sliding):
+        return turns
+    if all(sliding):
+        return slides
+    return {name: f"{turns[name]} | {slides[name]}" for name in turns} | {"M": "kg m² | kg m | kg"}
+
+
+def with_units(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Headings with their units: `qd [rad/s]`; what is neither a coordinate nor a rate is an effort."""
+    known = units(mechanism)
+    return [f"{name} [{known.get(name, known['effort'])}]" for name in names]
+
+
+def degrees_remarks(words: list[str], mechanism: Mechanism, *, degrees: bool) -> list[str]:
+    """The question whether degrees were meant, where a bare angle is more than a whole turn; the values stay.
+
+    Args:
+        words: one per joint.
+        mechanism: whose joints they are.
+        degrees: bare angles are degrees: then there is nothing to ask.
+    """
+    turning = [
+        (f"{joint.name} = {word}", word)
+        for joint, word in zip(mechanism.coordinates, words, strict=True)
+        if joint.kind is not JointKind.PRISMATIC
+    ]
+    return [] if degrees else angle_remarks(turning)
+
+
+def angle_remarks(angles: Iterable[tuple[str, str]]) -> list[str]:
+    """The same for pairs of what is printed and what was typed."""
+    large = [shown for shown, word in angles if _more_than_a_turn(word)]
+    return [say("cli.degrees_meant", angles=", ".join(large))] if large else []
+
+
+def _more_than_a_turn(word: str) -> bool:
+    value, marked = coordinate("", word)
+    return not marked and abs(value) > 2 * pi
 
 
 def _require_count(name: str, words: list[str], mechanism: Mechanism) -> None:

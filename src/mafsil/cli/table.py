@@ -1,30 +1,81 @@
-"""Tables for people: columns aligned by what is seen, numbers to the right."""
+"""Tables for people: columns aligned by what is seen, numbers to the right, no wider than the terminal."""
 
 from __future__ import annotations
 
 import math
+import shutil
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from itertools import zip_longest
 
 from mafsil.arrays import Floats
+from mafsil.cli.answer import Laid
+from mafsil.messages.isolates import in_cell
 from mafsil.messages.visible import visible
 
+NARROWEST = 40
+"""A terminal is taken to have at least so many columns."""
+_GAP = "  "
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
-    """Lines of a table: the first column to the left, the others to the right."""
-    shown = [[visible(cell) for cell in row] for row in (head, *rows)]
-    widths = [max(width(row[k]) for row in shown) for k in range(len(head))]
-    return [
-        (indent + "  ".join(_padded(row[k], size, left=k == 0) for k, size in enumerate(widths))).rstrip()
-        for row in shown
-    ]
+
+def columns() -> int:
+    """Columns of the terminal; 80 where there is none, such as in a pipe or a file."""
+    return max(NARROWEST, shutil.get_terminal_size((80, 24)).columns)
+
+
+def table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], *, indent: str = "  ", words: Collection[int] = ()
+) -> list[str]:
+    """Lines of a table: the first column and those of words to the left, the others to the right.
+
+    What is too wide for the terminal is cut into blocks of columns, each with the first column again, or turned so
+    that rows become columns, whichever takes fewer lines.
+
+    Args:
+        head: one cell for each column.
+        rows: cells.
+        indent: in front of every line.
+        words: indices of further columns that hold words.
+    """
+    upright = [[visible(cell) for cell in row] for row in (head, *rows)]
+    room = columns() - len(indent)
+    every = list(range(len(head)))
+    if _total(upright, every) <= room or len(head) == 1:
+        return _lines(upright, every, indent, words)
+    turned = [list(column) for column in zip(*upright, strict=True)]
+    layouts = [(cells, _groups(cells, room), left) for cells, left in ((upright, words), (turned, ()))]
+    cells, groups, left = min(layouts, key=lambda layout: len(layout[1]) * (len(layout[0]) + 1))
+    return [line for group in groups for line in ("", *_lines(cells, group, indent, left))][1:]
+
+
+def labelled(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
+    """Lines of numbers behind their labels; where the terminal is too narrow, below them.
+
+    Args:
+        rows: label and numbers of each line.
+        indent: in front of every line.
+    """
+    cells = [(visible(label), [visible(text) for text in texts]) for label, *texts in rows]
+    first = max((width(label) for label, _ in cells), default=0)
+    sizes = [max(map(width, column)) for column in zip_longest(*(texts for _, texts in cells), fillvalue="")]
+    beside = len(indent) + first + sum(len(_GAP) + size for size in sizes) <= columns()
+    lines: list[str] = []
+    for label, texts in cells:
+        numbers = _GAP.join(_padded(text, size, left=False) for text, size in zip(texts, sizes, strict=False))
+        shown = _padded(label, first if beside else width(label), left=True)
+        lines += [f"{indent}{shown}{_GAP}{numbers}"] if beside else [indent + shown, f"{indent}{indent}{numbers}"]
+    return [Laid(line.rstrip()) for line in lines]
 
 
 def matrix(values: Floats, *, indent: str = "  ") -> list[str]:
-    """Lines of a matrix (rows, columns)."""
-    cells = [[number(x) for x in row] for row in values]
-    size = max((len(cell) for row in cells for cell in row), default=0)
-    return [indent + "  ".join(cell.rjust(size) for cell in row) for row in cells]
+    """Lines of a matrix (rows, columns), with fewer decimals where the terminal is narrow."""
+    room = columns() - len(indent)
+    for digits in (6, 4, 3):
+        cells = [[number(x, digits) for x in row] for row in values]
+        size = max((len(cell) for row in cells for cell in row), default=0)
+        if not cells or (size + len(_GAP)) * len(cells[0]) - len(_GAP) <= room:
+            break
+    return [Laid(indent + _GAP.join(in_cell(cell.rjust(size)) for cell in row)) for row in cells]
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -56,6 +107,32 @@ def _columns(character: str) -> int:
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
+def _widths(cells: list[list[str]]) -> list[int]:
+    return [max(map(width, column)) for column in zip(*cells, strict=True)]
+
+
+def _total(cells: list[list[str]], group: Sequence[int]) -> int:
+    sizes = _widths(cells)
+    return sum(sizes[k] for k in group) + len(_GAP) * (len(group) - 1)
+
+
+def _groups(cells: list[list[str]], room: int) -> list[list[int]]:
+    """Columns in groups that fit, each behind the first column."""
+    groups = [[0]]
+    for k in range(1, len(cells[0])):
+        if len(groups[-1]) > 1 and _total(cells, [*groups[-1], k]) > room:
+            groups.append([0])
+        groups[-1].append(k)
+    return groups
+
+
+def _lines(cells: list[list[str]], group: Sequence[int], indent: str, words: Collection[int]) -> list[str]:
+    sizes = _widths(cells)
+    rows = (_GAP.join(_padded(row[k], sizes[k], left=k == 0 or k in words) for k in group) for row in cells)
+    return [Laid((indent + row).rstrip()) for row in rows]
+
+
 def _padded(text: str, size: int, *, left: bool) -> str:
-    space = " " * (size - width(text))
-    return text + space if left else space + text
+    """A cell in an isolate of its own, so that neighbours keep their columns whatever the direction of the line."""
+    space, shown = " " * (size - width(text)), in_cell(text)
+    return shown + space if left else space + shown

@@ -7,4 +7,5 @@ from mafsil.messages.catalogue import language as language
 from mafsil.messages.catalogue import say as say
 from mafsil.messages.catalogue import template as template
 from mafsil.messages.isolates import in_cell as in_cell
+from mafsil.messages.isolates import in_line as in_line
 from mafsil.messages.isolates import in_sentence as in_sentence

@@ -7,6 +7,8 @@ import tomllib
 from functools import cache
 from importlib import resources
 
+from mafsil.messages.plurals import Filling
+
 LANGUAGES = ("en", "ar")
 
 _chosen: str | None = None
@@ -29,6 +31,10 @@ def language(code: str | None = None) -> str:
         if code not in LANGUAGES:
             raise ValueError(say("messages.language", code=code, known=", ".join(LANGUAGES)))
         _chosen = code
+    return _current()
+
+
+def _current() -> str:
     if _chosen is not None:
         return _chosen
     from_environment = os.environ.get("MAFSIL_LANG", "en")[:2].lower()
@@ -46,9 +52,13 @@ def say(key: str, *, language: str | None = None, **facts: object) -> str:
     Args:
         key: `area.name`.
         language: `en` or `ar`; the current language if None.
-        facts: values for the placeholders of the sentence (str.format).
+        facts: values for the placeholders of the sentence (str.format); `{count:#noun}` is a number with its noun.
     """
-    return template(key, language).format(**facts)
+    sentence = template(key, language)
+    if ":#" not in sentence:
+        return sentence.format(**facts)
+    code = language or _current()
+    return Filling(code, lambda noun: template(f"plurals.{noun}", code)).vformat(sentence, (), facts)
 
 
 def template(key: str, code: str | None = None) -> str:

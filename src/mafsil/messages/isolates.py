@@ -18,6 +18,7 @@ Medium: TypeAlias = Literal["terminal", "page", "latex"]
 
 LEFT_TO_RIGHT, FIRST_STRONG, END = "\u2066", "\u2068", "\u2069"
 """Unicode's own marks: LRI, FSI and PDI."""
+RIGHT_TO_LEFT_MARK = "\u200f"
 _MARKS: dict[Medium, tuple[str, str]] = {
     "terminal": (LEFT_TO_RIGHT, END),
     "page": ('<bdi dir="ltr">', "</bdi>"),
@@ -93,8 +94,25 @@ def in_cell(text: str, language: str | None = None) -> str:
     """
     if direction(language) == "ltr" or not text.strip():
         return text
-    arabic = re.search(f"[{_ARABIC}]", text)
-    return f"{FIRST_STRONG if arabic else LEFT_TO_RIGHT}{text}{END}"
+    if not re.search(f"[{_ARABIC}]", text):
+        return f"{LEFT_TO_RIGHT}{text}{END}"
+    return f"{FIRST_STRONG}{in_sentence(text, language)}{END}"
+
+
+def in_line(text: str, language: str | None = None) -> str:
+    """A line of a terminal: sentences that read in their order whichever way the terminal's paragraphs run.
+
+    Marks at both ends keep a number or a full stop that stands there from jumping to the other end.
+
+    Args:
+        text: one line, already made visible; blanks in front of it stay in front.
+        language: `en` or `ar`; the current one if None.
+    """
+    if direction(language) == "ltr" or not text.strip():
+        return text
+    words = text.lstrip(" ")
+    indent = text[: len(text) - len(words)]
+    return f"{indent}{RIGHT_TO_LEFT_MARK}{in_sentence(words, language)}{RIGHT_TO_LEFT_MARK}"
 
 
 def _foreign(text: str) -> Iterator[tuple[int, int]]:
@@ -118,10 +136,11 @@ def _phrases(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _trimmed(text: str, start: int, end: int) -> tuple[int, int]:
-    """Without spaces, pauses and brackets of the sentence at its ends."""
+    """Without spaces, pauses and brackets of the sentence at its ends; the point of `.png` belongs to the name."""
     while start < end:
         alone = _unmatched(text, start, end)
-        if text[start] in _OUTSIDE or start in alone:
+        begins_a_word = text[start] in _PAUSES and text[start + 1 : start + 2].strip() != "" and start + 1 < end
+        if (text[start] in _OUTSIDE and not begins_a_word) or start in alone:
             start += 1
         elif text[end - 1] in _OUTSIDE or end - 1 in alone:
             end -= 1

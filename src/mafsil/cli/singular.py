@@ -1,0 +1,53 @@
+"""`mafsil singular`: whether a configuration is singular, why, and what is lost and carried there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.cli.answer import Answer
+from mafsil.cli.state import degrees_remarks, joint_values
+from mafsil.cli.table import brief, table
+from mafsil.messages import say
+from mafsil.performance import singularity
+from mafsil.robot import load
+
+
+def singular(robot: str, q: list[str], task: str | None, tip: str | None, degrees: bool) -> Answer:
+    """Rank, singular values, causes, lost twists and carried wrenches of one configuration.
+
+    Args:
+        robot: name or file.
+        q: (n) coordinates as typed.
+        task: rows of the Jacobian that count; the arm's natural task if None.
+        tip: another tip link.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        MafsilError: no such robot or task, not one number per joint.
+    """
+    arm = load(robot, tip=tip)
+    values = joint_values("q", q, arm.mechanism, degrees=degrees)
+    found = singularity(arm, values, task=task)
+    product = float(np.prod(found.singular_values)) if found.singular_values.size else 0.0
+    data = {
+        "robot": arm.name,
+        "q": values,
+        "task": found.task,
+        "singular": found.singular,
+        "rank": found.rank,
+        "generic_rank": found.generic_rank,
+        "full_rank": found.full_rank,
+        "singular_values": found.singular_values,
+        "manipulability": product,
+        "length": found.length,
+        "causes": [cause.sentence() for cause in found.causes],
+        "cases": list(found.cases),
+        "null_rates": found.null_rates,
+        "lost_twists": found.lost_twists,
+        "carried_wrenches": found.wrenches,
+    }
+    facts: dict[str, object] = {"rank": found.rank, "full": found.full_rank, "length": brief(found.length)}
+    lines = [*found.explain().splitlines(), say("cli.singular_rank", manipulability=brief(product), **facts)]
+    head = [say("cli.singular_values"), *(f"σ{k}" for k in range(1, found.singular_values.size + 1))]
+    lines += table(head, [["", *(brief(float(s)) for s in found.singular_values)]])
+    return Answer(data, (*lines, *degrees_remarks(q, arm.mechanism, degrees=degrees)))
