@@ -14,8 +14,10 @@ CATALOGUE = Path(messages.__file__).parent
 
 @pytest.mark.parametrize(
     ("count", "expected"),
-    [(0, "zero"), (1, "one"), (2, "two"), (3, "few"), (10, "few"), (11, "many"), (99, "many"), (100, "other")]
-    + [(101, "other"), (102, "other"), (103, "few"), (111, "many"), (200, "other"), (1003, "few")],
+    [
+        *[(0, "zero"), (1, "one"), (2, "two"), (3, "few"), (10, "few"), (11, "many"), (99, "many"), (100, "other")],
+        *[(101, "other"), (102, "other"), (103, "few"), (111, "many"), (200, "other"), (1003, "few")],
+    ],
 )
 def test_categories_of_arabic(count, expected):
     """Those of the Unicode locale data."""

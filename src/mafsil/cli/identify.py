@@ -9,20 +9,29 @@ import numpy as np
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import number
+from mafsil.cli.state import units
 from mafsil.cli.table import brief, table
 from mafsil.errors import FileError, InputError
 from mafsil.identification import Identification, Payload, estimate_payload, read_log
 from mafsil.identification import identify as identified
 from mafsil.identification.saving import save
 from mafsil.messages import say
+from mafsil.model import JointKind
 from mafsil.robot import Robot, load
 
 _ENDINGS = (".urdf", ".toml")
+_UNITS_OF_JOINTS = {
+    "viscous": ("N m s/rad", "N s/m"),
+    "coulomb": ("N m", "N"),
+    "offset": ("N m", "N"),
+    "rotor": ("kg m²", "kg"),
+}
+"""Of a turning joint and of a slide."""
 
 
 def identify(
-    log: str,
     robot: str,
+    log: str,
     out: str | None,
     payload: bool,
     at_rest: bool,
@@ -36,8 +45,8 @@ def identify(
     """Masses, inertias and friction, or the load at the tip, from recorded motion and efforts.
 
     Args:
-        log: CSV file.
         robot: name or file.
+        log: CSV file.
         out: .urdf or .toml file for the robot that was found.
         payload: the robot is known, its load is not.
         at_rest: the rows are poses at rest (loads only).
@@ -84,15 +93,33 @@ def _answer(found: Identification, out: str | None) -> Answer:
 
 def _parameters(found: Identification) -> list[str]:
     head = [say(f"identification.head_{name}") for name in ("parameter", "before", "value", "error", "after")]
+    sliding = {j.name for j in found.robot.mechanism.coordinates if j.kind is JointKind.PRISMATIC}
     rows = [
-        (p.label, brief(p.before), brief(p.value), f"{p.standard_error:.2g}", brief(p.after)) for p in found.parameters
+        (
+            p.label,
+            *(brief(p.before), brief(p.value), f"{p.standard_error:.2g}", brief(p.after)),
+            _unit(p.label, sliding),
+        )
+        for p in found.parameters
     ]
-    return [say("identification.parameters"), *table(head, rows)]
+    return [say("identification.parameters"), *table([*head, say("cli.unit")], rows)]
+
+
+def _unit(label: str, sliding: set[str]) -> str:
+    """Unit of a parameter such as `link3.Ixx` or `joint2.coulomb`."""
+    owner, _, name = label.rpartition(".")
+    if name in _UNITS_OF_JOINTS:
+        return _UNITS_OF_JOINTS[name][owner in sliding]
+    return "kg" if name == "m" else "kg m" if name.startswith("h") else "kg m²"
 
 
 def _errors(found: Identification) -> list[str]:
     v = found.validation
-    head = [say(f"identification.head_{name}") for name in ("joint", "effort", "before_percent", "after_percent")]
+    head = [
+        say("identification.head_joint"),
+        say("identification.head_effort", unit=units(found.robot.mechanism)["effort"]),
+    ]
+    head += [say(f"identification.head_{name}") for name in ("before_percent", "after_percent")]
     rows = [
         (joint, brief(effort), f"{before:.2f}", f"{after:.2f}")
         for joint, effort, before, after in zip(v.joints, v.effort, v.before, v.after, strict=True)

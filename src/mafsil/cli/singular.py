@@ -46,8 +46,9 @@ def singular(robot: str, q: list[str], task: str | None, tip: str | None, degree
         "lost_twists": found.lost_twists,
         "carried_wrenches": found.wrenches,
     }
-    facts: dict[str, object] = {"rank": found.rank, "full": found.full_rank, "length": brief(found.length)}
-    lines = [*found.explain().splitlines(), say("cli.singular_rank", manipulability=brief(product), **facts)]
+    size, length = brief(product), brief(found.length)
+    lines = found.explain().splitlines()
+    lines.append(say("cli.singular_rank", rank=found.rank, full=found.full_rank, manipulability=size, length=length))
     head = [say("cli.singular_values"), *(f"σ{k}" for k in range(1, found.singular_values.size + 1))]
     lines += table(head, [["", *(brief(float(s)) for s in found.singular_values)]])
     return Answer(data, (*lines, *degrees_remarks(q, arm.mechanism, degrees=degrees)))

@@ -102,7 +102,8 @@ def in_cell(text: str, language: str | None = None) -> str:
 def in_line(text: str, language: str | None = None) -> str:
     """A line of a terminal: sentences that read in their order whichever way the terminal's paragraphs run.
 
-    Marks at both ends keep a number or a full stop that stands there from jumping to the other end.
+    Marks at both ends keep a number or a full stop that stands there from jumping to the other end; a line without a
+    word of the language is one isolate.
 
     Args:
         text: one line, already made visible; blanks in front of it stay in front.
@@ -112,6 +113,8 @@ def in_line(text: str, language: str | None = None) -> str:
         return text
     words = text.lstrip(" ")
     indent = text[: len(text) - len(words)]
+    if not re.search(f"[{_ARABIC}]", words):
+        return f"{indent}{LEFT_TO_RIGHT}{words}{END}"
     return f"{indent}{RIGHT_TO_LEFT_MARK}{in_sentence(words, language)}{RIGHT_TO_LEFT_MARK}"
 
 
