@@ -1,4 +1,4 @@
-"""`mafsil list | singular | statics | workspace | dh`: numbers held against the package and against hand-made formulas."""
+"""`mafsil list | singular | statics | workspace | dh`: numbers against the package and formulas made by hand."""
 
 import json
 import re
@@ -6,12 +6,20 @@ import re
 import numpy as np
 import pytest
 
+from mafsil import messages
 from mafsil.cli.main import main
 from mafsil.cli.table import width
 from mafsil.model import library, urdf
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.planar import planar2r
 from mafsil.robot import Robot, load
+
+
+@pytest.fixture(autouse=True)
+def _english(monkeypatch):
+    monkeypatch.setattr(messages.catalogue, "_chosen", None)
+    monkeypatch.delenv("MAFSIL_LANG", raising=False)
+
 
 ARABIC = re.compile(r"[\u0600-\u06ff]")
 Q = ["0.3", "-0.5", "0", "0.2", "0.4", "-0.1"]
@@ -80,9 +88,7 @@ def test_statics_of_a_wrench(capsys, given_in):
 def test_statics_of_efforts_and_back(capsys):
     efforts = ["1", "-2", "0.5", "0.1", "0.2", "0.05"]
     data = data_of(capsys, "statics", "puma560", *Q, "--tau", *efforts)
-    back = data_of(
-        capsys, "statics", "puma560", *Q, "--wrench", *map(repr, data["tip_wrench"]), "--given-in", "tip"
-    )
+    back = data_of(capsys, "statics", "puma560", *Q, "--wrench", *map(repr, data["tip_wrench"]), "--given-in", "tip")
     np.testing.assert_allclose(back["tau"], np.array(efforts, float), atol=1e-9)
     # Stretched along x, a force along x needs no effort and an effort of the first joint alone moves the arm.
     assert main(["statics", "planar2r", "0", "0", "--tau", "1", "0.5"]) == 0

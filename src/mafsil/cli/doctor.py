@@ -9,15 +9,19 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
 from mafsil.cli.export import checks as export_checks
+from mafsil.cli.facts import facts
 from mafsil.cli.table import table
 from mafsil.messages import language, say
+
+if TYPE_CHECKING:
+    from mafsil.kernels.audit import AuditReport
 
 NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec", "numba")
 OPTIONAL = ("matplotlib", "trimesh")
@@ -45,8 +49,8 @@ def doctor(export_check: bool = False) -> Answer:
         say("cli.doctor_packages"),
         *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
     ]
-    lines += ["", say("cli.doctor_machine"), *(f"  {key}: {value}" for key, value in machine.items())]
-    lines += ["", say("cli.doctor_settings"), *(f"  {key}: {value}" for key, value in settings.items())]
+    lines += ["", say("cli.doctor_machine"), *facts(machine)]
+    lines += ["", say("cli.doctor_settings"), *facts(settings)]
     lines += ["", say("cli.doctor_cache")]
     lines += [f"  {say(f'cli.cache_{key}')}: {value or say('cli.cache_memory')}" for key, value in cache.items()]
     lines += [
@@ -143,7 +147,12 @@ def _audit() -> dict[str, Any]:
         found = audit(trace(mechanism, row, None), signature(mechanism, row), list(samples), exact_rows=8)
     except Exception as failure:
         return {"name": name, "ok": False, "detail": f"{type(failure).__name__}: {failure}"}
-    return {"name": name, "ok": found.worst_ulp < _WORST_ULP and found.batch_equals_single, "detail": str(found)}
+    return {"name": name, "ok": found.worst_ulp < _WORST_ULP and found.batch_equals_single, "detail": _audited(found)}
+
+
+def _audited(found: AuditReport) -> str:
+    exact, casadi = found.worst_ulp, found.worst_ulp_casadi
+    return say("cli.check_audit_found", ulp=exact, exact_rows=found.exact_rows, casadi=casadi, rows=found.rows)
 
 
 def _double_pendulum() -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.facts import facts
 from mafsil.messages import say
 from mafsil.robot import load
 from mafsil.robot.exporting import export as exported
@@ -50,10 +51,9 @@ def export(
         function=function,
     )
     paths = [str(path) for path in found.write(out or ".")]
-    facts = {key: list(value) if isinstance(value, tuple) else value for key, value in found.facts.items()}
+    known = {key: list(value) if isinstance(value, tuple) else value for key, value in found.facts.items()}
     lines = [say("cli.export_written", name=found.name), *(f"  {path}" for path in paths)]
-    lines += [f"  {key}: {', '.join(map(str, v)) if isinstance(v, list) else v}" for key, v in facts.items()]
-    return Answer({"name": found.name, "files": paths, **facts}, tuple(lines))
+    return Answer({"name": found.name, "files": paths, **known}, (*lines, *facts(known)))
 
 
 def checks() -> list[dict[str, Any]]:

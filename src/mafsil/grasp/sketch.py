@@ -19,6 +19,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact, single
 from mafsil.grasp.grasp import Grasp
+from mafsil.messages import say
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
@@ -152,7 +153,8 @@ def _contact(entry: Any, index: int, source: str) -> Contact:
             continue  # a tensor, which the contact checks
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InputError("input.numbers", name=f"contact {index}: {key}", got=type(value).__name__)
-    return Contact(entry["point"], entry["normal"], name=str(entry.get("name", f"contact {index}")), **numbers)
+    name = str(entry.get("name", say("grasp.contact_name", index=index)))
+    return Contact(entry["point"], entry["normal"], name=name, **numbers)
 
 
 def _known(table: Any, keys: set[str], source: str) -> None:
