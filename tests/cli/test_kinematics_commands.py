@@ -97,7 +97,7 @@ def test_statics_of_efforts_and_back(capsys):
     assert ARABIC.search(capsys.readouterr().out)
     both = ["statics", "planar2r", "0", "0", "--tau", "1", "1", "--wrench", "0", "0", "0", "0", "0", "0"]
     assert main(both) == 2
-    assert main(["statics", "planar2r", "0", "0", "--wrench", "1", "2"]) == 2
+    assert main(["statics", "planar2r", "0", "0", "--wrench", "1", "2", "--lang", "en"]) == 2
     assert "--wrench: 2 numbers were given" in capsys.readouterr().err.splitlines()[-1]
 
 
