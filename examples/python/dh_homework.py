@@ -31,9 +31,9 @@ for angles in back.q:
     print("joint angles [deg]:", np.round(np.degrees(angles), 3))
 assert any(np.allclose(angles, q) for angles in back.q)
 
-# Somebody else's table of that arm, with one sign wrong: the check says where.
+# Somebody else's table of that arm, with one length wrong: the check says where.
 print(check_dh(rows, robot, "classic").message())
-slip = [mf.DHRow(a=0.5, alpha=0.0, d=-0.2), rows[1]]
+slip = [mf.DHRow(a=0.4, alpha=0.0, d=0.2), rows[1]]
 found = check_dh(slip, robot, "classic", base=np.eye(4))
 assert not found.correct
 print(found.message())
