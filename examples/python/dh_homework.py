@@ -34,6 +34,6 @@ assert any(np.allclose(angles, q) for angles in back.q)
 # Somebody else's table of that arm, with one length wrong: the check says where.
 print(check_dh(rows, robot, "classic").message())
 slip = [mf.DHRow(a=0.4, alpha=0.0, d=0.2), rows[1]]
-found = check_dh(slip, robot, "classic", base=np.eye(4))
-assert not found.correct
+found = check_dh(slip, robot, "classic")
+assert not found.correct and "row 1 a" in found.message()
 print(found.message())

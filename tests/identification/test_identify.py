@@ -124,7 +124,7 @@ def test_what_no_motion_shows_is_said_in_words():
     assert "of link1 never show in the efforts" in text
     never = {label for item in result.unidentifiable if item.reason == "never" for label in item.labels}
     assert never == set(TorqueModel(described, SMOOTHING).base.silent)
-    assert "لا تظهر في الجهود قط" in result.explain("ar")
+    assert "لا تظهر في العزوم قط" in result.explain("ar")
     assert "link2.m" in {label for item in result.unidentifiable if item.reason == "together" for label in item.labels}
 
 

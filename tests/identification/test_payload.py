@@ -66,7 +66,7 @@ def test_poses_at_rest_tell_mass_and_centre_only(carrying):
     assert possible(parameters_of(Inertial(found.mass, found.com, found.inertia)))
     assert "does not tell the inertia" in found.explain("en")
     assert "poses at rest" in found.explain("en")
-    assert "لا يكشف السجل القصور" in found.explain("ar")
+    assert "لا يكشف السجل العطالة" in found.explain("ar")
 
 
 def test_no_load_is_an_honest_no(carrying):
