@@ -189,3 +189,10 @@ def test_many_targets_are_drawn_in_three_meshes(tmp_path: Path) -> None:
     assert rows[12][0] == frames + 6 * 12
     assert rows[13][:2] == rows[2000][:2] == [frames + 3, 3]
     assert rows[2000][2] - rows[0][2] == 2000 * 3 * 6
+
+
+@pytest.mark.parametrize("value", ["4.3e-16", "-0.5", "−m g·p", "½ m v·v", "joint_2", "12.5 %", "(0, -1.5, 2)"])
+def test_a_number_or_formula_in_arabic_is_one_isolate(value: str) -> None:
+    html = fragments.text(f"أكبر فرق {value} عند المفصل الثاني.")
+    assert f'<bdi dir="ltr">{value}</bdi>' in html
+    assert html.count('<bdi dir="ltr">') == 1

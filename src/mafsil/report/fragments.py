@@ -7,17 +7,11 @@ from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from mafsil.messages import say
+from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
 from mafsil.report.content import Facts, Figure, Finding, Step, Table
 
 _ARABIC = re.compile(r"[\u0600-\u06ff]")
-_RUN = re.compile(
-    r"""[+\-\u2212~<\[('"]?[A-Za-z0-9\u0370-\u03ff/_.]                     # how it may begin
-    (?:[\x20-\x7e\u00b0-\u00d7\u0370-\u03ff\u2013\u2026]*                # what may stand inside
-    [A-Za-z0-9\u0370-\u03ff_%\u00b0\u00b2'"\])>])?                         # how it may end""",
-    re.VERBOSE,
-)
-"""A stretch of numbers and names inside Arabic, which must be read left to right as one piece."""
 
 
 def header(title: str, subtitle: str, verdict: Finding | None = None) -> str:
@@ -120,28 +114,15 @@ def _say(parent: Element, value: str) -> None:
         SubElement(parent, "bdi", {"dir": "ltr"}).text = shown
         return
     sentence = SubElement(parent, "bdi", {"dir": "rtl"})
-    sentence.text, end, last = "", 0, None
-    for match in _RUN.finditer(shown):
-        between = shown[end : match.start()]
-        if last is None:
-            sentence.text += between
+    sentence.text, last = "", None
+    for run in runs(shown):
+        if run.foreign:
+            last = SubElement(sentence, "bdi", {"dir": "ltr"})
+            last.text, last.tail = run.text, ""
+        elif last is None:
+            sentence.text += run.text
         else:
-            last.tail = between
-        last = SubElement(sentence, "bdi", {"dir": "ltr"})
-        last.text = _balanced(match.group())
-        end = match.start() + len(last.text)
-    if last is None:
-        sentence.text = shown
-    else:
-        last.tail = shown[end:]
-
-
-def _balanced(run: str) -> str:
-    """The run without a closing bracket at its end whose opening one stands in the Arabic before it."""
-    for opening, closing in ("()", "[]"):
-        if run.endswith(closing) and run.count(closing) > run.count(opening):
-            return run[:-1]
-    return run
+            last.tail = (last.tail or "") + run.text
 
 
 def _html(*elements: Element) -> str:
