@@ -16,6 +16,8 @@ from mafsil.messages.visible import visible
 NARROWEST = 40
 """A terminal is taken to have at least so many columns."""
 _GAP = "  "
+_DUST = 1e-12
+"""Smaller numbers are shown as zero."""
 
 
 def columns() -> int:
@@ -82,7 +84,7 @@ def number(value: float, digits: int = 6) -> str:
     """A number with six decimals, rounding dust shown as zero; very small and large ones with an exponent."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if abs(value) < 1e-12:
+    if abs(value) < _DUST:
         value = 0.0
     if value and not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}"
@@ -90,10 +92,10 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def brief(value: float) -> str:
-    """A number with four significant digits."""
+    """A number with four significant digits, rounding dust shown as zero."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    return f"{value:.4g}"
+    return f"{value if abs(value) >= _DUST else 0.0:.4g}"
 
 
 def width(text: str) -> int:
