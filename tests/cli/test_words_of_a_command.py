@@ -138,3 +138,13 @@ def test_the_reason_of_a_no_is_read_once_on_a_terminal(capsys, monkeypatch, term
     out, err = capsys.readouterr()
     assert "out of reach" in out
     assert ("out of reach" in err) == (not terminal)
+
+
+def test_a_list_of_texts_leaves_the_last_word_to_the_robot_that_is_missing():
+    from mafsil.cli.operation import Parameter
+    from mafsil.cli.words import _end_of_values
+
+    rows = Parameter("dh", "text", many=True)
+    words = ["--dh", "-L1 0 0 q1", "L2 0 0 q2", "arm.urdf"]
+    assert _end_of_values(rows, words, 1, missing=1) == 3
+    assert _end_of_values(rows, words, 1, missing=0) == 4

@@ -63,7 +63,7 @@ def _command_at(words: list[str]) -> int | None:
 def _sorted(operation: Operation, words: list[str]) -> tuple[list[str], list[str]]:
     """Options with their values; words without a name."""
     named = {parameter.option: parameter for parameter in (*operation.parameters, *COMMON) if not parameter.positional}
-    singles = sum(parameter.positional and not parameter.many for parameter in operation.parameters)
+    singles = sum(one.positional and one.required and not one.many for one in operation.parameters)
     options: list[str] = []
     places: list[str] = []
     k = 0
@@ -87,7 +87,8 @@ def _sorted(operation: Operation, words: list[str]) -> tuple[list[str], list[str
 
 
 def _is_option(word: str) -> bool:
-    return word.startswith("-") and word != "-" and NEGATIVE.match(word) is None
+    """Whether a word names an option; one with blanks, such as a row of a table, does not."""
+    return word.startswith("-") and word != "-" and " " not in word and NEGATIVE.match(word) is None
 
 
 def _known(operation: Operation, named: dict[str, Parameter], name: str) -> Parameter | None:
@@ -102,15 +103,18 @@ def _known(operation: Operation, named: dict[str, Parameter], name: str) -> Para
 
 
 def _end_of_values(parameter: Parameter, words: list[str], start: int, *, missing: int) -> int:
-    """Index behind the values of an option: one, or all that look like numbers while other words are missing."""
+    """Index behind the values of an option: one; or all, but for the words without a name that are still missing.
+
+    Of a list of numbers those begin where a word is none; of a list of texts they are the last ones.
+    """
     if not parameter.many:
         return min(start + 1, len(words)) if start < len(words) and not _is_option(words[start]) else start
-    end = start
+    end, numbers = start, parameter.kind in ("number", "angle")
     while end < len(words) and not _is_option(words[end]):
-        if end > start and missing > 0 and _NUMERIC.fullmatch(words[end]) is None:
+        if numbers and end > start and missing > 0 and _NUMERIC.fullmatch(words[end]) is None:
             break
         end += 1
-    return end
+    return end if numbers else max(start + 1, end - max(missing, 0))
 
 
 def _numbers(parameter: Parameter, words: list[str]) -> list[str]:

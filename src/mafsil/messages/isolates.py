@@ -27,6 +27,7 @@ _MARKS: dict[Medium, tuple[str, str]] = {
 _ARABIC = "\u200f\u0600-\u06ff\u0750-\u077f\u08a0-\u08ff\ufb50-\ufdff\ufe70-\ufefc"
 # A right-to-left mark counts as a letter: whoever set it wanted the text turned there.
 _FOREIGN = re.compile(f"[^{_ARABIC}\n]+")
+_DONE = re.compile("([\u2066-\u2068][^\u2066-\u2069]*\u2069)")
 _SAYS_SOMETHING = re.compile(r"[^\W_]|[½∞∂°%]")
 # A mark with a blank behind it ends what stands before it, unless both are inside brackets.
 _PAUSES = ".,:;!?"
@@ -79,7 +80,13 @@ def in_sentence(
     if direction(language) == "ltr":
         return foreign(text)
     before, after = _MARKS[medium]
-    pieces = (f"{before}{foreign(run.text)}{after}" if run.foreign else words(run.text) for run in runs(text))
+    pieces: list[str] = []
+    # What is isolated already, such as a cell, stays as it is.
+    for piece in _DONE.split(text):
+        if _DONE.fullmatch(piece):
+            pieces.append(piece)
+        else:
+            pieces += [f"{before}{foreign(r.text)}{after}" if r.foreign else words(r.text) for r in runs(piece)]
     return "".join(pieces)
 
 
@@ -93,6 +100,8 @@ def in_cell(text: str, language: str | None = None) -> str:
         language: `en` or `ar`; the current one if None.
     """
     if direction(language) == "ltr" or not text.strip():
+        return text
+    if END in text:
         return text
     if not re.search(f"[{_ARABIC}]", text):
         return f"{LEFT_TO_RIGHT}{text}{END}"
@@ -114,7 +123,7 @@ def in_line(text: str, language: str | None = None) -> str:
     words = text.lstrip(" ")
     indent = text[: len(text) - len(words)]
     if not re.search(f"[{_ARABIC}]", words):
-        return f"{indent}{LEFT_TO_RIGHT}{words}{END}"
+        return indent + in_cell(words, language)
     return f"{indent}{RIGHT_TO_LEFT_MARK}{in_sentence(words, language)}{RIGHT_TO_LEFT_MARK}"
 
 

@@ -13,9 +13,21 @@ def visible(text: str) -> str:
             change of direction in it.
 
     Returns:
-        The same text if it has none of them; ordinary spaces stay.
+        The same text if it has none of them; ordinary spaces stay, and so do isolates that are all closed.
     """
-    return "".join(f"<U+{ord(c):04X}>" if _obeyed(c) else c for c in text)
+    kept = _ISOLATES if _balanced(text) else ""
+    return "".join(f"<U+{ord(c):04X}>" if _obeyed(c) and c not in kept else c for c in text)
+
+
+def _balanced(text: str) -> bool:
+    """Whether every isolate is closed in its own line: then it turns nothing outside it."""
+    depth = 0
+    for character in text:
+        if character in _ISOLATES:
+            depth += -1 if character == "\u2069" else 1
+        if depth < 0 or (character == "\n" and depth):
+            return False
+    return depth == 0
 
 
 def _obeyed(character: str) -> bool:
@@ -24,3 +36,4 @@ def _obeyed(character: str) -> bool:
 
 # Joiners shape Arabic letters; marks only stand beside their neighbours and cannot turn what follows.
 _HARMLESS = "\u200c\u200d\u200e\u200f\u061c"
+_ISOLATES = "\u2066\u2067\u2068\u2069"
