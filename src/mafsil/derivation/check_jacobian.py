@@ -1,54 +1,34 @@
-"""A student's Jacobian, in numbers or as formulas, against the compiled robot: which entry is wrong, by which slip."""
+"""A student's Jacobian, in numbers or as formulas, against the robot: which entry is wrong, by which slip.
+
+Formulas are held against the robot as it is and against arms of the same structure with other lengths, so that L1 in
+the place of L2, or no letter at all, is found although both may be 1 m long.
+"""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate, real_array
-from mafsil.derivation.arm import symbolic_arm
+from mafsil.derivation.arm_numbers import CompiledArm, Truth
 from mafsil.derivation.formula_slips import repaired
 from mafsil.derivation.formula_text import evaluate, parsed
+from mafsil.derivation.jacobian_formulas import expected_formulas
+from mafsil.derivation.lengths import Reading, readings_of
 from mafsil.derivation.review import Finding, Review, Slip, shown
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism
-from mafsil.robot import Robot
 
 Kind: TypeAlias = Literal["space", "body", "tip"]
 KINDS = ("space", "body", "tip")
-STATES = 12
-
-
-class _Truth:
-    """Jacobians of the compiled robot at states q (states, n), rows chosen to match the given matrix."""
-
-    def __init__(self, mechanism: Mechanism, q: Floats, rows: int) -> None:
-        self.robot, self.q, self.rows = Robot(mechanism), q, rows
-
-    def jacobian(self, kind: str, q: Floats | None = None) -> Floats:
-        """(states, rows, n): `space`, `body`, `tip` (velocity of the tip point in {s}, angular rows first if six)."""
-        at = self.q if q is None else q
-        if kind == "body":
-            J = np.asarray(self.robot.jacobian_body(at))
-        else:
-            J = np.array(self.robot.jacobian_space(at))
-            if kind == "tip":
-                J[:, 3:] += np.cross(J[:, :3], self.position(at)[:, :, None], axisa=1, axisb=1, axisc=1)
-        return J if self.rows == 6 else J[:, 3 : 3 + self.rows]
-
-    def position(self, q: Floats) -> Floats:
-        """(states, 3) of the tip."""
-        return np.asarray(self.robot.forward_kinematics(q))[:, :3, 3]
-
-    def points(self) -> list[Floats]:
-        """Positions (states, 3) of the origins of all links and of the tip."""
-        poses = np.asarray(self.robot.link_poses(self.q))[:, :, :3, 3]
-        return [*np.moveaxis(poses, 1, 0), self.position(self.q)]
+STATES, KEPT = 16, 6
+"""States at which formulas are compared, and how many of them have the robot's own lengths."""
 
 
 def check_jacobian(
@@ -65,8 +45,9 @@ def check_jacobian(
     Args:
         J: (rows, n) numbers at q, or formulas as text in q1 .. qn (c12, s3, L1, a2 ... are understood). Six rows
             (omega, v), or of kind `tip` also three (x, y, z) or two (x, y).
-        mechanism: the robot.
-        q: (n,) configuration of a numerical J [rad | m]; formulas are compared at random ones.
+        mechanism: a Robot, a Mechanism, a name of the library or a path.
+        q: (n,) configuration of a numerical J [rad | m]; formulas are compared at random ones, and with other lengths
+            than the robot's wherever they have letters.
         kind: `space`, `body`, or `tip`: velocity of the tip point in {s}.
         values: numbers of the student's own letters, besides those of `derive_fk`.
         tolerance: of every entry.
@@ -74,9 +55,9 @@ def check_jacobian(
     Raises:
         InputError: another shape, numbers without q, a formula that cannot be read, an unknown kind.
     """
-    mechanism = as_mechanism(mechanism)
     if kind not in KINDS:
         raise InputError("derivation.form", value=kind, known=", ".join(KINDS))
+    mechanism = as_mechanism(mechanism)
     if _is_text(J):
         return _check_formulas(cast("Sequence[Sequence[str]]", J), mechanism, kind, values or {}, tolerance)
     given = real_array("J", cast("ArrayLike", J))
@@ -86,8 +67,7 @@ def check_jacobian(
     if given.shape == (mechanism.n, 6) and mechanism.n != 6:
         return Review((Finding(Slip.TRANSPOSED),))
     _require_shape(given.shape, mechanism.n, kind)
-    truth = _Truth(mechanism, at, given.shape[0])
-    return _compared(given[None], truth, kind, tolerance)
+    return _compared(given[None], Truth(CompiledArm(mechanism), at, given.shape[0]), kind, tolerance)
 
 
 def _is_text(J: Any) -> bool:
@@ -95,7 +75,7 @@ def _is_text(J: Any) -> bool:
         isinstance(J, list | tuple)
         and bool(J)
         and isinstance(J[0], list | tuple)
-        and any(isinstance(x, str) for x in J[0])
+        and any(isinstance(x, str) for row in cast("Sequence[Any]", J) for x in row)
     )
 
 
@@ -105,7 +85,7 @@ def _require_shape(shape: tuple[int, ...], n: int, kind: Kind) -> None:
         raise InputError("input.shape", name="J", expected=f"({' | '.join(map(str, rows))}, {n})", got=shape, hint="")
 
 
-def _compared(J: Floats, truth: _Truth, kind: Kind, tolerance: float) -> Review:
+def _compared(J: Floats, truth: Truth, kind: Kind, tolerance: float) -> Review:
     """Slips of the whole matrix, then of columns, then of entries; J (states, rows, n)."""
     right = truth.jacobian(kind)
     if _equal(J, right, tolerance):
@@ -120,7 +100,7 @@ def _compared(J: Floats, truth: _Truth, kind: Kind, tolerance: float) -> Review:
     return Review(tuple(findings), proven=all(finding.slip is not Slip.VALUE for finding in findings))
 
 
-def _whole(truth: _Truth, kind: Kind) -> Iterator[tuple[Slip, Floats]]:
+def _whole(truth: Truth, kind: Kind) -> Iterator[tuple[Slip, Floats]]:
     """What the matrix would be after each slip."""
     right = truth.jacobian(kind)
     for other in KINDS:
@@ -136,12 +116,12 @@ def _whole(truth: _Truth, kind: Kind) -> Iterator[tuple[Slip, Floats]]:
         yield Slip.TRANSPOSED, right.transpose(0, 2, 1)
 
 
-def _column(J: Floats, right: Floats, truth: _Truth, kind: Kind, c: int, tolerance: float) -> list[Finding]:
+def _column(J: Floats, right: Floats, truth: Truth, kind: Kind, c: int, tolerance: float) -> list[Finding]:
     column = J[:, :, c]
+    wrong = [r for r in range(J.shape[1]) if not _equal(column[:, r], right[:, r, c], tolerance)]
     for slip, entry, other in _columns(right, truth, kind, c):
         if _equal(column, other, tolerance):
             return [Finding(slip, column=c + 1, entry=entry)]
-    wrong = [r for r in range(J.shape[1]) if not _equal(column[:, r], right[:, r, c], tolerance)]
     return [
         Finding(
             Slip.SIGN if _equal(column[:, r], -right[:, r, c], tolerance) else Slip.VALUE,
@@ -154,7 +134,7 @@ def _column(J: Floats, right: Floats, truth: _Truth, kind: Kind, c: int, toleran
     ]
 
 
-def _columns(right: Floats, truth: _Truth, kind: Kind, c: int) -> Iterator[tuple[Slip, str, Floats]]:
+def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[Slip, str, Floats]]:
     """What one column would be after each slip."""
     column = right[:, :, c]
     for point in truth.points():
@@ -177,7 +157,7 @@ def _columns(right: Floats, truth: _Truth, kind: Kind, c: int) -> Iterator[tuple
 
 
 def _check_formulas(
-    J: Sequence[Sequence[str]], mechanism: Mechanism, kind: Kind, letters: Mapping[str, float], tolerance: float
+    J: Sequence[Sequence[str]], mechanism: Mechanism, kind: Kind, own: Mapping[str, float], tolerance: float
 ) -> Review:
     trees = [[parsed(str(entry)) for entry in row] for row in J]
     if len({len(row) for row in trees}) != 1:
@@ -188,36 +168,62 @@ def _check_formulas(
     _require_shape(shape, mechanism.n, kind)
     rng = np.random.default_rng(11)
     q = rng.uniform(-1.4, 1.4, (STATES, mechanism.n))
-    names: dict[str, Any] = {**_letters(mechanism), **letters, **{f"q{i + 1}": q[:, i] for i in range(mechanism.n)}}
-    truth = _Truth(mechanism, q, shape[0])
+    reviews: list[Review] = []
+    for reading in readings_of(mechanism, trees, own, q, KEPT, rng):
+        reviews.append(_read(trees, reading, kind, tolerance))
+        if reviews[-1].correct:
+            return reviews[-1]
+    best = min(reviews, key=lambda review: (not review.proven, len(review.findings)))
+    return _with_expected(best, mechanism, kind, shape[0])
+
+
+def _read(trees: list[list[ast.expr]], reading: Reading, kind: Kind, tolerance: float) -> Review:
+    """The review of the formulas, their letters read in one way."""
+    n = len(trees[0])
+    truth = Truth(reading.arm, reading.q, len(trees))
+    names = reading.names
     numbers = np.stack([np.stack([_numbers(tree, names) for tree in row], axis=-1) for row in trees], axis=1)
     review = _compared(numbers, truth, kind, tolerance)
     right = truth.jacobian(kind)
-    findings = tuple(_in_formula(finding, trees, right, names, mechanism.n, tolerance) for finding in review.findings)
-    return Review(findings, proven=all(finding.slip is not Slip.VALUE for finding in findings))
-
-
-def _letters(mechanism: Mechanism) -> dict[str, float]:
-    """The robot's own letters, with and without underscore; none for a robot without a table."""
-    try:
-        found = symbolic_arm(mechanism).letters
-    except ModelError:
-        return {}
-    return {spelled: value for name, value in found.items() for spelled in (name, name.replace("_", ""))}
+    findings = tuple(_in_formula(finding, trees, right, reading, n, tolerance) for finding in review.findings)
+    return Review(findings, proven=all(finding.slip not in (Slip.VALUE, Slip.LENGTHS) for finding in findings))
 
 
 def _in_formula(
-    finding: Finding, trees: list[list[ast.expr]], right: Floats, names: Mapping[str, Any], n: int, tolerance: float
+    finding: Finding, trees: list[list[ast.expr]], right: Floats, reading: Reading, n: int, tolerance: float
 ) -> Finding:
     """The finding of one entry with the slip inside its formula, if one change makes it right."""
     if finding.row is None or finding.column is None:
         return finding
     r, c = finding.row - 1, finding.column - 1
     tree, wanted = trees[r][c], right[:, r, c]
-    for slip, changed in repaired(tree, n):
-        if _equal(_numbers(changed, names), wanted, tolerance):
-            return Finding(slip, finding.row, finding.column, given=ast.unparse(tree), expected=ast.unparse(changed))
-    return Finding(Slip.VALUE, finding.row, finding.column, given=ast.unparse(tree), expected="")
+    given = ast.unparse(tree)
+    for slip, changed in repaired(tree, n, reading.letters):
+        if _equal(_numbers(changed, reading.names), wanted, tolerance):
+            return Finding(slip, finding.row, finding.column, given=given, expected=ast.unparse(changed))
+    here = _equal(_numbers(tree, reading.names)[:KEPT], wanted[:KEPT], tolerance)
+    at = ", ".join(shown(float(x)) for x in reading.q[0])
+    expected = f"{shown(float(wanted[0]))} (q = ({at}))"
+    return replace(finding, slip=Slip.LENGTHS if here else Slip.VALUE, given=given, expected=expected)
+
+
+def _with_expected(review: Review, mechanism: Mechanism, kind: Kind, rows: int) -> Review:
+    """Where no slip gave the right formula, ours stands there."""
+    wanted = [f.column for f in review.findings if f.column is not None and _needs_formula(f)]
+    formulas = expected_formulas(mechanism, kind, rows, wanted) if wanted else {}
+    findings: list[Finding] = []
+    for finding in review.findings:
+        column = formulas.get(finding.column or 0)
+        if column is None or not _needs_formula(finding):
+            findings.append(finding)
+        else:
+            text = column[finding.row - 1] if finding.row is not None else "(" + ", ".join(column) + ")"
+            findings.append(replace(finding, expected=text))
+    return replace(review, findings=tuple(findings))
+
+
+def _needs_formula(finding: Finding) -> bool:
+    return finding.row is None or finding.slip in (Slip.VALUE, Slip.LENGTHS)
 
 
 def _numbers(tree: ast.expr, names: Mapping[str, Any]) -> Floats:

@@ -5,25 +5,53 @@ from __future__ import annotations
 import ast
 import copy
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from itertools import combinations
 
 from mafsil.derivation.review import Slip
 
 _SHORT = re.compile(r"^([cs])(_?)(\d{1,9})$")
 
 
-def repaired(tree: ast.expr, joints: int) -> Iterator[tuple[Slip, ast.expr]]:
+def repaired(tree: ast.expr, joints: int, letters: Collection[str] = ()) -> Iterator[tuple[Slip, ast.expr]]:
     """Formulas that differ from the given one by one slip.
 
     Args:
         tree: of the formula.
         joints: number of joints, for angles with one more or one less.
+        letters: of the arm's lengths, for one in the place of another.
     """
     yield Slip.SIGN, ast.UnaryOp(ast.USub(), tree)
+    yield Slip.SINE_COSINE, _renamed(tree, {"sin": "cos", "cos": "sin"}, {"s": "c", "c": "s"})
     places = list(ast.walk(tree))
     for index, node in enumerate(places):
         for slip, changed in _changed(node, joints):
             yield slip, _with(tree, index, changed)
+    yield from _exchanged(tree, letters)
+
+
+def _exchanged(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Slip, ast.expr]]:
+    """One length for another at one place, or two lengths for each other everywhere."""
+    used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in letters]
+    for index, node in enumerate(ast.walk(tree)):
+        if isinstance(node, ast.Name) and node.id in letters:
+            for other in letters:
+                if other != node.id:
+                    yield Slip.LETTER, _with(tree, index, ast.Name(other))
+    for one, two in combinations(sorted(set(used)), 2):
+        yield Slip.LETTER, _renamed(tree, {one: two, two: one}, {})
+
+
+def _renamed(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> ast.expr:
+    """A copy with names exchanged, and with the first letters of c12 and s3 exchanged."""
+    copied = copy.deepcopy(tree)
+    for node in ast.walk(copied):
+        if isinstance(node, ast.Name):
+            node.id = names.get(node.id, node.id)
+            found = _SHORT.match(node.id)
+            if found and short:
+                node.id = short[found[1]] + found[2] + found[3]
+    return copied
 
 
 def _changed(node: ast.AST, joints: int) -> Iterator[tuple[Slip, ast.AST]]:
@@ -39,10 +67,10 @@ def _changed(node: ast.AST, joints: int) -> Iterator[tuple[Slip, ast.AST]]:
             yield Slip.SINE_COSINE, ast.Call(ast.Name(other), arguments, [])
         case ast.Name(id=name):
             yield from ((slip, ast.Name(text)) for slip, text in _names(name, joints))
+        case ast.BinOp(op=ast.Mult()):
+            yield Slip.TERM_SIGN, ast.UnaryOp(ast.USub(), node)
         case _:
             return
-    if isinstance(node, ast.BinOp) and isinstance(node.left, ast.Name) and isinstance(node.op, ast.Mult):
-        yield Slip.TERM_SIGN, ast.UnaryOp(ast.USub(), node)
 
 
 def _names(name: str, joints: int) -> Iterator[tuple[Slip, str]]:

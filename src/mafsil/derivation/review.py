@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from mafsil.messages import say
 
@@ -33,6 +35,8 @@ class Slip(Enum):
     SINE_COSINE = "sine_cosine"
     ANGLE = "angle"
     TERM_SIGN = "term_sign"
+    LETTER = "letter"
+    LENGTHS = "lengths"
     VALUE = "value"
 
 
@@ -44,7 +48,8 @@ class Finding:
         slip: the likely mistake.
         row, column: from 1, or None where the finding concerns the whole.
         entry: name of the quantity, such as `alpha` or `v`.
-        given, expected: what stands there and what should, as text; empty where that says nothing.
+        given, expected: what stands there and what should, as text; empty where that says nothing. A table in the other
+            convention: the names of both.
     """
 
     slip: Slip
@@ -57,10 +62,18 @@ class Finding:
     def message(self, language: str | None = None) -> str:
         """Place, values and slip as a sentence."""
         pieces = [self._place(language)]
-        if self.given:
-            pieces.append(say("derivation.values", language=language, given=self.given, expected=self.expected))
-        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language))
+        facts = {"given": self.given, "expected": self.expected}
+        if self.given and self.slip is not Slip.CONVENTION:
+            pieces.append(
+                say("derivation.values" if self.expected else "derivation.stands", language=language, **facts)
+            )
+        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language, **facts))
         return say("derivation.colon", language=language, place=pieces[0], rest=" ".join(pieces[1:]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, with the sentence."""
+        facts = {name: getattr(self, name) for name in ("row", "column", "entry", "given", "expected")}
+        return {"slip": self.slip.value, **facts, "sentence": self.message()}
 
     def _place(self, language: str | None) -> str:
         entry = f" {self.entry}" if self.entry else ""
@@ -80,21 +93,49 @@ class Review:
     Attributes:
         findings: nothing if the work is right.
         proven: the findings, repaired, make the work right; otherwise they are only where it differs.
+        others: single slips that would explain the work as well.
     """
 
     findings: tuple[Finding, ...] = ()
     proven: bool = True
+    others: tuple[Finding, ...] = ()
 
     @property
     def correct(self) -> bool:
         """Whether nothing is wrong."""
         return not self.findings
 
+    def __bool__(self) -> bool:
+        return self.correct
+
+    def __iter__(self) -> Iterator[Finding]:
+        return iter(self.findings)
+
+    def __str__(self) -> str:
+        return self.message()
+
     def message(self, language: str | None = None) -> str:
         """All findings, one a line, or that there is none."""
         if self.correct:
             return say("derivation.correct", language=language)
-        return "\n".join(finding.message(language) for finding in self.findings)
+        lines = [finding.message(language) for finding in self.findings]
+        if not self.proven:
+            lines.insert(0, say("derivation.not_proven", language=language))
+        elif [finding.slip for finding in self.findings] == [Slip.CONVENTION]:
+            lines.append(say("derivation.right_otherwise", language=language, expected=self.findings[0].expected))
+        lines += [
+            say("derivation.or_else", language=language, finding=other.message(language)) for other in self.others
+        ]
+        return "\n".join(lines)
+
+    def explain(self, language: str | None = None) -> str:
+        """The same as `message`."""
+        return self.message(language)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: correct, proven, and every finding with its place, values, slip and sentence."""
+        findings, others = ([finding.to_dict() for finding in each] for each in (self.findings, self.others))
+        return {"correct": self.correct, "proven": self.proven, "findings": findings, "others": others}
 
 
 def shown(value: float) -> str:

@@ -1,60 +1,118 @@
-"""Whether two lists of screws are the same arm, and the change of base frame between them."""
+"""Whether lists of screws are the same arm, and the change of base frame between them; many lists at once."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3
-from mafsil.model.placement import adjoint
+from mafsil.arrays import Floats
+
+ALMOST_PARALLEL = 1e-4
+"""Second singular value of the directions, relative to the first, below which the places of the axes are asked too."""
+_REFINEMENTS = 3
 
 
-def same_screws(S: Floats, other: Floats, *, base_free: bool, tolerance: float) -> PoseMatrix | None:
-    """The base pose B with Ad(B) S_i = other_i for all i, or None if there is none.
+def misfit(S: Floats, other: Floats, B: Floats) -> Floats:
+    """(m, n, 6) how far Ad(B) S is from the other axes.
 
     Args:
-        S, other: (n, 6) screw axes.
-        base_free: whether any B is allowed; otherwise only the identity.
-        tolerance: of every entry.
+        S: (m, n, 6) lists of screw axes (omega, v).
+        other: (n, 6) the axes they should be.
+        B: (m, 4, 4) poses.
     """
-    B = base_between(S, other) if base_free else np.eye(4)
-    return B if float(np.abs(S @ adjoint(B).T - other).max(initial=0.0)) <= tolerance else None
+    R, p = B[:, None, :3, :3], B[:, None, :3, 3]
+    omega = (R @ S[..., :3, None])[..., 0]
+    v = (R @ S[..., 3:, None])[..., 0] + np.cross(p, omega)
+    return np.concatenate([omega, v], axis=-1) - other
 
 
-def base_between(S: Floats, other: Floats) -> PoseMatrix:
-    """The pose B that brings the axes S nearest to the other axes: rotation from directions, then the origin."""
-    turning = np.abs(S[:, :3]).max(axis=1) > 0.5
-    before = np.where(turning[:, None], S[:, :3], S[:, 3:])
+def base_between(S: Floats, other: Floats) -> Floats:
+    """The poses B (m, 4, 4) that bring every list of axes nearest to the other one.
+
+    1. The rotation between the directions (Kabsch). Where all are parallel, or almost, it leaves a turn about them
+       free: there the turn that fits the places of the axes in the plane across them is tried too.
+    2. The origin by linear least squares: p x omega' = v' - R v for every turning axis.
+    3. Where the misfit is small, all six freedoms together by Gauss-Newton: places also tell directions.
+
+    Args:
+        S: (m, n, 6) lists of screw axes.
+        other: (n, 6) axes.
+
+    Reference: Kabsch, Acta Crystallographica A 32, 1976.
+    """
+    turning = np.abs(S[..., :3]).max(axis=-1) > 0.5
+    before = np.where(turning[..., None], S[..., :3], S[..., 3:])
     after = np.where((np.abs(other[:, :3]).max(axis=1) > 0.5)[:, None], other[:, :3], other[:, 3:])
-    U, sizes, Vt = np.linalg.svd(after.T @ before)
-    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-    if sizes[1] < 1e-6 * sizes[0]:
-        R = _turned(R, after[0], S[turning], other[turning])
-    B = np.eye(4)
-    B[:3, :3], B[:3, 3] = R, _origin(R, S[turning], other[turning])
+    U, sizes, Vt = np.linalg.svd(np.einsum("nj,mnk->mjk", after, before))
+    U[..., 2] *= np.linalg.det(U @ Vt)[:, None]
+    R = U @ Vt
+    B = _with_origin(R, S, other, turning)
+    flat = sizes[:, 1] < ALMOST_PARALLEL * sizes[:, 0]
+    if flat.any():
+        spun = _spun(R[flat], S[flat], other, after[0], turning[flat])
+        B[flat] = _better(S[flat], other, B[flat], _with_origin(spun, S[flat], other, turning[flat]))
+    return _refined(S, other, B)
+
+
+def _with_origin(R: Floats, S: Floats, other: Floats, turning: Floats) -> Floats:
+    """Poses (m, 4, 4) with those rotations, and p with R v + p x R omega = v' as nearly as possible."""
+    omega = (R[:, None] @ S[..., :3, None])[..., 0] * turning[..., None]
+    missing = other[:, 3:] - (R[:, None] @ S[..., 3:, None])[..., 0]
+    square = np.einsum("mni,mni->m", omega, omega)[:, None, None] * np.eye(3) - np.einsum("mni,mnj->mij", omega, omega)
+    right = np.cross(omega, missing).sum(axis=1)
+    B = np.broadcast_to(np.eye(4), (len(S), 4, 4)).copy()
+    B[:, :3, :3] = R
+    B[:, :3, 3] = (np.linalg.pinv(square, rcond=1e-9, hermitian=True) @ right[..., None])[..., 0]
     return B
 
 
-def _origin(R: Floats, S: Floats, other: Floats) -> Vector3:
-    """P with R v + p x R omega = v' as nearly as possible."""
-    if not len(S):
-        return np.zeros(3)
-    # p x w = -[w] p for every axis.
-    A = np.concatenate([np.cross(np.eye(3), w).T for w in S[:, :3] @ R.T])
-    b = (other[:, 3:] - S[:, 3:] @ R.T).ravel()
-    return np.asarray(np.linalg.lstsq(A, b, rcond=None)[0], dtype=np.float64)
-
-
-def _turned(R: Floats, z: Vector3, S: Floats, other: Floats) -> Floats:
-    """All axes parallel to z: the turn about z that fits their places; R itself where any would do."""
-    if len(S) < 2:
-        return R
-    v, sense = S[:, 3:] @ R.T, (S[:, :3] @ R.T) @ z
-    across = np.cross(np.eye(3), z).T
-    rows = [np.column_stack([u, np.cross(z, u), s * across]) for u, s in zip(v, sense, strict=True)]
-    x = np.linalg.lstsq(np.concatenate(rows), other[:, 3:].ravel(), rcond=None)[0]
-    length = float(np.hypot(x[0], x[1]))
-    if length < 1e-9:
-        return R
-    c, s = x[0] / length, x[1] / length
-    Z = np.cross(np.eye(3), z).T
+def _spun(R: Floats, S: Floats, other: Floats, z: Floats, turning: Floats) -> Floats:
+    """Rotations turned further about z, the direction of all axes, so that the axes' places fit."""
+    weight = turning[..., None].astype(np.float64)
+    count = np.maximum(weight.sum(axis=1, keepdims=True), 1.0)
+    mine = np.cross(S[..., :3], S[..., 3:]) @ R.transpose(0, 2, 1)
+    theirs = np.broadcast_to(np.cross(other[:, :3], other[:, 3:]), mine.shape)
+    mine, theirs = ((x - (weight * x).sum(axis=1, keepdims=True) / count) * weight for x in (mine, theirs))
+    angle = np.arctan2((np.cross(mine, theirs) @ z).sum(axis=1), (mine * theirs).sum(axis=(1, 2)))
+    c, s = np.cos(angle)[:, None, None], np.sin(angle)[:, None, None]
+    Z = np.cross(z, np.eye(3)).T
     return (np.eye(3) + s * Z + (1 - c) * (Z @ Z)) @ R
+
+
+def _better(S: Floats, other: Floats, one: Floats, two: Floats) -> Floats:
+    """Of two poses for every list, the one with the smaller misfit."""
+    sizes = [np.abs(misfit(S, other, B)).max(axis=(1, 2), initial=0.0) for B in (one, two)]
+    return np.where((sizes[0] <= sizes[1])[:, None, None], one, two)
+
+
+def _refined(S: Floats, other: Floats, B: Floats) -> Floats:
+    scale = max(1.0, float(np.abs(other).max(initial=0.0)))
+    for _ in range(_REFINEMENTS):
+        size = np.abs(misfit(S, other, B)).max(axis=(1, 2), initial=0.0)
+        near = (size < 1e-2 * scale) & (size > 1e-13 * scale)
+        if not near.any():
+            break
+        B[near] = _better(S[near], other, B[near], _stepped(S[near], other, B[near]))
+    return B
+
+
+def _stepped(S: Floats, other: Floats, B: Floats) -> Floats:
+    """One Gauss-Newton step: B moved by the small twist that takes most of the misfit away."""
+    error = misfit(S, other, B)
+    omega, v = error[..., :3] + other[:, :3], error[..., 3:] + other[:, 3:]
+    J = np.zeros((*error.shape, 6))
+    J[..., :3, :3] = J[..., 3:, 3:] = -_skew(omega)
+    J[..., 3:, :3] = -_skew(v)
+    rows = J.reshape(len(S), -1, 6)
+    twist = -(np.linalg.pinv(rows, rcond=1e-10) @ error.reshape(len(S), -1, 1))[..., 0]
+    U, _, Vt = np.linalg.svd(np.eye(3) + _skew(twist[:, :3]))
+    moved = np.broadcast_to(np.eye(4), B.shape).copy()
+    moved[:, :3, :3], moved[:, :3, 3] = U @ Vt, twist[:, 3:]
+    return moved @ B
+
+
+def _skew(w: Floats) -> Floats:
+    """(..., 3, 3) matrices [w] with [w] x = w x x."""
+    out = np.zeros((*w.shape, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -w[..., 2], w[..., 1], -w[..., 0]
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = w[..., 2], -w[..., 1], w[..., 0]
+    return out
