@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector6, gate
 from mafsil.derivation.review import Finding, Review, Slip, shown
+from mafsil.derivation.same_arm import base_between, misfit
 from mafsil.errors import InputError
 from mafsil.model.exponentials import screws
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -22,17 +23,16 @@ def check_screws(
 
     Args:
         S: (n, 6) axes (omega, v), rows as the joints from the base.
-        mechanism: the robot.
+        mechanism: a Robot, a Mechanism, a name of the library or a path.
         form: `space` if the axes are given in {s}, `body` if in the tip frame.
         tolerance: of every entry.
 
     Raises:
         InputError: not (n, 6) finite numbers, or an unknown form.
     """
-    mechanism = as_mechanism(mechanism)
     if form not in ("space", "body"):
         raise InputError("derivation.form", value=form, known="space, body")
-    space, body, _ = screws(mechanism)
+    space, body, _ = screws(as_mechanism(mechanism))
     truth, other = (space, body) if form == "space" else (body, space)
     given = gate("S", S, truth.shape, finite=True)
     if given.ndim != 2:
@@ -48,7 +48,16 @@ def check_screws(
         for i in range(len(truth))
         if np.abs(given[i] - truth[i]).max() > tolerance
     ]
-    return Review(tuple(findings), proven=all(finding.slip is not Slip.VALUE for finding in findings))
+    proven = all(finding.slip is not Slip.VALUE for finding in findings)
+    if not proven and _moved(given, truth, tolerance):
+        return Review((Finding(Slip.OTHER_BASE),))
+    return Review(tuple(findings), proven=proven)
+
+
+def _moved(given: Floats, truth: Floats, tolerance: float) -> bool:
+    """Whether one change of frame makes all axes right."""
+    B = base_between(given[None], truth)
+    return float(np.abs(misfit(given[None], truth, B)).max(initial=0.0)) <= tolerance
 
 
 def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float) -> Finding:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
@@ -14,7 +13,7 @@ from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
-from mafsil.messages import direction, say
+from mafsil.messages import direction, in_sentence, say
 from mafsil.messages import language as current_language
 
 _STYLE = """
@@ -28,7 +27,6 @@ math { font-size: 1.08em; } mtd { padding: .15em .5em; }
 mtable.matrix { border-left: 1.5px solid; border-right: 1.5px solid; border-radius: .45em; }
 li { margin: 1.2rem 0; } .checked { border-inline-start: 4px solid #2f9e57; padding-inline-start: .8rem; }
 """
-_LEFT_TO_RIGHT = re.compile(r"[A-Za-zα-ωṗ(][^\u0600-\u06ff،؛]*[A-Za-z0-9α-ω\u0307)]|[A-Za-z]")
 
 
 def to_html(derivation: Derivation, language: str | None = None) -> str:
@@ -40,26 +38,20 @@ def to_html(derivation: Derivation, language: str | None = None) -> str:
     """
     code = language or current_language()
     title = say(derivation.key, language=code, robot=derivation.robot)
+    tab = escape(in_sentence(title, code))
     steps = "\n".join(_step(step, code) for step in derivation.steps)
     checked = checked_sentence(derivation, code) if derivation.states else ""
     return (
         f'<!doctype html>\n<html lang="{code}" dir="{direction(code)}">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{tab}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{sentence(title, code)}</h1>\n<ol>\n{steps}\n</ol>\n"
         f'<p class="checked">{sentence(checked, code)}</p>\n</body>\n</html>\n'
     )
 
 
 def sentence(text: str, code: str) -> str:
-    """Words of a sentence; letters with an index as formulas, Latin runs kept in their own direction."""
-    if direction(code) == "ltr":
-        return _lettered(text)
-    pieces: list[str] = []
-    end = 0
-    for run in _LEFT_TO_RIGHT.finditer(text):
-        pieces += [escape(text[end : run.start()]), f'<bdi dir="ltr">{_lettered(run[0])}</bdi>']
-        end = run.end()
-    return "".join([*pieces, escape(text[end:])])
+    """Words of a sentence; letters with an index as formulas, numbers, names and formulas kept in their direction."""
+    return in_sentence(text, code, "page", words=escape, foreign=_lettered)
 
 
 def _lettered(text: str) -> str:

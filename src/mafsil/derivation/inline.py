@@ -6,8 +6,12 @@ import re
 from collections.abc import Callable
 
 _LETTER = re.compile(
-    r"(?<![\w-])(?P<letter>[A-Za-zα-ωṗ])_(?P<index>[0-9A-Za-z]+(?:[-+]1)?(?:,i)?)(?!\w)|(?P<greek>[α-ω])(?P<digit>\d)"
+    r"(?<![A-Za-z0-9_α-ωΑ-Ω\u0307\u0308-])"
+    r"(?:(?P<letter>[A-Za-zα-ωΑ-Ω\u1e00-\u1eff][\u0307\u0308]?)"
+    r"_(?P<index>[0-9A-Za-z]+(?:[-+]1)?(?:,[0-9A-Za-z]+(?:[-+]1)?)*)(?![A-Za-z0-9_])"
+    r"|(?P<greek>[α-ω])(?P<digit>\d))"
 )
+"""A letter, Latin or Greek, perhaps with dots above, and its index; an Arabic letter may be joined to it."""
 
 
 def with_letters(sentence: str, plain: Callable[[str], str], letter: Callable[[str, str], str]) -> str:

@@ -14,8 +14,8 @@ from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
 from mafsil.derivation.text import formula as plain_formula
+from mafsil.messages import in_sentence, say
 from mafsil.messages import language as current_language
-from mafsil.messages import say
 
 _GREEK = {
     "θ̇": r"\dot{\theta}", "θ̈": r"\ddot{\theta}", "q̇": r"\dot{q}", "q̈": r"\ddot{q}", "V̇": r"\dot{V}",
@@ -26,6 +26,12 @@ _SPECIAL = {
     **{letter: f"${command}$" for letter, command in _GREEK.items()},
     "−": "$-$",
     "×": r"$\times$",
+    "·": r"$\cdot$",
+    "∂": r"$\partial$",
+    "½": r"$\tfrac{1}{2}$",
+    "±": r"$\pm$",
+    "²": "$^2$",
+    "ᵀ": r"$^{\mathsf{T}}$",
     "°": r"$^\circ$",
     "q̇": r"$\dot q$",
     "_": r"\_",
@@ -48,14 +54,14 @@ def to_latex(derivation: Derivation, language: str | None = None) -> str:
     """
     code = language or current_language()
     body = [
-        r"\section*{" + sentence(say(derivation.key, language=code, robot=derivation.robot)) + "}",
+        r"\section*{" + sentence(say(derivation.key, language=code, robot=derivation.robot), code) + "}",
         r"\begin{enumerate}",
     ]
     for step in derivation.steps:
         body += _step(step, code)
     body.append(r"\end{enumerate}")
     if derivation.states:
-        body.append(sentence(checked_sentence(derivation, code)))
+        body.append(sentence(checked_sentence(derivation, code), code))
     return "\n".join([*_head(code), *body, r"\end{document}", ""])
 
 
@@ -64,8 +70,12 @@ def formula(polynomial: Polynomial) -> str:
     return _sum(factored(polynomial))
 
 
-def sentence(text: str) -> str:
-    """Words of a sentence, letters with an index as formulas."""
+def sentence(text: str, code: str) -> str:
+    """Words of a sentence, letters with an index as formulas; in Arabic what is not Arabic in its own direction."""
+    return in_sentence(text, code, "latex", words=_escaped, foreign=_lettered)
+
+
+def _lettered(text: str) -> str:
     return with_letters(text, _escaped, lambda letter, index: f"${_letter(letter)}_{{{index}}}$")
 
 
@@ -92,7 +102,7 @@ def _escaped(text: str) -> str:
 
 
 def _step(step: Step, code: str) -> list[str]:
-    lines = [r"\item " + sentence(step_sentence(step, code))]
+    lines = [r"\item " + sentence(step_sentence(step, code), code)]
     if step.grid is not None:
         lines += _grid(step.grid)
     for line in step.lines:

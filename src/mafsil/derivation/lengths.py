@@ -79,7 +79,7 @@ def readings_of(
         theirs = {name: (-1 if m[0] == "-" else 1) * letters[m.lstrip("-")] for name, m in (meaning or {}).items()}
         names = {**{text: letters[name] for text, name in spelled.items()}, **own, **theirs, **coordinates}
         lengths = [text for text, name in spelled.items() if not name.startswith(_ANGLES)]
-        yield Reading(LetteredArm(arm, letters), q, names, (*(text for text in lengths if "_" not in text), *own))
+        yield Reading(LetteredArm(arm, letters), q, names, (*own, *(text for text in lengths if "_" not in text)))
 
 
 def _used_names(trees: Sequence[Sequence[ast.expr]]) -> set[str]:

@@ -28,6 +28,7 @@ class Slip(Enum):
     PARTS_SWAPPED = "parts_swapped"
     NOT_UNIT = "not_unit"
     FRAME = "frame"
+    OTHER_BASE = "other_base"
     POSITION_VECTOR = "position_vector"
     ZERO_CONFIGURATION = "zero_configuration"
     COLUMN_SWAPPED = "column_swapped"

@@ -9,7 +9,7 @@ from mafsil.derivation.letters import factor_glyph, glyph, number_text, signed_a
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.messages import say
+from mafsil.messages import in_cell, in_sentence, say
 
 WIDEST = 110
 """Matrices wider than this [columns] are written entry by entry."""
@@ -22,11 +22,13 @@ def to_text(derivation: Derivation, language: str | None = None) -> str:
         derivation: checked.
         language: `en` or `ar`; the current one if None.
     """
-    lines = [say(derivation.key, language=language, robot=derivation.robot)]
+    title = say(derivation.key, language=language, robot=derivation.robot)
+    lines = [in_sentence(title, language)]
     for k, step in enumerate(derivation.steps, start=1):
-        lines += ["", f"{k}. {step_sentence(step, language)}", *_body(step)]
+        sentence = in_sentence(step_sentence(step, language), language)
+        lines += ["", f"{k}. {sentence}", *(in_cell(row, language) for row in _body(step))]
     if derivation.states:
-        lines += ["", checked_sentence(derivation, language)]
+        lines += ["", in_sentence(checked_sentence(derivation, language), language)]
     return "\n".join(lines) + "\n"
 
 
