@@ -107,6 +107,8 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
         rules["choices"] = parameter.choices
     if parameter.many:
         rules["nargs"] = "*" if parameter.positional else "+"
+    elif parameter.positional and not parameter.required:
+        rules["nargs"] = "?"
     if not parameter.positional:
         rules["required"] = parameter.required
     return rules

@@ -116,6 +116,23 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "check",
+        "mafsil.cli.check:check",
+        (
+            _ROBOT,
+            Parameter("file", "path", positional=True),
+            Parameter("dh", "text", many=True, metavar="ROW"),
+            Parameter("screws", "text", many=True, metavar="ROW"),
+            Parameter("jacobian", "text", many=True, metavar="ROW"),
+            Parameter("convention", "text", choices=("modified", "classic")),
+            Parameter("kind", "text", choices=("space", "body", "tip")),
+            Parameter("q", "angle", many=True, metavar="Q"),
+            Parameter("letter", "text", many=True, metavar="NAME=VALUE"),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation(
         "convert",
         "mafsil.cli.convert:convert",
         (

@@ -11,14 +11,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import TypeAlias
+from warnings import catch_warnings
 
 from numpy.typing import ArrayLike
 
 from mafsil.derivation.dh_slips import Repair, entry_text, other_convention, single_rows, values, whole_table
 from mafsil.derivation.dh_truth import Rows, Truth, differing, distance
 from mafsil.derivation.review import Finding, Review, Slip
-from mafsil.errors import InputError
-from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of, mechanism_from_dh
+from mafsil.errors import InputError, InputWarning
+from mafsil.model.denavit_hartenberg import Convention, DHRowLike, convention_of, dh_rows
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.placement import checked_pose
 
@@ -28,31 +29,35 @@ _Named: TypeAlias = tuple[Repair, tuple[Finding, ...]]
 
 
 def check_dh(
-    rows: Sequence[DHRow],
+    rows: Sequence[DHRowLike],
     mechanism: RobotLike,
     convention: Convention | str = "modified",
     *,
     base: ArrayLike | None = None,
     tool: ArrayLike | None = None,
     tolerance: float = 1e-6,
+    columns: Sequence[str] | None = None,
+    degrees: bool = False,
 ) -> Review:
     """Whether a table describes the robot; if not, where it is wrong and why.
 
     Args:
-        rows: the table, as many rows as the chain has joints.
+        rows: the table, as many rows as the chain has joints: `DHRow`s, plain numbers or mappings, see `dh_rows`.
         mechanism: a Robot, a Mechanism, a name of the library or a path.
         convention: in which the table is meant to be.
         base: (4, 4) pose of {0} in {s}; any if None.
         tool: (4, 4) pose of the tip in {n}; any if None.
         tolerance: of directions and of lengths [m].
+        columns, degrees: of plain rows, see `dh_rows`.
 
     Raises:
-        InputError: another number of rows.
+        InputError: another number of rows, or a row that cannot be read.
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
     wanted = convention_of(convention)
-    mechanism_from_dh(rows, wanted)
-    given: Rows = tuple(rows)
+    with catch_warnings(action="ignore", category=InputWarning):
+        # Degrees taken for radians are a finding here.
+        given: Rows = dh_rows(rows, columns=columns, degrees=degrees)
     truth = Truth(
         as_mechanism(mechanism),
         None if base is None else checked_pose("base", base),

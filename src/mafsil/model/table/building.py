@@ -25,7 +25,7 @@ KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC, "H": JointKind.HELIC
 
 def mechanism_of(table: RobotTable) -> Mechanism:
     """The mechanism of a valid table."""
-    turn, long = (radians(1.0) if table.units.angle == "deg" else 1.0), (1e-3 if table.units.length == "mm" else 1.0)
+    turn, long = _units(table)
     parts = _parts(table, turn, long)
     base, tool = _pose(table.base, turn, long), _pose(table.tool, turn, long)
     if table.convention in ("modified", "classic"):
@@ -37,6 +37,28 @@ def mechanism_of(table: RobotTable) -> Mechanism:
     home = _pose(table.home or PoseTable(), turn, long)
     arm = mechanism_from_screws(screws, home, form="space" if table.convention == "space" else "body", **parts)
     return replace(arm, T_sb=frozen(base), T_lt=frozen(arm.T_lt @ tool))
+
+
+def constants_of(table: RobotTable) -> tuple[PoseMatrix | None, PoseMatrix | None]:
+    """Base and tool of a valid table in metres, None where the file says nothing about them."""
+    turn, long = _units(table)
+    base, tool = (None if pose == PoseTable() else _pose(pose, turn, long) for pose in (table.base, table.tool))
+    return base, tool
+
+
+def rows_of(table: RobotTable) -> tuple[DHRow, ...]:
+    """The Denavit-Hartenberg rows of a valid table in SI."""
+    return tuple(_row(joint, *_units(table)) for joint in table.joint)
+
+
+def screws_of(table: RobotTable) -> tuple[Vector6, ...]:
+    """The screw axes of a valid table, lengths in metres."""
+    return tuple(_screw(joint, _units(table)[1]) for joint in table.joint)
+
+
+def _units(table: RobotTable) -> tuple[float, float]:
+    """Radians and metres of the file's units."""
+    return (radians(1.0) if table.units.angle == "deg" else 1.0), (1e-3 if table.units.length == "mm" else 1.0)
 
 
 def _parts(table: RobotTable, turn: float, long: float) -> ArmParts:
