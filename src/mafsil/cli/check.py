@@ -80,8 +80,7 @@ def check(
     Raises:
         MafsilError: nothing to check or too much, no such robot, a file or a row that cannot be read.
     """
-    mechanism = load_mechanism(robot)
-    mechanism = mechanism if tip is None else mechanism.with_tip(tip)
+    mechanism = load_mechanism(robot, tip=tip)
     if sum(work is not None for work in (file, dh, screws, jacobian)) != 1:
         raise InputError("cli.check_one")
     if file is not None:

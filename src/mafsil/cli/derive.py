@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.cli.answer import Answer
@@ -18,8 +18,9 @@ from mafsil.derivation import (
     to_text,
 )
 from mafsil.derivation.document import Side, is_matrix
+from mafsil.derivation.screw_road import Form
 from mafsil.derivation.text import formula, side_text, step_sentence
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.messages import say
 from mafsil.model import Mechanism
 from mafsil.model.loading import load_mechanism
@@ -40,25 +41,42 @@ def _ik(mechanism: Mechanism) -> Derivation:
     return derive_ik(mechanism, None if form is None else form.pattern, solutions)
 
 
-_DERIVE = {"fk": derive_fk, "jacobian": derive_jacobian, "ik": _ik, "dynamics": derive_dynamics}
+_BY_TABLE = {"fk": derive_fk, "jacobian": derive_jacobian}
 _WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
 _ENDINGS = {".tex": "latex", ".html": "html", ".htm": "html"}
 
 
-def derive(what: str, robot: str, tip: str | None, format: str | None, out: str | None) -> Answer:
+def derive(
+    what: str,
+    robot: str,
+    tip: str | None,
+    road: str | None,
+    convention: str | None,
+    format: str | None,
+    out: str | None,
+) -> Answer:
     """A derivation on the screen or in a file.
 
     Args:
         what: `fk`, `jacobian`, `ik` or `dynamics`.
         robot: name or file.
         tip: another tip link.
+        road: `dh` or `screws`, of fk and jacobian; `dh` if None.
+        convention: `modified` or `classic`, of fk and jacobian with a table; that of the robot if None.
         format: `text`, `latex` or `html`; by the ending of `out` if None.
         out: file, or None for the screen.
 
     Raises:
-        MafsilError: no such robot, an arm without a table (helical or mimic joints), a file that cannot be written.
+        MafsilError: no such robot, an arm without a table (helical or mimic joints), a road or convention for what has
+            none, a file that cannot be written.
     """
-    derivation = _DERIVE[what](load_mechanism(robot, tip=tip))
+    if (road or convention) and what not in _BY_TABLE or (road == "screws" and convention):
+        raise InputError("cli.derive_road_given")
+    mechanism = load_mechanism(robot, tip=tip)
+    if what in _BY_TABLE:
+        derivation = _BY_TABLE[what](mechanism, convention=convention, form=cast("Form", road or "dh"))
+    else:
+        derivation = _ik(mechanism) if what == "ik" else derive_dynamics(mechanism)
     kind = format or _ENDINGS.get(Path(out or "").suffix.lower(), "text")
     text = _WRITE[kind](derivation)
     data = _data(derivation)

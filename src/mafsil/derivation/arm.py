@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain, combinations
+from itertools import chain, combinations, islice
 from math import pi
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
+from mafsil.derivation.classic import modified_core, typed_classic
 from mafsil.derivation.matrices import (
     ZERO,
     Entries,
@@ -29,8 +30,8 @@ from mafsil.derivation.matrices import (
 )
 from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, symbol
 from mafsil.model import Mechanism
-from mafsil.model.denavit_hartenberg import DHRow
-from mafsil.model.dh_from_axes import DHTable, Relation, dh_from_mechanism
+from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of
+from mafsil.model.dh_from_axes import DHTable, Relation, classic_from_modified, dh_from_mechanism
 from mafsil.model.exponentials import chain_to_tip
 
 NOTHING = 1e-11
@@ -68,6 +69,21 @@ class SymbolicRow:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ClassicEnds:
+    """What turns the frames of the modified table into those of a classic one.
+
+    Attributes:
+        table: classic, in numbers.
+        ends: for each row Trans(x, a_i) Rot(x, alpha_i).
+        tool: constant pose of the tip in {n}.
+    """
+
+    table: DHTable
+    ends: tuple[SymbolicPose, ...]
+    tool: SymbolicPose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SymbolicArm:
     """The chain from base to tip in letters.
 
@@ -79,6 +95,7 @@ class SymbolicArm:
         letters: number of every letter [m | rad].
         coordinates: for each row, its place in q.
         offsets: constant that is added to q_i in theta_i [rad], quarter turns not counted.
+        classic: the classic table that is shown instead, and its links' far ends, or None.
     """
 
     mechanism: Mechanism
@@ -89,6 +106,7 @@ class SymbolicArm:
     letters: dict[str, float]
     coordinates: tuple[int, ...]
     offsets: tuple[float, ...]
+    classic: ClassicEnds | None = None
 
     @property
     def n(self) -> int:
@@ -102,6 +120,50 @@ class SymbolicArm:
             found[f"theta{i}"] = q[..., place] + offset
             found[f"q{i}"] = q[..., place]
         return found
+
+    @property
+    def shown_table(self) -> DHTable:
+        """The table in the convention in which it is shown."""
+        return self.table if self.classic is None else self.classic.table
+
+    @property
+    def shown_tool(self) -> SymbolicPose:
+        """Pose of the tip in the last frame that is shown."""
+        return self.tool if self.classic is None else self.classic.tool
+
+    def shown_link(self, i: int) -> SymbolicPose:
+        """T_i-1,i of the frames that are shown, i from 1."""
+        row = self.rows[i - 1]
+        if self.classic is None:
+            return row.transform()
+        turned = SymbolicPose(rotation_z(row.theta, row.theta_quarters), (ZERO, ZERO, row.d))
+        return composed(turned, self.classic.ends[i - 1])
+
+    def shown(self, poses: Sequence[SymbolicPose]) -> tuple[SymbolicPose, ...]:
+        """Poses {0} .. of the frames that are shown, from those of the modified table."""
+        if self.classic is None:
+            return tuple(poses)
+        later = (composed(pose, end) for pose, end in zip(poses[1:], self.classic.ends, strict=False))
+        return (poses[0], *later)
+
+    def frames(self, longest: int) -> tuple[SymbolicPose, ...]:
+        """T_s0, T_s1, ... of the modified table, as far as none is longer than `longest` on paper."""
+        found: list[SymbolicPose] = []
+        for pose in self._poses(self.base, self.rows):
+            if length(pose) > longest:
+                break
+            found.append(pose)
+        return tuple(found)
+
+    def block(self, start: int, longest: int) -> tuple[int, SymbolicPose]:
+        """The last frame {i} whose T_start,i is not longer than `longest`, one link at least, and that pose."""
+        found = list(islice(self._poses(_IDENTITY, self.rows[start:]), 2))
+        last = found[-1]
+        for count, pose in enumerate(self._poses(_IDENTITY, self.rows[start:])):
+            if count > 1 and length(pose) > longest:
+                return start + count - 1, last
+            last = pose if count else last
+        return self.n, last
 
     def poses(self) -> tuple[SymbolicPose, ...]:
         """T_s0, T_s1, ..., T_sn and the tip: n + 2 poses in {s}."""
@@ -139,32 +201,57 @@ def composed(T_ab: SymbolicPose, T_bc: SymbolicPose) -> SymbolicPose:
     return SymbolicPose(product(T_ab.R, T_bc.R), plus(T_ab.p, transform(T_ab.R, T_bc.p)))
 
 
-def symbolic_arm(mechanism: Mechanism) -> SymbolicArm:
+def length(pose: SymbolicPose) -> int:
+    """How long a pose is on paper: factors and terms of all entries."""
+    return sum(x.length for row in pose.entries for x in row)
+
+
+def symbolic_arm(mechanism: Mechanism, convention: Convention | str | None = Convention.MODIFIED) -> SymbolicArm:
     """The arm to the tip in letters.
 
     Of the tables that the two senses of intersecting axes allow, the one with the fewest constant joint offsets.
 
     Args:
         mechanism: any; its chain to the tip is taken.
+        convention: of the table that is shown; None for that in which the robot was typed, else modified.
 
     Raises:
-        ModelError: a mimic or helical joint on the chain, or no joint at all.
+        ModelError: a mimic or helical joint on the chain, or no joint at all; an unknown convention.
     """
-    table = best_table(mechanism)
+    wanted = None if convention is None else convention_of(convention)
+    classic = None if wanted is Convention.MODIFIED else typed_classic(mechanism)
+    if wanted is Convention.CLASSIC and classic is None:
+        classic = classic_from_modified(best_table(mechanism))
+    table = best_table(mechanism) if classic is None else modified_core(classic)
     letters: dict[str, float] = {}
     planar = _is_planar(table)
     rows = tuple(_row(i, row, planar, letters) for i, row in enumerate(table.rows, start=1))
     moving = [joint for joint in chain_to_tip(mechanism) if joint.moves]
+    base = _constant_pose(table.base, "b", letters)
+    ends = None if classic is None else _ends(classic, rows, planar, letters)
     return SymbolicArm(
         mechanism,
         table,
         rows,
-        _constant_pose(table.base, "b", letters),
-        _constant_pose(table.tool, f"L{len(rows)}" if planar else "t", letters),
+        base,
+        _constant_pose(table.tool, f"L{len(rows)}" if planar else "t", letters)
+        if ends is None
+        else composed(ends.ends[-1], ends.tool),
         letters,
         tuple(mechanism.joint_names.index(joint.name) for joint in moving),
         tuple(_rest(row.theta) if row.kind == "R" else 0.0 for row in table.rows),
+        ends,
     )
+
+
+def _ends(table: DHTable, rows: Sequence[SymbolicRow], planar: bool, letters: dict[str, float]) -> ClassicEnds:
+    """Trans(x, a_i) Rot(x, alpha_i) of every row, and the tool, in letters."""
+    n, last = len(rows), table.rows[-1]
+    a = _length(f"L{n}" if planar else f"a{n}", last.a, letters)
+    alpha, quarters = _angle(f"alpha{n}", last.alpha, letters)
+    far = [(row.a, row.alpha, row.alpha_quarters) for row in rows[1:]]
+    ends = tuple(SymbolicPose(rotation_x(x, k), (along, ZERO, ZERO)) for along, x, k in [*far, (a, alpha, quarters)])
+    return ClassicEnds(table, ends, _constant_pose(table.tool, "t", letters))
 
 
 def best_table(mechanism: Mechanism) -> DHTable:

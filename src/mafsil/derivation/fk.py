@@ -2,35 +2,90 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from mafsil.derivation.arm import SymbolicArm, symbolic_arm
+from mafsil.derivation.arm import SymbolicArm, composed, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
-from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product
+from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
 from mafsil.derivation.polynomial import symbol
+from mafsil.derivation.screw_road import Form, fk_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
+from mafsil.model.denavit_hartenberg import Convention
 from mafsil.model.loading import of_mechanism
+
+LONGEST = 2500
+"""Factors and terms of a pose on paper; what is longer fills pages and teaches nothing."""
 
 
 @of_mechanism
-def derive_fk(mechanism: Mechanism) -> Derivation:
+def derive_fk(mechanism: Mechanism, *, convention: Convention | str | None = None, form: Form = "dh") -> Derivation:
     """T_s,tip(q) as formulas, in numbered steps, every line compared with the compiled robot at random states.
 
-    T_s,tip = T_s0 T_01 ... T_n-1,n T_n,tip
+    T_s,tip = T_s0 T_01 ... T_n-1,n T_n,tip, or exp([S_1] q_1) ... exp([S_n] q_n) M. What would be too long on paper is
+    left as a product of shorter matrices.
 
     Args:
-        mechanism: its chain to the tip may have revolute and prismatic joints.
+        mechanism: its chain to the tip may have revolute and prismatic joints, and helical ones with screws.
+        convention: `modified` or `classic` table; that in which the robot was typed, else modified, if None.
+        form: `dh` or `screws`, products of exponentials.
 
     Raises:
-        ModelError: a helical or mimic joint, or none at all.
+        InputError: an unknown form.
+        ModelError: a helical joint (with a table) or a mimic joint, or none at all; an unknown convention.
         DerivationError: a line differs from the compiled robot; nothing is handed out then.
     """
-    arm = symbolic_arm(mechanism)
-    judge = Judge(arm)
-    steps = [table_step(arm), _links(arm, judge), *products(arm, judge), _result(arm, judge)]
+    if wants_screws(form):
+        return fk_by_screws(mechanism)
+    arm = symbolic_arm(mechanism, convention)
+    judge, frames = Judge(arm), arm.frames(LONGEST)
+    steps = [table_step(arm), _links(arm, judge), *products(arm, judge, arm.shown(frames))]
+    steps += [_result(arm, judge)] if len(frames) > arm.n else blocks(arm, judge, len(frames) - 1)
     return Derivation("derivation.fk_title", mechanism.name, tuple(steps), STATES)
+
+
+def blocks(arm: SymbolicArm, judge: Judge, start: int) -> list[Step]:
+    """The frames behind {start}, whose poses in {s} are too long: products of several links each, and their product.
+
+    Args:
+        arm: in letters.
+        judge: of it.
+        start: number of the last frame that was multiplied out.
+    """
+    s, lines, names, total = base_letter(arm), list[Line](), list[Name](), judge.shown_frames[start]
+    names.append(Name("T", f"{s}{start}"))
+    first = start
+    while first < arm.n:
+        last, pose = arm.block(first, LONGEST)
+        if arm.classic is not None:
+            pose = _between_ends(arm, first, last, pose)
+        truth = np.linalg.inv(judge.shown_frames[first]) @ judge.shown_frames[last]
+        name = Name("T", f"{first},{last}")
+        if last > first + 1:
+            lines.append(judge.line((name,), pose.entries, truth=truth))
+        names.append(name)
+        total = total @ judge.matrix(pose.entries)
+        first = last
+    if not is_identity(arm.shown_tool):
+        lines.append(_tool_line(arm, judge))
+        names.append(Name("T", f"{arm.n}t"))
+        total = total @ judge.matrix(arm.shown_tool.entries)
+    lines.append(Line((Name("T", f"{s}t"),), (tuple(names),), float(np.abs(total - judge.tip).max())))
+    return [Step("derivation.fk_blocks", {"frame": start, "limit": LONGEST, "tip": arm.mechanism.tip}, tuple(lines))]
+
+
+def _between_ends(arm: SymbolicArm, first: int, last: int, pose: SymbolicPose) -> SymbolicPose:
+    """The pose between frames of the classic table from that between those of the modified one."""
+    assert arm.classic is not None
+    ended = composed(pose, arm.classic.ends[last - 1])
+    if first == 0:
+        return ended
+    end = arm.classic.ends[first - 1]
+    back = transpose(end.R)
+    return composed(SymbolicPose(back, tuple(-x for x in transform(back, end.p))), ended)
 
 
 def base_letter(arm: SymbolicArm) -> str:
@@ -50,22 +105,22 @@ def is_identity(pose: SymbolicPose) -> bool:
 def _links(arm: SymbolicArm, judge: Judge) -> Step:
     """T_i-1,i of every row."""
     lines: list[Line] = []
-    for i, row in enumerate(arm.rows, start=1):
-        truth = np.linalg.inv(judge.frames[i - 1]) @ judge.frames[i]
-        lines.append(judge.line((Name("T", f"{i - 1}{i}"),), row.transform().entries, truth=truth))
-    return Step("derivation.links", {}, tuple(lines))
+    for i in range(1, arm.n + 1):
+        truth = np.linalg.inv(judge.shown_frames[i - 1]) @ judge.shown_frames[i]
+        lines.append(judge.line((Name("T", f"{i - 1}{i}"),), arm.shown_link(i).entries, truth=truth))
+    return Step("derivation.links" if arm.classic is None else "derivation.links_classic", {}, tuple(lines))
 
 
-def products(arm: SymbolicArm, judge: Judge) -> list[Step]:
-    """One step for the base if there is one, and one for every further frame."""
-    s, poses = base_letter(arm), arm.poses()
+def products(arm: SymbolicArm, judge: Judge, poses: Sequence[SymbolicPose]) -> list[Step]:
+    """One step for the base if there is one, and one for every further frame that is given."""
+    s = base_letter(arm)
     steps: list[Step] = []
     if s == "s":
-        line = judge.line((Name("T", "s0"),), poses[0].entries, truth=judge.frames[0])
+        line = judge.line((Name("T", "s0"),), poses[0].entries, truth=judge.shown_frames[0])
         steps.append(Step("derivation.base", {}, (line,)))
-    for i in range(1 if s == "s" else 2, arm.n + 1):
+    for i in range(1 if s == "s" else 2, len(poses)):
         sides = (Name("T", f"{s}{i - 1}"), Name("T", f"{i - 1}{i}"))
-        line = judge.line((Name("T", f"{s}{i}"),), sides, poses[i].entries, truth=judge.frames[i])
+        line = judge.line((Name("T", f"{s}{i}"),), sides, poses[i].entries, truth=judge.shown_frames[i])
         steps.append(Step(_reason(arm, i), {"i": i, "before": i - 1}, (line,)))
     return steps
 
@@ -84,9 +139,8 @@ def _result(arm: SymbolicArm, judge: Judge) -> Step:
     s, tip = base_letter(arm), arm.poses()[-1]
     names: list[Name] = [Name("T", f"{s}{arm.n}")]
     lines: list[Line] = []
-    if not is_identity(arm.tool):
-        tool = np.broadcast_to(np.asarray(arm.table.tool), (STATES, 4, 4))
-        lines.append(judge.line((Name("T", f"{arm.n}t"),), arm.tool.entries, truth=tool))
+    if not is_identity(arm.shown_tool):
+        lines.append(_tool_line(arm, judge))
         names.append(Name("T", f"{arm.n}t"))
     lines.append(Line((Name("T", f"{s}t"),), (tuple(names),), 0.0))
     for r in range(3):
@@ -97,6 +151,11 @@ def _result(arm: SymbolicArm, judge: Judge) -> Step:
     if _has_heading(arm):
         lines.append(_heading(arm, judge))
     return Step("derivation.result", {"tip": arm.mechanism.tip}, tuple(lines))
+
+
+def _tool_line(arm: SymbolicArm, judge: Judge) -> Line:
+    tool = np.broadcast_to(np.asarray(arm.shown_table.tool), (STATES, 4, 4))
+    return judge.line((Name("T", f"{arm.n}t"),), arm.shown_tool.entries, truth=tool)
 
 
 def _has_heading(arm: SymbolicArm) -> bool:

@@ -2,41 +2,65 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Sequence
+
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.determinant import Determinant, determinant
 from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, Step
-from mafsil.derivation.fk import base_letter
+from mafsil.derivation.fk import base_letter, blocks, products
 from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, transpose
 from mafsil.derivation.polynomial import Polynomial, Trig, simplified
+from mafsil.derivation.screw_road import Form, jacobian_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
+from mafsil.messages import say
 from mafsil.model import Mechanism
+from mafsil.model.denavit_hartenberg import Convention
+from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import of_mechanism
 
+LONGEST_FRAME = 1200
+"""Factors and terms of the longest pose whose axes are multiplied out: their moments are products of its entries."""
 MOST_JOINTS = 6
 """Chains with more joints have no square Jacobian."""
 
 
 @of_mechanism
-def derive_jacobian(mechanism: Mechanism) -> Derivation:
+def derive_jacobian(
+    mechanism: Mechanism, *, convention: Convention | str | None = None, form: Form = "dh"
+) -> Derivation:
     """J_s(q), the tip's velocity Jacobian and, where it is square, its determinant, every line checked.
 
-    J_s,i = (z_i, p_i x z_i) for a revolute joint with axis z_i through p_i, (0, z_i) for a sliding one.
+    J_s,i = (z_i, p_i x z_i) for a revolute joint with axis z_i through p_i, (0, z_i) for a sliding one; by screws,
+    J_s,i = Ad(exp([S_1] q_1) ... exp([S_i-1] q_i-1)) S_i. What would be too long on paper is left as a product.
 
     Args:
-        mechanism: its chain to the tip may have revolute and prismatic joints.
+        mechanism: its chain to the tip may have revolute and prismatic joints, and helical ones with screws.
+        convention: `modified` or `classic` table; that in which the robot was typed, else modified, if None.
+        form: `dh` or `screws`.
 
     Raises:
-        ModelError: a helical or mimic joint, or none at all.
+        InputError: an unknown form.
+        ModelError: a helical joint (with a table) or a mimic joint, or none at all; an unknown convention.
         DerivationError: a line differs from the compiled robot; nothing is handed out then.
     """
-    arm = symbolic_arm(mechanism)
-    judge = Judge(arm)
+    joints = sum(joint.moves for joint in chain_to_tip(mechanism))
+    if joints > MOST_JOINTS:
+        logging.getLogger("mafsil").info(say("derivation.slow", robot=mechanism.name, joints=joints))
+    if wants_screws(form):
+        return jacobian_by_screws(mechanism)
+    arm = symbolic_arm(mechanism, convention)
+    judge, frames = Judge(arm), arm.frames(LONGEST_FRAME)
+    if len(frames) <= arm.n:
+        steps = [table_step(arm), *products(arm, judge, arm.shown(frames)), *blocks(arm, judge, len(frames) - 1)]
+        steps += [_axes(arm, judge, frames), _columns(arm, judge, frames), Step("derivation.jacobian_blocks", {})]
+        return Derivation("derivation.jacobian_title", mechanism.name, tuple(steps), STATES)
     poses = arm.poses()
-    steps = [table_step(arm), _axes(arm, judge, poses), _columns(arm, judge, poses), *_matrices(arm, judge, poses)]
+    steps = [table_step(arm), _axes(arm, judge, frames), _columns(arm, judge, frames), *_matrices(arm, judge, poses)]
     if arm.n <= MOST_JOINTS:
         steps += _determinant(arm, judge)
     return Derivation("derivation.jacobian_title", mechanism.name, tuple(steps), STATES)
@@ -72,24 +96,27 @@ def _upright(vector: Row) -> Entries:
     return tuple((x,) for x in vector)
 
 
-def _axes(arm: SymbolicArm, judge: Judge, poses: tuple[SymbolicPose, ...]) -> Step:
-    """Direction and a point of every axis: third and fourth column of T_si."""
+def _axes(arm: SymbolicArm, judge: Judge, frames: Sequence[SymbolicPose]) -> Step:
+    """Direction and a point of every axis: third and fourth column of T_si, of T_s,i-1 in a classic table."""
     lines: list[Line] = []
-    for i, pose in enumerate(poses[1:-1], start=1):
-        frame = judge.frames[i]
+    shift = 0 if arm.classic is None else 1
+    for i, pose in enumerate(arm.shown(frames)[1 - shift : len(frames) - shift], start=1 - shift):
+        frame = judge.shown_frames[i]
         lines.append(judge.line((Name("z", str(i)),), _upright(pose.z), truth=frame[:, :3, 2:3]))
-        if arm.rows[i - 1].row.kind == "R":
+        if arm.rows[i - 1 + shift].row.kind == "R":
             lines.append(judge.line((Name("p", str(i)),), _upright(pose.p), truth=frame[:, :3, 3:4]))
-    return Step("derivation.axes", {"s": base_letter(arm)}, tuple(lines))
+    key = "derivation.axes" if arm.classic is None else "derivation.axes_classic"
+    return Step(key, {"s": base_letter(arm)}, tuple(lines))
 
 
-def _columns(arm: SymbolicArm, judge: Judge, poses: tuple[SymbolicPose, ...]) -> Step:
+def _columns(arm: SymbolicArm, judge: Judge, frames: Sequence[SymbolicPose]) -> Step:
     lines: list[Line] = []
-    for i, pose in enumerate(poses[1:-1], start=1):
+    shift = 0 if arm.classic is None else 1
+    for i, pose in enumerate(frames[1:], start=1):
         formula = "(z, p × z)" if arm.rows[i - 1].row.kind == "R" else "(0, z)"
         column = _upright(_column(arm, i - 1, pose))
         truth = judge.J_s[:, :, i - 1 : i]
-        lines.append(judge.line((Name("J", f"s,{i}"),), _indexed(formula, i), column, truth=truth))
+        lines.append(judge.line((Name("J", f"s,{i}"),), _indexed(formula, i - shift), column, truth=truth))
     return Step("derivation.columns", {}, tuple(lines))
 
 
@@ -117,7 +144,8 @@ def _determinant(arm: SymbolicArm, judge: Judge) -> list[Step]:
     value = judge.line((Name("det J"),), Factors(found.factors), truth=np.linalg.det(truth))
     facts = {"frame": found.frame, "point": found.point if found.point <= arm.n else "t"}
     zeros = tuple(Line((), (zero, "0")) for zero in _zeros(found.factors))
-    steps = [Step("derivation.determinant", facts, (J, value))]
+    key = "derivation.determinant" if arm.classic is None else "derivation.determinant_classic"
+    steps = [Step(key, facts, (J, value))]
     return [*steps, Step("derivation.singular", {}, zeros)] if zeros else steps
 
 

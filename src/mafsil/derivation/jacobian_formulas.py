@@ -30,7 +30,7 @@ def expected_formulas(
         columns: numbers from 1, in the order of q.
     """
     try:
-        arm = symbolic_arm(mechanism)
+        arm = symbolic_arm(mechanism, None)
     except ModelError:
         return {}
     if arm.n > MOST_JOINTS:

@@ -61,7 +61,7 @@ def readings_of(
     """
     coordinates = {f"q{i + 1}": q[:, i] for i in range(mechanism.n)}
     try:
-        arm = symbolic_arm(mechanism)
+        arm = symbolic_arm(mechanism, None)
     except ModelError:
         yield Reading(CompiledArm(mechanism), q, {**own, **coordinates}, tuple(own))
         return

@@ -149,7 +149,7 @@ def side_text(side: Side) -> str:
     if isinstance(side, Factors):
         return " ".join(f"({formula(f)})" if len(f.terms) > 1 else formula(f) for f in side.formulas)
     names = [name for name in side if isinstance(name, Name)]
-    return "".join(name_text(name) + (" " if name.index and name.letter in "TR" else "") for name in names).rstrip()
+    return "".join(name_text(name) + (" " if name.index and name.letter in "TREP" else "") for name in names).rstrip()
 
 
 def _matrix(entries: Entries) -> list[str]:

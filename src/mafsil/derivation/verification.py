@@ -14,6 +14,7 @@ from mafsil.derivation.polynomial import Polynomial
 from mafsil.errors import MafsilError
 from mafsil.model import JointKind
 from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.placement import rotation_x, translation
 from mafsil.robot import Robot
 
 STATES = 20
@@ -32,7 +33,8 @@ class Judge:
         arm: the arm in letters.
         robot, q: the compiled robot and its states (states, n).
         values: numbers of its letters at the states.
-        frames: (n + 1, states, 4, 4) poses in {s} of the table's frames {0} .. {n}.
+        frames: (n + 1, states, 4, 4) poses in {s} of the frames {0} .. {n} of the modified table.
+        shown_frames: the same of the table that is shown, which may be classic.
         tip: (states, 4, 4) pose of the tip.
         J_s: (states, 6, n) space Jacobian, columns of the chain's joints.
     """
@@ -41,10 +43,11 @@ class Judge:
         self.arm = arm
         robot = self.robot = Robot(arm.mechanism)
         q = self.q = _states(arm, np.random.default_rng(seed))
-        self.values = arm.values(q)
+        self.values: dict[str, float | Floats] = arm.values(q)
         self.tip = np.asarray(robot.forward_kinematics(q))
         self.J_s = np.asarray(robot.jacobian_space(q))[:, :, list(arm.coordinates)]
         self.frames = _frames(arm, robot, q)
+        self.shown_frames = _shown(arm, self.frames)
 
     def line(self, left: Product, *sides: Side, truth: Floats, limit: float = LIMIT) -> Line:
         """A line whose formulas have been compared with the truth.
@@ -85,6 +88,14 @@ class Judge:
         """(states, rows, columns) values of a matrix."""
         flat = [self.number(x) for row in entries for x in row]
         return np.stack(flat, axis=-1).reshape(STATES, len(entries), len(entries[0]))
+
+
+def _shown(arm: SymbolicArm, frames: Floats) -> Floats:
+    """The frames at the far ends of the links, if the table is classic."""
+    if arm.classic is None:
+        return frames
+    far = [translation(row.a, 0.0, 0.0) @ rotation_x(row.alpha) for row in arm.classic.table.rows]
+    return np.concatenate([frames[:1], frames[1:] @ np.array(far)[:, None]])
 
 
 def _states(arm: SymbolicArm, rng: np.random.Generator) -> Floats:
