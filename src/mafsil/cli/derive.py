@@ -70,7 +70,7 @@ def derive(
         MafsilError: no such robot, an arm without a table (helical or mimic joints), a road or convention for what has
             none, a file that cannot be written.
     """
-    if (road or convention) and what not in _BY_TABLE or (road == "screws" and convention):
+    if ((road or convention) and what not in _BY_TABLE) or (road == "screws" and convention):
         raise InputError("cli.derive_road_given")
     mechanism = load_mechanism(robot, tip=tip)
     if what in _BY_TABLE:

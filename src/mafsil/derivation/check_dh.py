@@ -84,7 +84,17 @@ def _repaired(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool =
     typed = values(rows, convention, truth.solved(rows, convention))
     alone = [(repair, (repair.finding,)) for repair in (*single, *whole_table(rows, convention), *typed)]
     best = _smallest(alone, convention, truth)
-    return _smallest(list(_pairs(single)), convention, truth) if best is None and pairs else best
+    if best is not None or not pairs:
+        return best
+    return _smallest([*_pairs(single), *_degrees_and_more(rows, convention)], convention, truth)
+
+
+def _degrees_and_more(rows: Rows, convention: Convention) -> Iterator[_Named]:
+    """Degrees everywhere, and a slip in one row besides."""
+    for whole in whole_table(rows, convention):
+        if whole.finding.slip is Slip.DEGREES:
+            for repair in single_rows(whole.rows, convention):
+                yield repair, (whole.finding, repair.finding)
 
 
 def _smallest(repairs: list[_Named], convention: Convention, truth: Truth) -> Review | None:

@@ -138,6 +138,9 @@ def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[
     """What one column would be after each slip."""
     column = right[:, :, c]
     for point in truth.points():
+        if not point.any():
+            # A zero where the moment belongs is no point, it is no moment.
+            continue
         if truth.rows < 6:
             yield Slip.POSITION_VECTOR, "", point[:, : truth.rows]
         else:
