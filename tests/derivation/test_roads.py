@@ -151,3 +151,9 @@ def test_letters_with_dots_and_double_indices_are_set(language):
     assert not re.search(r"[\u0600-\u06ff][A-Za-z]\\_", latex)
     prose = re.sub(r"<math.*?</math>", "", page)
     assert not re.search(r"\w_\w", re.sub(r"<[^>]*>", "", prose[prose.index("<h1>") :]))
+
+
+@pytest.mark.parametrize("write", [to_text, to_html, to_latex])
+def test_other_languages_are_refused_with_the_known_ones(write):
+    with pytest.raises(InputError, match="en, ar"):
+        write(derive_fk("planar2r"), "fr")

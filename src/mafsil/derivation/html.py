@@ -12,9 +12,8 @@ from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, s
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
+from mafsil.derivation.text import checked_sentence, language_code, split_angle, step_sentence
 from mafsil.messages import direction, in_sentence, say
-from mafsil.messages import language as current_language
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -35,8 +34,11 @@ def to_html(derivation: Derivation, language: str | None = None) -> str:
     Args:
         derivation: checked.
         language: `en` or `ar`; the current one if None.
+
+    Raises:
+        InputError: another language.
     """
-    code = language or current_language()
+    code = language_code(language)
     title = say(derivation.key, language=code, robot=derivation.robot)
     tab = escape(in_sentence(title, code))
     steps = "\n".join(_step(step, code) for step in derivation.steps)

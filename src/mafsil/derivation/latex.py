@@ -12,10 +12,9 @@ from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, s
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.derivation.text import checked_sentence, split_angle, step_sentence
+from mafsil.derivation.text import checked_sentence, language_code, split_angle, step_sentence
 from mafsil.derivation.text import formula as plain_formula
 from mafsil.messages import in_sentence, say
-from mafsil.messages import language as current_language
 
 _GREEK = {
     "θ̇": r"\dot{\theta}", "θ̈": r"\ddot{\theta}", "q̇": r"\dot{q}", "q̈": r"\ddot{q}", "V̇": r"\dot{V}",
@@ -51,8 +50,11 @@ def to_latex(derivation: Derivation, language: str | None = None) -> str:
     Args:
         derivation: checked.
         language: `en` or `ar`; the current one if None.
+
+    Raises:
+        InputError: another language.
     """
-    code = language or current_language()
+    code = language_code(language)
     body = [
         r"\section*{" + sentence(say(derivation.key, language=code, robot=derivation.robot), code) + "}",
         r"\begin{enumerate}",

@@ -9,7 +9,9 @@ from mafsil.derivation.letters import factor_glyph, glyph, number_text, signed_a
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
-from mafsil.messages import in_cell, in_sentence, say
+from mafsil.errors import InputError
+from mafsil.messages import LANGUAGES, in_cell, in_sentence, say
+from mafsil.messages import language as current_language
 
 WIDEST = 110
 """Matrices wider than this [columns] are written entry by entry."""
@@ -21,7 +23,11 @@ def to_text(derivation: Derivation, language: str | None = None) -> str:
     Args:
         derivation: checked.
         language: `en` or `ar`; the current one if None.
+
+    Raises:
+        InputError: another language.
     """
+    language = language_code(language)
     title = say(derivation.key, language=language, robot=derivation.robot)
     lines = [in_sentence(title, language)]
     for k, step in enumerate(derivation.steps, start=1):
@@ -30,6 +36,17 @@ def to_text(derivation: Derivation, language: str | None = None) -> str:
     if derivation.states:
         lines += ["", in_sentence(checked_sentence(derivation, language), language)]
     return "\n".join(lines) + "\n"
+
+
+def language_code(language: str | None) -> str:
+    """The code of a language, the current one if None.
+
+    Raises:
+        InputError: the package does not speak it.
+    """
+    if language is not None and language not in LANGUAGES:
+        raise InputError("input.choice", name="language", value=language, known=", ".join(LANGUAGES))
+    return language or current_language()
 
 
 def checked_sentence(derivation: Derivation, language: str | None = None) -> str:
