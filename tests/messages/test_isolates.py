@@ -8,6 +8,7 @@ import pytest
 
 import mafsil.messages as messages
 from mafsil.messages.isolates import END, FIRST_STRONG, LEFT_TO_RIGHT, in_cell, in_sentence, runs
+from mafsil.messages.visible import visible
 
 SENTENCES = sorted(
     sentence
@@ -92,3 +93,25 @@ def test_the_bidirectional_algorithm_leaves_cells_in_their_columns():
     places = [[text.index(cell) for cell in cells[1:]] for text in shown]
     assert places[0] == sorted(places[0])
     assert places[1] == sorted(places[1], reverse=True)
+
+
+def test_what_is_isolated_stays_as_it_is():
+    once = in_sentence("أكبر فرق 4.3e-16.", "ar")
+    assert in_sentence(once, "ar") == once
+    assert in_cell(in_cell("-1.5", "ar"), "ar") == in_cell("-1.5", "ar")
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("\u2066-1.5\u2069 ب", "\u2066-1.5\u2069 ب"),
+        ("a\u2066b", "a<U+2066>b"),
+        ("a\u2069b\u2066", "a<U+2069>b<U+2066>"),
+        ("\u2066a\nb\u2069", "<U+2066>a<U+000A>b<U+2069>"),
+        ("\u2067a\u2069", "<U+2067>a<U+2069>"),
+        ("\u202ea", "<U+202E>a"),
+    ],
+)
+def test_only_isolates_that_are_closed_are_obeyed(text, shown):
+    """A name from a file that opens one and leaves it open would turn the rest of the line."""
+    assert visible(text) == shown

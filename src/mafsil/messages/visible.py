@@ -36,4 +36,5 @@ def _obeyed(character: str) -> bool:
 
 # Joiners shape Arabic letters; marks only stand beside their neighbours and cannot turn what follows.
 _HARMLESS = "\u200c\u200d\u200e\u200f\u061c"
-_ISOLATES = "\u2066\u2067\u2068\u2069"
+# Ours: left to right, first strong letter, end. A stranger has no need to turn his own name to the left.
+_ISOLATES = "\u2066\u2068\u2069"
