@@ -35,5 +35,6 @@ assert any(np.allclose(angles, q) for angles in back.q)
 print(check_dh(rows, robot, "classic").message())
 slip = [mf.DHRow(a=0.4, alpha=0.0, d=0.2), rows[1]]
 found = check_dh(slip, robot, "classic")
-assert not found.correct and "row 1 a" in found.message()
+assert not found.correct
+assert "row 1 a" in found.message()
 print(found.message())

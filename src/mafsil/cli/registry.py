@@ -122,7 +122,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "mafsil.cli.check:check",
         (
             _ROBOT,
-            Parameter("file", "path", positional=True),
+            Parameter("file", "path", positional=True, reads=True),
             Parameter("dh", "text", many=True, metavar="ROW"),
             Parameter("screws", "text", many=True, metavar="ROW"),
             Parameter("jacobian", "text", many=True, metavar="ROW"),
