@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
+import warnings
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -17,7 +20,7 @@ from tests.oracles import ours
 from tests.oracles.natural_scale import natural_scale
 from tests.oracles.states import sample
 
-STATES = 3
+STATES = 20
 EQUAL = 1e-9
 MOST_JOINTS = 120
 ARM = 4
@@ -33,6 +36,7 @@ class Verdict:
         loaded: by mafsil.
         codes: of the errors, or the key of another refusal.
         remarks: codes of warnings.
+        warnings: given by the load.
         joints: coordinates that mafsil read.
         peer: whether the peer reads it; None if the format has none.
         manipulator: whether the peer, or else mafsil, sees a chain of ARM moving joints.
@@ -43,6 +47,7 @@ class Verdict:
     loaded: bool = False
     codes: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    warnings: int = 0
     joints: int = 0
     peer: bool | None = None
     manipulator: bool = False
@@ -59,15 +64,24 @@ class Verdict:
         return asdict(self)
 
 
-def judged(path: Path, form: str) -> Verdict:
-    """Load and compare one file."""
+def judged(path: Path, form: str, arguments: Mapping[str, str] | None = None, expansion: str | None = None) -> Verdict:
+    """Load and compare one file.
+
+    Args:
+        path: of the file.
+        form: its format.
+        arguments: of a xacro file.
+        expansion: a xacro file as ROS's xacro expands it, for Pinocchio; None compares nothing.
+    """
     verdict = Verdict()
-    mechanism = _load(path, verdict)
+    mechanism = _load(path, arguments, verdict)
     try:
         if form == "mjcf":
             _against_mujoco(path, mechanism, verdict)
         elif form == "urdf":
-            _against_pinocchio(path, mechanism, verdict)
+            _against_pinocchio(path.name, path.read_bytes(), mechanism, verdict)
+        elif form == "xacro" and expansion is not None:
+            _against_pinocchio(path.name, expansion.encode(), mechanism, verdict)
     except Exception as error:
         verdict.why = f"{type(error).__name__}: {error}"[:200]
         raise
@@ -84,16 +98,18 @@ def longest_chain(mechanism: Mechanism) -> int:
     return max(depth.values())
 
 
-def _load(path: Path, verdict: Verdict) -> Mechanism | None:
+def _load(path: Path, arguments: Mapping[str, str] | None, verdict: Verdict) -> Mechanism | None:
     try:
-        mechanism = load_mechanism(path)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mechanism = load_mechanism(path, xacro_args=arguments or None)
     except MafsilError as error:
         report = error.facts.get("report")
         errors = getattr(report, "errors", ())
         verdict.codes = sorted({diagnostic.code for diagnostic in errors}) or [error.key]
         verdict.why = str(error)[:300]
         return None
-    verdict.loaded, verdict.joints = True, mechanism.n
+    verdict.loaded, verdict.joints, verdict.warnings = True, mechanism.n, len(caught)
     verdict.remarks = sorted({word for note in mechanism.provenance.notes for word in note.split()[1:2]})
     return mechanism
 
@@ -126,15 +142,14 @@ def _worth_comparing(mechanism: Mechanism, verdict: Verdict) -> bool:
     return 0 < mechanism.n <= MOST_JOINTS
 
 
-def _against_pinocchio(path: Path, mechanism: Mechanism | None, verdict: Verdict) -> None:
+def _against_pinocchio(name: str, data: bytes, mechanism: Mechanism | None, verdict: Verdict) -> None:
     """Pinocchio gets the file with its attributes normalised as XML wants it: its parser keeps line breaks in them
     and drops an inertia whose number ends with one."""
+    with contextlib.suppress(ElementTree.ParseError):
+        data = _normalised(data)
     with tempfile.TemporaryDirectory() as folder:
-        clean = Path(folder) / path.name
-        try:
-            clean.write_bytes(_normalised(path.read_bytes()))
-        except ElementTree.ParseError:
-            clean = path
+        clean = Path(folder) / name
+        clean.write_bytes(data)
         _compare_with_pinocchio(clean, mechanism, verdict)
 
 

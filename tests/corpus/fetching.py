@@ -1,20 +1,25 @@
-"""Repositories at their commits: cloned into a cache folder, or taken from a folder of git directories."""
+"""Repositories at their commits: cloned into a cache folder, or taken from a folder of git directories.
+
+Their ROS packages are laid out as workspaces, one for each repository: its own packages over those of the makers.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from tests.corpus.manifest import Repository
 
 NEEDED = (
     ".xml", ".urdf", ".xacro", ".sdf", ".world", ".mjcf", ".inc", ".yaml", ".yml", ".stl", ".obj", ".msh", ".dae",
-    ".png", "license", "license.txt", "license.md", "setup.py", "pyproject.toml", "__init__.py",
+    ".png", ".gazebo", "license", "license.txt", "license.md", "setup.py", "pyproject.toml", "__init__.py",
 )  # fmt: skip
 """Ends of the names of files that a robot may be made of, or that say where a package begins."""
 _DONE = ".complete"
+_PACKAGE = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 
 def checked_out(repository: Repository, cache: Path, mirror: Path | None) -> Path:
@@ -37,6 +42,29 @@ def checked_out(repository: Repository, cache: Path, mirror: Path | None) -> Pat
                 target.write_bytes(data)
         (place / _DONE).touch()
     return place
+
+
+def workspace(repository: Repository, places: Mapping[Repository, Path], cache: Path) -> Path:
+    """A folder with a link to each ROS package by its name, for ROS_PACKAGE_PATH: what a robot of the repository finds.
+
+    A package of the repository itself goes before one of the same name of a maker, and that one before others.
+    """
+    folder = cache / "workspaces" / repository.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    rank = sorted(places, key=lambda other: (other != repository, other.kind != "maker"))
+    for other in rank:
+        for name, package in _packages(places[other]):
+            if not (folder / name).is_symlink():
+                (folder / name).symlink_to(package)
+    return folder
+
+
+def _packages(place: Path) -> Iterable[tuple[str, Path]]:
+    """Name and folder of every ROS package below a folder, the outermost first."""
+    for path in sorted(place.rglob("package.xml"), key=lambda path: (len(path.parts), path)):
+        found = _PACKAGE.search(path.read_bytes())
+        if found is not None:
+            yield found[1].decode(), path.parent
 
 
 def git_directory(folder: Path) -> Path:

@@ -1,6 +1,8 @@
 """Which files, of which commit of which repository, with digest and licence; none of them is copied into this one.
 
-`manifest.jsonl` holds a line for each repository and, below it, a line for each of its robot files.
+`manifest.jsonl` holds a line for each repository and, below it, a line for each of its robot files. Facts decide what
+counts as a robot: a xacro file is one if ROS's xacro expands it without an error, with the arguments that its maker's
+launch files give, into a document with links; a URDF or SDF file, if it is XML and its links and joints make a robot.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -17,6 +19,7 @@ MANIFEST = Path(__file__).parent / "manifest.jsonl"
 FORMATS = ("urdf", "xacro", "mjcf", "sdf")
 _ROOTS = {b"robot": "urdf", b"mujoco": "mjcf", b"sdf": "sdf"}
 _DIRECTIVES = ("include", "macro", "property", "arg", "if", "unless", "insert_block", "element", "attribute")
+_FIND = re.compile(r"\$\(find ([\w.-]+)\)")
 _ROOT = re.compile(rb"<([A-Za-z_][\w.:-]*)[\s/>]")
 _COMMENT = re.compile(rb"<!--.*?-->|<\?.*?\?>|<!DOCTYPE[^>]*>", re.DOTALL)
 
@@ -45,11 +48,32 @@ class Repository:
 
 @dataclass(frozen=True, slots=True)
 class RobotFile:
-    """A robot file of a repository: path in it, SHA-256 of its bytes, format."""
+    """A robot file of a repository.
+
+    Attributes:
+        path: in the repository.
+        sha256: of its bytes.
+        format: one of FORMATS.
+        arguments: that a xacro file needs; `$(find package)` in them is a folder of the workspace.
+        no_robot: why it is no robot by itself, or empty.
+    """
 
     path: str
     sha256: str
     format: str
+    arguments: dict[str, str] = field(default_factory=dict[str, str])
+    no_robot: str = ""
+
+    def arguments_in(self, workspace: Path) -> dict[str, str]:
+        """The arguments with the folders of their packages."""
+        return {
+            name: _FIND.sub(lambda found: str((workspace / found[1]).resolve()), text)
+            for name, text in self.arguments.items()
+        }
+
+    def line(self) -> str:
+        """For the manifest; what is empty is left out."""
+        return json.dumps({name: value for name, value in asdict(self).items() if value})
 
 
 def read(path: Path = MANIFEST) -> Iterator[tuple[Repository, RobotFile]]:
@@ -68,7 +92,7 @@ def write(rows: Iterable[tuple[Repository, list[RobotFile]]], path: Path = MANIF
     lines: list[str] = []
     for repository, files in rows:
         lines.append(json.dumps(asdict(repository)))
-        lines += [json.dumps(asdict(file)) for file in sorted(files, key=lambda file: file.path)]
+        lines += [file.line() for file in sorted(files, key=lambda file: file.path)]
     path.write_text("\n".join(lines) + "\n", "utf-8")
 
 

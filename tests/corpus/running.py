@@ -4,38 +4,61 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import os
 import platform
 import time
 from collections import Counter
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from queue import Queue
+from typing import Any, TextIO
 
 from tests.corpus import manifest
 from tests.corpus.comparing import EQUAL, Verdict, judged
 from tests.corpus.manifest import Repository, RobotFile
+from tests.corpus.xacro_peer import Xacro
 
 LONGEST_SECONDS = 60.0
 
 
 def run(
-    rows: Iterable[tuple[Repository, RobotFile]], places: dict[Repository, Path], output: Path | None
+    rows: Iterable[tuple[Repository, RobotFile]],
+    places: dict[Repository, Path],
+    output: Path | None,
+    workspaces: dict[Repository, Path] | None = None,
+    python_with_xacro: str = "",
+    processes: int = 1,
 ) -> dict[str, Any]:
-    """Judge all files, each in a process of its own for as long as it behaves, and count."""
+    """Judge all files, each in a process of its own for as long as it behaves, and count.
+
+    Args:
+        rows: files to judge.
+        places: folders of the repositories.
+        output: folder for the figures and verdicts.
+        workspaces: folders of packages of each repository.
+        python_with_xacro: an interpreter with ROS's xacro, or empty: xacro files are loaded without being compared.
+        processes: that judge side by side.
+    """
     started = time.perf_counter()
+    judges: Queue[_Judge] = Queue()
+    for _ in range(processes):
+        judges.put(_Judge(places, workspaces or {}, python_with_xacro))
+
+    def judge(row: tuple[Repository, RobotFile]) -> dict[str, Any]:
+        judge = judges.get()
+        try:
+            return judge.verdict(*row)
+        finally:
+            judges.put(judge)
+
     verdicts: list[dict[str, Any]] = []
-    worker = _Worker()
-    for repository, file in rows:
-        path = places[repository] / file.path
-        about = {"repository": repository.repository, "path": file.path, "format": file.format, "kind": repository.kind}
-        if not path.exists() or manifest.digest(path.read_bytes()) != file.sha256:
-            verdicts.append({**about, "absent": True})
-            continue
-        verdicts.append({**about, **worker.judge(path, file.format)})
-    worker.close()
-    if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
-        (output / "verdicts.jsonl").write_text("\n".join(json.dumps(v) for v in verdicts) + "\n", "utf-8")
+    with ThreadPoolExecutor(processes) as threads, _lines(output) as lines:
+        for verdict in threads.map(judge, rows):
+            verdicts.append(verdict)
+            lines.write(json.dumps(verdict) + "\n")
+    while not judges.empty():
+        judges.get().close()
     figures = counted(verdicts, time.perf_counter() - started)
     if output is not None:
         (output / "R4c.json").write_text(json.dumps(figures, indent=1), "utf-8")
@@ -43,10 +66,47 @@ def run(
     return figures
 
 
+def _lines(output: Path | None) -> TextIO:
+    """The file of the verdicts, a line each, readable while the run goes on."""
+    if output is None:
+        return Path(os.devnull).open("w", encoding="utf-8")
+    output.mkdir(parents=True, exist_ok=True)
+    return (output / "verdicts.jsonl").open("w", buffering=1, encoding="utf-8")
+
+
+class _Judge:
+    """One worker with its own xacro of ROS."""
+
+    def __init__(self, places: dict[Repository, Path], workspaces: dict[Repository, Path], python: str) -> None:
+        self.places, self.workspaces = places, workspaces
+        self.worker, self.xacro = _Worker(), Xacro(python) if python else None
+
+    def verdict(self, repository: Repository, file: RobotFile) -> dict[str, Any]:
+        about = {"repository": repository.repository, "path": file.path, "format": file.format, "kind": repository.kind}
+        if file.no_robot:
+            about["no_robot"] = file.no_robot
+        path = self.places[repository] / file.path
+        if not path.exists() or manifest.digest(path.read_bytes()) != file.sha256:
+            return {**about, "absent": True}
+        workspace = self.workspaces.get(repository, path.parent)
+        arguments, expansion, reason = file.arguments_in(workspace), None, ""
+        if file.format == "xacro" and self.xacro is not None:
+            expansion, reason = self.xacro.expanded(path, workspace, arguments)
+        verdict = self.worker.judge(path, file.format, workspace, arguments, expansion)
+        if reason:
+            verdict |= {"peer": False, "peer_says": reason}
+        return {**about, **verdict}
+
+    def close(self) -> None:
+        self.worker.close()
+        if self.xacro is not None:
+            self.xacro.close()
+
+
 def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
     """The figures of a run, flat: names that begin with `bad_` must stay zero."""
     present = [v for v in verdicts if not v.get("absent")]
-    makers = [v for v in present if v["kind"] == "maker" and v["format"] != "mjcf"]
+    makers = [v for v in present if v["kind"] == "maker" and v["format"] != "mjcf" and not v.get("no_robot")]
     manipulators = [v for v in present if v["format"] == "mjcf" and v.get("peer") and v.get("manipulator")]
     compared = [v for v in present if v.get("error") is not None]
     return {
@@ -57,6 +117,7 @@ def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
         "files": len(present),
         "absent": len(verdicts) - len(present),
         "loaded": _loaded(present),
+        "no_robots_by_themselves": sum(bool(v.get("no_robot")) for v in present),
         "makers_robots": len(makers),
         "makers_robots_loaded": _loaded(makers),
         "MJCF_manipulators_that_MuJoCo_reads": len(manipulators),
@@ -100,13 +161,13 @@ class _Worker:
     def __init__(self) -> None:
         self.process: multiprocessing.process.BaseProcess | None = None
 
-    def judge(self, path: Path, form: str) -> dict[str, Any]:
+    def judge(self, path: Path, form: str, workspace: Path, *rest: object) -> dict[str, Any]:
         if self.process is None or not self.process.is_alive():
             context = multiprocessing.get_context("spawn")
             self.line, other = context.Pipe()
             self.process = context.Process(target=_serve, args=(other,), daemon=True)
             self.process.start()
-        self.line.send((path, form))
+        self.line.send((path, form, workspace, *rest))
         try:
             if self.line.poll(LONGEST_SECONDS):
                 return self.line.recv()
@@ -124,8 +185,9 @@ class _Worker:
 
 def _serve(line: Any) -> None:
     while True:
-        path, form = line.recv()
+        path, form, workspace, *rest = line.recv()
+        os.environ["ROS_PACKAGE_PATH"] = str(workspace)
         try:
-            line.send(judged(path, form).as_dict())
+            line.send(judged(path, form, *rest).as_dict())
         except Exception as error:
             line.send({**Verdict().as_dict(), "crashed": f"{type(error).__name__}: {error}"[:300]})

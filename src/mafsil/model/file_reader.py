@@ -15,13 +15,14 @@ from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
 from mafsil.model.repairing import Change, mended, noted, of_errors
 from mafsil.model.source import Source, Text, load, name_of
+from mafsil.model.tip import TipChoice
 from mafsil.model.xacro import is_xacro
 from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal, parse
 
 Build: TypeAlias = Callable[[Reading, Assets, str, ReadLimits], Mechanism | None]
 """Makes a mechanism of a parsed document, its assets, its name and the limits, or None after errors."""
 MOST_NOTES = 50
-_MOST_SHOWN = 3
+_MOST_SHOWN = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +110,13 @@ class FileReader:
     limits: ReadLimits
     arguments: dict[str, str] = field(default_factory=dict[str, str])
 
-    def read(self, source: Source, *, repair: bool) -> Mechanism:
-        """The mechanism; after the repairs of its errors if asked for."""
+    def read(self, source: Source, *, repair: bool, silent: bool = False) -> Mechanism:
+        """The mechanism; after the repairs of its errors if asked for; silent if the caller says the remarks."""
         report = self.diagnose(source)
         if report.ok or not repair:
             mechanism = require_mechanism(report)
-            _warn_of(report)
+            if not silent:
+                warn_of(mechanism)
             return mechanism
         text, changes = mended(source, self.limits, self.report_of, of_errors)
         return noted(require_mechanism(self.report_of(text)), changes)
@@ -159,14 +161,22 @@ class FileReader:
         return None
 
 
-def _warn_of(report: Report) -> None:
-    """One Python warning per load, if the file was changed or looks wrong: the first remarks, and how many more."""
-    remarks = report.warnings
-    if remarks:
-        shown = "; ".join(remark.line_of_text() for remark in remarks[:_MOST_SHOWN])
-        more = len(remarks) - _MOST_SHOWN
-        shown = f"{shown}; +{more}" if more > 0 else shown
-        warn(ModelWarning("model.load_remarks", source=report.source, count=len(remarks), remarks=shown))
+def warn_of(mechanism: Mechanism, choice: TipChoice | None = None) -> None:
+    """One Python warning per load, if the file was changed or looks wrong, or its tip had to be chosen among several.
+
+    It shows the first remark of each kind, and how many more there are.
+    """
+    source, remarks = mechanism.provenance.source, mechanism.provenance.remarks
+    kinds = list({remark.code: remark for remark in reversed(remarks)}.values())[::-1][:_MOST_SHOWN]
+    shown = "; ".join(remark.line_of_text() for remark in kinds)
+    more = len(remarks) - len(kinds)
+    shown = f"{shown}; +{more}" if more > 0 else shown
+    if remarks and choice is not None:
+        warn(ModelWarning("model.load_tip_remarks", source=source, choice=choice, count=len(remarks), remarks=shown))
+    elif remarks:
+        warn(ModelWarning("model.load_remarks", source=source, count=len(remarks), remarks=shown))
+    elif choice is not None:
+        warn(ModelWarning("model.load_tip", source=source, choice=choice))
 
 
 def _origin(mechanism: Mechanism, name: str, diagnostics: tuple[Diagnostic, ...]) -> Provenance:

@@ -9,9 +9,10 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
-from mafsil.errors import FileError, InputError, ModelWarning, warn
+from mafsil.errors import FileError, InputError
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
+from mafsil.model.file_reader import warn_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
 
@@ -106,19 +107,20 @@ def load_mechanism(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot, or has no link of that name.
     """
-    mechanism = _read(source, xacro_args)
+    mechanism, from_file = _read(source, xacro_args)
     choice = choose_tip(mechanism.links[0].name, mechanism.joints)
     note = choice.sentence("en")
     origin = mechanism.provenance
-    if note in origin.notes and tip is not None:
+    chosen = note in origin.notes
+    if chosen and tip is not None:
         mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
-    elif note in origin.notes:
-        warn(ModelWarning("model.load_tip", source=shown(str(source)), choice=choice))
+    if from_file:
+        warn_of(mechanism, choice if chosen and tip is None else None)
     return mechanism if tip is None else mechanism.with_tip(tip)
 
 
-def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> Mechanism:
-    """The description as the library or the file gives it.
+def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> tuple[Mechanism, bool]:
+    """The description as the library or the file gives it, and whether a file did.
 
     Raises:
         InputError: neither a name nor a path, arguments for something other than a file.
@@ -137,16 +139,16 @@ def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) 
             key = "robot.no_file_close" if close else "robot.no_file"
             raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
         _require_xacro(arguments, name)
-        return library.load(name)
+        return library.load(name), False
     if path.suffix.lower() == ".toml":
         from mafsil.model import table
 
         _require_xacro(arguments, str(path))
-        return table.read(path)
+        return table.read(path), True
     reader = reader_of(path, arguments=arguments)
     if reader is None:
         raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
-    return reader.read(path, repair=False)
+    return reader.read(path, repair=False, silent=True), True
 
 
 def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> dict[str, str]:
