@@ -2,7 +2,7 @@
 
 python -m tests.corpus fetch --cache FOLDER [--mirror FOLDER]
 python -m tests.corpus run --cache FOLDER [--mirror FOLDER] [--format mjcf ...] [--only TEXT] [--output FOLDER]
-                           [--xacro PYTHON] [--processes 2]
+                           [--xacro PYTHON] [--processes 2] [--resume]
 python -m tests.corpus manifest --cache FOLDER --mirror FOLDER --repositories FILE --xacro PYTHON
 """
 
@@ -34,11 +34,11 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, help="folder for the figures and the verdicts")
     parser.add_argument("--xacro", default="", metavar="PYTHON", help="an interpreter with the package xacro")
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--resume", action="store_true", help="keep the verdicts that the output folder holds")
     parser.add_argument(
         "--repositories",
         type=Path,
-        help="JSON lines: repository, licence, kind, perhaps commit, arguments {path: {name: value}} of xacro files, "
-        "no_robots {path: reason}",
+        help="JSON lines: repository, licence, kind, perhaps commit, arguments {path: {name: value}} of xacro files",
     )
     options = parser.parse_args(words)
     if options.task == "manifest":
@@ -50,7 +50,8 @@ def main(words: list[str] | None = None) -> int:
     ]
     places, workspaces = _laid_out(dict.fromkeys(r for r, _ in manifest.read()), options)
     if options.task == "run":
-        figures = run(rows, places, options.output, workspaces, options.xacro, options.processes)
+        xacro, processes, resume = options.xacro, options.processes, options.resume
+        figures = run(rows, places, options.output, workspaces, xacro, processes, resume)
         print(json.dumps(figures, indent=1))
         return int(figures["bad_different"] + figures["bad_crashed"] > 0)
     return 0
@@ -83,7 +84,7 @@ def _make(options: argparse.Namespace) -> int:
             if file is None or file.sha256 in seen:
                 continue
             seen.add(file.sha256)
-            if file.format == "xacro" and not file.no_robot:
+            if file.format == "xacro":
                 place = places[repository] / path, workspaces[repository]
                 document, reason = xacro.expanded(*place, file.arguments_in(place[1]))
                 reason = reason.replace(f"{places[repository]}/", "")
@@ -103,15 +104,15 @@ def _file(path: str, data: bytes, about: dict[str, Any]) -> RobotFile | None:
     form = manifest.format_of(path, data)
     if form is None:
         return None
-    arguments, reason = about.get("arguments", {}).get(path, {}), about.get("no_robots", {}).get(path, "")
-    return RobotFile(path, manifest.digest(data), form, arguments, reason)
+    reason = manifest.missing_link(data) if form == "urdf" else ""
+    return RobotFile(path, manifest.digest(data), form, about.get("arguments", {}).get(path, {}), reason)
 
 
 def _no_robot(document: str | None, reason: str) -> str:
     """Why ROS's xacro makes no robot of a file, or nothing."""
     if document is None:
         return reason.splitlines()[0].partition(" [Errno")[0].replace("<class 'LookupError'>: ", "")
-    return "" if "<link" in document else "holds no links"
+    return manifest.missing_link(document)
 
 
 if __name__ == "__main__":

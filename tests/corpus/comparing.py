@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,6 +20,10 @@ from mafsil.model.loading import load_mechanism
 from tests.oracles import ours
 from tests.oracles.natural_scale import natural_scale
 from tests.oracles.states import sample
+
+if TYPE_CHECKING:
+    from tests.corpus.sdf_peer import SdfFile
+    from tests.oracles.pinocchio_file import PinocchioFileOracle
 
 STATES = 20
 EQUAL = 1e-9
@@ -80,6 +85,8 @@ def judged(path: Path, form: str, arguments: Mapping[str, str] | None = None, ex
             _against_mujoco(path, mechanism, verdict)
         elif form == "urdf":
             _against_pinocchio(path.name, path.read_bytes(), mechanism, verdict)
+        elif form == "sdf":
+            _against_plain_sdf(path, mechanism, verdict)
         elif form == "xacro" and expansion is not None:
             _against_pinocchio(path.name, expansion.encode(), mechanism, verdict)
     except Exception as error:
@@ -185,11 +192,42 @@ def _compare_with_pinocchio(path: Path, mechanism: Mechanism | None, verdict: Ve
         verdict.why = "Pinocchio reads another number of joints"
         verdict.error = np.inf
         return
+    _judge_numbers(oracle, mechanism, _QUANTITIES, verdict)
+
+
+def _against_plain_sdf(path: Path, mechanism: Mechanism | None, verdict: Verdict) -> None:
+    """A second reader of SDF, which hands what it understands to Pinocchio."""
+    from tests.corpus.sdf_peer import NotPlain, SdfFile
+
+    if mechanism is None or not _worth_comparing(mechanism, verdict):
+        return
+    try:
+        oracle = SdfFile(path, mechanism)
+    except NotPlain as reason:
+        verdict.why = f"not compared: {reason}"
+        return
+    except AssertionError:
+        verdict.why, verdict.error = "the second reader finds other joints", np.inf
+        return
+    _judge_numbers(oracle, mechanism, ("link_poses", "mass_matrix", "inverse_dynamics"), verdict, oracle.rows)
+
+
+def _judge_numbers(
+    oracle: PinocchioFileOracle | SdfFile,
+    mechanism: Mechanism,
+    quantities: tuple[str, ...],
+    verdict: Verdict,
+    links: list[int] | None = None,
+) -> None:
+    """The largest difference; poses of the named links only, relative to the first of them."""
     standard = mechanism.with_gravity((0.0, 0.0, -9.81))
     states = sample(standard, STATES, np.random.default_rng(0))
-    theirs, mine = oracle.evaluate(states), ours.traced(standard, states, _QUANTITIES)
+    theirs, mine = oracle.evaluate(states), ours.traced(standard, states, quantities)
+    if links is not None:
+        poses = mine["link_poses"][:, links]
+        mine["link_poses"] = np.linalg.inv(poses[:, :1]) @ poses
     scale = natural_scale(standard)
-    errors = {name: float(scale.error(name, mine[name], theirs[name]).max()) for name in _QUANTITIES}
+    errors = {name: float(scale.error(name, mine[name], theirs[name]).max()) for name in quantities}
     worst = max(errors, key=lambda name: errors[name])
     verdict.error = errors[worst]
     verdict.why = f"{worst} differs by {errors[worst]:.2g}" if errors[worst] >= EQUAL else ""

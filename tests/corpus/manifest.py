@@ -2,7 +2,8 @@
 
 `manifest.jsonl` holds a line for each repository and, below it, a line for each of its robot files. Facts decide what
 counts as a robot: a xacro file is one if ROS's xacro expands it without an error, with the arguments that its maker's
-launch files give, into a document with links; a URDF or SDF file, if it is XML and its links and joints make a robot.
+launch files give, into a document with links; parts of which a joint hangs on a link that they do not hold are none.
+Files that are no XML, and worlds without a robot, stay in the count.
 """
 
 from __future__ import annotations
@@ -94,6 +95,23 @@ def write(rows: Iterable[tuple[Repository, list[RobotFile]]], path: Path = MANIF
         lines.append(json.dumps(asdict(repository)))
         lines += [file.line() for file in sorted(files, key=lambda file: file.path)]
     path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def missing_link(document: str | bytes) -> str:
+    """Why a URDF document is only a part of a robot: a joint connects a link that it does not hold; or nothing."""
+    try:
+        root = ElementTree.fromstring(document)
+    except ElementTree.ParseError:
+        return ""
+    for element in root.iter():
+        element.tag = str(element.tag).rpartition("}")[2]
+    if root.find("include") is not None:
+        return ""
+    links = {link.get("name") for link in root.findall("link")}
+    if not links:
+        return "holds no links"
+    ends = [end.get("link") for joint in root.findall("joint") for end in (*joint.iter("parent"), *joint.iter("child"))]
+    return next((f"a part: link {end} is elsewhere" for end in ends if end not in links), "")
 
 
 def digest(data: bytes) -> str:

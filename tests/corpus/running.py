@@ -29,6 +29,7 @@ def run(
     workspaces: dict[Repository, Path] | None = None,
     python_with_xacro: str = "",
     processes: int = 1,
+    resume: bool = False,
 ) -> dict[str, Any]:
     """Judge all files, each in a process of its own for as long as it behaves, and count.
 
@@ -39,6 +40,7 @@ def run(
         workspaces: folders of packages of each repository.
         python_with_xacro: an interpreter with ROS's xacro, or empty: xacro files are loaded without being compared.
         processes: that judge side by side.
+        resume: keeps the verdicts that stand in the output folder, also those of other rows.
     """
     started = time.perf_counter()
     judges: Queue[_Judge] = Queue()
@@ -52,8 +54,11 @@ def run(
         finally:
             judges.put(judge)
 
-    verdicts: list[dict[str, Any]] = []
+    verdicts = _earlier(output) if resume and output is not None else []
+    done = {(v["repository"], v["path"]) for v in verdicts}
+    rows = [(repository, file) for repository, file in rows if (repository.repository, file.path) not in done]
     with ThreadPoolExecutor(processes) as threads, _lines(output) as lines:
+        lines.writelines(json.dumps(verdict) + "\n" for verdict in verdicts)
         for verdict in threads.map(judge, rows):
             verdicts.append(verdict)
             lines.write(json.dumps(verdict) + "\n")
@@ -72,6 +77,11 @@ def _lines(output: Path | None) -> TextIO:
         return Path(os.devnull).open("w", encoding="utf-8")
     output.mkdir(parents=True, exist_ok=True)
     return (output / "verdicts.jsonl").open("w", buffering=1, encoding="utf-8")
+
+
+def _earlier(output: Path) -> list[dict[str, Any]]:
+    path = output / "verdicts.jsonl"
+    return [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
 
 
 class _Judge:

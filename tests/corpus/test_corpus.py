@@ -13,7 +13,7 @@ pytest.importorskip("mujoco")
 
 from tests.corpus import manifest
 from tests.corpus.comparing import judged
-from tests.corpus.fetching import checked_out, git_directory, head_of
+from tests.corpus.fetching import checked_out, git_directory, head_of, workspace
 from tests.corpus.manifest import Repository, RobotFile
 from tests.corpus.running import counted, run
 
@@ -89,3 +89,107 @@ def test_a_difference_is_counted(tmp_path: Path) -> None:
     about = {"kind": "peer", "format": "mjcf"}
     wrong = [{**about, **verdict, "error": error} for error in (1e-6, float("nan"))]
     assert counted([*wrong, {**about, **verdict}], 0.0)["bad_different"] == 2
+
+
+XACRO = """<robot name="r" xmlns:xacro="u"><xacro:arg name="l" default=""/>
+<xacro:include filename="$(find other)/part.xacro"/><link name="a"/><xacro:part l="$(arg l)"/></robot>"""
+PART = """<robot xmlns:xacro="u"><xacro:macro name="part" params="l"><link name="b"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="continuous">
+<parent link="a"/><child link="b"/><origin xyz="${l} 0 0"/><axis xyz="0 1 0"/></joint></xacro:macro></robot>"""
+
+
+def two_makers(folder: Path) -> dict[Repository, Path]:
+    """A robot in one repository that needs a package of another one, and both with a package of the same name."""
+    places: dict[Repository, Path] = {}
+    for owner, packages in (("one", ("mine", "common")), ("two", ("other", "common"))):
+        repository = Repository(f"{owner}/name", "0" * 40, "MIT", "maker")
+        places[repository] = folder / owner
+        for package in packages:
+            place = folder / owner / "deep" / f"folder_of_{package}"
+            place.mkdir(parents=True)
+            (place / "package.xml").write_text(f"<package><name>{package}</name></package>")
+    (folder / "one/deep/folder_of_mine/arm.xacro").write_text(XACRO)
+    (folder / "two/deep/folder_of_other/part.xacro").write_text(PART)
+    return places
+
+
+def test_workspaces_hold_the_packages_of_all_makers_and_prefer_the_own_ones(tmp_path: Path) -> None:
+    places = two_makers(tmp_path)
+    one, two = places
+    folder = workspace(one, places, tmp_path / "cache")
+    assert sorted(path.name for path in folder.iterdir()) == ["common", "mine", "other"]
+    assert (folder / "common").resolve() == (places[one] / "deep/folder_of_common").resolve()
+    assert (workspace(two, places, tmp_path / "cache") / "common").resolve().is_relative_to(places[two].resolve())
+
+
+def test_a_robot_finds_the_packages_of_other_repositories_with_its_arguments(tmp_path: Path) -> None:
+    places = two_makers(tmp_path)
+    one = next(iter(places))
+    folder = workspace(one, places, tmp_path / "cache")
+    rows = [
+        (one, RobotFile("deep/folder_of_mine/arm.xacro", manifest.digest(XACRO.encode()), "xacro", {"l": "0.5"})),
+        (one, RobotFile("deep/gone.xacro", "0" * 64, "xacro")),
+    ]
+    figures = run(rows, places, tmp_path / "out", {one: folder})
+    assert (figures["makers_robots"], figures["makers_robots_loaded"], figures["absent"]) == (1, 1, 1)
+    (places[one] / rows[0][1].path).write_text("changed")
+    assert run(rows, places, tmp_path / "out", {one: folder}, resume=True)["makers_robots_loaded"] == 1
+    assert run(rows, places, tmp_path / "out", {one: folder})["absent"] == 2
+
+
+def test_expansions_of_ros_are_compared(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    places = two_makers(tmp_path)
+    path = places[next(iter(places))] / "deep/folder_of_mine/arm.xacro"
+    text = PART.replace('<xacro:macro name="part" params="l">', '<link name="a"/>').replace("</xacro:macro>", "")
+    path.write_text(text.replace("<robot", '<robot name="r"').replace("${l}", "${0.25 * 2}"))
+    plain = path.read_text().replace("${0.25 * 2}", "0.5")
+    assert judged(path, "xacro", {}, plain).equal
+    assert not judged(path, "xacro", {}, plain.replace('iyy="1"', 'iyy="1.1"')).equal
+    assert judged(path, "xacro").error is None
+
+
+def test_arguments_name_folders_of_packages(tmp_path: Path) -> None:
+    file = RobotFile("a.xacro", "0" * 64, "xacro", {"file": "$(find pkg)/a.yaml", "name": "ur"})
+    assert file.arguments_in(tmp_path) == {"file": f"{(tmp_path / 'pkg').resolve()}/a.yaml", "name": "ur"}
+    assert json.loads(file.line()).keys() == {"path", "sha256", "format", "arguments"}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("<robot><link name='a'/></robot>", ""),
+        ("<robot xmlns='u'><link name='a'/></robot>", ""),
+        ("<robot><material name='a'/></robot>", "holds no links"),
+        ("<robot><link name='a'/><joint><parent link='b'/></joint></robot>", "a part: link b is elsewhere"),
+        ("<robot><link", ""),
+    ],
+)
+def test_parts_of_robots_are_told_from_robots(text: str, reason: str) -> None:
+    assert manifest.missing_link(text) == reason
+
+
+SDF = """<sdf version="{version}"><model name="m"><link name="a"><pose>0 0 1 0 0 0.5</pose></link>
+<link name="b"><pose {relative}>0.1 0.2 1.5 0.3 0 0</pose><inertial><pose>0 0.1 0 0 0.4 0</pose><mass>2</mass><inertia>
+<ixx>1</ixx><iyy>2</iyy><izz>2.5</izz></inertia></inertial></link><joint name="j" type="revolute"><parent>a</parent>
+<child>b</child><pose>0 0 0.1 0 0.2 0</pose><axis><xyz {expressed}>0 1 1</xyz>{flag}</axis></joint></model></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("version", "relative", "expressed", "flag"),
+    [
+        ("1.4", "", "", ""),
+        ("1.6", "", "", "<use_parent_model_frame>1</use_parent_model_frame>"),
+        ("1.6", "", "", ""),
+        ("1.9", "relative_to='a'", "expressed_in='__model__'", ""),
+    ],
+)
+def test_sdf_is_compared_with_a_second_reader(
+    tmp_path: Path, version: str, relative: str, expressed: str, flag: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sdf_peer = pytest.importorskip("tests.corpus.sdf_peer")
+    path = tmp_path / "arm.sdf"
+    path.write_text(SDF.format(version=version, relative=relative, expressed=expressed, flag=flag))
+    assert judged(path, "sdf").equal
+    monkeypatch.setattr(sdf_peer, "_pose", lambda element: sdf_peer.pin.SE3.Identity())
+    assert judged(path, "sdf").error > 1e-3

@@ -32,7 +32,8 @@ class PinocchioFileOracle:
         self.lengths = np.array([joint.kind is JointKind.PRISMATIC for joint in self.expansion.joints])
         self.links = [self.model.getFrameId(name, pin.FrameType.BODY) for name in mechanism.link_names]
         self.tip = self.links[mechanism.link_names.index(mechanism.tip)]
-        if len(joints) != self.model.njoints - 1:
+        free = sum(joint.nq == 7 for joint in self.model.joints)  # held where the file draws them
+        if len(joints) != self.model.njoints - 1 - free:
             raise AssertionError("Pinocchio read another number of joints")
 
     def evaluate(self, states: States) -> Answers:
@@ -64,7 +65,7 @@ class PinocchioFileOracle:
 
     def _configuration(self, values: Floats) -> Floats:
         """Continuous joints are (cos, sin) there."""
-        x = np.zeros(self.model.nq)
+        x = pin.neutral(self.model)
         for at, circle, value in zip(self.q_at, self.circles, values, strict=True):
             if circle:
                 x[at : at + 2] = np.cos(value), np.sin(value)

@@ -48,7 +48,7 @@ def work(seed: int, files: int) -> dict[str, int]:
     with tempfile.TemporaryDirectory(prefix="mafsil-F1-") as folder:
         last = Path(folder) / "last"
         command = [sys.executable, "-m", "tests.reliability.fuzz_reader", "--child", str(seed), str(files), str(last)]
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
         limit = 60 + files * 0.05
         try:
             done = subprocess.run(

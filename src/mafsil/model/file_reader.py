@@ -164,10 +164,11 @@ class FileReader:
 def warn_of(mechanism: Mechanism, choice: TipChoice | None = None) -> None:
     """One Python warning per load, if the file was changed or looks wrong, or its tip had to be chosen among several.
 
-    It shows the first remark of each kind, and how many more there are.
+    It shows the first remark of each kind, beside a tip only the first one, and how many more there are.
     """
     source, remarks = mechanism.provenance.source, mechanism.provenance.remarks
-    kinds = list({remark.code: remark for remark in reversed(remarks)}.values())[::-1][:_MOST_SHOWN]
+    kinds = list({remark.code: remark for remark in reversed(remarks)}.values())[::-1]
+    kinds = kinds[: _MOST_SHOWN if choice is None else 1]
     shown = "; ".join(remark.line_of_text() for remark in kinds)
     more = len(remarks) - len(kinds)
     shown = f"{shown}; +{more}" if more > 0 else shown

@@ -225,3 +225,17 @@ def test_hostile_files(code: str) -> None:
     if report.errors:
         with pytest.raises(FileError, match=code):
             sdf.read(HOSTILE[code])
+
+
+@pytest.mark.parametrize("tag", ["mass", "ixx", "izz", "ixy", "damping", "friction"])
+@pytest.mark.parametrize("value", ["inf", "-inf", "1e308"])
+def test_only_limits_may_be_infinite(tag: str, value: str) -> None:
+    inertial = INERTIAL.replace("</inertia>", "<ixy>0</ixy></inertia>")
+    dynamics = "<dynamics><damping>0</damping><friction>0</friction></dynamics>"
+    axis = f"<axis>{dynamics}<limit><lower>-inf</lower></limit></axis>"
+    text = model(link("a") + link("b", inside=inertial) + joint("j", "a", "b", inside=axis))
+    assert sdf.read(text).limits.lower[0] == -inf
+    start, end = f"<{tag}>", f"</{tag}>"
+    broken = text[: text.rindex(start)] + start + value + text[text.rindex(end) :]
+    with pytest.raises(FileError, match="N020"):
+        sdf.read(broken)

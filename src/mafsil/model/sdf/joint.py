@@ -136,9 +136,11 @@ def _limits(reading: Reading, axis: Element, name: str, *, ranged: bool) -> Limi
     element = reading.one(axis, "limit")
     if element is None:
         return Limits()
-    lower, upper = (number(reading, element, tag, sign * inf) for tag, sign in (("lower", -1), ("upper", 1)))
+    lower, upper = (
+        number(reading, element, tag, sign * inf, infinite=True) for tag, sign in (("lower", -1), ("upper", 1))
+    )
     lower, upper = (-inf if lower <= -UNBOUNDED else lower), (inf if upper >= UNBOUNDED else upper)
-    velocity, effort = (number(reading, element, tag, inf) for tag in ("velocity", "effort"))
+    velocity, effort = (number(reading, element, tag, inf, infinite=True) for tag in ("velocity", "effort"))
     if lower > upper:
         reading.report(LIMITS_INVERTED, element, None, None, joint=name, lower=lower, upper=upper)
         return Limits()

@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.faults import SDF_CHOICE, SDF_QUATERNION
 from mafsil.model.placement import pose_from_xyz_rpy
-from mafsil.model.reading import Reading
+from mafsil.model.reading import LARGEST, Reading
 from mafsil.model.xml_tree import Element
 
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
@@ -22,14 +22,15 @@ def numbers(reading: Reading, element: Element | None, count: int, default: tupl
     return reading.vector(_as_attribute(element), element.tag, count) or default
 
 
-def number(reading: Reading, parent: Element, tag: str, default: float) -> float:
-    """One number in a child; infinite ones are allowed."""
+def number(reading: Reading, parent: Element, tag: str, default: float, *, infinite: bool = False) -> float:
+    """One number in a child; limits may be infinite."""
     child = reading.one(parent, tag)
     if child is None:
         return default
-    if (word := child.text.strip().lower().lstrip("+")) in ("inf", "-inf"):
+    if infinite and (word := child.text.strip().lower().lstrip("+")) in ("inf", "-inf"):
         return float(word)
-    value = reading.number(_as_attribute(child), tag, default, largest=float("inf")) if child.text else default
+    largest = float("inf") if infinite else LARGEST
+    value = reading.number(_as_attribute(child), tag, default, largest=largest) if child.text else default
     return default if value is None else value
 
 
