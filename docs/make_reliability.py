@@ -70,7 +70,7 @@ ROWS = (
         "makers' robots in URDF, xacro and SDF and manipulators in MJCF load as shipped, the packages of all "
         "repositories beside one another as in a ROS workspace; what Pinocchio (URDF; xacro as ROS's xacro 2.1.1 "
         "expands it), MuJoCo (MJCF) or a second, plain reader of SDF on Pinocchio reads too has the same poses, "
-        "mass matrix and forces to 1e-9 in natural scale, at 20 states (the figures of MJCF: at 3); no crash.",
+        "mass matrix and forces at 20 states to 1e-9 in natural scale; no crash.",
         "files",
         1_458,
         "tests.corpus run --xacro PYTHON --output DIR",

@@ -47,16 +47,16 @@ class SdfFile:
         robot = models[0]
         self.version = tuple(map(int, (root.get("version") or "1.12").split(".")))[:2]
         self.links = {str(link.get("name")): link for link in robot.findall("link")}
-        self.joints = [joint for joint in robot.findall("joint") if joint.findtext("parent", "").strip() != "world"]
+        self.joints = list(robot.findall("joint"))
         self.placed = {str(part.get("name")): part for part in (*robot.findall("link"), *robot.findall("joint"))}
         self.model, self.at = pin.Model(), dict[str, tuple[int, pin.SE3]]()
         children = [str(joint.findtext("child")).strip() for joint in self.joints]
         if len(children) != len(set(children)):
             raise NotPlain("loops")
-        for name in self.links.keys() - set(children):
-            self.at[name] = (0, self._place(name))
-        while self._add_next():
-            pass
+        self.standing = _pose(robot)
+        for name in [name for name in dict.fromkeys(["world", *self.links]) if name not in children]:
+            self.at[name] = (0, self.standing * self._place(name))
+            self._add_below(name)
         self.names = [name for name in mechanism.link_names if name in self.links]
         self.data = self.model.createData()
         if sorted(joint.name for joint in mechanism.coordinates) != sorted(list(self.model.names)[1:]):
@@ -65,14 +65,13 @@ class SdfFile:
         self.v_at = [joint.idx_v for joint in joints]
         self.rows = [mechanism.link_names.index(name) for name in self.names]
 
-    def _add_next(self) -> bool:
-        """Any joint whose parent is there and whose child is not."""
+    def _add_below(self, parent: str) -> None:
+        """Joints depth first, as Pinocchio numbers them."""
         for joint in self.joints:
-            parent, child = (str(joint.findtext(tag)).strip() for tag in ("parent", "child"))
-            if parent in self.at and child not in self.at:
+            if joint.findtext("parent", "").strip() == parent:
+                child = joint.findtext("child", "").strip()
                 self._add(joint, parent, child)
-                return True
-        return False
+                self._add_below(child)
 
     def _add(self, joint: Element, parent: str, child: str) -> None:
         number, X_jp = self.at[parent]
@@ -93,6 +92,8 @@ class SdfFile:
         """Pose of a link or joint in the model's frame."""
         if name == "__model__":
             return pin.SE3.Identity()
+        if name == "world" and name not in self.links:
+            return self.standing.inverse()
         part = self.placed[name]
         holder = part.find("pose")
         usual = "__model__" if part.tag == "link" else part.findtext("child", "").strip()
