@@ -321,6 +321,7 @@ def _refined(setting: Setting, T: PoseMatrix, near: JointVector) -> Eliminated:
     rows = found.q.shape[1]
     q[:, :rows], residual[:, :rows], codes[:, :rows] = found.q, found.residual, found.codes
     q[np.isnan(residual)] = np.nan
+    general = general if general is not None and len(open_rows) and general.proves else None
     probing = general is not None
     while len(open_rows):
         # A few poses show whether elimination proves the lists of the arm.

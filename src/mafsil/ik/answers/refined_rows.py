@@ -40,7 +40,7 @@ STEPS = 8
 PATIENT = 24
 """The same beside folds, where each step may only halve the error."""
 
-WAYS: Floats = np.array([1e-3, 1e-2, 3e-2, 0.1, 0.3])
+WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
 """How far from a row beside a fold along the direction that moves least [rad]."""
 
 REFINED = 1e-10
@@ -49,8 +49,11 @@ REFINED = 1e-10
 SAME = 1e-4
 """Solutions beside a fold that are nearer to each other are one: errors of `REFINED` move them as far."""
 
-LAST = 2e-7
-"""Error whose Newton step leaves nothing that is seen."""
+LAST = 5e-9
+"""Error whose Newton step leaves nothing that is seen, at marks that are trusted."""
+
+LAST_BESIDE = 1e-13
+"""The same beside folds, where a step leaves a quarter of the error."""
 
 ROWS = 16384
 """Rows that are held at once."""
@@ -121,12 +124,12 @@ def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[Jo
     assert form is not None
     starts = form.labelled(T, near, turns_of(near), *setting.bounds)[0]
     pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
-    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], steps=PATIENT)
+    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], PATIENT, LAST_BESIDE)
     weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
     ways = np.concatenate([[0.0], WAYS, -WAYS])
     tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
     owner = np.repeat(pose_of, len(ways))
-    tries, missed = _moved(setting, tries, T[owner], steps=PATIENT)
+    tries, missed = _moved(setting, tries, T[owner], PATIENT, LAST_BESIDE)
     found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
     for i in range(len(T)):
         mine = np.flatnonzero((owner == i) & (missed <= REFINED))
@@ -137,7 +140,9 @@ def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[Jo
     return found, error
 
 
-def _moved(setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS) -> tuple[JointVector, Floats]:
+def _moved(
+    setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS, last: float = LAST
+) -> tuple[JointVector, Floats]:
     """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""
     plan = setting.newton
     q, missed = q.copy(), np.full(len(q), np.inf)
@@ -149,7 +154,7 @@ def _moved(setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS) 
                 break
             out = plan.step.ufunc(q[rows], T[rows], plan.vector)
             q[rows] = out[:, : q.shape[1]]
-            rows = rows[np.abs(out[:, q.shape[1] :]).max(axis=1) > LAST]
+            rows = rows[np.abs(out[:, q.shape[1] :]).max(axis=1) > last]
         left = plan.check.ufunc(q[part], T[part], plan.vector)[:, 16:]
         missed[part] = np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
     return q, missed

@@ -81,6 +81,14 @@ class GeneralSix:
         clean, valid = clean_poses(wanted.reshape(-1, 4, 4))
         return self._machine.solve(clean, valid, wanted.shape[:-2], pool.available() if threads is None else threads)
 
+    @property
+    def proves(self) -> bool:
+        """Whether some of the random poses at which the roads were tried had a list that is proven.
+
+        Of wrists whose axes nearly meet, and other arms beside one whose elimination is singular, there are none.
+        """
+        return self._machine.proofs > 0
+
     @lazy
     def _machine(self) -> _Machine:
         return _Machine(self.chain)
@@ -102,18 +110,19 @@ class _Machine:
         self.added = [k for k in range(6) if k not in self.where]
         self.frames = loop_frames(self.filled)
         self.method = _method(self.filled)
-        self.order = self._ordered()
+        self.order, self.proofs = self._ordered()
 
-    def _ordered(self) -> list[int]:
-        """The roads with the most proofs first."""
+    def _ordered(self) -> tuple[list[int], int]:
+        """The roads with the most proofs first, and how many lists of random poses they proved together."""
         q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
-        score: list[tuple[int, int]] = []
+        score, proofs = list[tuple[int, int]](), 0
         for road in range(len(self.method)):
             out = self._run(P, [road], beside=False)
             good = [_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)]
             score.append((-int(out.proof.sum()) - sum(good), road))
-        return [road for _, road in sorted(score)]
+            proofs += int(out.proof.sum())
+        return [road for _, road in sorted(score)], proofs
 
     def solve(self, T: PoseMatrix, valid: NDArray[np.bool_], batch: tuple[int, ...], threads: int) -> GeneralSolutions:
         """All solutions of those of the poses (k, 4, 4) that are valid, as a batch of a shape."""
