@@ -120,7 +120,7 @@ def _reached(pin: Any, model: Any, data: Any, robot: Robot, frame: str, q: np.nd
         joint = model.joints[model.getJointId(name)]
         x[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
     pin.framesForwardKinematics(model, data, x)
-    return data.oMf[model.getFrameId(frame)].homogeneous
+    return data.oMf[model.getFrameId(frame, pin.FrameType.BODY)].homogeneous
 
 
 @lru_cache(maxsize=2)

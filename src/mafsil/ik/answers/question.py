@@ -75,14 +75,21 @@ class Question:
         near: (n,) values that free and held joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
+        search: from many starts, and what it tried.
     """
 
     def __init__(
-        self, setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+        self,
+        setting: Setting,
+        T: PoseMatrix,
+        near: JointVector,
+        tolerance: float,
+        others: JointVector | None = None,
+        search: Search | None = None,
     ) -> None:
         self.setting, self.T, self.near, self.tolerance = setting, T, near, tolerance
         self.others = setting.part.middle if others is None else others
-        self._search = Search(setting, T, tolerance)
+        self.search = Search(setting, T, tolerance) if search is None else search
 
     def answer(self) -> SolutionSet:
         """The solutions."""
@@ -99,7 +106,7 @@ class Question:
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
         if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:
-            q, residual = self._search.anywhere()
+            q, residual = self.search.anywhere()
             candidates, method, proven = unlabelled(q), "search", False
         if not len(candidates.q) and self._nearly(arm):
             # Where there is no exact solution the nearest posture may be one within the tolerance.
@@ -118,7 +125,7 @@ class Question:
         settled = self.refuted or (proven and not arm.held and not candidates.free.any())
         if len(q) and not within.any() and not settled:
             # What is listed is not all: before anything is said of the limits, it is searched within them.
-            found, missing = self._search.within_limits()
+            found, missing = self.search.within_limits()
             candidates = Rows(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
             q, residual = candidates.q, np.concatenate([residual, missing])
             within = setting.allowed(q)
@@ -270,7 +277,7 @@ class Question:
     @property
     def tried(self) -> Mapping[str, int]:
         """How many starts were tried by searches: `starts` within the limits, `free_starts` without."""
-        return self._search.tried
+        return self.search.tried
 
     @lazy
     def refusal(self) -> Refusal:

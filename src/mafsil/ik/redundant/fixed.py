@@ -10,6 +10,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.rows import unlabelled
+from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
@@ -17,6 +18,9 @@ from mafsil.ik.refine import distinct, refined
 
 TRIED = 24
 """Values of the held joint that are tried before limits are asked."""
+
+BESIDE = 2
+"""How many of those are tried beside the value that a search found."""
 
 SLACK = 1e-9
 """By how much a joint may be beyond its limit while another is at one [rad | m]."""
@@ -68,30 +72,38 @@ def answered(question: Question) -> SolutionSet:
 def tried(question: Question) -> SolutionSet | None:
     """Solutions of an arm with seven coordinates whose others are solved once one is held; None where there are none.
 
-    The held joint is at `near`, or at the nearest of some values that leads to solutions within the limits. Where none
-    does, postures with another joint at one of its limits are asked for: the postures within the limits end there.
+    The held joint is at `near`, or where a search finds a solution within the limits, or at the nearest of some values
+    that leads to such. Where none does, postures with another joint at one of its limits are asked for: the postures
+    within the limits end there.
 
     Args:
         question: to any arm.
     """
-    setting, T = question.setting, question.T
+    setting = question.setting
     chain = setting.arm.chain
     if setting.task != "pose" or chain is None or len(chain) != 7:
         return None
     form = redundancy(setting.robot)
     best: SolutionSet | None = None
-    for value in _values(setting, form, T, float(question.near[form.held])):
-        answer = fixed(setting, form, T, value, question.tolerance, question.others)
+    for value in _values(question, form):
+        answer = fixed(setting, form, question.T, value, question.tolerance, question.others, question.search)
         if answer.within.any():
             return answer
         best = answer if len(answer.q) and best is None else best
     return best
 
 
-def _values(setting: Setting, form: Redundancy, T: PoseMatrix, near: float) -> Iterator[float]:
+def _values(question: Question, form: Redundancy) -> Iterator[float]:
     """Values of the held joint, the preferred one first, those beside postures at limits last."""
+    setting, T, near = question.setting, question.T, float(question.near[form.held])
     yield near
     values = form.spread(TRIED)
+    found, _ = question.search.within_limits()
+    if len(found):
+        # The same values for all poses: constants of their eliminations are known after a few poses.
+        value = float(form.value(found[0]))
+        yield from values[np.argsort(np.abs(values - value), kind="stable")][:BESIDE]
+        yield value
     yield from values[np.argsort(np.abs(values - near), kind="stable")]
     ends = np.unique(_at_limits(setting, form, T))
     if len(ends):
@@ -121,6 +133,7 @@ def fixed(
     value: float,
     tolerance: float,
     others: JointVector | None = None,
+    search: Search | None = None,
 ) -> SolutionSet:
     """The same for a form that is known.
 
@@ -131,6 +144,7 @@ def fixed(
         value: of the parameter [rad].
         tolerance: largest residual of a solution [rad | m].
         others: coordinates of the whole robot, where joints that do not move the frame are.
+        search: what was tried before.
     """
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= 1e-5]
@@ -147,7 +161,7 @@ def fixed(
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"
-    question = Question(setting, T, near, tolerance, others)
+    question = Question(setting, T, near, tolerance, others, search)
     return SolutionSet(
         question,
         q,

@@ -316,7 +316,7 @@ class Redundancy:
         others = [k for k in range(7) if k != self.held]
         for value in np.unique(flat):
             same = np.flatnonzero(flat == value)
-            found = GeneralSix(chain.locked(self.held, float(value))).solve_all(poses[same])
+            found = _locked(chain, self.held, float(value)).solve_all(poses[same])
             rows[same[:, None], :, others] = np.moveaxis(found.q, -1, 1)
             rows[same, :, self.held] = np.where(np.isnan(found.q[..., 0]), np.nan, value)
         return q
@@ -386,6 +386,12 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
         held = robot.joint_names.index(parameter)
         form = _holding(chain, held)
     return Redundancy(robot, robot.joint_names[held], None, form, held)
+
+
+@lru_cache(maxsize=128)
+def _locked(chain: Chain, held: int, value: float) -> GeneralSix:
+    """The other joints; its constants take longer than a pose, and searches try the same values for every pose."""
+    return GeneralSix(chain.locked(held, value))
 
 
 def _holding(chain: Chain, held: int) -> ClosedForm | None:
