@@ -14,6 +14,7 @@ from mafsil.figures.moving_body import save_displaced_body as save_displaced_bod
 from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
 from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
+from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
 from mafsil.figures.pole import save_pole as save_pole
 from mafsil.figures.postures import save_postures as save_postures
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
