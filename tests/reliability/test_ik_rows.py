@@ -44,6 +44,15 @@ def test_planted_postures_are_found(name: str) -> None:
 
 
 @pytest.mark.row("R6")
+def test_arms_that_are_by_chance_almost_of_a_simpler_family_are_judged_by_the_public_call() -> None:
+    place = list(ik_complete.FAMILIES).index("parallel_at_4")
+    found = ik_complete.of_family("parallel_at_4", np.random.default_rng([1, place]), 10)
+    assert found["snapped"] == 1
+    assert found["cases"] == 10
+    assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R6")
 @pytest.mark.parametrize("name", ik_singular.ARMS)
 def test_postures_at_singular_surfaces_are_found_or_members_of_families(name: str) -> None:
     found = ik_singular.work(np.random.default_rng(4), name, 60)
@@ -109,3 +118,13 @@ def test_reachable_poses_are_never_answered_no(name: str) -> None:
     assert found["poses"] == 21
     assert found["solutions"] >= 21
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
+
+
+@pytest.mark.row("R6")
+def test_ur_wrists_bent_a_little_where_shoulder_and_elbow_are_merged_lose_nothing() -> None:
+    arm = ik_singular.specimens()["ur5e"]
+    planted = ik_singular.plant(arm, np.random.default_rng(5), 20, ("elbow", "shoulder", "wrist"))
+    for q in planted:
+        q[4] = np.round(q[4] / np.pi) * np.pi + 2e-8
+        found = ik_singular.judged(arm, arm.chain, q, forward(arm.chain, q[None])[0])
+        assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
