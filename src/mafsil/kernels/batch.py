@@ -24,6 +24,15 @@ _FLOAT64 = np.dtype(np.float64)
 _SMALL = 16
 
 
+def rows_at_once(work: int) -> int:
+    """Rows of the largest batch that is worth no second thread.
+
+    Args:
+        work: operations of one evaluation.
+    """
+    return max(1, (2 * _PART_WORK - 1) // max(work, 1))
+
+
 class Evaluator:
     """Calls a ufunc on what users give.
 

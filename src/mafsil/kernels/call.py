@@ -8,10 +8,12 @@ Addresses of the running process come from a table, bound at load.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any
 
-from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature
+from mafsil.kernels import forms
+from mafsil.kernels.forms import FORMS, ODD, POINT
+from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Port, Signature
 from mafsil.kernels.runtime import (
     ARRAY_DATA,
     ARRAY_DTYPE,
@@ -25,28 +27,28 @@ from mafsil.kernels.runtime import (
     FLOAT_VALUE,
     TABLE,
     TYPE,
+    names,
     table,
 )
 
 CALL = "mafsil_call"
 """Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
 BIND = "mafsil_bind"
-"""Symbol that takes the address of the process's table."""
-LOOP = "mafsil_loop"
-"""Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
-
+"""Symbol that takes the addresses of the process's table and of the names of the inputs."""
 _FASTCALL_KEYWORDS = 0x0080 | 0x0002
 _UNROLLED = 64
 
 
-def wrapper(signature: Signature, triple: str) -> str:
+def wrapper(signature: Signature, triple: str, rows: int = 0) -> str:
     """LLVM IR of the three entries around a kernel, to be appended to its module.
 
     Args:
         signature: ports of the kernel.
         triple: LLVM triple of the target, which decides how the floating-point environment is kept.
+        rows: of the largest batch that is evaluated without a look at threads.
     """
-    return _loop(triple) + _bind() + _Wrapper(signature, triple).text()
+    calls = _Wrapper(signature, triple).text() + _Wrapper(signature, triple).point()
+    return _loop(triple) + _bind() + calls + forms.entry(signature, rows)
 
 
 def builtin(
@@ -63,7 +65,7 @@ def builtin(
         owner: object that must outlive the builtin, such as the kernel; if it has this builtin as `call` and
             pickles, so does the builtin.
     """
-    ctypes.CFUNCTYPE(None, ctypes.c_void_p)(bind)(ctypes.addressof(table()))
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2)(bind)(ctypes.addressof(table()), ctypes.addressof(names(signature)))
     head = f"{signature.name}({', '.join(p.name for p in signature.inputs)}, *, out=None, threads=None)\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
     method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
@@ -74,8 +76,11 @@ def builtin(
     return make(ctypes.addressof(method), keeper, __name__)
 
 
-class _Fallback:
+class _Fallback(dict[Hashable, Callable[..., Any]]):
     """The builtin's `__self__`: the slow road, and what must live as long as the builtin.
+
+    As a dictionary it holds builtins for forms of the call that mean another kernel: under the text of `frame`, the
+    tuple of keyword names, or the number of positional arguments. The machine code looks here before the slow road.
 
     A builtin pickles as the attribute of its name of its `__self__`; here that is the owner's `call`.
     """
@@ -83,6 +88,7 @@ class _Fallback:
     __slots__ = ("_call_through", "_keep", "_name", "_owner")
 
     def __init__(self, name: str, call_through: Callable[..., Any], owner: object, keep: object) -> None:
+        super().__init__()
         self._name = name
         self._call_through = call_through
         self._owner = owner
@@ -118,8 +124,10 @@ class _MethodDef(ctypes.Structure):
 def _bind() -> str:
     return f"""
 @mafsil_runtime = internal global ptr null, align 8
-define void @{BIND}(ptr %table) {{
+@mafsil_names = internal global ptr null, align 8
+define void @{BIND}(ptr %table, ptr %names) {{
   store ptr %table, ptr @mafsil_runtime, align 8
+  store ptr %names, ptr @mafsil_names, align 8
   ret void
 }}
 """
@@ -166,19 +174,37 @@ class _Wrapper:
         self._count = 0
 
     def text(self) -> str:
-        """Constants and the function."""
+        """The builtin itself: plain arguments are recognised here, all others by FORMS."""
         count = len(self._signature.inputs)
         self._branch(self._value("icmp eq ptr %kwnames, null"))
         self._branch(self._value(f"icmp eq i64 %nargs, {count}"))
-        self._environment()
         self._emit("%table = load ptr, ptr @mafsil_runtime, align 8")
         data = [self._input(i, port) for i, port in enumerate(self._signature.inputs)]
+        answer = self._value(f"call ptr @{POINT}({', '.join(f'ptr {x}' for x in (*data, 'null'))})")
+        self._branch(self._value(f"icmp ne ptr {answer}, {ODD}"))
+        self._emit(f"ret ptr {answer}")
+        self._open("slow")
+        self._emit(f"%unusual = tail call ptr @{FORMS}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
+        self._emit("ret ptr %unusual")
+        return self._closed(f"define ptr @{CALL}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
+
+    def point(self) -> str:
+        """The evaluation at one point whose numbers are in place; see `forms.POINT`."""
+        self._environment()
+        self._emit("%table = load ptr, ptr @mafsil_runtime, align 8")
+        data = [f"%x{i}" for i in range(len(self._signature.inputs))]
         for pointer, port in zip(data, self._signature.inputs, strict=True):
             self._finite(pointer, port.size)
         self._results(data)
-        self._slow()
-        head = f"define ptr @{CALL}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames) {{\nentry:"
-        return "\n".join([*self._constants, head, *self._lines, "}", ""])
+        self._open("failed")  # out of memory: NumPy has set the exception
+        self._emit("ret ptr null")
+        self._open("slow")
+        self._emit(f"ret ptr {ODD}")
+        return self._closed(f"define internal ptr @{POINT}({', '.join(f'ptr {x}' for x in (*data, '%out'))}) noinline")
+
+    def _closed(self, head: str) -> str:
+        """The lines so far as a function."""
+        return "\n".join([*self._constants, f"{head} {{\nentry:", *self._lines, "}", ""])
 
     def _emit(self, line: str) -> None:
         self._lines.append("  " + line)
@@ -319,9 +345,12 @@ class _Wrapper:
         return self._sum([f"{total}.next", self._difference(pointer, 8 * (size - 4), kind)], kind)
 
     def _results(self, data: list[str]) -> None:
-        """Allocate every output, evaluate, and hand out one array or a tuple."""
+        """Allocate every output, or take `out` for the only one, evaluate, and hand out one array or a tuple."""
         outputs = self._signature.outputs
-        arrays = [self._allocate(i, port) for i, port in enumerate(outputs)]
+        one = len(outputs) == 1 and outputs[0].shape != ()
+        arrays = (
+            [self._given_or_new(outputs[0])] if one else [self._allocate(i, port) for i, port in enumerate(outputs)]
+        )
         pointers = data + [self._load("ptr", array, ARRAY_DATA) for array in arrays]
         self._emit(f"call void @{SINGLE}({', '.join('ptr ' + p for p in pointers)})")
         answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
@@ -333,6 +362,21 @@ class _Wrapper:
         for position, answer in enumerate(answers):
             self._value(f"call i32 {self._runtime('PyTuple_SetItem')}(ptr {made}, i64 {position}, ptr {answer})")
         self._emit(f"ret ptr {made}")
+
+    def _given_or_new(self, port: Port) -> str:
+        """`out`, which whoever hands it over has checked, or a new array."""
+        keep, fresh, joined = self._label(), self._label(), self._label()
+        none = self._value("icmp eq ptr %out, null")
+        self._emit(f"br i1 {none}, label %{fresh}, label %{keep}")
+        self._open(keep)
+        self._emit(f"call void {self._runtime('Py_IncRef')}(ptr %out)")
+        self._emit(f"br label %{joined}")
+        self._open(fresh)
+        made = self._allocate(0, port)
+        from_fresh = self._lines_label()
+        self._emit(f"br label %{joined}")
+        self._open(joined)
+        return self._value(f"phi ptr [ %out, %{keep} ], [ {made}, %{from_fresh} ]")
 
     def _allocate(self, index: int, port: Port) -> str:
         shape = "null"
@@ -351,12 +395,3 @@ class _Wrapper:
         if port.shape:
             return array
         return self._value(f"call ptr {self._runtime('PyArray_Return')}(ptr {array})")
-
-    def _slow(self) -> None:
-        self._open("failed")  # out of memory: NumPy has set the exception
-        self._emit("ret ptr null")
-        self._open("slow")
-        self._emit("%slow.table = load ptr, ptr @mafsil_runtime, align 8")
-        through = self._load("ptr", "%slow.table", 8 * TABLE.index("PyObject_Vectorcall"))
-        answer = self._value(f"tail call ptr {through}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
-        self._emit(f"ret ptr {answer}")

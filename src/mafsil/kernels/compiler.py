@@ -13,7 +13,7 @@ from weakref import WeakValueDictionary
 
 from mafsil.code_store import warn
 from mafsil.errors import KernelError
-from mafsil.kernels import call, image, target
+from mafsil.kernels import batch, call, image, target
 from mafsil.kernels.cache import Entry, Store
 from mafsil.kernels.image import Image
 from mafsil.kernels.layout import Signature
@@ -112,7 +112,9 @@ def translate(function: Any, signature: Signature, machine: Target) -> tuple[str
     from mafsil.kernels import lower, reduce, tape
 
     program = reduce.reduce(tape.read(function))
-    ir = lower.lower(program, signature, machine) + call.wrapper(signature, machine.triple)
+    ir = lower.lower(program, signature, machine) + call.wrapper(
+        signature, machine.triple, batch.rows_at_once(program.operations)
+    )
     return ir, {"expression": program.hash, "operations": program.counts()}
 
 

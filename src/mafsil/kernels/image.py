@@ -11,8 +11,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.kernels import elf, target
-from mafsil.kernels.call import BIND, CALL, LOOP
-from mafsil.kernels.layout import BATCH, SINGLE, Signature, contiguous_steps
+from mafsil.kernels.call import BIND, CALL
+from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Signature, contiguous_steps
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance, from_json
 

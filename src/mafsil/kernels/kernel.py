@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mafsil import threads
 from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
 from mafsil.kernels.cache import Store
-from mafsil.kernels.call import BIND, CALL, LOOP
+from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import Image
-from mafsil.kernels.layout import BATCH, SINGLE, Signature
+from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target

@@ -9,6 +9,8 @@ BATCH = "mafsil_batch"
 """Symbol of the batch entry, a gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
 SINGLE = "mafsil_single"
 """Symbol of the single entry: void (double *in0, ..., double *out0, ...), one evaluation on contiguous ports."""
+LOOP = "mafsil_loop"
+"""Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from mafsil.errors import InputError
 from mafsil.kernels import cache as code_cache
 from mafsil.kernels import elf, identity, target
 from mafsil.kernels.cache import Entry
-from mafsil.kernels.call import LOOP
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.kernel import Kernel
-from mafsil.kernels.layout import Port, Signature, contiguous_steps
+from mafsil.kernels.layout import LOOP, Port, Signature, contiguous_steps
 
 MARCH = "mafsil_march"
 """Symbol: void (loop, char **args, npy_intp *dims, npy_intp *steps, int64 ports, int64 *advance, int64 count)."""

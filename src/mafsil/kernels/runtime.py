@@ -15,14 +15,21 @@ from typing import Any
 
 import numpy as np
 
-TYPE, ARRAY_DATA, ARRAY_NDIM, ARRAY_SHAPE, ARRAY_DTYPE, ARRAY_FLAGS = 8, 16, 24, 32, 56, 64
+from mafsil.kernels.layout import Signature
+
+TYPE, ARRAY_DATA, ARRAY_NDIM, ARRAY_SHAPE, ARRAY_STRIDES, ARRAY_DTYPE, ARRAY_FLAGS = 8, 16, 24, 32, 40, 56, 64
 DTYPE_ORDER, DTYPE_NUMBER, FLOAT_VALUE = 26, 28, 16
-CONTIGUOUS_ALIGNED = 0x101
-DOUBLE = 12
+SIZE, LIST_ITEMS = 16, 24
+CONTIGUOUS_ALIGNED, WRITEABLE = 0x101, 0x400
+SINGLE_PRECISION, DOUBLE = 11, 12
 TABLE = (
     "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
-    "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef",
+    "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef", "Py_IncRef",
+    "PyDict_GetItem", "PyLong_FromSsize_t", "PyLong_AsLongLongAndOverflow",
+    "list", "tuple", "int", "str", "tuple_items", "out", "frame",
 )  # fmt: skip
+_FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_")
+_OUT, _FRAME = sys.intern("out"), sys.intern("frame")
 
 
 @cache
@@ -48,7 +55,7 @@ def api(capsule: str) -> ctypes.Array[ctypes.c_void_p]:
 def table() -> ctypes.Array[ctypes.c_void_p]:
     """Addresses of this process that the machine code needs, in the order of TABLE."""
     array = api("_ARRAY_API")
-    python = {name: _address(name) for name in TABLE if name.startswith(("PyTuple", "PyObject", "Py_"))}
+    python = {name: _address(name) for name in TABLE if name.startswith(_FUNCTIONS)}
     known: dict[str, int | None] = {
         "ndarray": id(np.ndarray),
         "float64": id(np.dtype(np.float64)),
@@ -56,9 +63,28 @@ def table() -> ctypes.Array[ctypes.c_void_p]:
         "npfloat64": id(np.float64),
         "PyArray_New": array[93],
         "PyArray_Return": array[76],
+        **{kind.__name__: id(kind) for kind in (list, tuple, int, str)},
+        "tuple_items": tuple.__basicsize__,
+        "out": id(_OUT),
+        "frame": id(_FRAME),
         **python,
     }
     return (ctypes.c_void_p * len(TABLE))(*(known[name] for name in TABLE))
+
+
+@cache
+def names(signature: Signature) -> ctypes.Array[ctypes.c_void_p]:
+    """The names of a kernel's inputs as the interpreter holds those of keywords in source code; kept for ever.
+
+    Args:
+        signature: ports of the kernel.
+    """
+    texts = tuple(sys.intern(port.name) for port in signature.inputs)
+    _interned.append(texts)
+    return (ctypes.c_void_p * max(len(texts), 1))(*map(id, texts))
+
+
+_interned: list[tuple[str, ...]] = []
 
 
 def _address(name: str) -> int:
@@ -73,8 +99,10 @@ def _same_layout() -> bool:
         return False
     base = np.arange(24.0).reshape(2, 3, 4)
     odd = np.frombuffer(bytes(65), dtype=np.uint8)[1:].view(np.float64)
-    samples = [base, base[:, ::2], base.T, base[1, 2, 3:], np.zeros(()), np.zeros(7), np.zeros((0, 6)), odd]
-    return all(map(_reads_right, samples)) and _scalars_read_right()
+    fixed = np.zeros(3)
+    fixed.setflags(write=False)
+    samples = [fixed, base, base[:, ::2], base.T, base[1, 2, 3:], np.zeros(()), np.zeros(7), np.zeros((0, 6)), odd]
+    return all(map(_reads_right, samples)) and _scalars_read_right() and _sequences_read_right()
 
 
 def _reads_right(array: np.ndarray[Any, Any]) -> bool:
@@ -83,13 +111,16 @@ def _reads_right(array: np.ndarray[Any, Any]) -> bool:
     if ndim != array.ndim or _read(ctypes.c_ssize_t, at + TYPE) != id(np.ndarray):
         return False
     shape = _read(ctypes.c_ssize_t, at + ARRAY_SHAPE)
+    strides = _read(ctypes.c_ssize_t, at + ARRAY_STRIDES)
     flags = _read(ctypes.c_int, at + ARRAY_FLAGS)
     return (
         _read(ctypes.c_ssize_t, at + ARRAY_DATA) == array.ctypes.data
         and tuple(_read(ctypes.c_ssize_t, shape + 8 * axis) for axis in range(ndim)) == array.shape
+        and tuple(_read(ctypes.c_ssize_t, strides + 8 * axis) for axis in range(ndim)) == array.strides
         and _read(ctypes.c_ssize_t, at + ARRAY_DTYPE) == id(array.dtype)
         and bool(flags & 0x001) == array.flags.c_contiguous
         and bool(flags & 0x100) == array.flags.aligned
+        and bool(flags & WRITEABLE) == array.flags.writeable
     )
 
 
@@ -98,7 +129,18 @@ def _scalars_read_right() -> bool:
     orders = [chr(_read(ctypes.c_ubyte, id(d) + DTYPE_ORDER)) == d.byteorder for d in dtypes]
     numbers = [_read(ctypes.c_int, id(d) + DTYPE_NUMBER) == d.num for d in dtypes]
     values = [_read(ctypes.c_double, id(x) + FLOAT_VALUE) == 1.25 for x in (float("1.25"), np.float64(1.25))]
-    return all(orders) and all(numbers) and all(values) and np.dtype(np.float64).num == DOUBLE
+    return all(orders) and all(numbers) and all(values) and (dtypes[0].num, dtypes[2].num) == (DOUBLE, SINGLE_PRECISION)
+
+
+def _sequences_read_right() -> bool:
+    """Sizes and items of lists and tuples."""
+    items = [object() for _ in range(3)]
+    pair, lone = tuple(items), list(items)
+    inside = id(pair) + tuple.__basicsize__
+    places = (inside, _read(ctypes.c_ssize_t, id(lone) + LIST_ITEMS))
+    sizes = all(_read(ctypes.c_ssize_t, id(held) + SIZE) == 3 for held in (pair, lone))
+    found = [[_read(ctypes.c_ssize_t, place + 8 * k) for k in range(3)] for place in places]
+    return sizes and found == [list(map(id, items))] * 2
 
 
 def _runtime_answers() -> bool:

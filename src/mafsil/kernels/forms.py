@@ -1,0 +1,415 @@
+"""Unusual forms of a call in machine code: names, `out=`, lists, strided rows, single precision, and small batches.
+
+What the builtin of `call` does not recognise at once comes here; only what is not recognised here goes on to Python:
+
+1. A form for which there is a builtin of its own, such as a named frame, is found in the dictionary `self` and called.
+2. Keywords take their places among the arguments; `out` is set apart.
+3. Arguments of one point are brought into contiguous memory, and the point is evaluated (`POINT` of `call`).
+4. Else arguments of one batch dimension are handed with their strides to the batch entry.
+
+Nothing is converted that NumPy would convert to other bits, and no number of a caller is changed before all is checked.
+"""
+
+from __future__ import annotations
+
+from mafsil.kernels.gathering import GATHERING
+from mafsil.kernels.gathering import place as at
+from mafsil.kernels.layout import LOOP, Signature
+from mafsil.kernels.runtime import ARRAY_DATA, DOUBLE, SIZE, TYPE
+
+FORMS = "mafsil_forms"
+"""Symbol of the function behind the builtin, of the same convention."""
+POINT = "mafsil_point"
+"""Symbol that evaluates one point: ptr (double *in0, ..., PyArrayObject *out); null after an error, ODD if not."""
+ODD = "inttoptr (i64 1 to ptr)"
+"""What POINT answers for numbers that only Python may judge."""
+MOST_ROWS = 512
+"""Rows that are evaluated without asking whether other threads want the interpreter."""
+_MOST_NUMBERS = 1024
+"""Numbers of all arguments that are copied to the stack."""
+
+
+def entry(signature: Signature, rows: int) -> str:
+    """LLVM IR of FORMS.
+
+    Args:
+        signature: ports of the kernel.
+        rows: of the largest batch to take here.
+    """
+    plain = all(len(port.shape) < 2 for port in signature.inputs) and signature.inputs
+    if not plain or sum(port.size for port in signature.inputs) > _MOST_NUMBERS:
+        return _head() + "\n  br label %slow\n" + _slow()
+    parts = [_head(), _twins(signature), _named(signature), _given(signature), _point(signature)]
+    return "\n".join([GATHERING, _core(signature), *parts, _batch(signature, min(rows, MOST_ROWS)), _slow()])
+
+
+def _head() -> str:
+    return f"define internal ptr @{FORMS}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames) noinline {{\nentry:"
+
+
+def _core(signature: Signature) -> str:
+    """The core shape of the first result, to compare `out` with."""
+    shape = signature.outputs[0].shape
+    sizes = ", ".join(f"i64 {size}" for size in shape)
+    return f"@mafsil_core = private constant [{len(shape)} x i64] [{sizes}], align 8"
+
+
+def _memory(signature: Signature) -> str:
+    """What the function keeps on the stack."""
+    ports, total = len(signature.ports), len(signature.ports) + sum(len(port.shape) for port in signature.ports)
+    rooms = "".join(
+        f"\n  %room{k} = alloca [{max(port.size, 1)} x double], align 8" for k, port in enumerate(signature.inputs)
+    )
+    return f"""
+  %given = alloca [{len(signature.inputs)} x ptr], align 8
+  %data = alloca [{ports} x ptr], align 8
+  %steps = alloca [{total} x i64], align 8
+  %rows = alloca i64, align 8
+  %shape = alloca [{1 + max(len(port.shape) for port in signature.outputs)} x i64], align 8{rooms}"""
+
+
+def _slow() -> str:
+    return f"""
+slow:
+  %slow.table = load ptr, ptr @mafsil_runtime, align 8
+  %slow.at = getelementptr i8, ptr %slow.table, i64 {at("PyObject_Vectorcall")}
+  %slow.through = load ptr, ptr %slow.at, align 8
+  %slow.answer = tail call ptr %slow.through(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)
+  ret ptr %slow.answer
+}}
+"""
+
+
+def _twins(signature: Signature) -> str:
+    """Step 1: all inputs by position, and more of them, or keywords beside `out`: is there a builtin for this form?"""
+    count = len(signature.inputs)
+    return f"""{_memory(signature)}
+  %table = load ptr, ptr @mafsil_runtime, align 8
+  %names = load ptr, ptr @mafsil_names, align 8
+  %vectorcall.at = getelementptr i8, ptr %table, i64 {at("PyObject_Vectorcall")}
+  %getitem.at = getelementptr i8, ptr %table, i64 {at("PyDict_GetItem")}
+  %out.at = getelementptr i8, ptr %table, i64 {at("out")}
+  %out.name = load ptr, ptr %out.at, align 8
+  %enough = icmp sge i64 %nargs, {count}
+  %unnamed = icmp eq ptr %kwnames, null
+  br i1 %unnamed, label %twin.more, label %twin.named
+twin.more:
+  %more = icmp sgt i64 %nargs, {count}
+  br i1 %more, label %twin.count, label %unnamed.few
+twin.count:
+  %number.at = getelementptr i8, ptr %table, i64 {at("PyLong_FromSsize_t")}
+  %number.make = load ptr, ptr %number.at, align 8
+  %number = call ptr %number.make(i64 %nargs)
+  %number.made = icmp ne ptr %number, null
+  br i1 %number.made, label %twin.ask, label %slow
+twin.ask:
+  %count.getitem = load ptr, ptr %getitem.at, align 8
+  %count.twin = call ptr %count.getitem(ptr %self, ptr %number)
+  %drop.at = getelementptr i8, ptr %table, i64 {at("Py_DecRef")}
+  %drop = load ptr, ptr %drop.at, align 8
+  call void %drop(ptr %number)
+  br label %twin.call
+twin.named:
+  %kw.size.at = getelementptr i8, ptr %kwnames, i64 {SIZE}
+  %kw.size = load i64, ptr %kw.size.at, align 8
+  %kw.some = icmp sgt i64 %kw.size, 0
+  br i1 %kw.some, label %twin.first, label %slow
+twin.first:
+  %items.at = getelementptr i8, ptr %table, i64 {at("tuple_items")}
+  %items.offset = load i64, ptr %items.at, align 8
+  %kw.items = getelementptr i8, ptr %kwnames, i64 %items.offset
+  %kw.first = load ptr, ptr %kw.items, align 8
+  %is.out = icmp eq ptr %kw.first, %out.name
+  %exact = icmp eq i64 %nargs, {count}
+  %not.out = xor i1 %is.out, true
+  %askable = and i1 %exact, %not.out
+  br i1 %askable, label %twin.kind, label %named
+twin.kind:
+  %frame.at = getelementptr i8, ptr %table, i64 {at("frame")}
+  %frame.name = load ptr, ptr %frame.at, align 8
+  %is.frame = icmp eq ptr %kw.first, %frame.name
+  %single.name = icmp eq i64 %kw.size, 1
+  %only.frame = and i1 %is.frame, %single.name
+  br i1 %only.frame, label %twin.frame, label %twin.keywords
+twin.frame:
+  %frame.value.at = getelementptr ptr, ptr %args, i64 %nargs
+  %frame.value = load ptr, ptr %frame.value.at, align 8
+  %frame.type.at = getelementptr i8, ptr %frame.value, i64 {TYPE}
+  %frame.type = load ptr, ptr %frame.type.at, align 8
+  %str.at = getelementptr i8, ptr %table, i64 {at("str")}
+  %str = load ptr, ptr %str.at, align 8
+  %is.text = icmp eq ptr %frame.type, %str
+  br i1 %is.text, label %twin.frame.ask, label %slow
+twin.frame.ask:
+  %frame.getitem = load ptr, ptr %getitem.at, align 8
+  %frame.twin = call ptr %frame.getitem(ptr %self, ptr %frame.value)
+  br label %twin.call
+twin.keywords:
+  %kw.getitem = load ptr, ptr %getitem.at, align 8
+  %kw.twin = call ptr %kw.getitem(ptr %self, ptr %kwnames)
+  %kw.total = add i64 %nargs, %kw.size
+  br label %twin.call
+twin.call:
+  %twin = phi ptr [ %count.twin, %twin.ask ], [ %frame.twin, %twin.frame.ask ], [ %kw.twin, %twin.keywords ]
+  %twin.nargs = phi i64 [ %nargs, %twin.ask ], [ %nargs, %twin.frame.ask ], [ %kw.total, %twin.keywords ]
+  %twin.known = icmp ne ptr %twin, null
+  br i1 %twin.known, label %twin.go, label %slow
+twin.go:
+  %vectorcall = load ptr, ptr %vectorcall.at, align 8
+  %twin.answer = tail call ptr %vectorcall(ptr %twin, ptr %args, i64 %twin.nargs, ptr null)
+  ret ptr %twin.answer
+unnamed.few:
+  br i1 %enough, label %given.copy, label %slow"""
+
+
+def _named(signature: Signature) -> str:
+    """Step 2: keywords to their places; every place must be taken once."""
+    count = len(signature.inputs)
+    copies = "\n".join(
+        f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"
+        f"  %copy.there{k} = icmp sgt i64 %nargs, {k}\n"
+        f"  br i1 %copy.there{k}, label %copy.take{k}, label %copy.leave{k}\n"
+        f"copy.take{k}:\n  %copy.value{k} = load ptr, ptr %copy.from{k}, align 8\n  br label %copy.leave{k}\n"
+        f"copy.leave{k}:\n"
+        f"  %copy.found{k} = phi ptr [ %copy.value{k}, %copy.take{k} ], [ null, %{_before(k)} ]\n"
+        f"  %copy.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %copy.found{k}, ptr %copy.to{k}, align 8"
+        for k in range(count)
+    )
+    last = f"copy.leave{count - 1}"
+    full = "\n".join(
+        f"  %place.at{k} = getelementptr ptr, ptr %given, i64 {k}\n  %place{k} = load ptr, ptr %place.at{k}, align 8\n"
+        f"  %place.taken{k} = icmp ne ptr %place{k}, null\n"
+        f"  br i1 %place.taken{k}, label %full{k + 1}, label %slow\nfull{k + 1}:"
+        for k in range(count)
+    )
+    return f"""
+named:
+  %fits = icmp sle i64 %nargs, {count}
+  br i1 %fits, label %given.copy, label %slow
+given.copy:
+  %kw.count = phi i64 [ %kw.size, %named ], [ 0, %unnamed.few ]
+  %kw.list = phi ptr [ %kw.items, %named ], [ null, %unnamed.few ]
+{copies}
+  br label %keyword.loop
+keyword.loop:
+  %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
+  %out = phi ptr [ null, %{last} ], [ %out.next, %keyword.next ]
+  %k.more = icmp slt i64 %k, %kw.count
+  br i1 %k.more, label %keyword, label %full0
+keyword:
+  %keyword.at = getelementptr ptr, ptr %kw.list, i64 %k
+  %keyword.name = load ptr, ptr %keyword.at, align 8
+  %value.index = add i64 %nargs, %k
+  %value.at = getelementptr ptr, ptr %args, i64 %value.index
+  %value = load ptr, ptr %value.at, align 8
+  %k.next = add i64 %k, 1
+  %keyword.out = icmp eq ptr %keyword.name, %out.name
+  br i1 %keyword.out, label %keyword.next, label %search
+search:
+  %s = phi i64 [ 0, %keyword ], [ %s.next, %search.next ]
+  %s.name.at = getelementptr ptr, ptr %names, i64 %s
+  %s.name = load ptr, ptr %s.name.at, align 8
+  %s.same = icmp eq ptr %s.name, %keyword.name
+  br i1 %s.same, label %search.found, label %search.next
+search.next:
+  %s.next = add i64 %s, 1
+  %s.more = icmp slt i64 %s.next, {count}
+  br i1 %s.more, label %search, label %slow
+search.found:
+  %s.place = getelementptr ptr, ptr %given, i64 %s
+  %s.before = load ptr, ptr %s.place, align 8
+  %s.free = icmp eq ptr %s.before, null
+  br i1 %s.free, label %search.take, label %slow
+search.take:
+  store ptr %value, ptr %s.place, align 8
+  br label %keyword.next
+keyword.next:
+  %out.next = phi ptr [ %value, %keyword ], [ %out, %search.take ]
+  br label %keyword.loop
+full0:
+{full}
+  br label %out.none"""
+
+
+def _before(k: int) -> str:
+    return f"copy.leave{k - 1}" if k else "given.copy"
+
+
+def _given(signature: Signature) -> str:
+    """Step 2, the end: `out` is one contiguous writable array of doubles, or there is none; None is none."""
+    outputs = signature.outputs
+    taken = len(outputs) == 1 and outputs[0].shape != ()
+    return f"""
+out.none:
+  %no.out = icmp eq ptr %out, null
+  br i1 %no.out, label %ready, label %out.check
+out.check:
+  br i1 {"true" if taken else "false"}, label %out.array, label %slow
+out.array:
+  %out.good = call i1 @mafsil_writable(ptr %out, ptr %table)
+  br i1 %out.good, label %ready, label %slow
+ready:
+  %out.known = phi ptr [ null, %out.none ], [ %out, %out.array ]
+  %with.out = xor i1 %no.out, true"""
+
+
+def _point(signature: Signature) -> str:
+    """Step 3: every argument of one point as contiguous doubles; the first that is none leads to step 4."""
+    lines: list[str] = []
+    for k, port in enumerate(signature.inputs):
+        size = f", i64 {port.size}" if port.shape else ""
+        reader = "mafsil_vector" if port.shape else "mafsil_number"
+        lines.append(
+            f"  %numbers{k} = call ptr @{reader}(ptr %place{k}, ptr %room{k}{size}, ptr %table)\n"
+            f"  %numbers.there{k} = icmp ne ptr %numbers{k}, null\n"
+            f"  br i1 %numbers.there{k}, label %point{k + 1}, label %batch0\npoint{k + 1}:"
+        )
+    pointers = ", ".join(f"ptr %numbers{k}" for k in range(len(signature.inputs)))
+    reading = "\n".join(lines)
+    rank = len(signature.outputs[0].shape)
+    return f"""
+{reading}
+  br i1 %no.out, label %point.go, label %point.out
+point.out:
+  %point.out.fits = call i1 @mafsil_shaped(ptr %out.known, i32 0, i64 0, i32 {rank}, ptr @mafsil_core)
+  br i1 %point.out.fits, label %point.go, label %slow
+point.go:
+  %point.answer = call ptr @{POINT}({pointers}, ptr %out.known)
+  %point.odd = icmp eq ptr %point.answer, {ODD}
+  br i1 %point.odd, label %slow, label %point.done
+point.done:
+  ret ptr %point.answer"""
+
+
+def _batch(signature: Signature, rows: int) -> str:
+    """Step 4: data, outer stride and inner stride of every argument; the batch entry with the results behind them."""
+    inputs, outputs, starts = signature.inputs, signature.outputs, signature.core_steps
+    lines: list[str] = []
+    for k, port in enumerate(inputs):
+        inner = starts[k] if port.shape else k  # a number has no inner stride: the place is written over
+        lines.append(f"""batch{k}:
+  %data.at{k} = getelementptr ptr, ptr %data, i64 {k}
+  %outer.at{k} = getelementptr i64, ptr %steps, i64 {k}
+  %inner.at{k} = getelementptr i64, ptr %steps, i64 {inner}
+  %row.fits{k} = call i1 @mafsil_row(ptr %place{k}, i32 {len(port.shape)}, i64 {port.size}, ptr %data.at{k}, \
+ptr %outer.at{k}, ptr %inner.at{k}, ptr %rows, i1 %with.out, ptr %table)
+  br i1 %row.fits{k}, label %batch{k + 1}, label %slow""")
+    results, stores = _results(signature, starts)
+    head = f"batch{len(inputs)}"
+    before = "\n".join(lines).replace("batch0:", "batch0:\n  store i64 -1, ptr %rows, align 8", 1)
+    return f"""{before}
+{head}:
+  %count = load i64, ptr %rows, align 8
+  %some = icmp sgt i64 %count, 0
+  %few = icmp sle i64 %count, {rows}
+  %taken = and i1 %some, %few
+  br i1 %taken, label %batch.results, label %slow
+batch.results:
+{results}
+{stores}
+  call void @{LOOP}(ptr %data, ptr %rows, ptr %steps, ptr null)
+{_handed(len(outputs))}
+failed:
+  ret ptr null"""
+
+
+def _results(signature: Signature, starts: tuple[int, ...]) -> tuple[str, str]:
+    """The result arrays, new or `out`, and where the batch entry finds their memory."""
+    outputs, first = signature.outputs, len(signature.inputs)
+    lines = [
+        f"""  store i64 %count, ptr %shape, align 8
+  %new.at = getelementptr i8, ptr %table, i64 {at("PyArray_New")}
+  %new = load ptr, ptr %new.at, align 8
+  %class.at = getelementptr i8, ptr %table, i64 {at("ndarray")}
+  %class = load ptr, ptr %class.at, align 8"""
+    ]
+    if len(outputs) == 1 and outputs[0].shape:
+        lines.append(f"""  br i1 %no.out, label %new0, label %batch.out
+batch.out:
+  %batch.out.fits = call i1 @mafsil_shaped(ptr %out.known, i32 1, i64 %count, i32 {len(outputs[0].shape)}, \
+ptr @mafsil_core)
+  br i1 %batch.out.fits, label %apart0, label %slow
+{_apart(signature)}
+batch.out.take:
+  %keep.at = getelementptr i8, ptr %table, i64 {at("Py_IncRef")}
+  %keep = load ptr, ptr %keep.at, align 8
+  call void %keep(ptr %out.known)
+  br label %placed0""")
+    else:
+        lines.append("  br label %new0")
+    for k, port in enumerate(outputs):
+        sizes = "\n".join(
+            f"  %size.at{k}.{axis} = getelementptr i64, ptr %shape, i64 {axis + 1}\n"
+            f"  store i64 {size}, ptr %size.at{k}.{axis}, align 8"
+            for axis, size in enumerate(port.shape)
+        )
+        own = "[ %out.known, %batch.out.take ], " if k == 0 and len(outputs) == 1 and port.shape else ""
+        lines.append(
+            f"""new{k}:
+{sizes}
+  %made{k} = call ptr %new(ptr %class, i32 {1 + len(port.shape)}, ptr %shape, i32 {DOUBLE}, ptr null, ptr null, i32 0, \
+i32 0, ptr null)
+  %made.there{k} = icmp ne ptr %made{k}, null
+  br i1 %made.there{k}, label %placed{k}, label %failed
+placed{k}:
+  %result{k} = phi ptr {own}[ %made{k}, %new{k} ]"""
+            + (f"\n  br label %new{k + 1}" if k + 1 < len(outputs) else "")
+        )
+    stores: list[str] = []
+    for k, port in enumerate(outputs):
+        place = first + k
+        stores.append(f"""  %memory.at{k} = getelementptr i8, ptr %result{k}, i64 {ARRAY_DATA}
+  %memory{k} = load ptr, ptr %memory.at{k}, align 8
+  %memory.to{k} = getelementptr ptr, ptr %data, i64 {place}
+  store ptr %memory{k}, ptr %memory.to{k}, align 8
+  %step.to{k} = getelementptr i64, ptr %steps, i64 {place}
+  store i64 {8 * port.size}, ptr %step.to{k}, align 8""")
+        step = 8 * port.size
+        for axis, size in enumerate(port.shape):
+            step //= max(size, 1)
+            stores.append(
+                f"  %inner.to{k}.{axis} = getelementptr i64, ptr %steps, i64 {starts[place] + axis}\n"
+                f"  store i64 {step}, ptr %inner.to{k}.{axis}, align 8"
+            )
+    return "\n".join(lines), "\n".join(stores)
+
+
+def _apart(signature: Signature) -> str:
+    """No argument may lie under `out`: NumPy knows what to do then. All are contiguous here, or one point."""
+    first, size = len(signature.inputs), signature.outputs[0].size
+    lines: list[str] = []
+    for k, port in enumerate(signature.inputs):
+        lines.append(f"""apart{k}:
+  %under.at{k} = getelementptr ptr, ptr %data, i64 {k}
+  %under{k} = load ptr, ptr %under.at{k}, align 8
+  %under.end{k} = getelementptr i8, ptr %under{k}, i64 %room.of.{k}
+  %starts.after{k} = icmp uge ptr %under{k}, %above.end
+  %ends.before{k} = icmp ule ptr %under.end{k}, %above
+  %clear{k} = or i1 %starts.after{k}, %ends.before{k}
+  br i1 %clear{k}, label %apart{k + 1}, label %slow""".replace(
+            f"apart{k}:\n", f"apart{k}:\n  %room.of.{k} = mul i64 %count, {8 * port.size}\n"
+        ))  # fmt: skip
+    extent = f"""
+  %above.at = getelementptr i8, ptr %out.known, i64 {ARRAY_DATA}
+  %above = load ptr, ptr %above.at, align 8
+  %above.size = mul i64 %count, {8 * size}
+  %above.end = getelementptr i8, ptr %above, i64 %above.size"""
+    text = "\n".join(lines).replace("apart0:", "apart0:" + extent, 1)
+    return f"{text}\napart{first}:\n  br label %batch.out.take"
+
+
+def _handed(count: int) -> str:
+    """One array, or a tuple of them."""
+    if count == 1:
+        return "  ret ptr %result0"
+    puts = "\n".join(f"  %put{k} = call i32 %set(ptr %tuple, i64 {k}, ptr %result{k})" for k in range(count))
+    return f"""  %tuple.at = getelementptr i8, ptr %table, i64 {at("PyTuple_New")}
+  %tuple.new = load ptr, ptr %tuple.at, align 8
+  %set.at = getelementptr i8, ptr %table, i64 {at("PyTuple_SetItem")}
+  %set = load ptr, ptr %set.at, align 8
+  %tuple = call ptr %tuple.new(i64 {count})
+  %tuple.made = icmp ne ptr %tuple, null
+  br i1 %tuple.made, label %tuple.fill, label %failed
+tuple.fill:
+{puts}
+  ret ptr %tuple"""
