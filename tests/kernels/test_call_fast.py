@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import warnings
 import weakref
 from functools import partial
 
@@ -16,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mafsil.errors import InputError
 from mafsil.kernels import Port, Signature, compile, runtime, ufunc
 from tests.reliability import specimens
 
@@ -73,23 +75,67 @@ class Sub(np.ndarray):
     pass
 
 
-UNUSUAL = {
+KNOWN = {
     "list": lambda q, s: ((list(q), s), {}),
+    "list of Python floats": lambda q, s: ((q.tolist(), s), {}),
+    "tuple": lambda q, s: ((tuple(q), s), {}),
     "float32": lambda q, s: ((q.astype(np.float32), s), {}),
-    "integer": lambda q, s: (([1, 2, 3], s), {}),
-    "big endian": lambda q, s: ((q.astype(">f8"), s), {}),
+    "integers": lambda q, s: (([1, -2, 2**53 + 1], s), {}),
     "negative stride": lambda q, s: ((q[::-1], s), {}),
     "stride": lambda q, s: ((np.repeat(q, 2)[::2], s), {}),
+    "stride of float32": lambda q, s: ((np.repeat(q, 2).astype(np.float32)[::2], s), {}),
+    "no stride": lambda q, s: ((np.broadcast_to(q[0], (3,)), s), {}),
+    "keyword": lambda q, s: ((q,), {"shift": s}),
+    "keywords": lambda q, s: ((), {"shift": s, "q": q}),
+    "integer scalar": lambda q, s: ((q, 1), {}),
+    "batch": lambda q, s: ((q[None], s), {}),
+    "batch of two": lambda q, s: ((np.stack([q, -q]), np.array([s, 2 * s])), {}),
+    "batch of numbers": lambda q, s: ((q, np.array([s, 2 * s, 3 * s])), {}),
+    "one-element array": lambda q, s: ((q, np.array([s])), {}),
+    "strided batch": lambda q, s: ((np.linspace(-1, 1, 60).reshape(4, 15)[::-2, ::5], s), {}),
+    "batch of nine by name": lambda q, s: ((), {"q": np.linspace(-1, 1, 27).reshape(9, 3), "shift": s}),
+}
+
+UNUSUAL = {
+    "integer array": lambda q, s: ((np.array([1, 2, 3]), s), {}),
+    "nested lists": lambda q, s: (([list(q), list(q)], s), {}),
+    "list of arrays": lambda q, s: (([np.array(x) for x in q], s), {}),
+    "large integer": lambda q, s: (([1.0, 2.0, 2**63], s), {}),
+    "batch of float32": lambda q, s: ((np.stack([q, q]).astype(np.float32), s), {}),
+    "batch of lists": lambda q, s: ((np.stack([q, q]), [s, s]), {}),
+    "big endian": lambda q, s: ((q.astype(">f8"), s), {}),
     "unaligned": lambda q, s: ((np.frombuffer(b"x" + q.tobytes(), np.uint8)[1:].view(np.float64), s), {}),
     "subclass": lambda q, s: ((q.view(Sub), s), {}),
-    "keyword": lambda q, s: ((q,), {"shift": s}),
-    "batch": lambda q, s: ((q[None], s), {}),
-    "integer scalar": lambda q, s: ((q, 1), {}),
     "numpy integer": lambda q, s: ((q, np.int32(1)), {}),
-    "one-element array": lambda q, s: ((q, np.array([s])), {}),
+    "two batch dimensions": lambda q, s: ((np.stack([q, q])[:, None], s), {}),
+    "batch of one beside two": lambda q, s: ((np.stack([q, q]), np.array([s])), {}),
     "empty batch": lambda q, s: ((np.zeros((0, 3)), s), {}),
     "threads": lambda q, s: ((q, s), {"threads": 2}),
 }
+
+
+def numbers_of(args, named):
+    """Both inputs as float64, by name if need be, and their common batch."""
+    given = dict(zip(("q", "shift"), args, strict=False)) | named
+    q, shift = (np.asarray(given[name], dtype=np.float64) for name in ("q", "shift"))
+    batch = np.broadcast_shapes(q.shape[:-1], shift.shape)
+    return np.broadcast_to(q, (*batch, LINKS)), np.broadcast_to(shift, batch)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_forms_stay_in_machine_code(watched, name):
+    """The bits and types are those that NumPy's machinery gives."""
+    k, seen = watched
+    args, named = KNOWN[name](*point())
+    answer = k.call(*args, **named)
+    assert not seen
+    q, shift = numbers_of(args, named)
+    wanted = k.evaluate(np.array(q), np.array(shift))
+    assert specimens.bits(answer) == specimens.bits(wanted)
+    assert [np.shape(x) for x in answer] == [np.shape(x) for x in wanted]
+    assert [type(x) for x in answer] == [type(x) for x in wanted]
+    for a, b in zip(answer, specimens.reference(LINKS, 0, q, shift), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-13)
 
 
 @pytest.mark.parametrize("name", UNUSUAL)
@@ -100,10 +146,129 @@ def test_everything_else_goes_the_slow_road(watched, name):
     assert len(seen) == 1
     assert seen[0][1].keys() == named.keys()
     assert all(a is b for a, b in zip(seen[0][0], args, strict=True))
-    q, shift = (np.asarray(x, dtype=np.float64) for x in (*args, *named.values())[:2])
-    q = np.broadcast_to(q, (*np.broadcast_shapes(q.shape[:-1], shift.shape), LINKS))
+    q, shift = numbers_of(args, {})
     for a, b in zip(answer, specimens.reference(LINKS, 0, q, shift), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-13)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 7, 8, 9, 31, 64])
+def test_small_batches_give_the_bits_of_points_and_keep_bad_rows(watched, rows):
+    k, seen = watched
+    q, shift = point(max(rows, 2))
+    q, shift = q[:rows].copy(), shift[:rows].copy()
+    alone = [k.call(q[i], shift[i]) for i in range(rows)]
+    want = b"".join(np.stack([a[port] for a in alone]).tobytes() for port in range(3))
+    assert specimens.bits(k.call(q, shift)) == want
+    assert specimens.bits(k.call(np.asfortranarray(q), shift)) == want
+    q[rows // 2, 1] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        spoilt = k.call(q, shift)
+    assert not seen
+    others = np.arange(rows) != rows // 2
+    assert np.isnan(spoilt[0][rows // 2]).any()
+    assert all((a[others] == np.stack([b[port] for b in alone])[others]).all() for port, a in enumerate(spoilt))
+
+
+@pytest.fixture
+def watched_squares():
+    seen: list[object] = []
+
+    def note(evaluate, *args, **named):
+        seen.append(args)
+        return evaluate(*args, **named)
+
+    ports = Signature("squares", (Port("x", (5,)),), (Port("y", (5,)),))
+    return compile(ports, partial(squares, 5), key="squares 5", fallback=note), seen
+
+
+@pytest.mark.parametrize("shape", [(5,), (1, 5), (2, 5), (9, 5)])
+def test_results_of_the_caller_are_written_in_machine_code(watched_squares, shape):
+    k, seen = watched_squares
+    x = np.random.default_rng(1).normal(size=shape)
+    out = np.full(shape, np.nan)
+    count = sys.getrefcount(out)
+    assert k.call(x, out=out) is out
+    assert (out == x * x).all()
+    out[...] = np.nan
+    assert k.call(out=out, x=x) is out
+    assert k.call(x.tolist() if x.ndim == 1 else x, out=out) is out
+    assert (out == x * x).all()
+    assert sys.getrefcount(out) == count
+    assert not seen
+    assert (k.call(x, out=None) == out).all()
+
+
+def test_a_point_may_be_written_over_itself(watched_squares):
+    k, seen = watched_squares
+    memory = np.arange(7.0)
+    wanted = memory[1:6] ** 2
+    k.call(memory[1:6], out=memory[:5])
+    assert (memory[:5] == wanted).all()
+    assert not seen
+
+
+def test_overlapping_batches_are_left_to_numpy(watched_squares):
+    k, seen = watched_squares
+    for source, target in (((1, 5), (0, 4)), ((0, 4), (1, 5)), ((0, 4), (0, 4))):
+        memory = np.random.default_rng(2).normal(size=(5, 5))
+        wanted = memory[slice(*source)] ** 2
+        k.call(memory[slice(*source)], out=memory[slice(*target)])
+        assert (memory[slice(*target)] == wanted).all()
+    assert len(seen) == 3
+
+
+def test_unfit_results_of_the_caller_are_named_and_not_touched(watched_squares):
+    k, _ = watched_squares
+    x = np.arange(5.0)
+    frozen = np.zeros(5)
+    frozen.setflags(write=False)
+    for out, sentence in (
+        (np.zeros(4), r"out \(y\): expected shape \(5,\), got \(4,\)"),
+        (np.zeros((1, 5)), r"out \(y\): expected shape \(5,\), got \(1, 5\)"),
+        (frozen, "writable float64"),
+        (np.zeros(5, np.float32), "writable float64"),
+        ([0.0] * 5, "writable float64"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            k.call(x, out=out)
+        assert not np.any(out)
+    out = np.full(5, 7.0)
+    with pytest.raises(InputError, match=r"x: nan at index \(2,\)"):
+        k.call([0.0, 1.0, np.nan, 2.0, 3.0], out=out)
+    assert (out == 7.0).all()
+    with pytest.raises(InputError, match=r"out \(y\): expected shape \(3, 5\), got \(2, 5\)"):
+        k.call(np.zeros((3, 5)), out=np.zeros((2, 5)))
+    strided = np.zeros((5, 2))[:, 0]
+    assert k.call(x, out=strided) is strided
+    assert (strided == x * x).all()
+
+
+@pytest.mark.parametrize(
+    ("args", "named", "sentence"),
+    [
+        (([1.0, 2.0],), {}, r"x: .* got \(2,\)"),
+        (([1.0, "2", 3.0, 4.0, 5.0],), {}, "x: expected real numbers"),
+        (([1.0, None, 3.0, 4.0, 5.0],), {}, "x: expected real numbers"),
+        (([1.0, float("inf"), 3.0, 4.0, 5.0],), {}, r"x: inf at index \(1,\)"),
+        ((), {"y": np.zeros(5)}, "got 0, y"),
+        ((np.zeros(5),), {"x": np.zeros(5)}, "got 1, x"),
+        ((np.zeros(5), np.zeros(5)), {}, "got 2"),
+        ((), {}, "got 0"),
+        ((), {"out": np.zeros(5)}, "got 0"),
+        ((np.zeros(5),), {"frame": "x"}, "got 1, frame"),
+        ((np.zeros((3, 4)),), {}, r"x: .* got \(3, 4\)"),
+    ],
+)
+def test_wrong_calls_are_named_in_every_form(watched_squares, args, named, sentence):
+    with pytest.raises(InputError, match=sentence):
+        watched_squares[0].call(*args, **named)
+
+
+def test_names_made_at_run_time_are_names(arm):
+    q, shift = point()
+    named = {"".join(["sh", "ift"]): shift, "".join(["", "q"]): q}
+    assert specimens.bits(arm.call(**named)) == specimens.bits(arm.call(q, shift))
 
 
 @pytest.mark.parametrize("index", range(LINKS))
@@ -277,6 +442,9 @@ def test_self_test_notices_a_foreign_layout(monkeypatch):
         "ARRAY_FLAGS",
         "ARRAY_NDIM",
         "ARRAY_SHAPE",
+        "ARRAY_STRIDES",
+        "LIST_ITEMS",
+        "SIZE",
         "ARRAY_DTYPE",
         "ARRAY_DATA",
         "DTYPE_NUMBER",

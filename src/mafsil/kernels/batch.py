@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from math import isfinite, prod
 from typing import Any
 
@@ -41,9 +41,13 @@ class Evaluator:
         ufunc: generalised ufunc of the kernel.
         work: gives the operations of one evaluation, from which the number of parts of a batch follows.
         device: called as `device(*args, out=out)` for arrays that lie on a device.
+
+    Attributes:
+        twins: builtins of other kernels for forms of the call that mean them: under the text of `frame`, the tuple of
+            keyword names, or the number of positional arguments. The builtin of this kernel looks here first.
     """
 
-    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work")
+    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work", "twins")
 
     def __init__(
         self,
@@ -52,6 +56,7 @@ class Evaluator:
         work: Callable[[], int],
         device: Callable[..., Any] | None = None,
     ) -> None:
+        self.twins: dict[Hashable, Callable[..., Any]] = {}
         self._signature = signature
         self._device = device
         self._ufunc = ufunc

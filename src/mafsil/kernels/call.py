@@ -11,7 +11,7 @@ import ctypes
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from mafsil.kernels import forms
+from mafsil.kernels import forms, small_batch
 from mafsil.kernels.forms import FORMS, ODD, POINT
 from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Port, Signature
 from mafsil.kernels.runtime import (
@@ -30,6 +30,7 @@ from mafsil.kernels.runtime import (
     names,
     table,
 )
+from mafsil.kernels.small_batch import FEW
 
 CALL = "mafsil_call"
 """Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
@@ -48,7 +49,7 @@ def wrapper(signature: Signature, triple: str, rows: int = 0) -> str:
         rows: of the largest batch that is evaluated without a look at threads.
     """
     calls = _Wrapper(signature, triple).text() + _Wrapper(signature, triple).point()
-    return _loop(triple) + _bind() + calls + forms.entry(signature, rows)
+    return _loops(signature, triple) + _bind() + calls + forms.entry(signature, rows)
 
 
 def builtin(
@@ -133,8 +134,8 @@ define void @{BIND}(ptr %table, ptr %names) {{
 """
 
 
-def _loop(triple: str) -> str:
-    """The batch entry with rounding, denormals and sticky flags as the standard has them, and as found on return.
+def _loops(signature: Signature, triple: str) -> str:
+    """Both entries with rounding, denormals and sticky flags as the standard has them, and as found on return.
 
     Rows run through both sides of every select, so flags that are raised say nothing; NumPy would warn of them.
     """
@@ -159,8 +160,15 @@ def _loop(triple: str) -> str:
         leave = """  call void @llvm.aarch64.set.fpcr(i64 %control)
   call void @llvm.aarch64.set.fpsr(i64 %status)
 """
-    body = f"{enter}  call void @{BATCH}(ptr %args, ptr %dims, ptr %steps, ptr %data)\n{leave}  ret void\n"
-    return f"\n{declarations}define void @{LOOP}(ptr %args, ptr %dims, ptr %steps, ptr %data) {{\n{body}}}\n"
+    arguments = "(ptr %args, ptr %dims, ptr %steps, ptr %data)"
+    batch = f"  call void @{BATCH}{arguments}\n"
+    return "\n".join(
+        [
+            f"\n{declarations}define void @{LOOP}{arguments} {{\n{enter}{batch}{leave}  ret void\n}}",
+            f"define internal void @{FEW}{arguments} noinline {{\nentry:",
+            f"{enter}{small_batch.few(signature)}{leave}  ret void\n}}\n",
+        ]
+    )
 
 
 class _Wrapper:

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from mafsil.kernels.gathering import GATHERING
 from mafsil.kernels.gathering import place as at
-from mafsil.kernels.layout import LOOP, Signature
-from mafsil.kernels.runtime import ARRAY_DATA, DOUBLE, SIZE, TYPE
+from mafsil.kernels.layout import Signature
+from mafsil.kernels.runtime import SIZE, TYPE
+from mafsil.kernels.small_batch import rows_of_one_batch
 
 FORMS = "mafsil_forms"
 """Symbol of the function behind the builtin, of the same convention."""
@@ -23,8 +24,6 @@ POINT = "mafsil_point"
 """Symbol that evaluates one point: ptr (double *in0, ..., PyArrayObject *out); null after an error, ODD if not."""
 ODD = "inttoptr (i64 1 to ptr)"
 """What POINT answers for numbers that only Python may judge."""
-MOST_ROWS = 512
-"""Rows that are evaluated without asking whether other threads want the interpreter."""
 _MOST_NUMBERS = 1024
 """Numbers of all arguments that are copied to the stack."""
 
@@ -40,7 +39,7 @@ def entry(signature: Signature, rows: int) -> str:
     if not plain or sum(port.size for port in signature.inputs) > _MOST_NUMBERS:
         return _head() + "\n  br label %slow\n" + _slow()
     parts = [_head(), _twins(signature), _named(signature), _given(signature), _point(signature)]
-    return "\n".join([GATHERING, _core(signature), *parts, _batch(signature, min(rows, MOST_ROWS)), _slow()])
+    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature, rows), _slow()])
 
 
 def _head() -> str:
@@ -61,7 +60,7 @@ def _memory(signature: Signature) -> str:
         f"\n  %room{k} = alloca [{max(port.size, 1)} x double], align 8" for k, port in enumerate(signature.inputs)
     )
     return f"""
-  %given = alloca [{len(signature.inputs)} x ptr], align 8
+  %given = alloca [{len(signature.inputs) + 1} x ptr], align 8
   %data = alloca [{ports} x ptr], align 8
   %steps = alloca [{total} x i64], align 8
   %rows = alloca i64, align 8
@@ -81,8 +80,17 @@ slow:
 
 
 def _twins(signature: Signature) -> str:
-    """Step 1: all inputs by position, and more of them, or keywords beside `out`: is there a builtin for this form?"""
+    """Step 1: more inputs by position than the kernel has, all of them and a frame, or names it does not know.
+
+    A builtin that is found in `self` is called with the same arguments, without the frame.
+    """
     count = len(signature.inputs)
+    without_frame = "\n".join(
+        f"  %kept.at{k} = getelementptr ptr, ptr %args, i64 {k if k < count else k + 1}\n"
+        f"  %kept{k} = load ptr, ptr %kept.at{k}, align 8\n"
+        f"  %kept.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %kept{k}, ptr %kept.to{k}, align 8"
+        for k in range(count + 1)
+    )
     return f"""{_memory(signature)}
   %table = load ptr, ptr @mafsil_runtime, align 8
   %names = load ptr, ptr @mafsil_names, align 8
@@ -90,18 +98,16 @@ def _twins(signature: Signature) -> str:
   %getitem.at = getelementptr i8, ptr %table, i64 {at("PyDict_GetItem")}
   %out.at = getelementptr i8, ptr %table, i64 {at("out")}
   %out.name = load ptr, ptr %out.at, align 8
-  %enough = icmp sge i64 %nargs, {count}
-  %unnamed = icmp eq ptr %kwnames, null
-  br i1 %unnamed, label %twin.more, label %twin.named
-twin.more:
   %more = icmp sgt i64 %nargs, {count}
-  br i1 %more, label %twin.count, label %unnamed.few
+  %exact = icmp eq i64 %nargs, {count}
+  %unnamed = icmp eq ptr %kwnames, null
+  br i1 %more, label %twin.count, label %twin.maybe
 twin.count:
   %number.at = getelementptr i8, ptr %table, i64 {at("PyLong_FromSsize_t")}
   %number.make = load ptr, ptr %number.at, align 8
   %number = call ptr %number.make(i64 %nargs)
   %number.made = icmp ne ptr %number, null
-  br i1 %number.made, label %twin.ask, label %slow
+  br i1 %number.made, label %twin.ask, label %failed
 twin.ask:
   %count.getitem = load ptr, ptr %getitem.at, align 8
   %count.twin = call ptr %count.getitem(ptr %self, ptr %number)
@@ -109,6 +115,8 @@ twin.ask:
   %drop = load ptr, ptr %drop.at, align 8
   call void %drop(ptr %number)
   br label %twin.call
+twin.maybe:
+  br i1 %unnamed, label %unnamed.few, label %twin.named
 twin.named:
   %kw.size.at = getelementptr i8, ptr %kwnames, i64 {SIZE}
   %kw.size = load i64, ptr %kw.size.at, align 8
@@ -119,20 +127,23 @@ twin.first:
   %items.offset = load i64, ptr %items.at, align 8
   %kw.items = getelementptr i8, ptr %kwnames, i64 %items.offset
   %kw.first = load ptr, ptr %kw.items, align 8
-  %is.out = icmp eq ptr %kw.first, %out.name
-  %exact = icmp eq i64 %nargs, {count}
-  %not.out = xor i1 %is.out, true
-  %askable = and i1 %exact, %not.out
-  br i1 %askable, label %twin.kind, label %named
-twin.kind:
   %frame.at = getelementptr i8, ptr %table, i64 {at("frame")}
   %frame.name = load ptr, ptr %frame.at, align 8
   %is.frame = icmp eq ptr %kw.first, %frame.name
-  %single.name = icmp eq i64 %kw.size, 1
-  %only.frame = and i1 %is.frame, %single.name
-  br i1 %only.frame, label %twin.frame, label %twin.keywords
+  %framed = and i1 %exact, %is.frame
+  br i1 %framed, label %twin.last, label %given.copy
+twin.last:
+  %kw.before = sub i64 %kw.size, 1
+  %kw.last.at = getelementptr ptr, ptr %kw.items, i64 %kw.before
+  %kw.last = load ptr, ptr %kw.last.at, align 8
+  %ends.out = icmp eq ptr %kw.last, %out.name
+  %kw.real = select i1 %ends.out, i64 %kw.before, i64 %kw.size
+  %only.at = getelementptr i8, ptr %table, i64 {at("out_alone")}
+  %only = load ptr, ptr %only.at, align 8
+  %only.frame = icmp eq i64 %kw.real, 1
+  br i1 %only.frame, label %twin.frame, label %slow
 twin.frame:
-  %frame.value.at = getelementptr ptr, ptr %args, i64 %nargs
+  %frame.value.at = getelementptr ptr, ptr %args, i64 {count}
   %frame.value = load ptr, ptr %frame.value.at, align 8
   %frame.type.at = getelementptr i8, ptr %frame.value, i64 {TYPE}
   %frame.type = load ptr, ptr %frame.type.at, align 8
@@ -143,23 +154,31 @@ twin.frame:
 twin.frame.ask:
   %frame.getitem = load ptr, ptr %getitem.at, align 8
   %frame.twin = call ptr %frame.getitem(ptr %self, ptr %frame.value)
+  br i1 %ends.out, label %twin.frame.out, label %twin.call
+twin.frame.out:
+{without_frame}
   br label %twin.call
 twin.keywords:
   %kw.getitem = load ptr, ptr %getitem.at, align 8
   %kw.twin = call ptr %kw.getitem(ptr %self, ptr %kwnames)
-  %kw.total = add i64 %nargs, %kw.size
   br label %twin.call
 twin.call:
-  %twin = phi ptr [ %count.twin, %twin.ask ], [ %frame.twin, %twin.frame.ask ], [ %kw.twin, %twin.keywords ]
-  %twin.nargs = phi i64 [ %nargs, %twin.ask ], [ %nargs, %twin.frame.ask ], [ %kw.total, %twin.keywords ]
+  %twin = phi ptr [ %count.twin, %twin.ask ], [ %frame.twin, %twin.frame.ask ], [ %frame.twin, %twin.frame.out ], \
+[ %kw.twin, %twin.keywords ]
+  %twin.args = phi ptr [ %args, %twin.ask ], [ %args, %twin.frame.ask ], [ %given, %twin.frame.out ], \
+[ %args, %twin.keywords ]
+  %twin.nargs = phi i64 [ %nargs, %twin.ask ], [ %nargs, %twin.frame.ask ], [ %nargs, %twin.frame.out ], \
+[ %nargs, %twin.keywords ]
+  %twin.names = phi ptr [ %kwnames, %twin.ask ], [ null, %twin.frame.ask ], [ %only, %twin.frame.out ], \
+[ %kwnames, %twin.keywords ]
   %twin.known = icmp ne ptr %twin, null
   br i1 %twin.known, label %twin.go, label %slow
 twin.go:
   %vectorcall = load ptr, ptr %vectorcall.at, align 8
-  %twin.answer = tail call ptr %vectorcall(ptr %twin, ptr %args, i64 %twin.nargs, ptr null)
+  %twin.answer = call ptr %vectorcall(ptr %twin, ptr %twin.args, i64 %twin.nargs, ptr %twin.names)
   ret ptr %twin.answer
 unnamed.few:
-  br i1 %enough, label %given.copy, label %slow"""
+  br i1 %exact, label %given.copy, label %slow"""
 
 
 def _named(signature: Signature) -> str:
@@ -183,12 +202,9 @@ def _named(signature: Signature) -> str:
         for k in range(count)
     )
     return f"""
-named:
-  %fits = icmp sle i64 %nargs, {count}
-  br i1 %fits, label %given.copy, label %slow
 given.copy:
-  %kw.count = phi i64 [ %kw.size, %named ], [ 0, %unnamed.few ]
-  %kw.list = phi ptr [ %kw.items, %named ], [ null, %unnamed.few ]
+  %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
+  %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
 {copies}
   br label %keyword.loop
 keyword.loop:
@@ -214,7 +230,7 @@ search:
 search.next:
   %s.next = add i64 %s, 1
   %s.more = icmp slt i64 %s.next, {count}
-  br i1 %s.more, label %search, label %slow
+  br i1 %s.more, label %search, label %twin.keywords
 search.found:
   %s.place = getelementptr ptr, ptr %given, i64 %s
   %s.before = load ptr, ptr %s.place, align 8
@@ -279,137 +295,3 @@ point.go:
   br i1 %point.odd, label %slow, label %point.done
 point.done:
   ret ptr %point.answer"""
-
-
-def _batch(signature: Signature, rows: int) -> str:
-    """Step 4: data, outer stride and inner stride of every argument; the batch entry with the results behind them."""
-    inputs, outputs, starts = signature.inputs, signature.outputs, signature.core_steps
-    lines: list[str] = []
-    for k, port in enumerate(inputs):
-        inner = starts[k] if port.shape else k  # a number has no inner stride: the place is written over
-        lines.append(f"""batch{k}:
-  %data.at{k} = getelementptr ptr, ptr %data, i64 {k}
-  %outer.at{k} = getelementptr i64, ptr %steps, i64 {k}
-  %inner.at{k} = getelementptr i64, ptr %steps, i64 {inner}
-  %row.fits{k} = call i1 @mafsil_row(ptr %place{k}, i32 {len(port.shape)}, i64 {port.size}, ptr %data.at{k}, \
-ptr %outer.at{k}, ptr %inner.at{k}, ptr %rows, i1 %with.out, ptr %table)
-  br i1 %row.fits{k}, label %batch{k + 1}, label %slow""")
-    results, stores = _results(signature, starts)
-    head = f"batch{len(inputs)}"
-    before = "\n".join(lines).replace("batch0:", "batch0:\n  store i64 -1, ptr %rows, align 8", 1)
-    return f"""{before}
-{head}:
-  %count = load i64, ptr %rows, align 8
-  %some = icmp sgt i64 %count, 0
-  %few = icmp sle i64 %count, {rows}
-  %taken = and i1 %some, %few
-  br i1 %taken, label %batch.results, label %slow
-batch.results:
-{results}
-{stores}
-  call void @{LOOP}(ptr %data, ptr %rows, ptr %steps, ptr null)
-{_handed(len(outputs))}
-failed:
-  ret ptr null"""
-
-
-def _results(signature: Signature, starts: tuple[int, ...]) -> tuple[str, str]:
-    """The result arrays, new or `out`, and where the batch entry finds their memory."""
-    outputs, first = signature.outputs, len(signature.inputs)
-    lines = [
-        f"""  store i64 %count, ptr %shape, align 8
-  %new.at = getelementptr i8, ptr %table, i64 {at("PyArray_New")}
-  %new = load ptr, ptr %new.at, align 8
-  %class.at = getelementptr i8, ptr %table, i64 {at("ndarray")}
-  %class = load ptr, ptr %class.at, align 8"""
-    ]
-    if len(outputs) == 1 and outputs[0].shape:
-        lines.append(f"""  br i1 %no.out, label %new0, label %batch.out
-batch.out:
-  %batch.out.fits = call i1 @mafsil_shaped(ptr %out.known, i32 1, i64 %count, i32 {len(outputs[0].shape)}, \
-ptr @mafsil_core)
-  br i1 %batch.out.fits, label %apart0, label %slow
-{_apart(signature)}
-batch.out.take:
-  %keep.at = getelementptr i8, ptr %table, i64 {at("Py_IncRef")}
-  %keep = load ptr, ptr %keep.at, align 8
-  call void %keep(ptr %out.known)
-  br label %placed0""")
-    else:
-        lines.append("  br label %new0")
-    for k, port in enumerate(outputs):
-        sizes = "\n".join(
-            f"  %size.at{k}.{axis} = getelementptr i64, ptr %shape, i64 {axis + 1}\n"
-            f"  store i64 {size}, ptr %size.at{k}.{axis}, align 8"
-            for axis, size in enumerate(port.shape)
-        )
-        own = "[ %out.known, %batch.out.take ], " if k == 0 and len(outputs) == 1 and port.shape else ""
-        lines.append(
-            f"""new{k}:
-{sizes}
-  %made{k} = call ptr %new(ptr %class, i32 {1 + len(port.shape)}, ptr %shape, i32 {DOUBLE}, ptr null, ptr null, i32 0, \
-i32 0, ptr null)
-  %made.there{k} = icmp ne ptr %made{k}, null
-  br i1 %made.there{k}, label %placed{k}, label %failed
-placed{k}:
-  %result{k} = phi ptr {own}[ %made{k}, %new{k} ]"""
-            + (f"\n  br label %new{k + 1}" if k + 1 < len(outputs) else "")
-        )
-    stores: list[str] = []
-    for k, port in enumerate(outputs):
-        place = first + k
-        stores.append(f"""  %memory.at{k} = getelementptr i8, ptr %result{k}, i64 {ARRAY_DATA}
-  %memory{k} = load ptr, ptr %memory.at{k}, align 8
-  %memory.to{k} = getelementptr ptr, ptr %data, i64 {place}
-  store ptr %memory{k}, ptr %memory.to{k}, align 8
-  %step.to{k} = getelementptr i64, ptr %steps, i64 {place}
-  store i64 {8 * port.size}, ptr %step.to{k}, align 8""")
-        step = 8 * port.size
-        for axis, size in enumerate(port.shape):
-            step //= max(size, 1)
-            stores.append(
-                f"  %inner.to{k}.{axis} = getelementptr i64, ptr %steps, i64 {starts[place] + axis}\n"
-                f"  store i64 {step}, ptr %inner.to{k}.{axis}, align 8"
-            )
-    return "\n".join(lines), "\n".join(stores)
-
-
-def _apart(signature: Signature) -> str:
-    """No argument may lie under `out`: NumPy knows what to do then. All are contiguous here, or one point."""
-    first, size = len(signature.inputs), signature.outputs[0].size
-    lines: list[str] = []
-    for k, port in enumerate(signature.inputs):
-        lines.append(f"""apart{k}:
-  %under.at{k} = getelementptr ptr, ptr %data, i64 {k}
-  %under{k} = load ptr, ptr %under.at{k}, align 8
-  %under.end{k} = getelementptr i8, ptr %under{k}, i64 %room.of.{k}
-  %starts.after{k} = icmp uge ptr %under{k}, %above.end
-  %ends.before{k} = icmp ule ptr %under.end{k}, %above
-  %clear{k} = or i1 %starts.after{k}, %ends.before{k}
-  br i1 %clear{k}, label %apart{k + 1}, label %slow""".replace(
-            f"apart{k}:\n", f"apart{k}:\n  %room.of.{k} = mul i64 %count, {8 * port.size}\n"
-        ))  # fmt: skip
-    extent = f"""
-  %above.at = getelementptr i8, ptr %out.known, i64 {ARRAY_DATA}
-  %above = load ptr, ptr %above.at, align 8
-  %above.size = mul i64 %count, {8 * size}
-  %above.end = getelementptr i8, ptr %above, i64 %above.size"""
-    text = "\n".join(lines).replace("apart0:", "apart0:" + extent, 1)
-    return f"{text}\napart{first}:\n  br label %batch.out.take"
-
-
-def _handed(count: int) -> str:
-    """One array, or a tuple of them."""
-    if count == 1:
-        return "  ret ptr %result0"
-    puts = "\n".join(f"  %put{k} = call i32 %set(ptr %tuple, i64 {k}, ptr %result{k})" for k in range(count))
-    return f"""  %tuple.at = getelementptr i8, ptr %table, i64 {at("PyTuple_New")}
-  %tuple.new = load ptr, ptr %tuple.at, align 8
-  %set.at = getelementptr i8, ptr %table, i64 {at("PyTuple_SetItem")}
-  %set = load ptr, ptr %set.at, align 8
-  %tuple = call ptr %tuple.new(i64 {count})
-  %tuple.made = icmp ne ptr %tuple, null
-  br i1 %tuple.made, label %tuple.fill, label %failed
-tuple.fill:
-{puts}
-  ret ptr %tuple"""

@@ -71,7 +71,9 @@ class Kernel:
         if not runtime.available():
             return slow
         at = self.image.addresses
-        return call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self)
+        routine = call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self)
+        self.evaluate.twins = routine.__self__  # pyright: ignore[reportFunctionMemberAccess]
+        return routine
 
     @lazy
     def evaluate(self) -> batch.Evaluator:

@@ -26,10 +26,11 @@ TABLE = (
     "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
     "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef", "Py_IncRef",
     "PyDict_GetItem", "PyLong_FromSsize_t", "PyLong_AsLongLongAndOverflow",
-    "list", "tuple", "int", "str", "tuple_items", "out", "frame",
+    "list", "tuple", "int", "str", "tuple_items", "out", "frame", "out_alone",
 )  # fmt: skip
 _FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_")
 _OUT, _FRAME = sys.intern("out"), sys.intern("frame")
+_OUT_ALONE = (_OUT,)
 
 
 @cache
@@ -67,6 +68,7 @@ def table() -> ctypes.Array[ctypes.c_void_p]:
         "tuple_items": tuple.__basicsize__,
         "out": id(_OUT),
         "frame": id(_FRAME),
+        "out_alone": id(_OUT_ALONE),
         **python,
     }
     return (ctypes.c_void_p * len(TABLE))(*(known[name] for name in TABLE))
@@ -116,6 +118,7 @@ def _reads_right(array: np.ndarray[Any, Any]) -> bool:
     return (
         _read(ctypes.c_ssize_t, at + ARRAY_DATA) == array.ctypes.data
         and tuple(_read(ctypes.c_ssize_t, shape + 8 * axis) for axis in range(ndim)) == array.shape
+        and strides == shape + 8 * ndim
         and tuple(_read(ctypes.c_ssize_t, strides + 8 * axis) for axis in range(ndim)) == array.strides
         and _read(ctypes.c_ssize_t, at + ARRAY_DTYPE) == id(array.dtype)
         and bool(flags & 0x001) == array.flags.c_contiguous
@@ -133,7 +136,9 @@ def _scalars_read_right() -> bool:
 
 
 def _sequences_read_right() -> bool:
-    """Sizes and items of lists and tuples."""
+    """Sizes and items of lists and tuples; behind its items a list says for how many it has room."""
+    if LIST_ITEMS + 16 != list.__basicsize__:
+        return False
     items = [object() for _ in range(3)]
     pair, lone = tuple(items), list(items)
     inside = id(pair) + tuple.__basicsize__

@@ -46,6 +46,29 @@ def arranged(
     }
 
 
+def twin_form(
+    row: Quantity, count: int, named: tuple[str, ...], frame: str | None, optional: tuple[str, ...]
+) -> str | int | tuple[str, ...] | None:
+    """Under what a builtin for this form of a call is kept (`Evaluator.twins`); None if the form has none of its own.
+
+    Such a form gives all inputs by position and a frame alone; or optional inputs by position, without a gap; or some
+    inputs by name, whose tuple then stands for it.
+
+    Args:
+        row: the quantity that is asked for.
+        count: number of arguments given by position.
+        named: names of those given by name, besides `frame`, in their order.
+        frame: link name, or None.
+        optional: which optional inputs are there (and not None).
+    """
+    extra = count - len(row.inputs)
+    if frame is not None:
+        return None if extra or named or optional else frame
+    if extra > 0:
+        return count if not named and optional == row.optional[:extra] else None
+    return named if set(optional) <= set(named) else None
+
+
 def in_tip(name: str, value: ArrayLike, tip: str) -> ArrayLike:
     """A wrench at the tip as given, if its type and frame letter (where it has one) say that it is in the tip frame.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
+from mafsil.kernels.batch import Evaluator
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
@@ -19,7 +20,7 @@ from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters
 from mafsil.mechanics.quantities import Quantity, quantity
 from mafsil.mechanics.task_space import TaskSpace
 from mafsil.model import Mechanism
-from mafsil.robot.arguments import arranged
+from mafsil.robot.arguments import arranged, twin_form
 from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.description import Description
 from mafsil.robot.masses import require_masses
@@ -359,7 +360,7 @@ class Robot(Description):
     def _general(
         self,
         row: Quantity,
-        evaluate: Callable[..., Floats],
+        evaluate: Evaluator,
         *arrays: ArrayLike,
         frame: str | None = None,
         out: Floats | None = None,
@@ -372,7 +373,32 @@ class Robot(Description):
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
-            evaluate = self.kernel(row.name, frame, optional).evaluate
+            kernel = self.kernel(row.name, frame, optional)
+            form = twin_form(row, len(arrays), tuple(named), frame, optional)
+            if form is not None and form not in evaluate.twins:
+                twin = _twin_kernel(self, row.name, frame, optional).call
+                evaluate.twins[form] = twin
+                if isinstance(form, tuple):
+                    evaluate.twins[*form, "out"] = twin
+            evaluate = kernel.evaluate
+        return evaluate(*inputs.values(), out=out, threads=threads)
+
+    def _general_of_twin(
+        self,
+        row: Quantity,
+        frame: str | None,
+        optional: tuple[str, ...],
+        evaluate: Evaluator,
+        *arrays: ArrayLike,
+        out: Floats | None = None,
+        threads: int | None = None,
+        **named: ArrayLike,
+    ) -> Floats:
+        """What the builtin of a frame or with optional inputs does not take; these may even be None."""
+        inputs = arranged(row, arrays, named, self.mechanism.tip)
+        there = tuple(name for name in row.optional if name in inputs)
+        if there != optional:
+            evaluate = self.kernel(row.name, frame, there).evaluate
         return evaluate(*inputs.values(), out=out, threads=threads)
 
     def _require_frame(self, row: Quantity, frame: str) -> None:
@@ -384,6 +410,14 @@ class Robot(Description):
     def _friction(self) -> FrictionLaw:
         """Friction of the joints that have any."""
         return friction_law(self.mechanism)
+
+
+def _twin_kernel(robot: Robot, name: str, frame: str | None, optional: tuple[str, ...]) -> Kernel:
+    """The kernel of a frame or with optional inputs, all by position, falling back to all that the robot knows."""
+    row = quantity(name)
+    fallback = partial(robot._general_of_twin, row, frame, optional)  # pyright: ignore[reportPrivateUsage]
+    recipe = (_twin_kernel, (robot, name, frame, optional))
+    return compiled(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
 
 
 def _routine_kernel(robot: Robot, name: str) -> Kernel:
