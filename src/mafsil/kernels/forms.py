@@ -38,7 +38,15 @@ def entry(signature: Signature, rows: int) -> str:
     plain = all(len(port.shape) < 2 for port in signature.inputs) and signature.inputs
     if not plain or sum(port.size for port in signature.inputs) > _MOST_NUMBERS:
         return _head() + "\n  br label %slow\n" + _slow()
-    parts = [_head(), _twins(signature), _named(signature), _given(signature), _point(signature)]
+    parts = [
+        _head(),
+        _twins(signature),
+        _framed(signature),
+        _CALL_OF_TWIN,
+        _named(signature),
+        _given(signature),
+        _point(signature),
+    ]
     return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature, rows), _slow()])
 
 
@@ -85,12 +93,6 @@ def _twins(signature: Signature) -> str:
     A builtin that is found in `self` is called with the same arguments, without the frame.
     """
     count = len(signature.inputs)
-    without_frame = "\n".join(
-        f"  %kept.at{k} = getelementptr ptr, ptr %args, i64 {k if k < count else k + 1}\n"
-        f"  %kept{k} = load ptr, ptr %kept.at{k}, align 8\n"
-        f"  %kept.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %kept{k}, ptr %kept.to{k}, align 8"
-        for k in range(count + 1)
-    )
     return f"""{_memory(signature)}
   %table = load ptr, ptr @mafsil_runtime, align 8
   %names = load ptr, ptr @mafsil_names, align 8
@@ -131,7 +133,19 @@ twin.first:
   %frame.name = load ptr, ptr %frame.at, align 8
   %is.frame = icmp eq ptr %kw.first, %frame.name
   %framed = and i1 %exact, %is.frame
-  br i1 %framed, label %twin.last, label %given.copy
+  br i1 %framed, label %twin.last, label %given.copy"""
+
+
+def _framed(signature: Signature) -> str:
+    """Step 1, all inputs by position, a frame, and perhaps `out`: the frame is left out of the call."""
+    count = len(signature.inputs)
+    without_frame = "\n".join(
+        f"  %kept.at{k} = getelementptr ptr, ptr %args, i64 {k if k < count else k + 1}\n"
+        f"  %kept{k} = load ptr, ptr %kept.at{k}, align 8\n"
+        f"  %kept.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %kept{k}, ptr %kept.to{k}, align 8"
+        for k in range(count + 1)
+    )
+    return f"""
 twin.last:
   %kw.before = sub i64 %kw.size, 1
   %kw.last.at = getelementptr ptr, ptr %kw.items, i64 %kw.before
@@ -157,7 +171,10 @@ twin.frame.ask:
   br i1 %ends.out, label %twin.frame.out, label %twin.call
 twin.frame.out:
 {without_frame}
-  br label %twin.call
+  br label %twin.call"""
+
+
+_CALL_OF_TWIN = """
 twin.keywords:
   %kw.getitem = load ptr, ptr %getitem.at, align 8
   %kw.twin = call ptr %kw.getitem(ptr %self, ptr %kwnames)
