@@ -11,6 +11,7 @@ import numpy as np
 from mafsil import threads as pool
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
+from mafsil.kernels.call import LARGE
 from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
 
@@ -79,7 +80,8 @@ class Evaluator:
             Array (*batch, *core) of the output port, or a tuple of them.
 
         Raises:
-            InputError: wrong number, name, type or shape; in a call without batch also NaN and infinities.
+            InputError: wrong number, name, type or shape; in a call without batch also NaN and infinities, and finite
+                numbers whose result overflows, where the signature says that it should be finite.
         """
         ports = self._signature.inputs
         arrays = self._ordered(args, named)
@@ -100,9 +102,12 @@ class Evaluator:
         try:
             if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
                 return self._split(arrays, batch, results, count)
-            return self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+            found = self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
         except MemoryError:
             raise InputError("call.memory", name=self._signature.name, batch=batch) from None
+        if not batch and self._signature.finite:
+            self._require_finite(arrays, found)
+        return found
 
     def _common_batch(self, arrays: Sequence[Any]) -> tuple[int, ...] | None:
         """The batch, if all arguments are float64 arrays of the same one: the usual case, found out in little time."""
@@ -144,6 +149,28 @@ class Evaluator:
         except (ValueError, RuntimeError):  # NumPy raises the second beyond 32 dimensions
             named = ", ".join(f"{name} {shape}" for name, shape in zip(self._names, shapes, strict=True))
             raise InputError("call.batches", name=self._signature.name, batches=named) from None
+
+    def _require_finite(self, arrays: Sequence[Floats], found: Any) -> None:
+        """Refuse a result that is not finite though all that was given is.
+
+        Raises:
+            InputError: names the number that leads beyond the range of floating-point numbers.
+        """
+        for array in found if isinstance(found, tuple) else (found,):
+            result = np.asarray(array)
+            if _finite(result):
+                continue
+            index = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
+            sizes = [float(np.abs(x).max(initial=0.0)) for x in arrays]
+            largest = max(sizes)
+            raise InputError(
+                "call.overflow" if largest >= LARGE else "call.undefined",
+                name=self._signature.name,
+                value=float(result[index]),
+                index=index,
+                input=self._names[sizes.index(largest)],
+                largest=largest,
+            )
 
     def _given(self, out: Any, batch: tuple[int, ...]) -> tuple[Floats, ...]:
         """The caller's result arrays, fit to be written."""

@@ -38,6 +38,8 @@ BIND = "mafsil_bind"
 """Symbol that takes the addresses of the process's table and of the names of the inputs."""
 _FASTCALL_KEYWORDS = 0x0080 | 0x0002
 _UNROLLED = 64
+LARGE = 1e60
+"""Numbers from here on may overflow in products of a few of them: their results are looked at, on the slow road."""
 
 
 def wrapper(signature: Signature, triple: str, rows: int = 0) -> str:
@@ -311,7 +313,10 @@ class _Wrapper:
         self._open(good)
 
     def _finite(self, pointer: str, size: int) -> None:
-        """X - x is zero for numbers and NaN for NaN and infinities; blocks may overlap, so no tail is needed."""
+        """Sums of squares are below a bound unless there is a NaN, an infinity or a number that may overflow.
+
+        The slow road tells these apart. Blocks may overlap, so no tail is needed.
+        """
         if size == 0:
             return
         width = 4 if size >= 4 else 2 if size >= 2 else 1
@@ -320,19 +325,17 @@ class _Wrapper:
             total = self._long_sum(pointer, size, kind)
         else:
             starts = [*range(0, size - width, width), size - width]
-            total = self._sum([self._difference(pointer, 8 * start, kind) for start in starts], kind)
-        wrong = self._value(f"fcmp uno {kind} {total}, zeroinitializer")
+            total = self._squares([self._load(kind, pointer, 8 * start) for start in starts], kind)
+        bound = ", ".join([f"double {LARGE**2:e}"] * width)
+        wrong = self._value(f"fcmp uge {kind} {total}, <{bound}>")
         bits = self._value(f"bitcast <{width} x i1> {wrong} to i{width}")
         self._branch(self._value(f"icmp eq i{width} {bits}, 0"))
 
-    def _difference(self, pointer: str, offset: int, kind: str) -> str:
-        x = self._load(kind, pointer, offset)
-        return self._value(f"fsub {kind} {x}, {x}")
-
-    def _sum(self, terms: list[str], kind: str) -> str:
-        total = terms[0]
-        for term in terms[1:]:
-            total = self._value(f"fadd {kind} {total}, {term}")
+    def _squares(self, blocks: list[str], kind: str, total: str = "") -> str:
+        """The sum of the total so far and the squares of blocks; products and sums may be contracted."""
+        for x in blocks:
+            square = self._value(f"fmul contract {kind} {x}, {x}")
+            total = self._value(f"fadd contract {kind} {total}, {square}") if total else square
         return total
 
     def _long_sum(self, pointer: str, size: int, kind: str) -> str:
@@ -345,12 +348,13 @@ class _Wrapper:
         self._emit(f"{index} = phi i64 [ 0, %{before} ], [ {index}.next, %{loop} ]")
         self._emit(f"{total} = phi {kind} [ zeroinitializer, %{before} ], [ {total}.next, %{loop} ]")
         at = self._value(f"getelementptr double, ptr {pointer}, i64 {index}")
-        self._emit(f"{total}.next = fadd {kind} {total}, {self._difference(at, 0, kind)}")
+        square = self._squares([self._load(kind, at, 0)], kind)
+        self._emit(f"{total}.next = fadd contract {kind} {total}, {square}")
         self._emit(f"{index}.next = add i64 {index}, 4")
         more = self._value(f"icmp sle i64 {index}.next, {size - 4}")
         self._emit(f"br i1 {more}, label %{loop}, label %{after}")
         self._open(after)
-        return self._sum([f"{total}.next", self._difference(pointer, 8 * (size - 4), kind)], kind)
+        return self._squares([self._load(kind, pointer, 8 * (size - 4))], kind, f"{total}.next")
 
     def _results(self, data: list[str]) -> None:
         """Allocate every output, or take `out` for the only one, evaluate, and hand out one array or a tuple."""

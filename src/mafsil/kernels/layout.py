@@ -28,11 +28,18 @@ class Port:
 
 @dataclass(frozen=True)
 class Signature:
-    """What a kernel takes and gives: its name, its input ports and its output ports."""
+    """What a kernel takes and gives: its name, its input ports and its output ports.
+
+    Attributes:
+        name: of the quantity.
+        inputs, outputs: the ports.
+        finite: finite inputs have finite results, unless numbers overflow: a call at one point then raises.
+    """
 
     name: str
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
+    finite: bool = False
 
     @property
     def ports(self) -> tuple[Port, ...]:

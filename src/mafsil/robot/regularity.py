@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.errors import InputError
 from mafsil.model.moved_matter import joints_that_move_matter
 
 if TYPE_CHECKING:
     from mafsil.robot.robot import Robot
+
+
+NO_FINITE_ANSWER = ("call.overflow", "call.undefined")
+"""Keys of the errors of a kernel that finds no finite number."""
 
 
 def dividing(robot: Robot, name: str, rank: int) -> Any:
@@ -44,8 +49,14 @@ class Answered:
 
         Raises:
             ModelError: the mass matrix is singular at this position; the joints and their motion are named.
+            InputError: as the routine.
         """
-        found: Floats = self.routine(*arrays, **named)
+        try:
+            found: Floats = self.routine(*arrays, **named)
+        except InputError as error:
+            if error.key in NO_FINITE_ANSWER:
+                self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
+            raise
         if found.ndim == self.rank and not np.isfinite(found).all():
             self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
         return found

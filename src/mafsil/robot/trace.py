@@ -37,7 +37,7 @@ def joint_signature(mechanism: Mechanism, quantities: Sequence[Quantity], option
     needed = dict.fromkeys(name for row in quantities for name in row.inputs)
     inputs = tuple(Port(name, sized(INPUTS[name])) for name in dict.fromkeys((*needed, *optional)))
     outputs = tuple(Port(row.name, sized(row.shape)) for row in quantities)
-    return Signature("_and_".join(row.name for row in quantities), inputs, outputs)
+    return Signature("_and_".join(row.name for row in quantities), inputs, outputs, finite=True)
 
 
 def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Any:
