@@ -107,7 +107,10 @@ def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
         clear = len(distinct(q[good], asked.turning)) == len(chosen)
         least = least if clear else 0.0
     if least < APART or chosen[:, 2].any() or (least < BENT and asked.folded(facts).any()):
-        return Question(asked, clean_poses(T[None])[0][0], asked.middle, tolerance).answer()
+        clean, valid = clean_poses(T[None])
+        if not valid[0]:
+            raise _no_pose()
+        return Question(asked, clean[0], asked.middle, tolerance).answer()
     return SolutionSet(
         Question(asked, T, asked.middle, tolerance),
         q[good],

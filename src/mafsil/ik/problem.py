@@ -11,6 +11,9 @@ from mafsil.model import Joint, JointKind, Mechanism
 ORTHOGONALITY = 1e-6
 """Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
 
+FARTHEST = 1e100
+"""Numbers of a position from here on [m] are refused: squares of distances would soon overflow."""
+
 ROUNDING = 1e-15
 """The same, of matrices that need no repair."""
 
@@ -31,7 +34,7 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
         defect = np.max([*lengths, *leans], axis=0)
         proper = (x * np.cross(y, z, axis=0)).sum(axis=0) > 0.0
         ends = np.abs(T[:, 3] - np.array([0.0, 0.0, 0.0, 1.0])).max(axis=1, initial=0.0)
-        valid = (defect <= ORTHOGONALITY) & proper & (ends <= ORTHOGONALITY) & np.isfinite(p).all(axis=0)
+        valid = (defect <= ORTHOGONALITY) & proper & (ends <= ORTHOGONALITY) & (np.abs(p) < FARTHEST).all(axis=0)
     clean = np.where(valid[:, None, None], T, np.eye(4))
     rough = np.flatnonzero(valid & (defect > ROUNDING))
     for _ in range(2 if len(rough) else 0):

@@ -22,8 +22,10 @@ from mafsil.mechanics.task_space import TaskSpace
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
 from mafsil.robot.compiling import compiled, compiled_together
+from mafsil.robot.degrees import DegreesHint
 from mafsil.robot.description import Description
 from mafsil.robot.masses import require_masses
+from mafsil.robot.motionless import OF_STILL, Motionless
 from mafsil.robot.regularity import dividing
 from mafsil.robot.routine import (
     ForwardDynamics,
@@ -354,6 +356,8 @@ class Robot(Description):
 
     def _routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        if not self.n and name in OF_STILL:
+            return Motionless(self, name)
         require_masses(self.mechanism, name)
         return _routine_kernel(self, name).call
 
@@ -369,7 +373,9 @@ class Robot(Description):
     ) -> Floats:
         """Any call: inputs by position or name, optional inputs, frames, batches."""
         if frame is None and not named and len(arrays) == len(row.inputs):
-            return evaluate(*arrays, out=out, threads=threads)
+            found = evaluate(*arrays, out=out, threads=threads)
+            self._degrees_hint(arrays[0])
+            return found
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
@@ -381,7 +387,9 @@ class Robot(Description):
                 if isinstance(form, tuple):
                     evaluate.twins[*form, "out"] = twin
             evaluate = kernel.evaluate
-        return evaluate(*inputs.values(), out=out, threads=threads)
+        found = evaluate(*inputs.values(), out=out, threads=threads)
+        self._degrees_hint(inputs["q"])
+        return found
 
     def _general_of_twin(
         self,
@@ -399,12 +407,19 @@ class Robot(Description):
         there = tuple(name for name in row.optional if name in inputs)
         if there != optional:
             evaluate = self.kernel(row.name, frame, there).evaluate
-        return evaluate(*inputs.values(), out=out, threads=threads)
+        found = evaluate(*inputs.values(), out=out, threads=threads)
+        self._degrees_hint(inputs["q"])
+        return found
 
     def _require_frame(self, row: Quantity, frame: str) -> None:
         if not row.framed:
             raise InputError("robot.no_frame", name=row.name)
         self.mechanism.link(frame)
+
+    @lazy
+    def _degrees_hint(self) -> DegreesHint:
+        """Warns of joint angles that look like degrees."""
+        return DegreesHint(self.mechanism)
 
     @lazy
     def _friction(self) -> FrictionLaw:

@@ -21,7 +21,7 @@ from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.general.findings import MOST
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import FARTHEST, ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
@@ -253,8 +253,8 @@ def _merge(setting: Setting, poses: NDArray[np.intp], q: Floats, good: NDArray[n
 
 
 def _finite(T: PoseMatrix) -> PoseMatrix:
-    """Rows with NaN or infinities as zeros, which are no poses either."""
-    finite = np.asarray(np.isfinite(T).all(axis=(1, 2)), dtype=np.bool_)
+    """Rows with NaN, infinities or numbers that would overflow as zeros, which are no poses either."""
+    finite = np.asarray((np.abs(T) < FARTHEST).all(axis=(1, 2)), dtype=np.bool_)
     return T if finite.all() else np.where(finite[:, None, None], T, 0.0)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.ik.problem import FARTHEST
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled
 
@@ -340,7 +341,7 @@ def clean(T: Floats, limit: float, centre: Floats, out: Floats, valid: Whole, di
     for row in range(T.shape[0]):
         good = True
         for i in range(16):
-            good = good and np.isfinite(T[row, i])
+            good = good and abs(T[row, i]) < FARTHEST
             if i >= 12:
                 good = good and abs(T[row, i] - (1.0 if i == 15 else 0.0)) <= limit
         for i in range(3):

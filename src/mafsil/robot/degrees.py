@@ -1,0 +1,62 @@
+"""A hint when joint angles look like degrees: FK of degrees is a right answer to a question that nobody asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from mafsil.errors import InputWarning, warn
+from mafsil.model import Mechanism
+from mafsil.model.joint import JointKind
+
+TURN = 2.0 * pi
+LARGE = 9.0
+"""Angles up to here [rad] are not looked at: a joint of one turn either way may stand there, wound once."""
+
+
+class DegreesHint:
+    """Looks at the coordinates of single calls that come as lists or otherwise off the fast road, and warns once.
+
+    Args:
+        mechanism: of the robot.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._turning = [joint.kind is not JointKind.PRISMATIC for joint in mechanism.coordinates]
+        self._lower = (mechanism.limits.lower - TURN).tolist()
+        self._upper = (mechanism.limits.upper + TURN).tolist()
+        self._names = mechanism.joint_names
+        self._given = False
+
+    def __call__(self, q: Any) -> None:
+        """Warn if an angle lies more than a turn beyond its limits, or all angles are whole numbers and one is large.
+
+        Args:
+            q: coordinates of one configuration, already accepted; batches are left alone.
+
+        Warns:
+            InputWarning: they look like degrees.
+        """
+        values = q.tolist() if isinstance(q, np.ndarray) else q
+        if self._given or not isinstance(values, list | tuple) or len(values) != len(self._names):
+            return
+        if not values or isinstance(values[0], list | tuple | np.ndarray) or max(map(abs, values)) < LARGE:
+            return
+        k = self._suspicious(values)
+        if k is not None:
+            self._given = True
+            angle = float(values[k])
+            warn(InputWarning("robot.degrees", joint=self._names[k], value=angle, turns=abs(angle) / TURN))
+
+    def _suspicious(self, values: Sequence[float]) -> int | None:
+        """Index of the angle that gives it away."""
+        angles = [k for k, turning in enumerate(self._turning) if turning]
+        whole = all(float(values[k]).is_integer() for k in angles)
+        for k in sorted(angles, key=lambda k: -abs(values[k])):
+            beyond = not self._lower[k] <= values[k] <= self._upper[k]
+            if abs(values[k]) >= LARGE and (beyond or whole):
+                return k
+        return None

@@ -1,0 +1,75 @@
+"""Poses of a robot without moving joints: constants, for which there is nothing to compile."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.errors import InputError
+from mafsil.model import Mechanism
+
+if TYPE_CHECKING:
+    from mafsil.robot.robot import Robot
+
+OF_STILL = ("forward_kinematics", "link_poses")
+"""Names of the catalogue that have a value without any joint."""
+
+
+class Motionless:
+    """A routine of configurations (*batch, 0) that gives the same poses for each.
+
+    Args:
+        robot: whose routine; it has no moving joint.
+        name: of the routine.
+    """
+
+    def __init__(self, robot: Robot, name: str) -> None:
+        self._robot, self._name = robot, name
+        self._poses = _link_poses(robot.mechanism)
+
+    def __call__(
+        self, q: ArrayLike, *, frame: str | None = None, out: Floats | None = None, threads: int | None = None
+    ) -> Floats:
+        """(*batch, 4, 4) pose of the tip frame or of the link `frame`, or (*batch, L, 4, 4) of all links, in {s}.
+
+        Args:
+            q: (*batch, 0).
+            frame: link name, for forward kinematics.
+            out: array of the result's shape to write into.
+            threads: of no effect; there is nothing to compute.
+
+        Raises:
+            InputError: a wrong shape, or a frame for what has none.
+            ModelError: no such link.
+        """
+        batch = gate("q", q, (0,)).shape[:-1]
+        value = self._value(frame)
+        result = np.empty(batch + value.shape) if out is None else out
+        if result.shape != batch + value.shape:
+            raise InputError("input.shape", name="out", expected=batch + value.shape, got=result.shape, hint="")
+        result[...] = value
+        return result
+
+    def _value(self, frame: str | None) -> Floats:
+        mechanism = self._robot.mechanism
+        if self._name == "link_poses":
+            if frame is not None:
+                raise InputError("robot.no_frame", name=self._name)
+            return self._poses
+        if frame is None:
+            return self._poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
+        return self._poses[mechanism.link_names.index(mechanism.link(frame).name)]
+
+    def __reduce__(self) -> tuple[type[Motionless], tuple[Robot, str]]:
+        return Motionless, (self._robot, self._name)
+
+
+def _link_poses(mechanism: Mechanism) -> PoseMatrix:
+    """(L, 4, 4) poses of the links, each in the order of the joints that lead to it."""
+    poses = [np.eye(4)]
+    for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):
+        poses.append(poses[parent] @ joint.T_pj)
+    return np.stack(poses)
