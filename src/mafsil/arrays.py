@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, cast
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from inspect import signature
+from typing import Any, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.errors import InputError
+from mafsil.messages import say
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
 
 Floats: TypeAlias = NDArray[np.float64]
 """Any float64 array; the docstring says its shape, `*batch` being any leading dimensions."""
@@ -42,7 +50,8 @@ def real_array(name: str, value: ArrayLike) -> Floats:
         raise InputError("input.numbers", name=name, got=_kind(value)) from None
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":
-            raise InputError("input.numbers", name=name, got=_kind(value, array))
+            key = "input.numbers_in_q" if array.ndim == 0 and hasattr(value, "q") else "input.numbers"
+            raise InputError(key, name=name, got=_kind(value, array))
     return array.astype(np.float64, copy=False)
 
 
@@ -68,7 +77,7 @@ def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = F
         value: what the user gave.
         core: the last dimensions that are required, such as (7,) or (4, 4).
         finite: refuse NaN and infinities, naming the first one's index.
-        hint: appended to the sentence about a wrong shape: what to do.
+        hint: appended to the sentence about a wrong shape: what to do; found from the shapes if empty.
 
     Raises:
         InputError: not real numbers, wrong shape, or (if `finite`) a NaN or infinity.
@@ -76,8 +85,34 @@ def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = F
     array = real_array(name, value)
     if array.shape[array.ndim - len(core) :] != core or array.ndim < len(core):
         expected = "(*batch, " + ", ".join(map(str, core)) + ")"
-        raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint=hint)
+        advice = hint or Advice(core, array.shape)
+        raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint=advice)
     return require_finite(name, array) if finite else array
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """What to do about a wrong shape, at the end of its sentence.
+
+    Attributes:
+        core: the last dimensions that are required.
+        got: the shape that was given.
+    """
+
+    core: tuple[int, ...]
+    got: tuple[int, ...]
+
+    def spoken(self, language: str | None = None) -> str:
+        """The advice, beginning with a semicolon."""
+        return say(f"input.advice_{self._kind()}", language=language, count=self.core[-1] if self.core else 1)
+
+    def _kind(self) -> str:
+        core, got = self.core, self.got
+        if len(core) == 1:
+            return "column" if got[-2:] == (*core, 1) else "transposed" if got[-2:-1] == core else "row"
+        if core == (4, 4):
+            return "place" if got[-1:] in ((3,), (6,), (7,)) else "rotation" if got[-2:] == (3, 3) else "pose"
+        return "plain"
 
 
 def single(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
@@ -162,18 +197,53 @@ def require_function(name: str, value: object, form: str, count: int) -> None:
     Raises:
         InputError: it is no function, or one of other arguments.
     """
-    import inspect
-
     if not callable(value):
         raise InputError("input.kind", name=name, expected=form, got=type(value).__name__)
     try:
-        taken = inspect.signature(value)
+        taken = signature(value)
     except ValueError:  # some functions written in C do not tell
         return
     try:
         taken.bind(*range(count))
     except TypeError:
         raise InputError("input.kind", name=name, expected=form, got=f"function of {taken}") from None
+
+
+def called(function: Callable[P, Result]) -> Callable[P, Result]:
+    """The function, with missing, unknown and doubled arguments said in our words.
+
+    Args:
+        function: of named arguments; it gets them as they are.
+    """
+
+    @wraps(function)
+    def call(*args: P.args, **named: P.kwargs) -> Result:
+        try:
+            return function(*args, **named)
+        except TypeError:
+            _require_arguments(function, args, named)
+            raise
+
+    return call
+
+
+def _require_arguments(function: Callable[..., object], args: tuple[object, ...], named: dict[str, object]) -> None:
+    """Nothing, if the arguments fit the function's signature.
+
+    Raises:
+        InputError: one is missing, unknown, given twice or too many.
+    """
+    parameters = signature(function).parameters
+    places = [name for name, each in parameters.items() if each.kind is each.POSITIONAL_OR_KEYWORD]
+    facts = {"name": getattr(function, "__name__", ""), "inputs": ", ".join(parameters)}
+    doubtful = [name for name in named if name not in parameters or name in places[: len(args)]]
+    doubtful += [repr(value)[:40] for value in args[len(places) :]]
+    if doubtful:
+        raise InputError("input.unexpected", problem=", ".join(doubtful), **facts)
+    needed = [name for name, each in parameters.items() if each.default is each.empty]
+    missing = [name for name in needed if name not in named and name not in places[: len(args)]]
+    if missing:
+        raise InputError("input.missing", missing=", ".join(missing), **facts)
 
 
 def frozen(array: ArrayLike) -> Floats:
@@ -184,4 +254,8 @@ def frozen(array: ArrayLike) -> Floats:
 
 
 def _kind(value: object, array: NDArray[Any] | None = None) -> str:
-    return type(value).__name__ if array is None else f"{type(value).__name__} of {array.dtype}"
+    """The type, and what an array or list holds where that says more."""
+    name = type(value).__name__
+    if array is None or not isinstance(value, np.ndarray | list | tuple):
+        return name
+    return f"{name} of {array.dtype}"

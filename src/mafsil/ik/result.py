@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.errors import InputWarning, warn
 from mafsil.messages import say
 from mafsil.solvers import Status
 
@@ -47,8 +48,8 @@ class IKResult:
     """What was found for each pose of a batch.
 
     Attributes:
-        q: (*batch, n) the solution where `solved`; else no solution but the configuration nearest to the pose that was
-            seen (`solution` hides those), NaN where the row is not a pose [rad | m].
+        nearest: (*batch, n) the solution where `solved`; else no solution but the configuration nearest to the pose
+            that was seen (`solution` hides those), NaN where the row is not a pose [rad | m].
         codes: (*batch,) index into `STATUSES`.
         T_reached: (*batch, 4, 4) pose of the frame at q, in {s}.
         position_error: (*batch,) distance between the wanted and the reached origin [m], as far as it counts.
@@ -61,7 +62,7 @@ class IKResult:
         moving: number of joints that move the frame.
     """
 
-    q: JointVector
+    nearest: JointVector
     codes: NDArray[np.int8]
     T_reached: PoseMatrix
     position_error: Floats
@@ -90,9 +91,20 @@ class IKResult:
         return replace(self, **{name: np.asarray(x) for name, x in rows.items()})
 
     @property
+    def q(self) -> JointVector:
+        """(*batch, n) as `nearest`; of a single answer that is no solution, with a warning.
+
+        Warns:
+            InputWarning: the pose was not reached.
+        """
+        if not self.codes.ndim and not self.solved:
+            warn(InputWarning("ik.unsolved_q", residual=rounded_up(float(self.residual))))
+        return self.nearest
+
+    @property
     def solution(self) -> JointVector:
         """(*batch, n) the solutions; NaN where a pose is not solved."""
-        return np.where(self.solved[..., None], self.q, np.nan)
+        return np.where(self.solved[..., None], self.nearest, np.nan)
 
     @property
     def solved(self) -> NDArray[np.bool_]:

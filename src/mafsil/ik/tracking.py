@@ -256,8 +256,8 @@ class _Tracker:
     def _near(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
         """The solution that Newton's method finds from q, within the limits, if it is a step away."""
         found = solve_ik(self.robot, T, q, tolerance=self.tolerance, restarts=0)
-        near = bool(found.solved or not exact) and bool(np.abs(found.q - q).max(initial=0.0) <= self.largest)
-        return found.q if near else None
+        near = bool(found.solved or not exact) and bool(np.abs(found.nearest - q).max(initial=0.0) <= self.largest)
+        return found.nearest if near else None
 
     def _miss(self, q: JointVector, T: PoseMatrix) -> float:
         e = pose.error(self.robot.forward_kinematics(q), T)

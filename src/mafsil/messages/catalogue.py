@@ -6,10 +6,21 @@ import os
 import tomllib
 from functools import cache
 from importlib import resources
+from typing import Protocol, runtime_checkable
 
 from mafsil.messages.plurals import Filling
 
 LANGUAGES = ("en", "ar")
+
+
+@runtime_checkable
+class Spoken(Protocol):
+    """A fact that has words in each language."""
+
+    def spoken(self, language: str | None = None) -> str:
+        """The words, in the given language or the current one."""
+        ...
+
 
 _chosen: str | None = None
 
@@ -52,8 +63,10 @@ def say(key: str, *, language: str | None = None, **facts: object) -> str:
     Args:
         key: `area.name`.
         language: `en` or `ar`; the current language if None.
-        facts: values for the placeholders of the sentence (str.format); `{count:#noun}` is a number with its noun.
+        facts: values for the placeholders of the sentence (str.format); `{count:#noun}` is a number with its noun; one
+            that has words of its own in each language gives them by `spoken(language)`.
     """
+    facts |= {name: fact.spoken(language) for name, fact in facts.items() if isinstance(fact, Spoken)}
     sentence = template(key, language)
     if ":#" not in sentence:
         return sentence.format(**facts)

@@ -135,7 +135,7 @@ class Diagnostic:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """All that was found in one robot file.
 
@@ -171,6 +171,10 @@ class Report:
 
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(self.diagnostics)
+
+    def __repr__(self) -> str:
+        first = f": {self:en}" if self.errors else ""
+        return f"<Report {self.source!r}: errors {len(self.errors)}, warnings {len(self.warnings)}{first}>"
 
     def __format__(self, language: str) -> str:
         """The first errors as one text, in the language named by the format (`{report:ar}`)."""

@@ -16,6 +16,9 @@ from mafsil.model.file_reader import warn_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
 
+LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
+"""Endings of files of recorded motion, which the functions that take a log want after the robot."""
+
 P = ParamSpec("P")
 Result = TypeVar("Result")
 
@@ -132,6 +135,8 @@ def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) 
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)
     path, arguments = Path(source), _arguments(source, xacro_args)
+    if str(source).lstrip().startswith("<"):
+        raise FileError("robot.text", source=shown(str(source)))
     if not path.suffix and not _exists(path):
         name = str(source)
         if name != "default" and name not in library.names():
@@ -145,6 +150,8 @@ def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) 
 
         _require_xacro(arguments, str(path))
         return table.read(path), True
+    if path.suffix.lower() in LOGS:
+        raise FileError("robot.log", source=shown(str(source)))
     reader = reader_of(path, arguments=arguments)
     if reader is None:
         raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from mafsil.errors import InputError
 from mafsil.mechanics.quantities import Quantity
 
+OPTIONS = ("out", "threads")
+"""What every routine takes by name."""
 TIP_LETTERS = ("b", "t", "tip")
 """Letters that a wrench in the tip frame may carry, besides the name of the tip link."""
 
@@ -34,7 +36,9 @@ def arranged(
     given: dict[str, Any] = dict(zip(names, arrays, strict=False))
     for name, value in named.items():
         if name not in names or name in given:
-            raise InputError("robot.unexpected", routine=row.name, name=name, inputs=", ".join(names))
+            options = ", ".join(["frame", *OPTIONS] if row.framed else OPTIONS)
+            facts = {"name": name, "inputs": ", ".join(names), "options": options}
+            raise InputError("robot.unexpected", routine=row.name, **facts)
         given[name] = value
     missing = [name for name in row.inputs if name not in given]
     if missing:

@@ -7,13 +7,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, positive, real_array, require_finite
+from mafsil.arrays import Advice, Floats, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
 ViaRule = Literal["continuous", "heuristic", "stop"]
 
 
+@called
 def cubic(
     start: ArrayLike,
     goal: ArrayLike,
@@ -41,6 +42,7 @@ def cubic(
     return PiecewisePolynomial.from_pieces([T], cubic_coefficients(u0, uf, v0, vf, T)[None])
 
 
+@called
 def quintic(
     start: ArrayLike,
     goal: ArrayLike,
@@ -76,6 +78,7 @@ def quintic(
     return PiecewisePolynomial.from_pieces([T], quintic_coefficients(u0, uf, v0, vf, a0, af, T)[None])
 
 
+@called
 def cubic_through(
     points: ArrayLike,
     durations: ArrayLike,
@@ -116,6 +119,7 @@ def cubic_through(
     return PiecewisePolynomial.from_pieces(h, pieces)
 
 
+@called
 def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
     """Standing still at `position` (*batch, n) for `duration` [s]."""
     (u,) = _conditions(position=position)
@@ -157,8 +161,17 @@ def quintic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, a0: Flo
 
 
 def _conditions(**values: ArrayLike) -> list[Floats]:
-    """All end values as finite arrays of one shape (*batch, n)."""
-    arrays = [require_finite(name, np.atleast_1d(real_array(name, value))) for name, value in values.items()]
+    """All end values as finite arrays of one shape (*batch, n); plain numbers stand for every coordinate.
+
+    Rows of coordinates must be of one length: a goal of one coordinate is not that of two.
+    """
+    arrays = [require_finite(name, real_array(name, value)) for name, value in values.items()]
+    first = next((array for array in arrays if array.ndim), np.zeros(1))
+    for name, array in zip(values, arrays, strict=True):
+        if array.ndim and array.shape[-1] != first.shape[-1]:
+            expected, advice = f"(*batch, {first.shape[-1]})", Advice(first.shape[-1:], array.shape)
+            raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint=advice)
+    arrays = [np.atleast_1d(array) for array in arrays]
     shape = arrays[0].shape
     for name, array in zip(values, arrays, strict=True):
         try:

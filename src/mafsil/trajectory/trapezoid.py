@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, positive, real_array, require_finite
+from mafsil.arrays import Floats, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -17,6 +17,7 @@ from mafsil.trajectory.status import PlanStatus
 Synchronisation = Literal["time", "phase"]
 
 
+@called
 def trapezoid(
     start: ArrayLike,
     goal: ArrayLike,
@@ -83,12 +84,12 @@ def shortest_duration(distance: Floats, velocity: Floats, acceleration: Floats) 
 
 def _arguments(start: ArrayLike, goal: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> list[Floats]:
     u0 = require_finite("start", np.atleast_1d(real_array("start", start)))
-    uf = require_finite("goal", np.atleast_1d(real_array("goal", goal)))
+    uf = require_finite("goal", real_array("goal", goal))
     V, A = real_array("velocity", velocity), real_array("acceleration", acceleration)
     if u0.ndim != 1:
         raise InputError("input.shape", name="start", expected="(n,)", got=u0.shape, hint="")
     for name, array in (("goal", uf), ("velocity", V), ("acceleration", A)):
-        if array.shape not in ((), (1,), u0.shape):
+        if array.shape not in ((), u0.shape):
             raise InputError("input.shape", name=name, expected=u0.shape, got=array.shape, hint="")
     for name, array in (("velocity", V), ("acceleration", require_finite("acceleration", A))):
         if not (array > 0.0).all():

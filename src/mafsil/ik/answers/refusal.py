@@ -268,7 +268,7 @@ def _nearest(
     if rows is not None:
         starts.append(rows[0][np.isfinite(rows[0]).all(axis=1)])
     if not setting.arm.exact:
-        best = solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).q[None]
+        best = solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).nearest[None]
         starts.append(best[np.isfinite(best).all(axis=1)])
     q, size = least_missing(setting.robot, np.concatenate(starts), T, setting.mask)
     return q[int(size.argmin())]

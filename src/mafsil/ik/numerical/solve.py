@@ -141,8 +141,8 @@ def solve_ik(
 def _lifted(result: IKResult, part: MovingPart, first: JointVector | None, goal: JointVector | None) -> IKResult:
     """The answer in coordinates of the whole robot; the other joints at the start, the posture or the middle."""
     chosen = [rows for rows in (first, goal) if rows is not None and len(rows)]
-    others = chosen[0].reshape(*result.q.shape[:-1], part.whole.n) if chosen else part.middle
-    return replace(result, q=part.lifted(result.q, others))
+    others = chosen[0].reshape(*result.nearest.shape[:-1], part.whole.n) if chosen else part.middle
+    return replace(result, nearest=part.lifted(result.nearest, others))
 
 
 def _hashable(name: str, values: ArrayLike) -> tuple[float, ...]:
@@ -182,7 +182,7 @@ def _quick(plan: Plan, wanted: PoseMatrix, first: JointVector | None, restarts: 
     if not loops.single(*plan.entries, *asked, *plan.setting, target, start, *plan.tables, best, report, counts):
         return None
     return IKResult(
-        q=best[0, :n],
+        nearest=best[0, :n],
         codes=_SOLVED,
         T_reached=report[loops.REACHED : loops.REACHED + 16].reshape(4, 4),
         position_error=report[loops.POSITION : loops.DISTANCE].reshape(()),
@@ -322,7 +322,7 @@ class _Work:
         for row, name in self.worst.items():
             worst.reshape(-1)[row] = name
         return IKResult(
-            q=self.q.reshape(*batch, self.q.shape[1]),
+            nearest=self.q.reshape(*batch, self.q.shape[1]),
             codes=self.codes.reshape(batch),
             T_reached=self.T.reshape(*batch, 4, 4),
             position_error=self.position.reshape(batch),
