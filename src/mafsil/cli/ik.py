@@ -7,19 +7,15 @@ from math import pi
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix
 from mafsil.cli.answer import Answer
-from mafsil.cli.numerals import coordinate, number
 from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.cli.state import angle_remarks, shown, unit
 from mafsil.cli.table import number as printed
 from mafsil.cli.table import table
-from mafsil.errors import InputError
+from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.messages import say
 from mafsil.robot import Robot, load
-
-PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def ik(
@@ -50,7 +46,7 @@ def ik(
     if picture is not None:
         require_kind(picture, PLAIN)
     arm = load(robot, tip=tip)
-    T = _pose(pose, degrees=degrees)
+    T = typed_pose("pose", pose, degrees=degrees)
     asked = task or ("position" if len(pose) == 3 else "pose")
     answer = inverse_kinematics(arm, T, frame=frame, task=asked)  # pyright: ignore[reportArgumentType]
     assert isinstance(answer, SolutionSet)
@@ -89,26 +85,6 @@ def ik(
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if answer else explanation[0])
-
-
-def _pose(words: list[str], *, degrees: bool) -> PoseMatrix:
-    """(4, 4) from x y z and perhaps roll pitch yaw."""
-    from mafsil.geometry import rotation
-
-    if len(words) not in (3, 6):
-        raise InputError("cli.ik_pose_count", got=len(words))
-    values = [number(f"pose[{name}]", word) for name, word in zip(PLACES[:3], words[:3], strict=True)]
-    for name, word in zip(PLACES[3:], words[3:], strict=False):
-        value, marked = coordinate(f"pose[{name}]", word)
-        values.append(value * pi / 180 if degrees and not marked else value)
-    for name, value in zip(PLACES, values, strict=False):
-        if not np.isfinite(value):
-            raise InputError("input.finite", name="pose", value=value, index=name)
-    T = np.eye(4)
-    T[:3, 3] = values[:3]
-    if len(values) == 6:
-        T[:3, :3] = rotation.from_rpy(np.array(values[3:]))
-    return T
 
 
 def _bare_angles(words: list[str], *, degrees: bool) -> Iterable[tuple[str, str]]:

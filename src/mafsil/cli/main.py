@@ -9,7 +9,6 @@ import sys
 import warnings
 from contextlib import AbstractContextManager, nullcontext
 from math import isfinite
-from os import PathLike
 from typing import Any, cast
 
 from mafsil import __version__
@@ -90,9 +89,11 @@ def _run(words: list[str]) -> int:
         return DONE
     if "robot" in given:
         given["robot"] = _known_name(given["robot"])
-    if (words_of_xacro := given.pop("xacro_arg", None)) is not None:
-        given["robot"] = _with_arguments(given["robot"], words_of_xacro)
     with as_files(operation(name), given) as arguments:
+        if "robot" in arguments:
+            from mafsil.cli.equipment import equipped
+
+            arguments["robot"] = equipped(arguments["robot"], arguments)
         answer = operation(name)(**arguments)
     _print(answer, as_json=bool(as_json))
     return DONE if answer.refusal is None else FAILED
@@ -104,19 +105,6 @@ def _known_name(robot: str) -> str:
 
     small = robot.lower()
     return small if small in library.names() and not os.path.lexists(robot) else robot
-
-
-def _with_arguments(robot: str, words: list[str]) -> PathLike[str]:
-    """A robot file with the arguments of its xacro, each `name:=value` or `name=value`."""
-    from mafsil.model.loading import RobotFile
-
-    given: dict[str, object] = {}
-    for word in words:
-        name, sign, value = word.partition(":=") if ":=" in word else word.partition("=")
-        if not sign or not name.strip():
-            raise InputError("cli.xacro_word", word=word)
-        given[name.strip()] = value
-    return RobotFile(robot, given)
 
 
 def _notices(words: list[str]) -> AbstractContextManager[None]:

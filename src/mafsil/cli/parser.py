@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any, NoReturn
 
 from mafsil.cli.operation import Operation, Parameter
-from mafsil.cli.registry import OPERATIONS
+from mafsil.cli.registry import OPERATIONS, REPEATED, robot_options
 from mafsil.cli.words import NEGATIVE, UsageError
 from mafsil.messages import LANGUAGES, in_line, say, template
 from mafsil.messages.visible import visible
@@ -92,11 +92,10 @@ def _add_parameters(command: Parser, operation: Operation) -> None:
         words = _escaped(say(operation.parameter_key(parameter)))
         flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
-    if any(parameter.name == "robot" for parameter in operation.parameters):
-        words = _escaped(say("cli.xacro_arg"))
-        command.add_argument(
-            "--xacro-arg", action="append", metavar="NAME:=VALUE", default=argparse.SUPPRESS, help=words
-        )
+    for option in robot_options(operation):
+        rules = _rules(option) | ({"action": "append"} if option.name in REPEATED else {})
+        words = _escaped(say(f"cli.{option.name}"))
+        command.add_argument(option.option, dest=f"robot_{option.name}", default=argparse.SUPPRESS, help=words, **rules)
 
 
 def _rules(parameter: Parameter) -> dict[str, Any]:

@@ -14,6 +14,17 @@ _MOTIONS = (
 )  # fmt: skip
 """Ways to type a motion in `convert`, and what stands for their numbers in the help."""
 
+ROBOT_OPTIONS = (
+    Parameter("lock", "text", metavar="JOINT=VALUE"),
+    Parameter("tool", "angle", many=True, metavar="M"),
+    Parameter("payload", "number", metavar="KG"),
+    Parameter("xacro_arg", "text", metavar="NAME:=VALUE"),
+)
+"""Options of every command that takes a robot, applied to it before the command sees it."""
+REPEATED = ("lock", "xacro_arg")
+"""Those of them that may be given several times."""
+UNEQUIPPED = ("lint",)
+"""Commands that look at the file of a robot as it is."""
 _Q = Parameter("q", "angle", positional=True, many=True, metavar="Q")
 
 OPERATIONS: tuple[Operation, ...] = (
@@ -214,6 +225,15 @@ OPERATIONS: tuple[Operation, ...] = (
     ),
     Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"),)),
 )
+
+
+def robot_options(operation: Operation) -> tuple[Parameter, ...]:
+    """The options of its robot that an operation takes beside its own."""
+    own = [parameter.name for parameter in operation.parameters]
+    if "robot" not in own:
+        return ()
+    allowed = ("xacro_arg",) if operation.name in UNEQUIPPED else tuple(option.name for option in ROBOT_OPTIONS)
+    return tuple(option for option in ROBOT_OPTIONS if option.name in allowed and option.name not in own)
 
 
 def operation(name: str) -> Operation:

@@ -12,7 +12,7 @@ import re
 from difflib import get_close_matches
 
 from mafsil.cli.operation import Operation, Parameter
-from mafsil.cli.registry import OPERATIONS
+from mafsil.cli.registry import OPERATIONS, robot_options
 from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.visible import visible
@@ -62,7 +62,8 @@ def _command_at(words: list[str]) -> int | None:
 
 def _sorted(operation: Operation, words: list[str]) -> tuple[list[str], list[str]]:
     """Options with their values; words without a name."""
-    named = {parameter.option: parameter for parameter in (*operation.parameters, *COMMON) if not parameter.positional}
+    known = (*operation.parameters, *robot_options(operation), *COMMON)
+    named = {parameter.option: parameter for parameter in known if not parameter.positional}
     singles = sum(one.positional and one.required and not one.many for one in operation.parameters)
     options: list[str] = []
     places: list[str] = []

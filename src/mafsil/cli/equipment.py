@@ -1,0 +1,60 @@
+"""What a command's robot carries and which joints it holds: `--lock`, `--tool`, `--payload`, arguments of a xacro."""
+
+from __future__ import annotations
+
+from math import pi
+from os import PathLike
+from typing import Any
+
+from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.registry import ROBOT_OPTIONS
+from mafsil.cli.typed_pose import typed_pose
+from mafsil.errors import InputError
+from mafsil.model import JointKind, Mechanism
+from mafsil.model.loading import RobotFile
+
+
+def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
+    """The robot with what the options say; these are taken out of the arguments of the command.
+
+    Args:
+        robot: name or file.
+        given: arguments of the command by name.
+
+    Raises:
+        InputError: a word that is no `name=value`, or no number.
+    """
+    locks, tool, payload, xacro = (given.pop(f"robot_{option.name}", None) for option in ROBOT_OPTIONS)
+    if xacro is None and locks is None and tool is None and payload is None:
+        return robot
+    degrees = bool(given.get("degrees"))
+    held = {name: _coordinate(name, word) for name, word in _pairs(locks or (), "cli.lock_word")}
+    mass = 0.0 if payload is None else number("payload", payload)
+    T_tool = None if tool is None else typed_pose("tool", tool, degrees=degrees)
+
+    def equip(mechanism: Mechanism) -> Mechanism:
+        kinds = {joint.name: joint.kind for joint in mechanism.joints}
+        values = {
+            name: value * pi / 180 if degrees and not marked and kinds.get(name) is not JointKind.PRISMATIC else value
+            for name, (value, marked) in held.items()
+        }
+        ready = mechanism.locked(values) if values else mechanism
+        ready = ready if T_tool is None else ready.with_tool(T_tool)
+        return ready.with_payload(mass) if payload is not None else ready
+
+    return RobotFile(robot, dict(_pairs(xacro or (), "cli.xacro_word")), equip)
+
+
+def _coordinate(name: str, word: str) -> tuple[float, bool]:
+    return coordinate(f"lock[{name}]", word)
+
+
+def _pairs(words: list[str] | tuple[()], key: str) -> list[tuple[str, str]]:
+    """Names and values of words `name:=value` or `name=value`."""
+    pairs: list[tuple[str, str]] = []
+    for word in words:
+        name, sign, value = word.partition(":=") if ":=" in word else word.partition("=")
+        if not sign or not name.strip():
+            raise InputError(key, word=word)
+        pairs.append((name.strip(), value))
+    return pairs

@@ -1,0 +1,42 @@
+"""A pose as people type it: x y z, and perhaps roll pitch yaw, with units or without."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix
+from mafsil.cli.numerals import coordinate, number
+from mafsil.errors import InputError
+
+PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def typed_pose(name: str, words: list[str], *, degrees: bool) -> PoseMatrix:
+    """(4, 4) from x y z [m] and perhaps roll pitch yaw about fixed axes.
+
+    Args:
+        name: of the argument, for errors.
+        words: as typed.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        InputError: not three or six finite numbers.
+    """
+    from mafsil.geometry import rotation
+
+    if len(words) not in (3, 6):
+        raise InputError("cli.ik_pose_count", name=name, got=len(words))
+    values = [number(f"{name}[{place}]", word) for place, word in zip(PLACES[:3], words[:3], strict=True)]
+    for place, word in zip(PLACES[3:], words[3:], strict=False):
+        value, marked = coordinate(f"{name}[{place}]", word)
+        values.append(value * pi / 180 if degrees and not marked else value)
+    for place, value in zip(PLACES, values, strict=False):
+        if not np.isfinite(value):
+            raise InputError("input.finite", name=name, value=value, index=place)
+    T = np.eye(4)
+    T[:3, 3] = values[:3]
+    if len(values) == 6:
+        T[:3, :3] = rotation.from_rpy(np.array(values[3:]))
+    return T
