@@ -9,6 +9,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
+from numpy.typing import ArrayLike
+
 from mafsil.errors import FileError, InputError
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
@@ -56,15 +58,17 @@ def as_mechanism(robot: RobotLike) -> Mechanism:
 
 @dataclass(frozen=True, slots=True)
 class RobotFile(PathLike[str]):
-    """A robot file with the arguments that its xacro takes; stands wherever the path of a file may stand.
+    """A robot as asked for: its file or name, the arguments of its xacro, what it carries; stands where a path may.
 
     Attributes:
-        path: of the file.
+        path: of the file, or a name of the library.
         xacro_args: values by name; numbers and booleans are written as xacro writes them.
+        equip: applied to what was read, after the tip was chosen.
     """
 
     path: str
     xacro_args: Mapping[str, object]
+    equip: Callable[[Mechanism], Mechanism] | None = None
 
     @property
     def texts(self) -> dict[str, str]:
@@ -92,7 +96,11 @@ def of_mechanism(function: Callable[Concatenate[Mechanism, P], Result]) -> Calla
 
 
 def load_mechanism(
-    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+    source: str | PathLike[str],
+    *,
+    tip: str | None = None,
+    xacro_args: Mapping[str, object] | None = None,
+    **dimensions: ArrayLike,
 ) -> Mechanism:
     """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
 
@@ -101,16 +109,17 @@ def load_mechanism(
             elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
+        **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
         ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
 
     Raises:
-        InputError: neither a name nor a path, arguments for something other than a file.
+        InputError: neither a name nor a path, arguments for something other than a file, dimensions it does not have.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot, or has no link of that name.
     """
-    mechanism, from_file = _read(source, xacro_args)
+    mechanism, from_file = _read(source, xacro_args, dimensions)
     choice = choose_tip(mechanism.links[0].name, mechanism.joints)
     note = choice.sentence("en")
     origin = mechanism.provenance
@@ -119,10 +128,14 @@ def load_mechanism(
         mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
     if from_file:
         warn_of(mechanism, choice if chosen and tip is None else None)
-    return mechanism if tip is None else mechanism.with_tip(tip)
+    mechanism = mechanism if tip is None else mechanism.with_tip(tip)
+    equip = source.equip if isinstance(source, RobotFile) else None
+    return mechanism if equip is None else equip(mechanism)
 
 
-def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> tuple[Mechanism, bool]:
+def _read(
+    source: str | PathLike[str], xacro_args: Mapping[str, object] | None, dimensions: Mapping[str, ArrayLike]
+) -> tuple[Mechanism, bool]:
     """The description as the library or the file gives it, and whether a file did.
 
     Raises:
@@ -144,7 +157,9 @@ def _read(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) 
             key = "robot.no_file_close" if close else "robot.no_file"
             raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
         _require_xacro(arguments, name)
-        return library.load(name), False
+        return library.load(name, **dimensions), False
+    if dimensions:
+        raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
         from mafsil.model import table
 

@@ -12,6 +12,7 @@ from mafsil.errors import InputError, UnknownNameError
 from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.serial import ArmParts
 from mafsil.robot.overview import overview
 
@@ -57,9 +58,12 @@ class Description:
             columns: what the numbers of a plain row are; a, alpha, d, theta by default, as in `DHRow`.
             degrees: alpha and theta (and offset of a revolute joint) are degrees.
             base, tool, **parts: see `mechanism_from_dh`.
+
+        Warns:
+            ModelWarning: a link with mass properties that no body has.
         """
         mechanism = mechanism_from_dh(rows, convention, columns=columns, degrees=degrees, base=base, tool=tool, **parts)
-        return cls(mechanism)
+        return cls(warned_of_impossible(mechanism))
 
     @classmethod
     def from_screws(
@@ -76,7 +80,7 @@ class Description:
         mechanism = mechanism_from_screws(
             screws, home, form=form, normalise=normalise, inertial_frames=inertial_frames, **parts
         )
-        return cls(mechanism)
+        return cls(warned_of_impossible(mechanism))
 
     @property
     def name(self) -> str:

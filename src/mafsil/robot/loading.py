@@ -7,6 +7,8 @@ from functools import lru_cache, wraps
 from os import PathLike
 from typing import Concatenate, ParamSpec, TypeVar
 
+from numpy.typing import ArrayLike
+
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
 from mafsil.robot.robot import Robot
@@ -16,7 +18,11 @@ Result = TypeVar("Result")
 
 
 def load(
-    source: str | PathLike[str], *, tip: str | None = None, xacro_args: Mapping[str, object] | None = None
+    source: str | PathLike[str],
+    *,
+    tip: str | None = None,
+    xacro_args: Mapping[str, object] | None = None,
+    **dimensions: ArrayLike,
 ) -> Robot:
     """A robot from the library or a file.
 
@@ -25,16 +31,17 @@ def load(
             elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame, if another than the description's default.
         xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
+        **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
         ModelWarning: the description leaves the tip open, or the file was changed or looks wrong in places.
 
     Raises:
-        InputError: arguments for something other than a file.
+        InputError: arguments for something other than a file, dimensions that the arm does not have.
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, **dimensions))
 
 
 def as_robot(robot: RobotLike) -> Robot:

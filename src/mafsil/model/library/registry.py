@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from difflib import get_close_matches
+from inspect import signature
 from types import MappingProxyType
 
-from mafsil.errors import ModelError
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import single
+from mafsil.errors import InputError, ModelError
 from mafsil.model.library import franka, kuka, planar, puma, scara, stanford, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
 
-_MAKERS: tuple[Callable[[], Mechanism], ...] = (
+_MAKERS: tuple[Callable[..., Mechanism], ...] = (
     franka.panda,
     franka.fr3,
     kuka.iiwa7,
@@ -35,7 +40,7 @@ _MAKERS: tuple[Callable[[], Mechanism], ...] = (
     textbook.offset_stanford,
     textbook.generalized_puma,
 )
-ROBOTS: MappingProxyType[str, Callable[[], Mechanism]] = MappingProxyType({make.__name__: make for make in _MAKERS})
+ROBOTS: MappingProxyType[str, Callable[..., Mechanism]] = MappingProxyType({make.__name__: make for make in _MAKERS})
 DEFAULT = "panda"
 _LONGEST = 80
 
@@ -45,19 +50,39 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(ROBOTS))
 
 
-def load(name: str) -> Mechanism:
+def load(name: str, **dimensions: ArrayLike) -> Mechanism:
     """The robot of that name, with its published or default dimensions.
 
     Args:
         name: one of `names()`, or `default` (the Panda).
+        **dimensions: lengths [m], masses [kg] or angles [rad] other than the default, for arms whose maker takes some,
+            such as `lengths=(0.4, 0.3)` of `planar2r` or `L1=0.5` of `elbow6r`.
 
     Raises:
         ModelError: no such robot; the sentence lists close names.
+        InputError: an arm has no such dimension, another count of numbers, a number that is not finite.
     """
     maker = ROBOTS.get(DEFAULT if name == "default" else name)
     if maker is None:
         raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or names()))
-    return maker()
+    return maker(**{key: _dimension(maker, key, value) for key, value in dimensions.items()})
+
+
+def _dimension(maker: Callable[..., Mechanism], key: str, value: ArrayLike) -> float | tuple[float, ...]:
+    """A number, or as many of them as the default has.
+
+    Raises:
+        InputError: the arm has no such dimension, or one of another shape.
+    """
+    known = signature(maker).parameters
+    if key not in known:
+        listed = ", ".join(known)
+        raise InputError(
+            "library.dimension" if known else "library.fixed", name=maker.__name__, dimension=key, known=listed
+        )
+    default = np.asarray(known[key].default)
+    numbers: list[float] | float = single(key, value, default.shape).tolist()
+    return tuple(numbers) if isinstance(numbers, list) else numbers
 
 
 def close_names(name: str) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from mafsil.errors import FileError
+from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.source import regular_bytes
 from mafsil.model.table.building import mechanism_of
@@ -57,7 +58,7 @@ def parse(text: str, path: str = "<text>") -> Mechanism:
     Raises:
         FileError, ModelError: as `read`.
     """
-    return mechanism_of(decoded(text, path))
+    return warned_of_impossible(mechanism_of(decoded(text, path)))
 
 
 def decoded(text: str, path: str) -> RobotTable:
