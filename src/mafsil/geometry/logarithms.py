@@ -133,7 +133,12 @@ def ball_points(R: ArrayLike, tolerance: float = END) -> Floats:
 
 
 def _turns(angle: float, low: float, high: float) -> range:
-    """All k with low <= angle + 2 pi k <= high; the ends count when met within END."""
+    """All k with low <= angle + 2 pi k <= high; the ends count when met within END.
+
+    Raises:
+        InputError: an end of the range is not finite: there are endless angles.
+    """
+    low, high = float(single("low", low, ())), float(single("high", high, ()))
     return range(ceil((low - END - angle) / (2 * pi)), floor((high + END - angle) / (2 * pi)) + 1)
 
 

@@ -75,7 +75,13 @@ def say(key: str, *, language: str | None = None, **facts: object) -> str:
 
 
 def template(key: str, code: str | None = None) -> str:
-    """The sentence `key` with its placeholders unfilled."""
+    """The sentence `key` with its placeholders unfilled.
+
+    Raises:
+        ValueError: the language is not one of LANGUAGES.
+    """
+    if code is not None and code not in LANGUAGES:
+        raise ValueError(say("messages.language", code=code, known=", ".join(LANGUAGES)))
     area, _, name = key.partition(".")
     return _area(code or language(), area)[name]
 

@@ -308,6 +308,13 @@ def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:
         wrenches: (k, 6) [N m, N].
         twists: (k, 6) in the same frame [rad/s, m/s].
         times: (k,) [s].
+
+    Raises:
+        InputError: other shapes, or not as many twists and times as wrenches.
     """
-    power = (gate("wrenches", wrenches, (6,)) * gate("twists", twists, (6,))).sum(axis=-1)
-    return float(np.trapezoid(power, gate("times", times, ())))
+    F = np.atleast_2d(gate("wrenches", wrenches, (6,)))
+    V, t = np.atleast_2d(gate("twists", twists, (6,))), np.atleast_1d(gate("times", times, ()))
+    for name, rows in (("twists", V), ("times", t)):
+        if len(rows) != len(F) or rows.ndim != (2 if rows is V else 1):
+            raise InputError("input.shape", name=name, expected=(len(F), *rows.shape[1:]), got=rows.shape, hint="")
+    return float(np.trapezoid((F * V).sum(axis=-1), t))

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate, single
+from mafsil.arrays import Floats, gate, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.scaling import ranges as drawn_from
@@ -241,7 +241,7 @@ def workspace_map(
     """
     if view != "radial" and view not in _AXES:
         raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
-    if samples < 1:
+    if whole("samples", samples) < 1:
         raise InputError("input.positive", name="samples", value=samples)
     grid = _grid(robot, samples, view, cell, at, _ranges(robot, limited, ranges or {}), dexterous, frame)
     counts = np.zeros(int(np.prod(grid.shape)), dtype=np.uint32)
