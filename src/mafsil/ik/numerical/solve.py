@@ -21,7 +21,7 @@ from mafsil.arrays import (
     require_kind,
     whole,
 )
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.posture import Wish, settled, wish_of
 from mafsil.ik.numerical.problem import problem_of
@@ -109,6 +109,8 @@ def solve_ik(
     """
     begun = perf_counter()
     robot = as_robot(robot)
+    if not robot.n:
+        raise ModelError("robot.no_joints", robot=robot.name)
     wanted = gate("T_sd", T_sd, (4, 4))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
