@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp.caps import capped_radius
+from mafsil.grasp.minima import minimum
+from mafsil.grasp.symmetries import symmetries, walls
 
 MOST_ROWS = 6
 """Of wrenches for which the compiled growth has room; larger sets go to Qhull."""
@@ -21,10 +22,12 @@ CORNERS, FACETS = 1000, 60_000
 TRIES = 3
 GAP = 1e-6
 """Wanted gap between the bounds of a round set's radius, relative."""
-DUST = 1e-7
-"""Gap that moving the corners costs, for wrenches of size 1."""
 CLOSE = 1e-12
 """Wanted gap between the bounds of a distance, relative."""
+CONES = 1_000_000
+"""Of directions looked at in a proof at most: about five seconds."""
+DESCENTS, WIDE, NARROW = 5, 0.5, 1e-6
+"""Random starts of descents, and the first and last width of their steps."""
 NEAR = 1e-7
 """Points within it of the nearest facet, relative to the largest, may lie on it."""
 
@@ -48,7 +51,12 @@ class Ball:
     @property
     def met(self) -> bool:
         """Whether the bounds are within a millionth of each other; if not, the radius is only known to lie between."""
-        return self.upper - self.radius <= GAP * self.upper + DUST
+        return agree(self.radius, self.upper)
+
+
+def agree(lower: float, upper: float) -> bool:
+    """Whether two bounds are within a millionth of each other."""
+    return upper - lower <= GAP * abs(upper) * (1.0 + NEAR)
 
 
 def finite_ball(W: Floats) -> Ball:
@@ -77,7 +85,7 @@ def inscribed_ball(discs: Floats, *, together: bool = False, tolerance: float = 
     Args:
         discs: (k, parts, m) as in `solvers.hull_growth_loops`.
         together: sum of the sets instead of the hull of their union.
-        tolerance: wanted gap of the bounds, relative.
+        tolerance: wanted gap of the bounds, relative; growth aims at half of it.
 
     Returns:
         The ball, or None if rounding spoilt the search.
@@ -89,18 +97,16 @@ def inscribed_ball(discs: Floats, *, together: bool = False, tolerance: float = 
 
     D = np.ascontiguousarray(discs)
     for seed in range(1, TRIES + 1):
-        state, lower, upper, weakest, corners = _grown(D, together, tolerance, seed)
+        state, lower, upper, weakest, corners = _grown(D, together, 0.5 * tolerance, seed)
         if state == growth.FLAT or (state == growth.MET and lower <= 0.0):
             return Ball(0.0, max(0.0, upper), weakest, corners)
-        if state == growth.MET:
-            return Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
-        if state == growth.FULL:
+        if state in (growth.MET, growth.FULL):
             grown = Ball(max(0.0, lower), max(0.0, lower, upper), weakest, corners)
-            return grown if together or D.shape[1] == 1 else _capped(D, grown)
+            return grown if grown.met or together or D.shape[1] == 1 else _covered(D, grown)
     return None
 
 
-def _grown(D: Floats, together: bool, tolerance: float, seed: int = 1) -> tuple[int, float, float, Floats, int]:
+def _grown(D: Floats, together: bool, tolerance: float, seed: int) -> tuple[int, float, float, Floats, int]:
     """How the growth ended, its two bounds, its direction and how many corners it had."""
     from mafsil.solvers import hull_growth_loops as growth
 
@@ -110,20 +116,39 @@ def _grown(D: Floats, together: bool, tolerance: float, seed: int = 1) -> tuple[
     return state, lower, upper, weakest, corners
 
 
-def _capped(D: Floats, grown: Ball) -> Ball:
-    """What growth left open, by proven caps about the smooth minima; what growth found if a minimum defies proof."""
-    from mafsil.solvers import hull_growth_loops as growth
+def _covered(D: Floats, grown: Ball) -> Ball:
+    """What growth left open: the least minimum that descents find, and a proof by cones that none reaches less far.
 
-    def grow(discs: Floats, tolerance: float) -> tuple[bool, float, float, Floats]:
-        state, lower, upper, weakest, _ = _grown(discs, False, tolerance)
-        return state == growth.MET, lower, upper, weakest
+    Where the proof meets a direction that reaches less far, the search goes on from there.
+    """
+    from mafsil.solvers import direction_cover_loops as cover
 
     padded = np.zeros((len(D), 4, D.shape[2]))
     padded[:, : D.shape[1]] = D
-    found = capped_radius(padded, grow, GAP)
-    if found is None or found[1] > grown.upper:
-        return grown
-    return Ball(max(grown.radius, found[0]), found[1], found[2], grown.corners)
+    m = D.shape[2]
+    group, miss = symmetries(padded) if m == MOST_ROWS else (np.eye(m)[None], 0.0)
+    wall, stack, u = walls(group), np.empty((cover.STACK, m, m)), np.zeros(m)
+    starts = [grown.weakest, *np.random.default_rng(0).normal(size=(DESCENTS, m))]
+    upper, weakest = min((_descended(padded, start) for start in starts), key=lambda found: found[0])
+    waiting, left, state = cover.begin(m, stack), CONES, cover.LOWER
+    while state == cover.LOWER:
+        b = upper * (1.0 - 0.5 * GAP)
+        state, _, waiting, left = cover.covered(padded, b, wall, stack, waiting, left, u)
+        if state == cover.LOWER:
+            upper, weakest = min((upper, weakest), _descended(padded, u), key=lambda found: found[0])
+    if state != cover.PROVEN:
+        return Ball(grown.radius, max(grown.radius, upper), weakest, grown.corners)
+    return Ball(max(0.0, upper * (1.0 - 0.5 * GAP) - miss), upper, weakest, grown.corners)
+
+
+def _descended(D: Floats, start: Floats) -> tuple[float, Floats]:
+    """The minimum below a direction, how far the set reaches there and where: downhill, then by Newton's method."""
+    from mafsil.solvers import direction_cover_loops as cover
+
+    u = start / np.linalg.norm(start)
+    reach = cover.descend(D, u, WIDE, NARROW)
+    found = minimum(D, u)
+    return (reach, u) if found is None or found.value > reach else (found.value, found.u)
 
 
 _rooms = threading.local()

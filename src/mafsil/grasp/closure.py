@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.grasp.ball import Ball, distance_to_hull, finite_ball, inscribed_ball, point_discs
+from mafsil.grasp.ball import Ball, agree, distance_to_hull, finite_ball, inscribed_ball, point_discs
 from mafsil.grasp.cone import RoundSet
 from mafsil.grasp.enclosure import enclose, quick
 from mafsil.messages import say
@@ -75,14 +75,21 @@ class Closure:
         """Whether every external wrench is resisted; a marginal grasp does not."""
         return self.verdict is Verdict.YES
 
+    @property
+    def met(self) -> bool:
+        """Whether `margin` and `upper` are within a millionth of each other; False too if they were not asked for."""
+        return agree(self.margin, self.upper)
+
     def __bool__(self) -> bool:
         return self.force_closure
 
     def explain(self, language: str | None = None) -> str:
         """The verdict and its reason in one sentence."""
         shown = "-" if self.certificate is None else vector(self.certificate)
+        between = self.reason == "grasp.closed" and self.margin < self.upper and not self.met
         return say(
-            self.reason, language=language, rank=self.rank, rows=self.rows, margin=self.margin,
+            "grasp.closed_between" if between else self.reason, language=language,
+            rank=self.rank, rows=self.rows, margin=self.margin, upper=self.upper,
             count=self.columns.shape[1], least=self.rows + 1, certificate=shown, **dict(self.facts),
         )  # fmt: skip
 
@@ -95,6 +102,7 @@ class Closure:
             "rank": self.rank,
             "margin": self.margin,
             "margin_upper": self.upper,
+            "margin_met": self.met,
             "combination": self.combination,
             "certificate": self.certificate,
             "weakest": self.weakest,

@@ -352,6 +352,7 @@ def inscribed(
     for i in range(m + 1):
         state = move(P.points[i], JOGGLE * size, state)
     facets, slack, most = begin(unroll, P), 10.0 * JOGGLE * size, len(P.points)
+    moved = JOGGLE * size * np.sqrt(m)
     lower, upper = -np.inf, np.inf
     for count in range(m + 1, most):
         f = int(np.argmin(P.offsets[:facets]))
@@ -362,9 +363,9 @@ def inscribed(
             upper = reach
             direction[:] = P.normals[f]
         if reach < -slack or upper - lower <= tolerance * upper + slack or reach - lower <= slack:
-            return MET, lower, upper, count
+            return MET, lower - moved, upper, count
         state = move(P.points[count], JOGGLE * size, state)
         facets = add(unroll, P, R, f, count, facets, VISIBLE * size)
         if facets < 0:
-            return -facets, lower, upper, count
-    return FULL, lower, upper, most
+            return -facets, lower - moved, upper, count
+    return FULL, lower - moved, upper, most

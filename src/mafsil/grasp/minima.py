@@ -1,43 +1,21 @@
-"""The radius of a round set where growth alone does not end: smooth minima are proven, and then count as corners.
+"""Directions in which a hull of discs reaches least far among their neighbours, by Newton's method.
 
-Near a direction u* in which round cones reach least far, a polytope needs very many corners. There Newton's method
-finds u* itself, and second order proves a whole cap about it: with pieces h_i of multipliers l_i, slopes G_i across u*
-and curvatures q_i q_i' / r_i, for steps d across u* and any 0 < t <= 1,
-
-  max h_i(u* + d) >= sum l_i (1 + s G_i d) h_i,  s = t / max |G_i d|
-  2 s sum l_i G_i G_i' + (1 - t) sum l_i q_i q_i' / X_i - b I >= 0   implies   h(u* + d) >= b |u* + d|,  |d| <= p
-
-(X_i the most that r_i can be in the cap; a disc square to u*, met inside at n, adds (1 - |n|) |E' d|).
-The point b sqrt(1 + p^2) u* may then join the set: outside the cap it
-changes nothing, inside it the proof holds. Growth goes on with the joined set, and ends.
+At such a direction u a mixture of the furthest points of some discs lies along u: sum l_i w_i = value u, l_i >= 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mafsil.arrays import Floats
 
-Growth = Callable[[Floats, float], tuple[bool, float, float, Floats]]
-"""Discs and a relative tolerance to: whether the bounds met, radius that fits, radius not exceeded, direction."""
-ROUNDS = 150
-COARSE, FINE = 2e-2, 2e-7
-"""Tolerances of the growth between which minima are collected."""
 STEPS = 25
 STILL = 1e-10
 KINK = 0.1
 """Radii below this share of the disc's size: the disc may be met inside, square to u."""
 SADDLES = 8
-SHARES = np.array([0.001, 0.003, 0.01, 0.03, 0.06, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85])
-"""Values of t that are tried."""
-WIDEST, NARROWEST = 1.0, 1e-4
-"""Caps, as tangents of their half angle."""
-SPARE = 1e-8
-"""Share of b that pays for rounding in the proof of a cap."""
-SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,45 +35,6 @@ class Minimum:
     pieces: list[int]
     multipliers: Floats
     inner: Floats
-
-
-def capped_radius(discs: Floats, grow: Growth, gap: float) -> tuple[float, float, Floats] | None:
-    """Bounds of the radius and the weakest direction; None if no minimum was found.
-
-    Args:
-        discs: (k, 4, m) as in `solvers.disc_loops`, the origin strictly inside their hull.
-        grow: the growth.
-        gap: wanted, relative; the lower bound is 0 where some minimum defies proof.
-    """
-    minima: list[tuple[Minimum, float]] = []
-    best: Minimum | None = None
-    tolerance = COARSE
-    for _ in range(ROUNDS):
-        level = np.inf if best is None else best.value * (1.0 - 0.5 * gap)
-        corners = [level * np.hypot(1.0, width) * found.u for found, width in minima]
-        met, lower, _, u = grow(_joined(discs, corners), tolerance)
-        if best is not None and lower >= best.value * (1.0 - gap):
-            return min(lower, level), best.value, best.u
-        found = minimum(discs, u)
-        if found is not None and (best is None or found.value < best.value):
-            best = found
-        width = 0.0 if found is None else cap(discs, found)
-        known = found is not None and any(np.linalg.norm(found.u - other.u) < SAME for other, _ in minima)
-        if found is not None and not known and width > 0.0:
-            minima.append((found, width))
-            continue
-        if not met or tolerance < FINE:
-            break
-        tolerance *= 0.1
-    return None if best is None else (0.0, best.value, best.u)
-
-
-def _joined(discs: Floats, corners: list[Floats]) -> Floats:
-    if not corners:
-        return discs
-    points = np.zeros((len(corners), *discs.shape[1:]))
-    points[:, 0] = corners
-    return np.ascontiguousarray(np.concatenate([discs, points]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,43 +191,3 @@ def _newton(
     inner = np.zeros((p, 2))
     inner[bent] = np.asarray(nu, float).reshape(-1, 2)
     return np.asarray(u / np.linalg.norm(u), float), weights, inner, value
-
-
-def cap(discs: Floats, found: Minimum) -> float:
-    """Tangent of the half angle of the widest cap that second order proves; 0 if none.
-
-    Args:
-        discs: (k, 4, m).
-        found: the minimum in its middle.
-    """
-    seen, level = _seen(discs[found.pieces], found.u), found.value * (1.0 - SPARE)
-    across = np.linalg.svd(found.u[None])[2][1:]
-    mine = discs[found.pieces]
-    kink = ~np.isnan(found.inner[:, 0])
-    met = np.where(kink[:, None], found.inner, 0.0)
-    sense = np.where(mine[:, 3] @ found.u >= 0, 1.0, -1.0)[:, None]
-    square = mine[:, 0] + sense * mine[:, 3] + np.einsum("kp,kpm->km", met, mine[:, 1:3])
-    G = np.where(kink[:, None], square, seen.gradients) @ across.T
-    q = np.where(kink[:, None], 0.0, seen.bends) @ across.T
-    G = G - found.multipliers @ G
-    steepest = float(np.linalg.norm(G, axis=1).max()) or 1.0
-    spread = np.linalg.norm(mine[:, 1:3], ord=2, axis=(1, 2))
-    left = np.where(kink, found.multipliers * (1.0 - np.hypot(*met.T)) / np.where(spread > 0, spread, 1.0), 0.0)
-    rims = mine[:, 1:3] @ across.T
-    kinks = np.einsum("i,ipj,ipk->jk", left, rims, rims)
-    sharp = np.einsum("i,ij,ik->jk", found.multipliers, G, G)
-
-    def proven(width: float) -> bool:
-        most = seen.radii + width * spread
-        bend = np.einsum("i,ij,ik->jk", found.multipliers / np.where(most > 0, most, 1.0), q, q)
-        forms = (2 * SHARES / (width * steepest))[:, None, None] * sharp + (1 - SHARES)[:, None, None] * (
-            bend + 2 / width * kinks
-        )
-        return bool(np.linalg.eigvalsh(forms)[:, 0].max() >= level)
-
-    width = WIDEST
-    while width >= NARROWEST:
-        if proven(width):
-            return width
-        width *= 0.8
-    return 0.0

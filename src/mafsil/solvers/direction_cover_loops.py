@@ -1,0 +1,431 @@
+"""Does a hull of discs reach at least b in every direction? Proven cone by cone, compiled.
+
+A cone of directions is spanned by unit vectors v_j. With points w_p of the set and multipliers l_p >= 0, sum 1, the
+support function h is at least (sum l_p w_p) . u: if that is at least b for each v_j, the cone is proven (first order).
+A disc a + E n that is met at its rim along unit n has, with q = E n' (n' square to n), everywhere
+
+  h(u) >= w . u + (q . u)^2 / (2 |E' u|),  w = a + E n,
+
+so with w_ = sum l_p w_p and any 0 <= s <= 1, where the w_p reach a positive height along every v_j,
+
+  h(u)^2 >= u' Y u,  Y = sum l_p ((1 - s) w_ w_' + s w_p w_p' + c_p q_p q_p'),
+  c_p = min over j of ((1 - s) w_ + s w_p) . v_j / |E_p' v_j|,
+
+and if V' (Y - b^2 I) V is a nonnegative plus a positive semidefinite matrix, the cone is proven (second order): kinks
+and curvature are exact to second order, so that minima in the middle of a cone can be proven too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.solvers.disc_loops import dot
+from mafsil.solvers.loops import compiled
+
+PROVEN, LOWER, SPENT = 0, 1, 2
+"""How `covered` ended: every direction proven; a direction found that reaches less far; too many cones."""
+CUTS = 3
+"""Rounds of cutting planes for one cone at most."""
+MOST = 96
+"""Points of the set in the proof of a cone at most."""
+SHARES = np.array([1.0, 0.3, 0.1, 0.03, 0.0])
+"""Values of s that are tried."""
+STACK = 1024
+"""Cones that wait at most."""
+MARGIN = 1e-6
+"""A cone this near to a wall is not left to its image."""
+STILL = 1e-9
+"""Relative gain of a cutting plane that is none."""
+DEEP, MANY = 12, 300
+"""Rounds of cutting planes, and steps, of a descent at most."""
+TINY = 1e-12
+
+
+@compiled
+def pieces_at(D: Floats, u: Floats, W: Floats, Q: Floats, disc: Floats, count: int) -> tuple[float, int]:
+    """Add the furthest points along u of discs that reach beyond the origin; how far, how many points then."""
+    k, parts, m = D.shape
+    best = -np.inf
+    heights, xs, ys, ts = np.empty(k), np.zeros(k), np.zeros(k), np.zeros(k)
+    for i in range(k):
+        heights[i] = dot(D[i, 0], u)
+        if parts > 1:
+            xs[i], ys[i] = dot(D[i, 1], u), dot(D[i, 2], u)
+            heights[i] += np.sqrt(xs[i] ** 2 + ys[i] ** 2)
+        if parts > 3:
+            ts[i] = dot(D[i, 3], u)
+            heights[i] += abs(ts[i])
+        best = max(best, heights[i])
+    for i in range(k):
+        if heights[i] < 0.0 or count >= len(W):
+            continue
+        r = np.sqrt(xs[i] ** 2 + ys[i] ** 2)
+        for c in range(m):
+            W[count, c], Q[count, c] = D[i, 0, c], 0.0
+            if r > 0.0:
+                W[count, c] += (xs[i] * D[i, 1, c] + ys[i] * D[i, 2, c]) / r
+                Q[count, c] = (xs[i] * D[i, 2, c] - ys[i] * D[i, 1, c]) / r
+            if parts > 3:
+                W[count, c] += D[i, 3, c] if ts[i] >= 0.0 else -D[i, 3, c]
+        disc[count] = i
+        count += 1
+    return best, count
+
+
+@compiled
+def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Floats, side: Floats) -> None:
+    """Value of the matrix game: weights >= 0 of rows that maximise the least column of weights' A, t of columns.
+
+    The simplex method for max sum y, (A + shift) y <= 1, y >= 0, from y = 0.
+    """
+    m = len(t)
+    for p in range(count):
+        for j in range(m):
+            T[p, j] = A[p, j] + shift
+        T[p, m] = 1.0
+        side[p] = m + p
+    for j in range(m):
+        T[count, j] = -1.0
+        t[j] = j
+    T[count, m] = 0.0
+    for _ in range(60):
+        enter, least = -1, -1e-12
+        for j in range(m):
+            if T[count, j] < least:
+                enter, least = j, T[count, j]
+        if enter < 0:
+            break
+        leave, ratio = -1, np.inf
+        for p in range(count):
+            if T[p, enter] > TINY and T[p, m] < ratio * T[p, enter]:
+                leave, ratio = p, T[p, m] / T[p, enter]
+        if leave < 0:
+            break
+        pivot = T[leave, enter]
+        for j in range(m + 1):
+            T[leave, j] /= pivot
+        T[leave, enter] = 1.0 / pivot
+        for p in range(count + 1):
+            if p == leave:
+                continue
+            f = T[p, enter]
+            if f == 0.0:
+                continue
+            for j in range(m + 1):
+                if j != enter:
+                    T[p, j] -= f * T[leave, j]
+            T[p, enter] = -f / pivot
+        side[leave], t[enter] = t[enter], side[leave]
+    weights[:count] = 0.0
+    total = 0.0
+    for j in range(m):
+        if t[j] >= m:
+            weights[int(t[j]) - m] = max(0.0, T[count, j])
+            total += max(0.0, T[count, j])
+    for p in range(count):
+        weights[p] /= max(total, 1e-300)
+    t[:] = 0.0
+    for p in range(count):
+        if side[p] < m:
+            t[int(side[p])] = max(0.0, T[p, m])
+    total = 0.0
+    for j in range(m):
+        total += t[j]
+    for j in range(m):
+        t[j] /= max(total, 1e-300)
+
+
+@compiled
+def semidefinite(M: Floats, L: Floats) -> bool:
+    """Whether a symmetric matrix is positive definite, by Cholesky's factors."""
+    m = len(M)
+    for i in range(m):
+        for j in range(i + 1):
+            s = M[i, j]
+            for c in range(j):
+                s -= L[i, c] * L[j, c]
+            if i == j:
+                if not s > 0.0:
+                    return False
+                L[i, i] = np.sqrt(s)
+            else:
+                L[i, j] = s / L[j, j]
+    return True
+
+
+@compiled
+def second_order(V: Floats, H: Floats, QV: Floats, R: Floats, weights: Floats, count: int, b: float) -> bool:
+    """Whether second order proves a cone.
+
+    Args:
+        V: (m, m) rows v_j.
+        H, QV, R: (count, m) w_p . v_j, q_p . v_j and |E_p' v_j|.
+        weights: l_p.
+        count: of points.
+        b: to be proven.
+    """
+    m = len(V)
+    mean, M, S, L = np.zeros(m), np.empty((m, m)), np.empty((m, m)), np.zeros((m, m))
+    for p in range(count):
+        if weights[p] > 0.0:
+            for j in range(m):
+                mean[j] += weights[p] * H[p, j]
+                if H[p, j] < 0.0:
+                    return False
+    for share in SHARES:
+        for i in range(m):
+            for j in range(i + 1):
+                M[i, j] = (1.0 - share) * mean[i] * mean[j] - b * b * dot(V[i], V[j])
+        for p in range(count):
+            l = weights[p]
+            if l <= 0.0:
+                continue
+            c = np.inf
+            for j in range(m):
+                if R[p, j] > 0.0:
+                    c = min(c, ((1.0 - share) * mean[j] + share * H[p, j]) / R[p, j])
+            if c == np.inf:
+                c = 0.0
+            for i in range(m):
+                for j in range(i + 1):
+                    M[i, j] += l * (share * H[p, i] * H[p, j] + c * QV[p, i] * QV[p, j])
+        for i in range(m):
+            for j in range(i + 1):
+                M[j, i] = M[i, j]
+                S[i, j] = S[j, i] = M[i, j] if i == j else min(0.0, M[i, j])
+        if semidefinite(S, L) or semidefinite(M, L):
+            return True
+    return False
+
+
+class Room(NamedTuple):
+    """Room for the proof of one cone; rows are points of the set.
+
+    Attributes:
+        W, Q: (most, m) points w and bends q.
+        disc: (most,) of which disc each is.
+        H, QV, R: (most, m) w . v_j, q . v_j and |E' v_j|.
+        T, side: of the matrix game.
+        weights: (most,) l.
+        t: (m,) the other player's mixture of the v_j.
+        u: (m,) the direction that it makes.
+    """
+
+    W: Floats
+    Q: Floats
+    disc: Floats
+    H: Floats
+    QV: Floats
+    R: Floats
+    T: Floats
+    side: Floats
+    weights: Floats
+    t: Floats
+    u: Floats
+
+
+@compiled
+def make_room(m: int) -> Room:
+    """Room in m dimensions."""
+    return Room(
+        np.empty((MOST, m)), np.empty((MOST, m)), np.empty(MOST), np.empty((MOST, m)), np.empty((MOST, m)),
+        np.empty((MOST, m)), np.empty((MOST + 1, m + 1)), np.empty(MOST), np.empty(MOST), np.empty(m), np.empty(m),
+    )  # fmt: skip
+
+
+@compiled
+def examine(D: Floats, V: Floats, b: float, cuts: int, prove: bool, room: Room) -> tuple[int, float]:
+    """Try to prove the cone of the rows of V by cutting planes; leave the direction that was asked last in `room.u`.
+
+    Args:
+        D: (k, 4, m).
+        V: (m, m) unit rows.
+        b: to be proven.
+        cuts: rounds at most.
+        prove: False to follow the cutting planes to their end, without proofs.
+        room: to work in.
+
+    Returns:
+        PROVEN, SPENT, or LOWER where the set reaches less than b along `room.u`; how far it reaches along it.
+    """
+    m = len(V)
+    H, QV, R, t, u = room.H, room.QV, room.R, room.t, room.u
+    t[:] = 1.0 / m
+    count, last, best = 0, -np.inf, np.inf
+    for _ in range(cuts):
+        for c in range(m):
+            u[c] = 0.0
+            for j in range(m):
+                u[c] += t[j] * V[j, c]
+        size, before = np.sqrt(dot(u, u)), count
+        reach, count = pieces_at(D, u, room.W, room.Q, room.disc, count)
+        best = reach / size
+        if best < b:
+            return LOWER, best
+        if before > 0 and reach <= last + STILL * b:
+            break
+        shift = reach
+        for p in range(before, count):
+            i = int(room.disc[p])
+            for j in range(m):
+                H[p, j], QV[p, j] = dot(room.W[p], V[j]), dot(room.Q[p], V[j])
+                R[p, j] = np.hypot(dot(D[i, 1], V[j]), dot(D[i, 2], V[j]))
+        for p in range(count):
+            for j in range(m):
+                shift = max(shift, reach - H[p, j])
+        game(H, count, shift, t, room.weights, room.T, room.side)
+        last = np.inf
+        for j in range(m):
+            s = 0.0
+            for p in range(count):
+                s += room.weights[p] * H[p, j]
+            last = min(last, s)
+        if prove and (last >= b or second_order(V, H, QV, R, room.weights, count, b)):
+            return PROVEN, best
+        if count + len(D) > MOST:
+            break
+    return SPENT, best
+
+
+@compiled
+def begin(m: int, stack: Floats) -> int:
+    """The orthants, as the first cones that wait; how many."""
+    for s in range(1 << m):
+        for j in range(m):
+            for c in range(m):
+                stack[s, j, c] = 0.0
+            stack[s, j, j] = 1.0 if (s >> j) & 1 else -1.0
+    return 1 << m
+
+
+@compiled
+def halve(stack: Floats, at: int) -> None:
+    """The cone at a place of the stack becomes two, there and after it: its longest edge is halved."""
+    V = stack[at]
+    m = len(V)
+    far, a, b = 2.0, 0, 1
+    for i in range(m):
+        for j in range(i):
+            s = dot(V[i], V[j])
+            if s < far:
+                far, a, b = s, i, j
+    middle = V[a] + V[b]
+    size = np.sqrt(dot(middle, middle))
+    stack[at + 1] = V
+    for c in range(m):
+        stack[at + 1, b, c] = V[a, c] = middle[c] / size
+
+
+@compiled
+def elsewhere(V: Floats, walls: Floats) -> bool:
+    """Whether a wall x has the whole cone on its far side, x . v_j < 0: a symmetric cone is proven instead."""
+    for w in range(len(walls)):
+        beyond = True
+        for j in range(len(V)):
+            if dot(walls[w], V[j]) > -MARGIN:
+                beyond = False
+                break
+        if beyond:
+            return True
+    return False
+
+
+@compiled
+def covered(
+    D: Floats, b: float, walls: Floats, stack: Floats, waiting: int, budget: int, lowest: Floats
+) -> tuple[int, float, int, int]:
+    """Prove h(u) >= b |u| in the cones that wait.
+
+    1. Take a cone; points of the set along its middle.
+    2. The best first-order proof from these points is a matrix game; its other player's mixture is the direction
+       where the proof is worst: points along it join, and so on, a few times.
+    3. A direction that reaches less than b ends the search; it can go on with a smaller b, for what is proven stays so.
+       Where neither first nor second order proves the cone, its longest edge is halved.
+
+    Args:
+        D: (k, 4, m) discs.
+        b: the radius.
+        walls: (n, m) of a region whose symmetric images fill the space.
+        stack: (STACK, m, m) the cones that wait, changed.
+        waiting: how many do.
+        budget: cones to look at.
+        lowest: (m,) out: the direction that reaches less far than b.
+
+    Returns:
+        How it ended, how far the set reaches along `lowest`, how many cones wait, what is left of the budget.
+    """
+    m = D.shape[2]
+    room = make_room(m)
+    while waiting > 0:
+        if budget <= 0 or waiting >= len(stack):
+            return SPENT, 0.0, waiting, budget
+        budget -= 1
+        at = waiting - 1
+        if elsewhere(stack[at], walls):
+            waiting -= 1
+            continue
+        state, reach = examine(D, stack[at], b, CUTS, True, room)
+        if state == LOWER:
+            lowest[:] = room.u / np.sqrt(dot(room.u, room.u))
+            return LOWER, reach, waiting, budget
+        if state == PROVEN:
+            waiting -= 1
+        else:
+            halve(stack, at)
+            waiting += 1
+    return PROVEN, b, 0, budget
+
+
+@compiled
+def around(u: Floats, width: float, V: Floats) -> None:
+    """A cone about a unit vector u, to rows of V: the simplex square to the diagonal, mirrored to be square to u.
+
+    Its vertices are a width away from u, on the other side where the width is negative.
+    """
+    m = len(u)
+    sign = 1.0 if u.sum() >= 0.0 else -1.0
+    x = u + sign / np.sqrt(m)
+    square = dot(x, x)
+    for j in range(m):
+        for c in range(m):
+            V[j, c] = -width / m
+        V[j, j] += width
+        along = dot(x, V[j])
+        for c in range(m):
+            V[j, c] += u[c] - 2.0 * along * x[c] / max(square, 1e-300)
+        size = np.sqrt(dot(V[j], V[j]))
+        for c in range(m):
+            V[j, c] /= size
+
+
+@compiled
+def descend(D: Floats, u: Floats, width: float, narrowest: float) -> float:
+    """Walk downhill from a unit direction, which is changed; how far the set reaches in the end.
+
+    The least of cutting planes over a small cone about u is the next u; where that is no gain, the cone shrinks.
+    """
+    m = len(u)
+    room, V = make_room(m), np.empty((m, m))
+    reach, _ = pieces_at(D, u, room.W, room.Q, room.disc, 0)
+    turn = 1.0
+    for _ in range(MANY):
+        if width < narrowest:
+            break
+        around(u, turn * width, V)
+        examine(D, V, 0.0, DEEP, False, room)
+        size = np.sqrt(dot(room.u, room.u))
+        for c in range(m):
+            room.u[c] /= size
+        found, _ = pieces_at(D, room.u, room.W, room.Q, room.disc, 0)
+        if found < reach * (1.0 - 1e-12):
+            if found > reach * (1.0 - 1e-3 * width):
+                width *= 0.7
+            reach = found
+            u[:] = room.u
+        else:
+            width *= 0.5
+        turn = -turn
+    return reach
