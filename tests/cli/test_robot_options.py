@@ -60,7 +60,7 @@ def test_every_command_of_a_robot_has_the_options_or_its_own(
     [
         (["fk", "panda", "0", "--lock", "joint9=1"], "no moving joint has that name"),
         (["fk", "panda", "0", "--lock", "joint9"], "expected JOINT=VALUE"),
-        (["fk", "planar2r", "0", "0", "--tool", "0", "0"], "2 numbers given"),
+        (["fk", "planar2r", "0", "0", "--tool", "0", "0"], "2 numbers were given"),
         (["fk", "planar2r", "0", "0", "--payload", "heavy"], "payload"),
         (["lint", "panda", "--lock", "joint7=1"], "--lock"),
     ],

@@ -27,6 +27,8 @@ from mafsil.kernels.runtime import (
 )
 
 ALIGNED = 0x100
+LARGEST_TYPED = 9.0
+"""Of numbers in a list: larger ones are left to Python, which asks whether people mean degrees."""
 
 
 def place(name: str) -> int:
@@ -232,7 +234,7 @@ items:
   %first = phi ptr [ %list.items, %of.list ], [ %tuple.items, %of.tuple ]
   br label %loop
 loop:
-  %k = phi i64 [ 0, %items ], [ %k.next, %next ]
+  %k = phi i64 [ 0, %items ], [ %k.next, %kept ]
   %k.more = icmp slt i64 %k, %size
   br i1 %k.more, label %take, label %done
 take:
@@ -249,6 +251,11 @@ convert:
   br i1 %converted, label %next, label %no
 next:
   %number.value = load double, ptr %number.at, align 8
+  %below = fcmp olt double %number.value, {LARGEST_TYPED:.1f}
+  %above = fcmp ogt double %number.value, -{LARGEST_TYPED:.1f}
+  %usual = and i1 %below, %above
+  br i1 %usual, label %kept, label %no
+kept:
   store double %number.value, ptr %own, align 8
   %k.next = add i64 %k, 1
   br label %loop
