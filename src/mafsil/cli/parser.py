@@ -93,7 +93,7 @@ def _add_parameters(command: Parser, operation: Operation) -> None:
         flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
     for option in robot_options(operation):
-        rules = _rules(option) | ({"action": "append"} if option.name in REPEATED else {})
+        rules: dict[str, Any] = _rules(option) | ({"action": "append"} if option.name in REPEATED else {})
         words = _escaped(say(f"cli.{option.name}"))
         command.add_argument(option.option, dest=f"robot_{option.name}", default=argparse.SUPPRESS, help=words, **rules)
 
