@@ -18,7 +18,7 @@ S = ScrewAxis.of([0, 0, 1.0], [1.0, 0, 0], 0.2, "b")
 POSE, TURN = Pose.translation([10.0, 0, 0], ("a", "b")), Rotation.from_rpy([0, 0, np.pi / 2], ("a", "b"))
 
 
-@pytest.mark.capability("04-5")
+@pytest.mark.capability("04-5", "04-121")
 def test_points_and_vectors_make_an_affine_space():
     assert isinstance(P - Q, Vector)
     assert isinstance(P + V, Point)
@@ -109,6 +109,7 @@ def test_methods_refuse_the_wrong_kind_too(wrong):
         wrong()
 
 
+@pytest.mark.capability("04-121")
 def test_frames_must_agree():
     with pytest.raises(InputError, match="frame"):
         V + Vector([1, 0, 0], "c")

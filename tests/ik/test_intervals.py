@@ -81,7 +81,7 @@ def covered(values, families, margin, turn):
     return inside
 
 
-@pytest.mark.capability("07-45")
+@pytest.mark.capability("07-45", "07-53")
 @pytest.mark.parametrize("name", ARMS)
 def test_dense_sampling_finds_nothing_outside_and_nothing_wrong_inside(name):
     robot = ARMS[name]()
