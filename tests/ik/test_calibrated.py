@@ -54,7 +54,7 @@ def test_all_solutions_of_a_measured_arm(name, size):
         assert answer.complete == general.complete[k]
 
 
-@pytest.mark.capability("07-42", "07-5")
+@pytest.mark.capability("07-42", "07-5", "07-56")
 @pytest.mark.parametrize(("name", "size"), [("puma560", 1e-4), ("ur5e", 1e-3)])
 def test_branches_go_on_and_keep_their_places(name, size):
     ideal, lost = mf.load(name), 0

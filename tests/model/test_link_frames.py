@@ -7,8 +7,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import twist
-from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.model.dh_frames import frame_poses
+from mafsil.model.dh_from_axes import dh_from_mechanism
 
 ARMS = ("puma560", "ur5e", "stanford_arm", "scara_rrrp")
 
