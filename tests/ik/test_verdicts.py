@@ -170,7 +170,7 @@ def test_answers_of_one_shape():
     assert inverse_kinematics(robot, good[None])
     assert batch.status.tolist() == [Verdict.SOLVED, Verdict.OUT_OF_REACH]
     assert "1 of 2 poses solved" in batch.explain(language="en")
-    assert "out of reach: 1 poses" in batch.explain(language="en")
+    assert "out of reach: 1 pose," in batch.explain(language="en")
     assert "no joint coordinates" in batch.explain(1, language="en")
     assert [len(one) for one in batch] == batch.count.tolist()
     one = inverse_kinematics(robot, good)

@@ -12,6 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from mafsil.ik import problem
+from mafsil.ik.numerical import search_loops
+
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 
 CALLEE = """
@@ -209,6 +212,10 @@ def test_compiled_loops_use_only_what_the_digest_covers() -> None:
                 assert str(node.module).endswith("loops") or node.module == "mafsil.arrays", (
                     f"{path.name}: {node.module}"
                 )
+
+
+def test_numbers_kept_twice_for_the_digest_agree() -> None:
+    assert search_loops.FARTHEST == problem.FARTHEST
 
 
 def test_with_another_numba_loops_stay_in_memory(package: Path, tmp_path: Path) -> None:

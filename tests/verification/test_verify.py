@@ -165,7 +165,7 @@ def test_the_report_says_which_peers_were_asked(arm: Robot, monkeypatch: pytest.
 
 def test_wrong_arguments(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     for call, key in (
-        (lambda: verify("panda"), "verification.robot"),
+        (lambda: verify(3), "robot.source"),
         (lambda: verify(arm, against="drake"), "input.choice"),
         (lambda: verify(arm, states=0), "verification.states"),
         (lambda: verify(Robot(Mechanism.assemble("table", [Link("top")], []))), "robot.no_joints"),

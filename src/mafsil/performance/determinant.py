@@ -115,7 +115,7 @@ class DeterminantFactors:
     """det J = sign * product of factors.
 
     Attributes:
-        task: `pose`, `position`, `planar`, `planar_position` or `schoenflies`: the rows of J.
+        task: `pose`, `position`, `orientation`, `planar`, `planar_position` or `schoenflies`: the rows of J.
         sign: +1 or -1.
         factors: all of them.
         error: largest difference from the determinant at random configurations, over its largest value there.
@@ -210,7 +210,7 @@ def determinant_factors(robot: Robot, task: str | None = None) -> DeterminantFac
 
     Args:
         robot: an arm whose Jacobian for the task is square.
-        task: `pose`, `position`, `planar`, `planar_position` or `schoenflies`; the natural one if None.
+        task: `pose`, `position`, `orientation`, `planar`, `planar_position` or `schoenflies`; the natural one if None.
 
     Raises:
         InputError: the Jacobian is not square.
@@ -247,6 +247,8 @@ def _candidates(robot: Robot, task: str, at: Lines) -> list[list[Factor]]:
             return make.of_pose(everyone)
         case "position":
             return [make.of_velocities(everyone, lambda x: x.tip, "t")]
+        case "orientation" if not any(at.slides):
+            return [[make.directions(everyone)]]
         case "planar_position":
             return [[make.elbow(everyone, lambda x: x.tip, "t")]]
         case _:
@@ -260,9 +262,7 @@ def _whole(robot: Robot, task: str) -> list[Factor]:
     def value(x: Lines) -> Floats:
         v = np.stack([x.velocity(i, x.tip) for i in range(robot.n)], axis=-1)
         w = np.stack([0.0 * x.w[..., i, :] if x.slides[i] else x.w[..., i, :] for i in range(robot.n)], axis=-1)
-        rows = {"pose": slice(0, 6), "position": slice(3, 6), "planar": slice(2, 5)}
-        rows |= {"planar_position": slice(3, 5), "schoenflies": slice(2, 6)}
-        return np.linalg.det(np.concatenate([w, v], axis=-2)[..., rows[task], :])
+        return np.linalg.det(np.concatenate([w, v], axis=-2)[..., list(task_rows(task)), :])
 
     return [Factor("whole", tuple(range(robot.n)), "det J", value, robot.joint_names)]
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.problem import FARTHEST
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled
 
@@ -46,6 +45,9 @@ ten need less than ten."""
 EARLY_BAR, MIDDLE_BAR, LATE_BAR, PATIENT_BAR = 0.1, 0.02, 0.001, 0.3
 """Scaled errors above which ranked attempts are given up at steps 6, 8 and 12, and later ones at step 16. Measured on
 four arms: one of thirty of those given up would have succeeded."""
+
+FARTHEST = 1e100
+"""As `ik.problem.FARTHEST`; written here since the seal of compiled loops covers the numbers of these files only."""
 
 NEWTON = 1e-7
 """Scaled error from which one more step is trusted to end within rounding, for arms up to a metre; the check of every
