@@ -213,3 +213,11 @@ def test_without_machine_code_behind_the_builtin_the_answers_stay(watched, monke
         assert (plain.inverse_dynamics(q, qd, qdd, tip_wrench=F) == want[1]).all()
         with pytest.raises(InputError, match="q"):
             plain.forward_kinematics(q[:1], frame=LINK)
+
+
+def test_a_frame_after_the_fast_form_was_learned_is_refused_as_before():
+    robot, x, F = mf.load("cobra600"), np.zeros(4), np.zeros(6)
+    for _ in range(3):
+        robot.inverse_dynamics(x, x, x, F)
+    with pytest.raises(InputError, match="does not depend on a frame"):
+        robot.inverse_dynamics(x, x, x, F, frame="nowhere")

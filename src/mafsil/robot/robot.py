@@ -394,10 +394,12 @@ class Robot(Description):
     def _general_of_twin(
         self,
         row: Quantity,
-        frame: str | None,
+        own_frame: str | None,
         optional: tuple[str, ...],
         evaluate: Evaluator,
+        /,
         *arrays: ArrayLike,
+        frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
         **named: ArrayLike,
@@ -405,8 +407,9 @@ class Robot(Description):
         """What the builtin of a frame or with optional inputs does not take; these may even be None."""
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         there = tuple(name for name in row.optional if name in inputs)
-        if there != optional:
-            evaluate = self.kernel(row.name, frame, there).evaluate
+        at = own_frame if frame is None else frame
+        if (at, there) != (own_frame, optional):
+            evaluate = self.kernel(row.name, at, there).evaluate
         found = evaluate(*inputs.values(), out=out, threads=threads)
         self._degrees_hint(inputs["q"])
         return found
