@@ -52,11 +52,9 @@ def verify(
         One check per routine and way of calling it; `ok`, `failed`, `explain()`.
 
     Raises:
-        InputError: not a robot, no such peer, or not installed, or not a number of states.
+        InputError: no such peer, or not installed, or not a number of states.
         ModelError: the robot has no joints.
     """
-    if not isinstance(robot, Robot):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError("verification.robot", got=type(robot).__name__)
     if against is not None and against not in PEERS:
         raise InputError("input.choice", name="against", value=against, known=", ".join(PEERS))
     if not 1 <= states <= MOST_STATES:
