@@ -44,7 +44,7 @@ def rate_effort(
         (*batch); infinite where the direction is lost.
     """
     J = rate_jacobian(as_robot(robot), q, part, point=point, weighted=weighted, length=length)
-    u = _unit(direction, J.shape[-2])
+    u = unit_direction(direction, J.shape[-2])
     U, s, _ = np.linalg.svd(J, full_matrices=False)
     along = np.einsum("...ij,...i->...j", U, u)
     kept = s > np.maximum(TOLERANCE * s[..., :1], 1e-300)
@@ -95,12 +95,17 @@ def torque_along(
         raise InputError("input.choice", name="kind", value=kind, known="force, moment")
     J = tool_jacobian(as_robot(robot), q, frame=frame, point=point)
     rows = J[..., 3:, :] if kind == "force" else J[..., :3, :]
-    return np.einsum("...ij,...i->...j", rows, _unit(direction, 3))
+    return np.einsum("...ij,...i->...j", rows, unit_direction(direction, 3))
 
 
-def _unit(direction: ArrayLike, count: int) -> Floats:
+def unit_direction(direction: ArrayLike, count: int = 3) -> Floats:
+    """(*batch, count) the argument `direction` at unit length.
+
+    Raises:
+        InputError: a row is zero.
+    """
     u = gate("direction", direction, (count,), finite=True)
     size = np.linalg.norm(u, axis=-1, keepdims=True)
     if not size.all():
-        raise InputError("performance.zero_direction", joint=0)
+        raise InputError("performance.zero_vector", name="direction")
     return u / size

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
+from mafsil.performance.directions import unit_direction
 from mafsil.performance.jacobians import tool_jacobian
 from mafsil.performance.scaling import require_one
 from mafsil.performance.tasks import Task, task_jacobian, task_rows
@@ -43,12 +44,9 @@ def largest_force(
         point: (3,) point of the tip frame at which it pushes [m]; its origin if None.
         gravity: whether the arm's own weight uses up efforts.
     """
-    along = gate("direction", direction, (3,), finite=True)
-    size = np.linalg.norm(along, axis=-1, keepdims=True)
-    if not size.all():
-        raise InputError("performance.zero_direction", joint=0)
+    along = unit_direction(direction)
     J_v = tool_jacobian(robot, q, point=point)[..., 3:, :]
-    return _strength(robot, q, np.einsum("...ij,...i->...j", J_v, along / size), gravity)
+    return _strength(robot, q, np.einsum("...ij,...i->...j", J_v, along), gravity)
 
 
 @of_robot
