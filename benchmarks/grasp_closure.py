@@ -2,15 +2,23 @@
 
 python benchmarks/grasp_closure.py [--grasps 10000] [--rival 200] [--klampt PYTHON] [--json FILE]
 
-Random grasps of an ellipsoid, k contacts with inscribed friction cones of c edges; the rival solves the linear program
-of positive spanning (HiGHS) for a part of them. Verdicts are compared; the peak of memory beyond input is measured.
-Klampt needs an old numpy: name an interpreter that has it; its cones are its own, coarser ones.
+Random grasps of an ellipsoid with k contacts, one thread. First what a user calls:
+
+- `mf.Grasp(contacts).closure()`, one grasp with round cones, beside Klampt's `force_closure` of its own contact points,
+  whose cones are coarser; contacts exist before the clock starts on both sides, a column tells what making ours adds;
+- `mf.grasp.contact_closures(points, normals, mu)`, many grasps at once;
+- `mf.Grasp(contacts).closure(facets).margin`, verdict and margin, beside all facets of Qhull on the same columns.
+
+Then verdicts on ready wrench sets with c edges a cone, beside the linear program of positive spanning (HiGHS) for a
+part of them; verdicts are compared, the peak of memory beyond input measured. Klampt needs an old numpy: name an
+interpreter that has it.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tracemalloc
@@ -19,19 +27,25 @@ from time import perf_counter
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+os.environ.setdefault("MAFSIL_THREADS", "1")
 
 import numpy as np  # noqa: E402
 from scipy.optimize import linprog  # noqa: E402
 
-from benchmarks.stopwatch import machine  # noqa: E402
+from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
-from mafsil.grasp import Contact, Grasp, closure  # noqa: E402
+from mafsil.grasp import Contact, Grasp, closure, contact_closures  # noqa: E402
 from mafsil.grasp.ball import finite_ball, hull_ball, inscribed_ball  # noqa: E402
 from mafsil.grasp.batch import closures  # noqa: E402
 from mafsil.grasp.cone import RoundSet  # noqa: E402
 
 SIZES = ((3, 8), (4, 8), (5, 8), (5, 16), (8, 8))
 TARGET = 100.0
+SINGLE_TARGET, BATCH_TARGET = 5.0, 50.0
+"""Ratios to Klampt's call, from contacts."""
+FRICTION = 0.5
+RING = 64
+"""Grasps that single calls take in turn."""
 
 
 def contacts_on_ellipsoid(count: int, contacts: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
@@ -60,6 +74,74 @@ def klampt_seconds(python: str, contacts: int, count: int) -> float:
     given = json.dumps([points.tolist(), normals.tolist()])
     done = subprocess.run([python, "-c", script], input=given, capture_output=True, text=True, check=True)
     return float(done.stdout.split("seconds")[-1])
+
+
+def public_calls(count: int, klampt: str | None, rng: np.random.Generator) -> list[dict[str, float]]:
+    """What a user calls, from contacts to the verdict and to the margin."""
+    print(
+        f"{'contacts':>8}  {'Grasp.closure [us]':>18}  {'new contacts':>12}  {'batch [us]':>10}"
+        f"  {'with margin [us]':>16}  {'Klampt [us]':>11}  {'x single':>8}"
+        f"  {'x batch':>7}  {'Qhull [us]':>10}  {'x margin':>8}  yes  differ"
+    )
+    rows = []
+    for contacts, facets in SIZES:
+        points, normals = contacts_on_ellipsoid(count, contacts, rng)
+        row = public_row(points, normals, facets)
+        row["klampt"] = 1e6 * klampt_seconds(klampt, contacts, 100) if klampt else float("nan")
+        ratio = {name: row["klampt"] / row[name] for name in ("single", "batch")}
+        ratio["margin"] = row["qhull"] / row["margin"]
+        rows.append(row | {f"x_{name}": x for name, x in ratio.items()})
+        print(
+            f"{contacts:>5} x{facets:>2}  {row['single']:18.1f}  {row['anew']:12.1f}  {row['batch']:10.2f}"
+            f"  {row['margin']:16.1f}  {row['klampt']:11.0f}  {ratio['single']:8.1f}  {ratio['batch']:7.0f}"
+            f"  {row['qhull']:10.0f}  {ratio['margin']:8.0f}  {row['yes']:.2f}  {row['differ']:>6.0f}",
+            flush=True,
+        )
+    print(
+        f"goals from contacts: {SINGLE_TARGET:g} times Klampt single, {BATCH_TARGET:g} in batch, {TARGET:g} times Qhull"
+    )
+    return rows
+
+
+def public_row(points: Floats, normals: Floats, facets: int) -> dict[str, float]:
+    """Microseconds of each call on one size of grasp, and how often single and batch verdicts differ."""
+    few = list(zip(points[:RING], normals[:RING], strict=True))
+    held = [made(p, n) for p, n in few]
+    closed = [contacts for contacts in held if Grasp(contacts).closure(facets)]
+    batch = contact_closures(points, normals, FRICTION)
+    first, second, third, fourth = (_ring(of) for of in (held, few, closed, closed))
+    tasks = {
+        "single": lambda: bool(Grasp(first()).closure()),
+        "anew": lambda: bool(Grasp(made(*second())).closure()),
+        "batch": lambda: contact_closures(points, normals, FRICTION),
+        "margin": lambda: Grasp(third()).closure(facets).margin,
+        "qhull": lambda: hull_ball(Grasp(fourth()).matrix(facets)).radius,
+    }
+    row = {name: 1e6 * timing.least for name, timing in race(tasks, repeats=7).items()}
+    row["batch"] /= len(points)
+    differ = sum(bool(Grasp(g).closure()) != yes for g, yes in zip(held, batch.force_closure, strict=False))
+    return row | {
+        "yes": float(batch.force_closure.mean()),
+        "differ": differ,
+        "contacts": len(held[0]),
+        "facets": facets,
+    }
+
+
+def made(points: Floats, normals: Floats) -> list[Contact]:
+    """Contacts with friction."""
+    return [Contact(p, n, FRICTION) for p, n in zip(points, normals, strict=True)]
+
+
+def _ring(of):
+    """One after the other, again and again."""
+    at = [0]
+
+    def following():
+        at[0] = (at[0] + 1) % len(of)
+        return of[at[0]]
+
+    return following
 
 
 def balls(rng: np.random.Generator) -> list[dict[str, float]]:
@@ -117,6 +199,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     rng = np.random.default_rng(0)
+    called = public_calls(given.grasps, given.klampt, rng)
     rows = []
     print(
         f"{'contacts x edges':>16}  {'batch [us]':>10}  {'linprog [us]':>12}  {'ratio':>7}  {'MiB':>8}  yes  differ"
@@ -152,7 +235,7 @@ def main() -> None:
     print(f"target ratio {TARGET:g}; machine {machine('numpy', 'scipy')}")
     if given.json:
         given.json.write_text(
-            json.dumps({"rows": rows, "balls": rated, "machine": machine("numpy", "scipy")}, indent=1)
+            json.dumps({"public": called, "rows": rows, "balls": rated, "machine": machine("numpy", "scipy")}, indent=1)
         )
 
 

@@ -10,6 +10,8 @@ from mafsil.grasp.contact import corner_contact as corner_contact
 from mafsil.grasp.contact import force_wrench as force_wrench
 from mafsil.grasp.contact import line_contact as line_contact
 from mafsil.grasp.contact import patch_contact as patch_contact
+from mafsil.grasp.contact_batch import ClosureBatch as ClosureBatch
+from mafsil.grasp.contact_batch import contact_closures as contact_closures
 from mafsil.grasp.elimination import eliminate as eliminate
 from mafsil.grasp.forces import ContactForces as ContactForces
 from mafsil.grasp.forces import HoldStatus as HoldStatus

@@ -171,6 +171,11 @@ def point_discs(W: Floats) -> Floats:
 
 def _facet(W: Floats, u: Floats) -> Floats | None:
     """The facet that points nearly along u, as v with v . w = 1 on it; None if the points nearby do not make one."""
+    from mafsil.solvers.facet_loops import facet_through
+
+    exact = np.empty(len(W))
+    if facet_through((0,) * len(W), np.ascontiguousarray(W), u, exact):
+        return exact
     heights = u @ W
     near = heights >= heights.max() - NEAR * np.linalg.norm(W, axis=0).max()
     v, _, rank, _ = np.linalg.lstsq(W[:, near].T, np.ones(int(near.sum())), rcond=NEAR)

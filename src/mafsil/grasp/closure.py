@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, TypeAlias
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,8 @@ from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.grasp.ball import Ball, agree, distance_to_hull, finite_ball, inscribed_ball, point_discs
 from mafsil.grasp.cone import RoundSet
-from mafsil.grasp.enclosure import enclose, quick
+from mafsil.grasp.enclosure import Quick, enclose, quick
+from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 from mafsil.solvers.rational import Columns, Judgement, Place, judge
 
@@ -36,23 +38,37 @@ class Verdict(Enum):
     MARGINAL = "marginal"
 
 
+class Margin(NamedTuple):
+    """How far a verdict is from changing.
+
+    Attributes:
+        lower, upper: bounds of the margin, as `Closure.margin` has it.
+        weakest: (m,) direction of the external wrench that is hardest to resist; None where there is none.
+    """
+
+    lower: float
+    upper: float
+    weakest: Floats | None = None
+
+
+NOT_ASKED = Margin(float("nan"), float("nan"))
+AT_THE_EDGE = Margin(0.0, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A verdict on force closure with its proof.
+    """A verdict on force closure with its proof; the margin, many times dearer than the verdict, at the first look.
 
     Attributes:
         verdict: yes, no, or marginal: the origin lies on the boundary, the smallest change decides.
         reason: key of the sentence that explains it.
         rank: of the wrenches.
         rows: m, 3 in the plane and 6 in space.
-        margin: radius of the largest ball about the origin inside the hull of the wrenches of unit push if yes;
-            minus the distance of the hull if no; 0 if marginal. Moments are divided by the length scale.
-        upper: bound of the margin from above; differs from it only for round cones.
+        measured: the margin, or what finds it.
         columns: (m, n) wrenches that the proof uses.
         combination: (n,) all > 0 with columns x = 0 (and rank m): the proof of a yes; None otherwise.
         certificate: (m,) y != 0 with y . w >= 0 for every wrench of the contacts: the external wrench y cannot be
             resisted, and without friction the body is free to move along the twist y. None for a yes.
-        weakest: (m,) direction of the external wrench that is hardest to resist, if yes.
         exact: where exact arithmetic places the origin, if it was asked.
         facts: further numbers of the sentence.
     """
@@ -61,14 +77,34 @@ class Closure:
     reason: str
     rank: int
     rows: int
-    margin: float
-    upper: float
+    measured: Margin | Callable[[], Margin]
     columns: Floats
     combination: Floats | None = None
     certificate: Floats | None = None
-    weakest: Floats | None = None
     exact: Place | None = None
     facts: tuple[tuple[str, int], ...] = ()
+
+    @lazy
+    def _margin(self) -> Margin:
+        return self.measured if isinstance(self.measured, Margin) else self.measured()
+
+    @property
+    def margin(self) -> float:
+        """Radius of the largest ball about the origin inside the hull of the wrenches of unit push if yes.
+
+        Minus the distance of the hull if no; 0 if marginal. Moments are divided by the length scale.
+        """
+        return self._margin.lower
+
+    @property
+    def upper(self) -> float:
+        """Bound of the margin from above; differs from it only for round cones."""
+        return self._margin.upper
+
+    @property
+    def weakest(self) -> Floats | None:
+        """(m,) direction of the external wrench that is hardest to resist, if yes."""
+        return self._margin.weakest
 
     @property
     def force_closure(self) -> bool:
@@ -128,26 +164,31 @@ def closure(
             `whole` is None.
         whole: all wrenches, if the columns are only some of them (round cones).
         transform: (m, m) better conditioned coordinates in which to compute; rows scaled to equal size if None.
-        margins: compute the margin too (of a yes the ball in a convex hull: a millisecond in space).
+        margins: False: the margin is not wanted, and NaN.
 
     Raises:
         InputError: no matrix of finite numbers.
     """
     W = require_finite("A", real_array("A", A))
+    W = W.copy() if W is A else W
     if W.ndim != 2 or not W.size:
         raise InputError("input.shape", name="A", expected="(m, n)", got=W.shape, hint="")
-    m, n = W.shape
-    if n > m:
+    if W.shape[1] > len(W):
         M = transform
         found = quick(W if M is None else M @ W, whole if whole is None or M is None else whole.changed(M))
-        if found.closed is False:
-            return _no(W, found.y if M is None else _unit(M.T @ found.y), "grasp.open", whole, margins)
-        if found.closed:
-            columns = found.columns
-            if M is not None:
-                columns = W if whole is None else np.asarray(np.linalg.solve(M, columns), float)
-            return _yes(W, columns, found.x, whole, margins)
+        if found.closed is not None:
+            return _decided(found, W, whole, M, margins)
     return _careful(W, exact, whole, transform, margins)
+
+
+def _decided(found: Quick, W: Floats, whole: RoundSet | None, M: Floats | None, margins: bool) -> Closure:
+    """The verdict of the compiled program in coordinates M, in those of the wrenches."""
+    if not found.closed:
+        return _no(W, found.y if M is None else unit(M.T @ found.y), "grasp.open", whole, margins)
+    columns = found.columns
+    if M is not None:
+        columns = W if whole is None else np.asarray(np.linalg.solve(M, columns), float)
+    return _yes(W, columns, found.x, whole, margins)
 
 
 def counted_out(found: Closure, open_directions: Floats, pushes: Floats, facts: dict[str, int]) -> Closure:
@@ -161,10 +202,10 @@ def counted_out(found: Closure, open_directions: Floats, pushes: Floats, facts: 
     """
     inside = open_directions.T @ pushes
     y = _separating(inside) if pushes.shape[1] and np.abs(inside).max() > 0 else np.eye(len(inside))[0]
-    margin, upper = (0.0, 0.0) if found.verdict is Verdict.MARGINAL else (found.margin, found.upper)
+    measured = AT_THE_EDGE if found.verdict is Verdict.MARGINAL else found.measured
     return Closure(
-        Verdict.NO, "grasp.counted_out", found.rank, found.rows, margin, upper, found.columns,
-        certificate=_unit(open_directions @ y), exact=found.exact, facts=tuple(facts.items()),
+        Verdict.NO, "grasp.counted_out", found.rank, found.rows, measured, found.columns,
+        certificate=unit(open_directions @ y), exact=found.exact, facts=tuple(facts.items()),
     )  # fmt: skip
 
 
@@ -178,12 +219,12 @@ def _careful(
     rank, null = _rank(scaled)
     if rank < m:
         reason = "grasp.too_few" if n <= m and whole is None else "grasp.flat"
-        return _no(W, _unit(M.T @ null), reason, whole, margins, rank)
+        return _no(W, unit(M.T @ null), reason, whole, margins, rank)
     if n <= m and whole is None:
-        return _no(W, _unit(_separating(W)), "grasp.too_few", whole, margins)
+        return _no(W, unit(_separating(W)), "grasp.too_few", whole, margins)
     found = enclose(scaled, None if whole is None else whole.changed(M))
     if found.decided and found.lower < 0:
-        return _no(W, _unit(M.T @ found.certificate), "grasp.open", whole, margins)
+        return _no(W, unit(M.T @ found.certificate), "grasp.open", whole, margins)
     if found.decided:
         columns: Floats = W if whole is None else np.asarray(np.linalg.solve(M, found.columns), float)
         sizes = np.linalg.norm(M @ columns, axis=0) if whole is None else np.ones(columns.shape[1])
@@ -192,16 +233,25 @@ def _careful(
     if whole is None:
         columns_ = exact() if callable(exact) else exact
         return _judged(W, judge(W.T.tolist() if columns_ is None else columns_), margins)
-    y = _unit(M.T @ found.certificate)
-    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, 0.0, 0.0, W, certificate=y)
+    y = unit(M.T @ found.certificate)
+    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, AT_THE_EDGE, W, certificate=y)
 
 
 def _yes(W: Floats, columns: Floats, x: Floats, whole: RoundSet | None, margins: bool) -> Closure:
     m = len(W)
-    if not margins:
-        return Closure(Verdict.YES, "grasp.closed", m, m, np.nan, np.nan, columns, x)
+    measured = partial(inside, W, whole) if margins else NOT_ASKED
+    return Closure(Verdict.YES, "grasp.closed", m, m, measured, columns, x)
+
+
+def inside(W: Floats, whole: RoundSet | None) -> Margin:
+    """The margin of a yes.
+
+    Args:
+        W: (m, n) wrenches.
+        whole: all of them, if the columns are only some.
+    """
     ball = _ball(W, whole)
-    return Closure(Verdict.YES, "grasp.closed", m, m, ball.radius, ball.upper, columns, x, weakest=-ball.weakest)
+    return Margin(ball.radius, ball.upper, -ball.weakest)
 
 
 def _ball(W: Floats, whole: RoundSet | None) -> Ball:
@@ -210,11 +260,15 @@ def _ball(W: Floats, whole: RoundSet | None) -> Ball:
 
 
 def _no(W: Floats, y: Floats, reason: str, whole: RoundSet | None, margins: bool, rank: int | None = None) -> Closure:
-    lower = upper = np.nan
-    if margins:
-        lower, upper, _ = distance_to_hull(point_discs(W) if whole is None else whole.discs)
+    measured = partial(outside, W, whole) if margins else NOT_ASKED
     m = len(W)
-    return Closure(Verdict.NO, reason, m if rank is None else rank, m, -upper, -lower, W, certificate=y)
+    return Closure(Verdict.NO, reason, m if rank is None else rank, m, measured, W, certificate=y)
+
+
+def outside(W: Floats, whole: RoundSet | None) -> Margin:
+    """The margin of a no; arguments as of `inside`."""
+    lower, upper, _ = distance_to_hull(point_discs(W) if whole is None else whole.discs)
+    return Margin(-upper, -lower)
 
 
 def _separating(W: Floats) -> Floats:
@@ -229,20 +283,19 @@ def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
     """The verdict of exact arithmetic; a margin that the rounding of the input can undo stays marginal."""
     m, size = len(W), float(np.linalg.norm(W, axis=0).max())
     x = None if found.combination is None else np.array([float(v) for v in found.combination])
-    y = None if found.certificate is None else _unit(np.array([float(v) for v in found.certificate]))
+    y = None if found.certificate is None else unit(np.array([float(v) for v in found.certificate]))
     if found.place is Place.INSIDE:
         ball = finite_ball(W)
         if ball.radius > ROUNDING * size:
             assert x is not None
-            return Closure(
-                Verdict.YES, "grasp.closed", m, m, ball.radius, ball.upper, W, x / x.sum(),
-                weakest=-ball.weakest if margins else None, exact=found.place,
-            )  # fmt: skip
+            measured = Margin(ball.radius, ball.upper, -ball.weakest if margins else None)
+            return Closure(Verdict.YES, "grasp.closed", m, m, measured, W, x / x.sum(), exact=found.place)
     if found.place is Place.OUTSIDE:
         _, distance, _ = distance_to_hull(point_discs(W))
         if distance > ROUNDING * size:
-            return Closure(Verdict.NO, "grasp.open", m, m, -distance, -distance, W, certificate=y, exact=found.place)
-    return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, 0.0, 0.0, W, certificate=y, exact=found.place)
+            measured = Margin(-distance, -distance)
+            return Closure(Verdict.NO, "grasp.open", m, m, measured, W, certificate=y, exact=found.place)
+    return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, AT_THE_EDGE, W, certificate=y, exact=found.place)
 
 
 def conditioning(points: Sequence[Floats]) -> Floats:
@@ -271,7 +324,8 @@ def _rank(W: Floats) -> tuple[int, Floats]:
     return rank, U[:, -1]
 
 
-def _unit(y: Floats) -> Floats:
+def unit(y: Floats) -> Floats:
+    """The vector of length 1."""
     return y / np.linalg.norm(y)
 
 

@@ -21,6 +21,8 @@ from mafsil.errors import InputError
 Model: TypeAlias = Literal["frictionless", "hard", "soft"]
 MOST_FACETS = 4096
 """Of a polyhedral cone; more say nothing that the round one does not."""
+POINTED = float("inf")
+"""Curvature of a pointed finger [1/m]."""
 MODELS: tuple[Model, ...] = ("frictionless", "hard", "soft")
 
 
@@ -45,7 +47,7 @@ class Contact:
     mu: float = 0.0
     gamma: float = 0.0
     curvature: float | Floats = 0.0
-    finger_curvature: float | Floats = float("inf")
+    finger_curvature: float | Floats = POINTED
     name: str = field(default="")
     curvature_given: bool = False
 
@@ -57,34 +59,37 @@ class Contact:
         gamma: float = 0.0,
         *,
         curvature: float | ArrayLike | None = None,
-        finger_curvature: float | ArrayLike = float("inf"),
+        finger_curvature: float | ArrayLike = POINTED,
         name: str = "",
     ) -> None:
-        size = real_array("point", point).size
-        if size not in (2, 3):
-            raise InputError("grasp.dimension", name=name or "point", got=size)
-        r, n = (single(what, value, (size,)) for what, value in (("point", point), ("normal", normal)))
-        if not np.linalg.norm(n) > 0.0:
+        r, n = _vectors(point, normal, name)
+        size = len(r)
+        if not hypot(*n.tolist()) > 0.0:
             raise InputError("grasp.zero_normal", name=name or "contact", point=_shown(r))
         mu, gamma = _number("mu", mu), _number("gamma", gamma)
         for what, value in (("mu", mu), ("gamma", gamma)):
             if not (isfinite(value) and value >= 0):
                 raise InputError("grasp.negative_coefficient", name=what, value=value)
-        bend = _curvature("curvature", 0.0 if curvature is None else curvature, n)
-        finger = _curvature("finger_curvature", finger_curvature, n, pointed=True)
+        bend = 0.0 if curvature is None else _curvature("curvature", curvature, n)
+        finger = finger_curvature
+        if type(finger) is not float or finger != POINTED:
+            finger = _curvature("finger_curvature", finger, n, pointed=True)
         if gamma > 0 and size == 2:
             raise InputError("grasp.soft_in_plane", name=name or "contact")
-        values = {
-            "point": frozen(r), "direction": frozen(n), "mu": mu, "gamma": gamma,
-            "curvature": bend, "finger_curvature": finger, "name": name, "curvature_given": curvature is not None,
-        }  # fmt: skip
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
+        vars(self).update(
+            point=r, direction=n, mu=mu, gamma=gamma, curvature=bend, finger_curvature=finger, name=name,
+            curvature_given=curvature is not None,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         friction = f", mu={self.mu:g}" if self.mu else ""
         soft = f", gamma={self.gamma:g}" if self.gamma else ""
         return f"Contact({_shown(self.point)}, {_shown(self.normal)}{friction}{soft})"
+
+    @cached_property
+    def row(self) -> tuple[float, ...]:
+        """Point, direction, mu and gamma one after the other: 2 d + 2 numbers."""
+        return (*self.point.tolist(), *self.direction.tolist(), self.mu, self.gamma)
 
     @property
     def dimension(self) -> int:
@@ -113,7 +118,7 @@ class Contact:
     @property
     def finger_shape(self) -> Floats | None:
         """(d - 1, d - 1) curvature of the finger along `tangents` [1/m]; None for a pointed one."""
-        pointed = isinstance(self.finger_curvature, float) and self.finger_curvature == float("inf")
+        pointed = isinstance(self.finger_curvature, float) and self.finger_curvature == POINTED
         return None if pointed else _along(self.finger_curvature, self.tangents)
 
     @property
@@ -330,11 +335,31 @@ def single(name: str, value: ArrayLike, core: tuple[int, ...]) -> Floats:
     return array
 
 
+def _vectors(point: ArrayLike, normal: ArrayLike, name: str) -> tuple[Floats, Floats]:
+    """Point and normal as read-only arrays of their own; `gate` judges what is not plainly two or three numbers."""
+    r, n = _plain(point), _plain(normal)
+    if r is not None and n is not None and r.shape == n.shape:
+        return r, n
+    size = real_array("point", point).size
+    if size not in (2, 3):
+        raise InputError("grasp.dimension", name=name or "point", got=size)
+    return frozen(single("point", point, (size,))), frozen(single("normal", normal, (size,)))
+
+
+def _plain(value: ArrayLike) -> Floats | None:
+    """A read-only copy of two or three finite float64 numbers in an array; None of anything else."""
+    if type(value) is not np.ndarray or value.dtype.char != "d" or value.shape not in ((2,), (3,)):
+        return None
+    copy: Floats = value.copy()
+    copy.setflags(write=False)
+    return copy if all(map(isfinite, copy.tolist())) else None
+
+
 def _curvature(name: str, value: float | ArrayLike, n: Floats, pointed: bool = False) -> float | Floats:
     """One number, or a symmetric tensor across the normal."""
     if not np.ndim(value):
         number = _number(name, value)  # type: ignore[arg-type]
-        if not isfinite(number) and not (pointed and number == float("inf")):
+        if not isfinite(number) and not (pointed and number == POINTED):
             raise InputError("input.finite", name=name, value=number, index=())
         return number
     K = single(name, value, (3, 3)) if len(n) == 3 else single(name, value, ())

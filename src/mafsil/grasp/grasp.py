@@ -16,6 +16,7 @@ from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
 from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
 from mafsil.grasp.cone import RoundSet, has_round_cones
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact_closure import round_closure
 from mafsil.grasp.counting import count_contacts
 from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.friction import friction_remarks
@@ -32,9 +33,6 @@ from mafsil.grasp.motion import (
 from mafsil.grasp.second_order import Immobility, SecondOrder, second_order
 from mafsil.messages import say
 from mafsil.solvers.rational import exact
-
-START = 6
-"""Edges of a round cone with which the search for a proof begins."""
 
 
 class Grasp:
@@ -152,19 +150,20 @@ class Grasp:
         Args:
             facets: edges of polyhedral cones; None for the true cones.
             outer: circumscribed polyhedral cones.
-            margins: compute the margin of a yes too.
+            margins: False: the margin is not wanted, and NaN; else it is found when it is looked at.
         """
-        M = conditioning([c.point for c in self.contacts])
         if facets is None and has_round_cones(self.contacts):
-            whole = RoundSet.of(self.contacts, np.eye(self.rows))
-            found = closure(whole.rim(START), whole=whole, transform=M, margins=margins)
+            found = round_closure(self.contacts, margins=margins)
         else:
             A = self.matrix(facets or 16, outer=outer)
+            M = conditioning([c.point for c in self.contacts])
             found = closure(A, exact=self._exact_columns, transform=M, margins=margins)
         return found if found else self._counted(found)
 
     def _counted(self, found: Closure) -> Closure:
         """Too few contacts for their models are a no, never marginal: no change of numbers helps."""
+        if found.rank == self.rows and all(c.mu > 0 or c.gamma > 0 for c in self.contacts):
+            return found
         count = count_contacts(self.contacts)
         if count.enough or not count.frictional:
             return found

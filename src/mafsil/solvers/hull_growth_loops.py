@@ -23,6 +23,8 @@ VISIBLE = 1e-13
 STEADY = 10.0
 """Heights over a facet, in units of what is barely visible, from which the next facet's direction is sure."""
 FLATNESS = 1e-10
+FAR = 0.05
+"""Heights of a corner over the flat of those before, relative to the set, at which no better one is looked for."""
 MOST = 4096
 """Corners at most: a ridge of m - 2 corners packs into one integer."""
 TABLE = 1 << 14
@@ -140,30 +142,53 @@ def away(u: Floats, basis: Floats, count: int) -> float:
 
 
 @compiled
+def furthest_either_way(D: Floats, together: bool, u: Floats, from_: Floats, w: Floats, best: Floats) -> float:
+    """Into `best` the set's point furthest along u or against it; its distance from the plane through a point."""
+    m, most = len(u), 0.0
+    for _ in range(2):
+        support(D, together, u, w)
+        height = dot(u, w) - dot(u, from_)
+        if height > most:
+            most = height
+            best[:] = w
+        for c in range(m):
+            u[c] = -u[c]
+    return most
+
+
+@compiled
 def first_simplex(D: Floats, together: bool, size: float, points: Floats) -> bool:
-    """Corners, m + 1, of the set that span the space: each the furthest from the flat through those before it."""
+    """Corners, m + 1, of the set that span the space, each far from the flat through those before it.
+
+    1. The axis of which most is left across the flat gives a direction; the set's furthest points along it and against
+       it are looked at, and the further one is taken.
+    2. Where that is near the flat the other axes are asked too, and the furthest point of all is taken.
+    """
     m = points.shape[1]
-    u, w, basis = np.zeros(m), np.empty(m), np.empty((m, m))
+    u, w, basis, left = np.zeros(m), np.empty(m), np.empty((m, m)), np.ones(m)
     u[0] = 1.0
     support(D, together, u, points[0])
     for k in range(1, m + 1):
-        best = 0.0
-        for turn in range(2 * m):
-            for c in range(m):
-                u[c] = 0.0
-            u[turn // 2] = 1.0 if turn % 2 else -1.0
-            if away(u, basis, k - 1) < 1e-6:
+        best, asked = 0.0, int(np.argmax(left))
+        for turn in range(-1, m):
+            axis = asked if turn < 0 else turn
+            if turn == 0 and best > FAR * size:
+                break
+            u[:] = 0.0
+            u[axis] = 1.0
+            if turn == asked or away(u, basis, k - 1) < 1e-6:
                 continue
-            support(D, together, u, w)
-            reach = dot(u, w) - dot(u, points[0])
-            if reach > best:
-                best = reach
-                points[k] = w
+            height = furthest_either_way(D, together, u, points[0], w, basis[k - 1])
+            if height > best:
+                best = height
+                points[k] = basis[k - 1]
         if best < FLATNESS * size:
             return False
         for c in range(m):
             basis[k - 1, c] = points[k, c] - points[0, c]
         away(basis[k - 1], basis, k - 1)
+        for c in range(m):
+            left[c] -= basis[k - 1, c] ** 2
     return True
 
 

@@ -3,6 +3,8 @@
 The nearest point of a simplex inside the set moves towards the set's furthest point against it; corners that lose
 their weight leave. The length of the point bounds the distance from above, the support function from below.
 
+A question is answered sooner: is the set clearly away from the origin? Sets of wrenches come with rows of equal size.
+
 Reference:
     P. Wolfe, Finding the nearest point in a polytope, Mathematical Programming 11, 1976.
 """
@@ -19,23 +21,31 @@ STEPS = 1000
 DEPENDENT = 1e-12
 """Corners closer than this share of their distance to the flat of the others add nothing."""
 ROUNDING = 1e-15
+NEAR = 1e-5
+"""Distances of the scaled set below it may be the boundary."""
+GILBERT = 6
+"""Cheap steps away from the origin before the nearest point is sought."""
+LOOSE = 0.9
+"""Gap of the bounds of a distance, relative, at which its lower bound says enough."""
 
 
 @compiled
-def affine_weights(S: Floats, count: int, weights: Floats) -> bool:
+def affine_weights(S: Floats, count: int, weights: Floats, Q: Floats, R: Floats, b: Floats) -> bool:
     """Weights of sum 1, of any sign, of the point nearest to the origin in the flat through some corners.
 
     Args:
         S: (m + 1, m) corners.
         count: of them.
         weights: (m + 1,) out.
+        Q, R, b: (m + 2, m), (m + 2, m + 2), (m + 2,) to work in.
 
     Returns:
         Whether the corners are in general position.
     """
     m = S.shape[1]
-    Q, R, b = np.empty((count, m)), np.zeros((count, count)), np.empty(count)
     for i in range(1, count):
+        for k in range(1, i):
+            R[k, i] = 0.0
         for c in range(m):
             Q[i, c] = S[i, c] - S[0, c]
         length = np.sqrt(dot(Q[i], Q[i]))
@@ -93,6 +103,7 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
     """
     m = D.shape[2]
     S, share, weights = np.empty((m + 2, m)), np.zeros(m + 2), np.empty(m + 2)
+    Q, R, b = np.empty((m + 2, m)), np.empty((m + 2, m + 2)), np.empty(m + 2)
     u, lower, size = np.zeros(m), 0.0, 0.0
     for i in range(len(D)):
         for c in range(m):
@@ -117,7 +128,7 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
             return min(lower, length), length
         share[count], count = 0.0, count + 1
         while True:
-            if count > m + 1 or not affine_weights(S, count, weights):
+            if count > m + 1 or not affine_weights(S, count, weights, Q, R, b):
                 return min(lower, length), length
             before = count
             count = drop(S, share, weights, count)
@@ -131,3 +142,55 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
             return min(lower, length), length
     length = np.sqrt(dot(v, v))
     return min(lower, length), length
+
+
+@compiled
+def steps_apart(D: Floats, y: Floats) -> bool:
+    """Whether a few cheap steps find a direction in which the whole set is clearly beyond the origin.
+
+    1. v is the sum of the centres, the first guess.
+    2. The set's point s that reaches least far along v is found; v . s over the length of v bounds the distance.
+    3. Where that does not do, v moves to the point nearest to the origin between it and s, and again from 2.
+
+    Args:
+        D: (k, parts, m) discs.
+        y: (m,) out: unit direction, if so.
+
+    Reference:
+        E. Gilbert, An iterative procedure for computing the minimum of a quadratic form on a convex set, SIAM J.
+        Control 4(1), 1966.
+    """
+    m = len(y)
+    v, s = np.zeros(m), np.empty(m)
+    for i in range(len(D)):  # 1
+        for c in range(m):
+            v[c] += D[i, 0, c] / len(D)
+    for _ in range(GILBERT):
+        length = np.sqrt(dot(v, v))
+        if not length > NEAR:
+            return False
+        for c in range(m):
+            y[c] = -v[c] / length
+        if -support(D, False, y, s) > 10.0 * NEAR:  # 2
+            for c in range(m):
+                y[c] = -y[c]
+            return True
+        square, along = 0.0, 0.0
+        for c in range(m):  # 3
+            square += (s[c] - v[c]) ** 2
+            along -= v[c] * (s[c] - v[c])
+        share = min(1.0, along / square) if square > 0.0 else 0.0
+        for c in range(m):
+            v[c] += share * (s[c] - v[c])
+    return False
+
+
+@compiled
+def lies_apart(D: Floats, y: Floats) -> bool:
+    """Whether the set is clearly away from the origin: by cheap steps, or by its nearest point as far as it is needed.
+
+    Args:
+        D: (k, parts, m) discs.
+        y: (m,) out: unit direction in which all of it is beyond the origin, if so.
+    """
+    return steps_apart(D, y) or nearest_point(D, LOOSE, np.empty(len(y)), y)[0] > NEAR

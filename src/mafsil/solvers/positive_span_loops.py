@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import dot, reach
 from mafsil.solvers.loops import compiled, reordered
-from mafsil.solvers.nearest_point_loops import nearest_point
+from mafsil.solvers.nearest_point_loops import lies_apart
 
 ENTERING = 1e-9
 PIVOT = 1e-9
@@ -25,8 +25,6 @@ ROUNDS = 24
 """Times that round cones are asked for more columns."""
 SPANS, OPEN, DOUBTFUL = 1, 0, -1
 """Verdicts of `positive_span`."""
-NEAR = 1e-5
-"""Distances of the scaled set below it may be the boundary."""
 NOISE = 1e-14
 """Rows below this share of the largest are rounding and stay small."""
 FULL_RANK = 1e-14
@@ -43,6 +41,7 @@ class Room(NamedTuple):
         inverse: (m, m) of the basis.
         price, column: (m,) multipliers; the entering column.
         gain, keys: (most,) reduced gains, and the same bits as whole numbers.
+        owner: (most,) the disc from which each further column is.
     """
 
     A: Floats
@@ -55,6 +54,7 @@ class Room(NamedTuple):
     column: Floats
     gain: Floats
     keys: NDArray[np.int64]
+    owner: NDArray[np.int64]
 
 
 @compiled
@@ -63,7 +63,7 @@ def make_room(m: int, most: int) -> Room:
     gain = np.empty(most)
     return Room(
         np.empty((m, most)), np.empty(m), np.empty(most), np.empty(m), np.empty(m, np.int64), np.empty((m, m)),
-        np.empty(m), np.empty(m), gain, gain.view(np.int64),
+        np.empty(m), np.empty(m), gain, gain.view(np.int64), np.empty(most, np.int64),
     )  # fmt: skip
 
 
@@ -192,7 +192,7 @@ def further_columns(unroll: tuple[int, ...], D: Floats, more: Floats, first: int
             for c in range(m):
                 more[c, n - first] = w[c]
                 R.A[c, n] = w[c] * R.rows[c] * size
-            R.sizes[n] = size
+            R.sizes[n], R.owner[n] = size, i
             n += 1
     return n
 
@@ -219,7 +219,7 @@ def span(
         weights: (n,) positive.
         doubt: optima within a factor 100 of it are DOUBTFUL.
         x: (most,) out: > 0 on the n columns, >= 0 on later ones, W x = 0, sum 1, if SPANS.
-        y: (m,) out: of length 1 with W' y >= 0 if OPEN.
+        y: (m,) out: of length 1 with W' y >= 0 if OPEN and there are no discs; else `stands_apart` gives it.
         R: room for (m, most).
 
     Returns:
@@ -236,7 +236,7 @@ def span(
         R.inverse[i, i] = sign
         R.level[i] *= sign
         R.basis[i] = R.A.shape[1] + i
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         if not phase_one(unroll, n, R):
             return DOUBTFUL, n
         value = 0.0
@@ -245,6 +245,9 @@ def span(
                 value += max(R.level[i], 0.0)
         if value <= 0.01 * doubt:
             return read_weights(first, n, weights, doubt, x, R), n
+        if turn == 0 and len(D) > 0 and lies_apart(D * R.rows, R.column):
+            # Most sets that are open show it at once, long before the prices are exact.
+            return OPEN, n
         grown = further_columns(unroll, D, more, first, n, R)
         if grown == n:
             return read_prices(value, doubt, y, R), n
@@ -326,8 +329,7 @@ def stands_apart(unroll: tuple[int, ...], D: Floats, n: int, y: Floats, R: Room)
     """
     if not has_full_rank(unroll, n, R):
         return False
-    lower, _ = nearest_point(D, 0.5, np.empty(len(y)), y)
-    if not lower > NEAR:
+    if not lies_apart(D, y):
         return False
     square = 0.0
     for i in range(len(y)):

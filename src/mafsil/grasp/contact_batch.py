@@ -1,0 +1,191 @@
+"""Force closure of many grasps at once, straight from their contacts, with the proof of each.
+
+Memory beyond input and answer is a few matrices for each core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil import threads
+from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.grasp.closure import Closure, Verdict
+from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact_closure import START, circle
+from mafsil.grasp.enclosure import UNSURE, positive_weights
+from mafsil.grasp.grasp import Grasp
+from mafsil.messages import say
+
+PART = 64
+"""Grasps handed to a core at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosureBatch:
+    """Verdicts on the force closure of many grasps with as many contacts each.
+
+    Attributes:
+        verdicts: (*batch,) members of `Verdict`.
+        forces: (*batch, k, d) where yes, the proof: forces strictly inside the cones that balance, total push 1, in the
+            axes of the body; NaN elsewhere.
+        torsions: (*batch, k) the moments about the normals that belong to them, of soft fingers.
+        certificate: (*batch, m) where not, y != 0 with y . w >= 0 for every wrench of the contacts: the external wrench
+            y cannot be resisted; NaN elsewhere.
+        asked_again: how many were too near the boundary and went to the single test.
+        contacts: (*batch, k, 2 d + 2) point, normal, mu and gamma of each contact.
+    """
+
+    verdicts: NDArray[np.object_]
+    forces: Floats
+    torsions: Floats
+    certificate: Floats
+    asked_again: int
+    contacts: Floats
+
+    @property
+    def force_closure(self) -> NDArray[np.bool_]:
+        """(*batch,) whether every external wrench is resisted; marginal grasps do not."""
+        return np.asarray(self.verdicts == Verdict.YES, dtype=np.bool_)
+
+    def __bool__(self) -> bool:
+        return bool(self.force_closure.all())
+
+    def __len__(self) -> int:
+        return len(self.verdicts)
+
+    def __iter__(self) -> Iterator[Closure | ClosureBatch]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: int | tuple[int, ...] | slice) -> Closure | ClosureBatch:
+        """One grasp's verdict with columns, weights and margin; or some of the batch."""
+        if self.verdicts[index].__class__ is Verdict:
+            return Grasp(_contacts_of(self.contacts[index])).closure()
+        rows = (getattr(self, name)[index] for name in ("verdicts", "forces", "torsions", "certificate"))
+        return ClosureBatch(*rows, self.asked_again, self.contacts[index])
+
+    def explain(self, *index: int, language: str | None = None) -> str:
+        """The verdict on one grasp as a sentence; without an index how many grasps are closed."""
+        if index:
+            return Grasp(_contacts_of(self.contacts[index])).closure().explain(language)
+        closed, count = int(self.force_closure.sum()), self.verdicts.size
+        return say("grasp.batch", language=language, closed=closed, count=count)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "verdicts": [verdict.value for verdict in self.verdicts.ravel()],
+            "force_closure": self.force_closure,
+            "forces": self.forces,
+            "torsions": self.torsions,
+            "certificate": self.certificate,
+            "assumes": "rigid bodies",
+        }
+
+
+def contact_closures(
+    points: ArrayLike, normals: ArrayLike, mu: ArrayLike = 0.0, gamma: ArrayLike = 0.0
+) -> ClosureBatch:
+    """Force closure of many grasps, round cones as they are, shared out over the cores.
+
+    Args:
+        points: (*batch, k, d) contact points in the frame of the body [m], d = 2 or 3.
+        normals: (*batch, k, d) into the body, of any length but zero.
+        mu: (*batch, k) or anything that broadcasts: friction coefficients.
+        gamma: the same for torsional coefficients [m], in space only.
+
+    Raises:
+        InputError: wrong shapes, numbers that are not finite, a zero normal, a negative coefficient.
+    """
+    given = _gathered(points, normals, mu, gamma)
+    batch, k, d = given.shape[:-2], given.shape[-2], given.shape[-1] // 2 - 1
+    flat, m = given.reshape(-1, k, given.shape[-1]), 3 * (d - 1)
+    count = len(flat)
+    forces, torsions = np.full((count, k, d), np.nan), np.full((count, k), np.nan)
+    certificate, state = np.full((count, m), np.nan), np.empty(count, dtype=np.int8)
+    _spans(flat, forces, torsions, certificate, state)
+    verdicts = np.where(state == 1, Verdict.YES, Verdict.NO)
+    doubtful = np.flatnonzero(state < 0)
+    for i in doubtful:
+        contacts = _contacts_of(flat[i])
+        found = Grasp(contacts).closure(margins=False)
+        verdicts[i] = found.verdict
+        if found.combination is not None:
+            forces[i], torsions[i] = _forces_of(contacts, found)
+        certificate[i] = np.nan if found.certificate is None else found.certificate
+    rest = (one.reshape((*batch, *one.shape[1:])) for one in (verdicts, forces, torsions, certificate))
+    return ClosureBatch(*rest, len(doubtful), given)
+
+
+def _gathered(points: ArrayLike, normals: ArrayLike, mu: ArrayLike, gamma: ArrayLike) -> Floats:
+    """(*batch, k, 2 d + 2) points, normals and coefficients of all contacts, checked."""
+    r, n = real_array("points", points), real_array("normals", normals)
+    if r.ndim < 2 or r.shape[-1] not in (2, 3) or not r.shape[-2]:
+        raise InputError("input.shape", name="points", expected="(*batch, k, 2 | 3)", got=r.shape, hint="")
+    if n.shape[-1:] != r.shape[-1:]:
+        raise InputError("input.shape", name="normals", expected=r.shape, got=n.shape, hint="")
+    coefficients = {"mu": real_array("mu", mu), "gamma": real_array("gamma", gamma)}
+    try:
+        batch = np.broadcast_shapes(r.shape[:-1], n.shape[:-1], *(one.shape for one in coefficients.values()))
+    except ValueError:
+        got = ", ".join(map(str, (r.shape, n.shape, *(one.shape for one in coefficients.values()))))
+        raise InputError("call.batches", name="points, normals, mu, gamma", batches=got) from None
+    d = r.shape[-1]
+    given = np.empty((*batch, 2 * d + 2))
+    given[..., :d], given[..., d : 2 * d] = r, n
+    given[..., 2 * d], given[..., 2 * d + 1] = coefficients["mu"], coefficients["gamma"]
+    for name, one in (("points", r), ("normals", n), *coefficients.items()):
+        require_finite(name, one)
+    if not given[..., d : 2 * d].any(axis=-1).all():
+        row = np.argwhere(~given[..., d : 2 * d].any(axis=-1))[0]
+        raise InputError("grasp.zero_normal", name="normals", point=str(tuple(row.tolist())))
+    for name, one in coefficients.items():
+        if (one < 0).any():
+            raise InputError("grasp.negative_coefficient", name=name, value=float(one.min()))
+    if d == 2 and coefficients["gamma"].any():
+        raise InputError("grasp.soft_in_plane", name="gamma")
+    return given
+
+
+def _spans(flat: Floats, forces: Floats, torsions: Floats, certificate: Floats, state: NDArray[np.int8]) -> None:
+    """Verdicts 1, 0 or -1 (doubtful), and the proofs."""
+    from mafsil.solvers import contact_span_loops as loops
+
+    k, m = flat.shape[1], certificate.shape[1]
+    edges = 2 if m == 3 else START
+    weights = positive_weights(edges * k)
+
+    def part(i: int) -> None:
+        s = slice(i * PART, (i + 1) * PART)
+        out = forces[s], torsions[s], certificate[s], state[s]
+        loops.contact_spans((0,) * m, flat[s], circle(edges), weights, UNSURE, *out)
+
+    threads.run(part, -(-len(flat) // PART), threads.available())
+
+
+def _contacts_of(rows: Floats) -> list[Contact]:
+    """The contacts of one grasp of a batch."""
+    d = rows.shape[1] // 2 - 1
+    return [Contact(row[:d], row[d : 2 * d], float(row[-2]), float(row[-1])) for row in rows]
+
+
+def _forces_of(contacts: Sequence[Contact], found: Closure) -> tuple[Floats, Floats]:
+    """Forces and torsions that the weights of a yes stand for: each column belongs to the contact that it fits."""
+    assert found.combination is not None
+    d = contacts[0].dimension
+    forces, torsions = np.zeros((len(contacts), d)), np.zeros(len(contacts))
+    for x, w in zip(found.combination, found.columns.T, strict=True):
+        parts = [np.linalg.lstsq(c.basis, w, rcond=None)[0] for c in contacts]
+        misses = [
+            float(np.linalg.norm(c.basis @ z - w)) + max(0.0, -c.margin(z))
+            for c, z in zip(contacts, parts, strict=True)
+        ]
+        i = int(np.argmin(misses))
+        forces[i] += x * w[-d:]
+        torsions[i] += x * (parts[i][3] if contacts[i].model == "soft" else 0.0)
+    return forces, torsions
