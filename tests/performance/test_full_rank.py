@@ -13,6 +13,7 @@ from mafsil.performance import (
     determinant_factors,
     generic_rank,
     is_singular,
+    natural_task,
     rank,
     singular_values,
     singularity,
@@ -101,7 +102,8 @@ def test_default_tasks(name, task):
 
 def test_default_tasks_of_arms_without_a_natural_one():
     wrist = mf.Robot.from_screws([[0, 0, 1, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]], np.eye(4))
-    assert default_task(wrist) == "orientation"
+    assert default_task(wrist) == natural_task(wrist) == determinant_factors(wrist).task == "orientation"
+    assert determinant_factors(wrist).evaluate([0.1, 0.5, 0.2]) == pytest.approx(-np.sin(0.5))
     assert is_singular(wrist, [0.1, 0, 0.2])
     assert not is_singular(wrist, [0.1, 0.5, 0.2])
     snake = mf.Robot.from_screws([screw.from_axis(Z, [k, 0, 0]) for k in range(5)], np.eye(4))

@@ -152,7 +152,9 @@ class DeterminantFactors:
 
 @of_robot
 def natural_task(robot: Robot) -> str:
-    """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position.
+    """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position, orientation.
+
+    Three axes through one point keep the tip on a sphere, so a spherical wrist is asked for its orientation.
 
     Args:
         robot: the arm.
@@ -169,6 +171,8 @@ def natural_task(robot: Robot) -> str:
             return "pose"
         case 4 if parallel and up:
             return "schoenflies"
+        case 3 if _concurrent(at, range(3)):
+            return "orientation"
         case 3:
             return "planar" if parallel and up else "position"
         case 2 if parallel and up:
