@@ -11,6 +11,7 @@ import numpy as np
 from mafsil import threads as pool
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
+from mafsil.kernels import caches, result_memory
 from mafsil.kernels.call import LARGE
 from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
@@ -42,13 +43,14 @@ class Evaluator:
         ufunc: generalised ufunc of the kernel.
         work: gives the operations of one evaluation, from which the number of parts of a batch follows.
         device: called as `device(*args, out=out)` for arrays that lie on a device.
+        streamed: gives the ufunc that writes its results past the caches; None does without.
 
     Attributes:
         twins: builtins of other kernels for forms of the call that mean them: under the text of `frame`, the tuple of
             keyword names, or the number of positional arguments. The builtin of this kernel looks here first.
     """
 
-    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work", "twins")
+    __slots__ = ("_cores", "_device", "_names", "_ranks", "_row", "_signature", "_streamed", "_ufunc", "_work", "twins")
 
     def __init__(
         self,
@@ -56,11 +58,14 @@ class Evaluator:
         ufunc: Callable[..., Any],
         work: Callable[[], int],
         device: Callable[..., Any] | None = None,
+        streamed: Callable[[], Callable[..., Any]] | None = None,
     ) -> None:
         self.twins: dict[Hashable, Callable[..., Any]] = {}
         self._signature = signature
         self._device = device
         self._ufunc = ufunc
+        self._streamed = streamed
+        self._row = 8 * sum(port.size for port in signature.outputs)
         self._work = work
         self._cores = tuple(port.shape for port in signature.inputs)
         self._ranks = tuple(map(len, self._cores))
@@ -100,9 +105,12 @@ class Evaluator:
         results = None if out is None else self._given(out, batch)
         count = self._threads(batch, threads)
         try:
+            evaluate = self._ufunc
+            if prod(batch) * self._row >= result_memory.SMALLEST:
+                results, evaluate = self._large(batch, results)
             if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
-                return self._split(arrays, batch, results, count)
-            found = self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+                return self._split(evaluate, arrays, batch, results, count)
+            found = evaluate(*arrays) if results is None else evaluate(*arrays, out=results)
         except MemoryError:
             raise InputError("call.memory", name=self._signature.name, batch=batch) from None
         if not batch and self._signature.finite:
@@ -182,6 +190,22 @@ class Evaluator:
             _check_out(port, array, batch + port.shape)
         return arrays
 
+    def _large(
+        self, batch: tuple[int, ...], results: tuple[Floats, ...] | None
+    ) -> tuple[tuple[Floats, ...], Callable[..., Any]]:
+        """Memory for large results, and what writes them there: past the caches if these could not keep them.
+
+        Pages that have never been written are in the caches when the system has cleared them; they are written plainly.
+        """
+        written = True
+        if results is None:
+            found = [result_memory.new(batch + port.shape) for port in self._signature.outputs]
+            results = tuple(array for array, _ in found)
+            written = all(old for _, old in found)
+        kept = caches.kept_bytes(self._row)
+        past = written and self._streamed is not None and prod(batch) * self._row > kept
+        return results, self._streamed() if past and self._streamed is not None else self._ufunc
+
     def _threads(self, batch: tuple[int, ...], wanted: int | None) -> int:
         """How many threads share the batch: one, if it is not worth two parts."""
         if type(wanted) is int and wanted == 1:
@@ -204,6 +228,7 @@ class Evaluator:
 
     def _split(
         self,
+        ufunc: Callable[..., Any],
         arrays: Sequence[Floats],
         batch: tuple[int, ...],
         results: tuple[Floats, ...] | None,
@@ -222,7 +247,7 @@ class Evaluator:
         def evaluate(part: int) -> None:
             rows = slice(edges[part], edges[part + 1])
             cut = [_rows(x, port, len(batch) - axis, rows) for x, port in zip(operands, ports, strict=True)]
-            self._ufunc(*cut[:inputs], out=tuple(cut[inputs:]))
+            ufunc(*cut[:inputs], out=tuple(cut[inputs:]))
 
         pool.run(evaluate, parts, threads)
         return results[0] if len(results) == 1 else results

@@ -16,6 +16,7 @@ from mafsil.kernels.image import Image
 from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
+from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
 
 if TYPE_CHECKING:
@@ -79,7 +80,9 @@ class Kernel:
     def evaluate(self) -> batch.Evaluator:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
-        return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total, self.on_device)
+        return batch.Evaluator(
+            self.signature, self.ufunc, lambda: image.provenance.total, self.on_device, lambda: self.streamed
+        )
 
     def on_device(self, *args: Any, out: Any = None) -> Any:
         """Evaluate arrays that lie on an NVIDIA device there; see `DeviceEvaluator.__call__`."""
@@ -97,6 +100,11 @@ class Kernel:
     def ufunc(self) -> Callable[..., Any]:
         """NumPy's generalised ufunc: broadcasting, strides, casting, `out=`; no checks for NaN. It does not pickle."""
         return ufunc.gufunc(self.image.addresses[LOOP], self.signature, self.doc, self.image)
+
+    @lazy
+    def streamed(self) -> Callable[..., Any]:
+        """The same ufunc, but its results are written in whole lines past the caches (`streaming`)."""
+        return ufunc.gufunc(self.image.addresses[LOOP], self.signature, self.doc, self.image, STREAMED)
 
     @property
     def addresses(self) -> Addresses:

@@ -61,7 +61,7 @@ def lower(tape: Tape, signature: Signature, target: Target) -> str:
             *gathered,
             *single.lines,
             "}",
-            staging(signature, target.lanes, "#0"),
+            staging(signature, target.lanes, "#0", target.triple),
             f"attributes #0 = {{ {attributes} }}",
             '!0 = !{!"branch_weights", i32 1, i32 1000000}',
             "",
