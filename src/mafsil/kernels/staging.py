@@ -8,7 +8,7 @@ One call of the batch entry:
 
 1. Base, strides and contiguity of every port; one contiguous row goes to the single entry.
 2. Inputs that are broadcast fill their tiles once.
-3. For every full tile: the other inputs are brought in, the arithmetic runs and writes its rows to the result, or to
+3. For every full tile: the other inputs are brought in, those of the next tile are asked for, the arithmetic runs and writes its rows to the result, or to
    spare rows where their cores are not contiguous, or to the stage of `streaming` where the caller asks for that and
    the rows of the batch are contiguous.
 4. The last rows, fewer than W, go by the spare rows.
@@ -23,6 +23,8 @@ from mafsil.kernels.streaming import LINE, REST, STREAM, functions, pitch, stage
 
 BODY = "mafsil_tile"
 """Symbol of the arithmetic on one tile: void (double *in, char *rows0, int64 step0, char *rows1, ...)."""
+_FAR = 1024
+"""Bytes of the rows of a tile from which on the processor does not fetch them by itself before they are needed."""
 
 
 def staging(signature: Signature, width: int, attributes: str, triple: str) -> str:
@@ -37,7 +39,7 @@ def staging(signature: Signature, width: int, attributes: str, triple: str) -> s
     streaming = streams(triple) and any(port.size for port in signature.outputs)
     blocks = [size for size in (4, 2) if size <= width]
     movers = [mover(width, block) for block in blocks]
-    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _shapes(signature)]
+    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _AHEAD, _shapes(signature)]
     if streaming:
         parts.append(functions())
     return "\n".join([*parts, _Batch(signature, width, streaming).text()]).replace("#ATTRIBUTES", attributes)
@@ -72,6 +74,26 @@ def mover(width: int, block: int) -> str:
     text.do("ret void")
     head = f"define internal void @{_mover(block)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
     return "\n".join([head, "entry:", *text.lines, "}", ""])
+
+
+_AHEAD = f"""
+declare void @llvm.prefetch.p0(ptr, i32, i32, i32)
+
+define internal void @mafsil_ahead(ptr %start, i64 %bytes) #ATTRIBUTES {{
+entry:
+  br label %next
+next:
+  %at = phi i64 [ 0, %entry ], [ %at.next, %next ]
+  %place = getelementptr i8, ptr %start, i64 %at
+  call void @llvm.prefetch.p0(ptr %place, i32 0, i32 3, i32 1)
+  %at.next = add i64 %at, {LINE}
+  %more = icmp slt i64 %at.next, %bytes
+  br i1 %more, label %next, label %leave
+leave:
+  ret void
+}}
+"""
+"""Asks for memory that will be read soon; beyond the end of an array nothing happens."""
 
 
 def _mover(block: int) -> str:
@@ -299,11 +321,23 @@ class _Batch:
             out.do(f"br i1 %dense{k}, label %fast{k}, label %slow{k}")
             out.label(f"fast{k}")
             out.do(f"call void @{_mover(block)}(ptr {place}, i64 %step{k}, i64 {port.size}, ptr %tile{k})")
+            self._ask_ahead(k, port, place)
             out.do(f"br label %full.end{k}")
             out.label(f"slow{k}")
         self._call_walk(k, port, place, str(self.width))
         out.do(f"br label %full.end{k}")
         out.label(f"full.end{k}")
+
+    def _ask_ahead(self, k: int, port: Port, place: str) -> None:
+        """The rows of the next tile are on their way while this one is computed, if they follow and are long."""
+        out, size = self.out, 8 * port.size * self.width
+        if size < _FAR:
+            return
+        follow = out.let(f"icmp eq i64 %step{k}, {8 * port.size}")
+        out.do(f"br i1 {follow}, label %ahead{k}, label %full.end{k}")
+        out.label(f"ahead{k}")
+        next_tile = out.let(f"getelementptr i8, ptr {place}, i64 {size}")
+        out.do(f"call void @mafsil_ahead(ptr {next_tile}, i64 {size})")
 
     def _compute(self) -> None:
         """The arithmetic on a full tile, straight to the caller's rows where their cores are contiguous."""
