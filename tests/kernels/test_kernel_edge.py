@@ -211,7 +211,9 @@ def test_a_large_batch_is_done_in_pieces_between_which_ctrl_c_is_heard(threads):
         if len(calls) == 2:
             raise KeyboardInterrupt
 
-    evaluate = batch.Evaluator(Signature("f", (Port("x"),), (Port("y"),)), interrupted, lambda: 1)
+    evaluate = batch.Evaluator(
+        Signature("f", (Port("x"),), (Port("y"),)), batch.Loops(lambda: interrupted, lambda: interrupted), lambda: 1
+    )
     with pytest.raises(KeyboardInterrupt):
         evaluate(np.zeros(rows), threads=threads)
     assert sum(calls) < rows / 2

@@ -34,12 +34,42 @@ def rows_at_once(work: int) -> int:
     return max(1, (2 * _PART_WORK - 1) // max(work, 1))
 
 
+class Loops:
+    """The ufuncs of a kernel, each made when it is first called.
+
+    Args:
+        batch: makes the generalised ufunc of the kernel.
+        point: makes the one for contiguous arrays of one point.
+    """
+
+    __slots__ = ("_batch", "_makers", "_point")
+
+    def __init__(self, batch: Callable[[], Callable[..., Any]], point: Callable[[], Callable[..., Any]]) -> None:
+        self._makers = batch, point
+        self._batch: Callable[..., Any] | None = None
+        self._point: Callable[..., Any] | None = None
+
+    def batch(self) -> Callable[..., Any]:
+        """For any arrays."""
+        if self._batch is None:
+            self._batch = self._makers[0]()
+        return self._batch
+
+    def point(self, arrays: Sequence[Floats]) -> Callable[..., Any]:
+        """For arguments and results of one point: by the single entry where their numbers lie side by side."""
+        if not all(array.flags.c_contiguous for array in arrays):
+            return self.batch()
+        if self._point is None:
+            self._point = self._makers[1]()
+        return self._point
+
+
 class Evaluator:
     """Calls a ufunc on what users give.
 
     Args:
         signature: ports.
-        ufunc: generalised ufunc of the kernel.
+        loops: ufuncs of the kernel.
         work: gives the operations of one evaluation, from which the number of parts of a batch follows.
         device: called as `device(*args, out=out)` for arrays that lie on a device.
 
@@ -48,19 +78,19 @@ class Evaluator:
             keyword names, or the number of positional arguments. The builtin of this kernel looks here first.
     """
 
-    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work", "twins")
+    __slots__ = ("_cores", "_device", "_loops", "_names", "_ranks", "_signature", "_work", "twins")
 
     def __init__(
         self,
         signature: Signature,
-        ufunc: Callable[..., Any],
+        loops: Loops,
         work: Callable[[], int],
         device: Callable[..., Any] | None = None,
     ) -> None:
         self.twins: dict[Hashable, Callable[..., Any]] = {}
         self._signature = signature
         self._device = device
-        self._ufunc = ufunc
+        self._loops = loops
         self._work = work
         self._cores = tuple(port.shape for port in signature.inputs)
         self._ranks = tuple(map(len, self._cores))
@@ -102,7 +132,8 @@ class Evaluator:
         try:
             if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
                 return self._split(arrays, batch, results, count)
-            found = self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+            loop = self._loops.batch() if batch else self._loops.point((*arrays, *(results or ())))
+            found = loop(*arrays) if results is None else loop(*arrays, out=results)
         except MemoryError:
             raise InputError("call.memory", name=self._signature.name, batch=batch) from None
         if not batch and self._signature.finite:
@@ -217,12 +248,12 @@ class Evaluator:
         axis = batch.index(max(batch))
         edges = [batch[axis] * part // parts for part in range(parts + 1)]
         operands = [*arrays, *results]
-        inputs = len(arrays)
+        inputs, loop = len(arrays), self._loops.batch()
 
         def evaluate(part: int) -> None:
             rows = slice(edges[part], edges[part + 1])
             cut = [_rows(x, port, len(batch) - axis, rows) for x, port in zip(operands, ports, strict=True)]
-            self._ufunc(*cut[:inputs], out=tuple(cut[inputs:]))
+            loop(*cut[:inputs], out=tuple(cut[inputs:]))
 
         pool.run(evaluate, parts, threads)
         return results[0] if len(results) == 1 else results

@@ -28,12 +28,11 @@ _MOST_NUMBERS = 1024
 """Numbers of all arguments that are copied to the stack."""
 
 
-def entry(signature: Signature, rows: int) -> str:
+def entry(signature: Signature) -> str:
     """LLVM IR of FORMS.
 
     Args:
         signature: ports of the kernel.
-        rows: of the largest batch to take here.
     """
     plain = all(len(port.shape) < 2 for port in signature.inputs) and signature.inputs
     if not plain or sum(port.size for port in signature.inputs) > _MOST_NUMBERS:
@@ -47,7 +46,7 @@ def entry(signature: Signature, rows: int) -> str:
         _given(signature),
         _point(signature),
     ]
-    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature, rows), _slow()])
+    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature), _slow()])
 
 
 def _head() -> str:
