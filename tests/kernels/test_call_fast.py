@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.kernels import Port, Signature, compile, runtime, ufunc
+from mafsil.kernels import Port, Signature, compile, runtime, ufunc, warm
 from tests.reliability import specimens
 
 LINKS = 3
@@ -39,6 +39,7 @@ def watched(arm):
         return evaluate(*args, **named)
 
     k = compile(arm.signature, arm.build, key=arm.key, fallback=note)
+    warm([k])  # otherwise the first call of either kind brings its code by the slow road
     return k, seen
 
 
@@ -179,7 +180,9 @@ def watched_squares():
         return evaluate(*args, **named)
 
     ports = Signature("squares", (Port("x", (5,)),), (Port("y", (5,)),))
-    return compile(ports, partial(squares, 5), key="squares 5", fallback=note), seen
+    k = compile(ports, partial(squares, 5), key="squares 5", fallback=note)
+    warm([k])
+    return k, seen
 
 
 @pytest.mark.parametrize("shape", [(5,), (1, 5), (2, 5), (9, 5)])

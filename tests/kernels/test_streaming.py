@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.kernels import Port, Signature, batch, caches, compile, result_memory, target
+from mafsil.kernels import Port, Signature, caches, compile, cost, result_memory, target
 from mafsil.kernels.audit import Program
 from mafsil.kernels.lower import lower
 from mafsil.kernels.reduce import reduce
@@ -138,7 +138,7 @@ def large(monkeypatch: pytest.MonkeyPatch):
     """A kernel whose results of a few kilobytes count as large, in memory and for the caches."""
     monkeypatch.setattr(result_memory, "SMALLEST", 4096)
     monkeypatch.setattr(caches, "last_level", lambda: 8192)
-    monkeypatch.setattr(batch, "_PART_WORK", 3000)
+    monkeypatch.setattr(cost, "HANDED_OVER_NS", 300)
     result_memory.release()
     yield compile(ports((16, 42)), lambda: spread((16, 42)), key="spread 16 42")
     result_memory.release()

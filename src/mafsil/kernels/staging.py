@@ -17,7 +17,7 @@ One call of the batch entry:
 from __future__ import annotations
 
 from mafsil.kernels.emitter import Text
-from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature, contiguous_steps
+from mafsil.kernels.layout import ALONE, BATCH, Port, Signature, contiguous_steps
 from mafsil.kernels.rows import block_length, columns_of
 from mafsil.kernels.streaming import LINE, REST, STREAM, functions, pitch, stage_size, streams
 
@@ -285,15 +285,17 @@ class _Batch:
             out.do(f"store ptr %base{k}, ptr %cursor{k}, align 8")
 
     def _only_row(self) -> None:
-        """One contiguous row goes to the single entry, which has the shorter way."""
+        """One contiguous row goes to the single entry, which has the shorter way, if that is there."""
         out = self.out
+        single = out.let(f"load ptr, ptr @{ALONE}, align 8")
         alone = out.let("icmp eq i64 %rows, 1")
+        alone = out.let(f"and i1 {alone}, {out.let(f'icmp ne ptr {single}, null')}")
         for k in range(len(self.signature.ports)):
             alone = out.let(f"and i1 {alone}, %dense{k}")
         out.do(f"br i1 {alone}, label %single, label %many")
         out.label("single")
         arguments = ", ".join(f"ptr %base{k}" for k in range(len(self.signature.ports)))
-        out.do(f"call void @{SINGLE}({arguments})")
+        out.do(f"call void {single}({arguments})")
         out.do("ret void")
         out.label("many")
 
