@@ -212,9 +212,7 @@ class Evaluator:
             _check_out(port, array, batch + port.shape)
         return arrays
 
-    def _large(
-        self, batch: tuple[int, ...], results: tuple[Floats, ...] | None
-    ) -> tuple[tuple[Floats, ...], bool]:
+    def _large(self, batch: tuple[int, ...], results: tuple[Floats, ...] | None) -> tuple[tuple[Floats, ...], bool]:
         """Memory for large results, and whether to write past the caches, which could not keep them.
 
         Pages that have never been written are in the caches when the system has cleared them; they are written plainly.

@@ -9,8 +9,9 @@ OPERATION_NS = 0.2
 and trees on AVX-512 at 4 GHz: 0.15 to 0.3."""
 BYTE_NS = 0.013
 """One byte of a result, transposed and written [ns]."""
-HANDED_OVER_NS = 150_000
-"""Work that pays for being handed to another thread [ns]: waking one takes some 75 us, and it may come late."""
+HANDED_OVER_NS = 250_000
+"""Work that pays for being handed to another thread [ns]: waking one takes some 75 us, and on a busy machine it comes
+later still, while the caller waits."""
 
 
 def row_ns(operations: int, lanes: int, signature: Signature) -> float:

@@ -200,16 +200,6 @@ unnamed.few:
 def _named(signature: Signature) -> str:
     """Step 2: keywords to their places; every place must be taken once."""
     count = len(signature.inputs)
-    copies = "\n".join(
-        f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"
-        f"  %copy.there{k} = icmp sgt i64 %nargs, {k}\n"
-        f"  br i1 %copy.there{k}, label %copy.take{k}, label %copy.leave{k}\n"
-        f"copy.take{k}:\n  %copy.value{k} = load ptr, ptr %copy.from{k}, align 8\n  br label %copy.leave{k}\n"
-        f"copy.leave{k}:\n"
-        f"  %copy.found{k} = phi ptr [ %copy.value{k}, %copy.take{k} ], [ null, %{_before(k)} ]\n"
-        f"  %copy.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %copy.found{k}, ptr %copy.to{k}, align 8"
-        for k in range(count)
-    )
     last = f"copy.leave{count - 1}"
     full = "\n".join(
         f"  %place.at{k} = getelementptr ptr, ptr %given, i64 {k}\n  %place{k} = load ptr, ptr %place.at{k}, align 8\n"
@@ -221,7 +211,7 @@ def _named(signature: Signature) -> str:
 given.copy:
   %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
   %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
-{copies}
+{_copied(count)}
   br label %keyword.loop
 keyword.loop:
   %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
@@ -271,6 +261,20 @@ keyword.next:
 full0:
 {full}
   br label %out.none"""
+
+
+def _copied(count: int) -> str:
+    """The arguments by position in their places, null in the others."""
+    return "\n".join(
+        f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"
+        f"  %copy.there{k} = icmp sgt i64 %nargs, {k}\n"
+        f"  br i1 %copy.there{k}, label %copy.take{k}, label %copy.leave{k}\n"
+        f"copy.take{k}:\n  %copy.value{k} = load ptr, ptr %copy.from{k}, align 8\n  br label %copy.leave{k}\n"
+        f"copy.leave{k}:\n"
+        f"  %copy.found{k} = phi ptr [ %copy.value{k}, %copy.take{k} ], [ null, %{_before(k)} ]\n"
+        f"  %copy.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %copy.found{k}, ptr %copy.to{k}, align 8"
+        for k in range(count)
+    )
 
 
 def _before(k: int) -> str:

@@ -8,9 +8,9 @@ One call of the batch entry:
 
 1. Base, strides and contiguity of every port; one contiguous row goes to the single entry.
 2. Inputs that are broadcast fill their tiles once.
-3. For every full tile: the other inputs are brought in, those of the next tile are asked for, the arithmetic runs and writes its rows to the result, or to
-   spare rows where their cores are not contiguous, or to the stage of `streaming` where the caller asks for that and
-   the rows of the batch are contiguous.
+3. For every full tile: the other inputs are brought in, those of the next tile are asked for, and the arithmetic
+   writes its rows to the result, or to spare rows where their cores are not contiguous, or to the stage of `streaming`
+   where the caller asks for that and the rows of the batch are contiguous.
 4. The last rows, fewer than W, go by the spare rows.
 """
 
