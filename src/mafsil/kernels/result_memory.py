@@ -36,6 +36,8 @@ SMALLEST = 4 << 20
 MOST_BLOCKS = 4
 """Idle blocks: as many results as are usually computed in turns."""
 _SHARE = 8
+_PAGE = 2 << 20
+"""Blocks are whole large pages: the system then aligns them, and to leave idle ones to it is one stroke for each."""
 _WASTE = 2
 """A block serves results of at least half its size."""
 _FREE: int | None = getattr(mmap, "MADV_FREE", None)
@@ -121,7 +123,7 @@ def new(shape: tuple[int, ...]) -> tuple[Floats, bool]:
     written = block is not None
     if block is None:
         try:
-            block = Block(-(-size // mmap.PAGESIZE) * mmap.PAGESIZE)
+            block = Block(-(-size // _PAGE) * _PAGE)
         except (OSError, ValueError, OverflowError):
             return np.empty(shape), False
     return np.asarray(_Lease(block, shape, _idle, limit)), written
@@ -130,7 +132,7 @@ def new(shape: tuple[int, ...]) -> tuple[Floats, bool]:
 def _idle_block(size: int) -> Block | None:
     """An idle block that is large enough and not much larger; nobody else has it then."""
     for block in _idle[::-1]:
-        if size <= block.size <= _WASTE * size + mmap.PAGESIZE:
+        if size <= block.size <= _WASTE * size + _PAGE:
             try:
                 _idle.remove(block)
             except ValueError:  # another thread took it
