@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,11 +61,8 @@ def measured(robot: Robot) -> Any:
             arrays = [x[:count] for x in states.arguments(inputs)]
             one = evaluate(*arrays, threads=1)
             assert (evaluate(*arrays) == one).all(), (name, count)
-            taken = race(
-                {"one": lambda a=arrays: evaluate(*a, threads=1), "default": lambda a=arrays: evaluate(*a)},
-                repeats=40,
-                seconds=0.003,
-            )
+            tasks = {"one": partial(evaluate, *arrays, threads=1), "default": partial(evaluate, *arrays)}
+            taken = race(tasks, repeats=40, seconds=0.003)
             alone, default = taken["one"], taken["default"]
             ratio, middle = alone.least / default.least, alone.median / default.median
             print(
