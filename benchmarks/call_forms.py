@@ -24,13 +24,13 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
+from benchmarks.batch_sizes import ARMS, TREES, robot_named  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, Timing, machine, race, verdict  # noqa: E402
-from mafsil.model import library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.pinocchio_model import MOTION_ORDER, model_of  # noqa: E402
 from tests.oracles.states import sample  # noqa: E402
 
-ROBOTS = ("panda", "iiwa7", "ur5e", "puma560")
+ROBOTS = (*ARMS, *TREES)
 BATCHES = (2, 8, 32, 2048)
 TARGET = 3.0
 """How many times quicker than Pinocchio's call any form should be."""
@@ -58,9 +58,9 @@ def main() -> None:
 
 def measured(name: str, turns: Any) -> Iterator[dict[str, Any]]:
     """One row for each form of each routine."""
-    mechanism = library.load(name)
+    robot = robot_named(name)
     for routine in (ForwardKinematics, Jacobian, InverseDynamics):
-        calls = routine(Robot(mechanism), name)
+        calls = routine(robot, name)
         for label, rows, task in calls.forms():
             calls.compare(label, rows, task)
             taken = race({"mafsil": task, "pinocchio": calls.rival(label)}, **turns)

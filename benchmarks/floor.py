@@ -46,14 +46,32 @@ def products_per_ns() -> float:
 
 def bytes_per_ns(size: int) -> float:
     """Bytes that one core writes in a nanosecond into an array of that size, again and again."""
-    if str(size) not in _measured:
+    return _writing(f"plain {size}", size, "")
+
+
+def past_bytes_per_ns(size: int) -> float:
+    """The same in whole lines past the caches, as large results are written."""
+    return _writing(f"past {size}", size, ", !nontemporal !0")
+
+
+def fresh_bytes_per_ns(size: int) -> float:
+    """Bytes a nanosecond into pages that come from the system, cleared, for this one time."""
+    if f"fresh {size}" not in _measured:
+        seconds = race({"fill": lambda: np.full(size // 8, 1.5)}, repeats=3, seconds=0.005)["fill"].least
+        _measured[f"fresh {size}"] = size / seconds / 1e9
+    return _measured[f"fresh {size}"]
+
+
+def _writing(name: str, size: int, hint: str) -> float:
+    if name not in _measured:
         lanes = target.host().lanes
-        memory = np.zeros(max(size // 8, lanes) // lanes * lanes)
-        run = _compiled(_fill(lanes))
-        place = memory.ctypes.data
-        seconds = race({"fill": lambda: run(place, memory.size)}, repeats=9, seconds=0.005)["fill"].least
-        _measured[str(size)] = memory.nbytes / seconds / 1e9
-    return _measured[str(size)]
+        count = max(size // 8, lanes) // lanes * lanes
+        memory = np.zeros(count + 8)
+        run = _compiled(_fill(lanes, hint))
+        place = memory.ctypes.data + -memory.ctypes.data % 64
+        seconds = race({"fill": lambda: run(place, count)}, repeats=9, seconds=0.005)["fill"].least
+        _measured[name] = 8 * count / seconds / 1e9
+    return _measured[name]
 
 
 _measured: dict[str, float] = {}
@@ -68,6 +86,7 @@ declare <{machine.lanes} x double> @llvm.fma.v{machine.lanes}f64({", ".join([f"<
 define void @run(ptr %p, i64 %n) #0 {{
 {body}
 }}
+!0 = !{{i32 1}}
 attributes #0 = {{ "min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" nounwind }}
 """
     code = target.load(target.compile(ir, machine), ("run",))
@@ -99,13 +118,13 @@ done:
   ret void"""
 
 
-def _fill(lanes: int) -> str:
+def _fill(lanes: int, hint: str) -> str:
     return f"""entry:
   br label %next
 next:
   %i = phi i64 [ 0, %entry ], [ %j, %next ]
   %place = getelementptr double, ptr %p, i64 %i
-  store <{lanes} x double> zeroinitializer, ptr %place, align 8
+  store <{lanes} x double> splat (double 1.5), ptr %place, align {8 * lanes}{hint}
   %j = add i64 %i, {lanes}
   %more = icmp slt i64 %j, %n
   br i1 %more, label %next, label %done

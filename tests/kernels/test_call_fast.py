@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.kernels import Port, Signature, compile, runtime, ufunc
+from mafsil.kernels import Port, Signature, compile, runtime, ufunc, warm
 from tests.reliability import specimens
 
 LINKS = 3
@@ -39,6 +39,7 @@ def watched(arm):
         return evaluate(*args, **named)
 
     k = compile(arm.signature, arm.build, key=arm.key, fallback=note)
+    warm([k])  # otherwise the first call of either kind brings its code by the slow road
     return k, seen
 
 
@@ -93,6 +94,8 @@ KNOWN = {
     "batch of numbers": lambda q, s: ((q, np.array([s, 2 * s, 3 * s])), {}),
     "one-element array": lambda q, s: ((q, np.array([s])), {}),
     "strided batch": lambda q, s: ((np.linspace(-1, 1, 60).reshape(4, 15)[::-2, ::5], s), {}),
+    "one thread": lambda q, s: ((q, s), {"threads": 1}),
+    "batch of many by one thread": lambda q, s: ((np.linspace(-1, 1, 900).reshape(300, 3), s), {"threads": 1}),
     "batch of nine by name": lambda q, s: ((), {"q": np.linspace(-1, 1, 27).reshape(9, 3), "shift": s}),
 }
 
@@ -111,6 +114,7 @@ UNUSUAL = {
     "batch of one beside two": lambda q, s: ((np.stack([q, q]), np.array([s])), {}),
     "empty batch": lambda q, s: ((np.zeros((0, 3)), s), {}),
     "threads": lambda q, s: ((q, s), {"threads": 2}),
+    "one thread in NumPy's integers": lambda q, s: ((q, s), {"threads": np.int64(1)}),
 }
 
 
@@ -129,6 +133,7 @@ def test_known_forms_stay_in_machine_code(watched, name):
     args, named = KNOWN[name](*point())
     answer = k.call(*args, **named)
     assert not seen
+    named.pop("threads", None)
     q, shift = numbers_of(args, named)
     wanted = k.evaluate(np.array(q), np.array(shift))
     assert specimens.bits(answer) == specimens.bits(wanted)
@@ -151,7 +156,7 @@ def test_everything_else_goes_the_slow_road(watched, name):
         np.testing.assert_allclose(a, b, atol=1e-13)
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3, 4, 7, 8, 9, 31, 64])
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 7, 8, 9, 31, 64, 65, 1000])
 def test_small_batches_give_the_bits_of_points_and_keep_bad_rows(watched, rows):
     k, seen = watched
     q, shift = point(max(rows, 2))
@@ -179,7 +184,9 @@ def watched_squares():
         return evaluate(*args, **named)
 
     ports = Signature("squares", (Port("x", (5,)),), (Port("y", (5,)),))
-    return compile(ports, partial(squares, 5), key="squares 5", fallback=note), seen
+    k = compile(ports, partial(squares, 5), key="squares 5", fallback=note)
+    warm([k])
+    return k, seen
 
 
 @pytest.mark.parametrize("shape", [(5,), (1, 5), (2, 5), (9, 5)])
@@ -379,6 +386,50 @@ def test_threads_share_the_builtin(arm):
 
     def work() -> None:
         wrong.append(sum(specimens.bits(arm.call(q[i % 64], shift[i % 64])) != serial[i % 64] for i in range(2000)))
+
+    threads = [threading.Thread(target=work) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == [0] * 8
+
+
+def test_other_threads_have_the_interpreter_while_a_batch_runs(arm):
+    """They get it only from a thread that lets it go: this test's own never has to."""
+    q, shift = point(4000)
+    want = specimens.bits(arm.call(q, shift))
+    came: list[bool] = []
+    begin = threading.Event()
+
+    def come() -> None:
+        begin.wait()
+        came.append(True)
+
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    try:
+        waiting = threading.Thread(target=come)
+        waiting.start()
+        begin.set()
+        turns = 0
+        while not came and turns < 100_000:
+            answer = arm.call(q, shift)
+            turns += 1
+        waiting.join()
+    finally:
+        sys.setswitchinterval(usual)
+    assert 0 < turns < 100_000
+    assert specimens.bits(answer) == want
+
+
+def test_threads_share_batches(arm):
+    q, shift = point(600)
+    want = specimens.bits(arm.call(q, shift))
+    wrong: list[int] = []
+
+    def work() -> None:
+        wrong.append(sum(specimens.bits(arm.call(q, shift)) != want for _ in range(300)))
 
     threads = [threading.Thread(target=work) for _ in range(8)]
     for thread in threads:

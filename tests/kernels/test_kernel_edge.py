@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.kernels import Port, Signature, batch, compile
+from mafsil.kernels import Port, Signature, batch, compile, cost
 from tests.reliability import specimens
 
 LINKS = 3
@@ -25,7 +25,7 @@ def arm():
 @pytest.fixture
 def eager(monkeypatch):
     """Every batch of two rows or more is split."""
-    monkeypatch.setattr(batch, "_PART_WORK", 30)
+    monkeypatch.setattr(cost, "HANDED_OVER_NS", 3)
 
 
 def same(a, b) -> bool:
@@ -64,11 +64,11 @@ def test_every_row_is_computed_as_if_alone(rows, threads, layout, data):
         "strided": lambda: np.repeat(np.repeat(q, 2, 0), 3, 1)[::2, ::3],
         "broadcast": lambda: np.broadcast_to(q[0], q.shape),
     }[layout]()
-    before, batch._PART_WORK = batch._PART_WORK, data.draw(st.sampled_from([30, 400, 10**6]))
+    before, cost.HANDED_OVER_NS = cost.HANDED_OVER_NS, data.draw(st.sampled_from([3, 40, 10**6]))
     try:
         answer = arm(q, shift, threads=threads)
     finally:
-        batch._PART_WORK = before
+        cost.HANDED_OVER_NS = before
     alone = [arm.call(np.ascontiguousarray(q[i]), shift[i]) for i in range(rows)]
     assert specimens.bits(answer) == b"".join(np.stack([a[port] for a in alone]).tobytes() for port in range(3))
 
@@ -113,11 +113,11 @@ def test_results_over_arguments_are_ordered():
     memory = np.empty((rows + 1, 3))
     for source, result in ((memory[1:], memory[:-1]), (memory[:-1], memory[1:]), (memory[1:], memory[1:])):
         source[...] = x
-        before, batch._PART_WORK = batch._PART_WORK, 100
+        before, cost.HANDED_OVER_NS = cost.HANDED_OVER_NS, 10
         try:
             k(source, out=result, threads=4)
         finally:
-            batch._PART_WORK = before
+            cost.HANDED_OVER_NS = before
         assert (result == want).all()
 
 
@@ -211,7 +211,9 @@ def test_a_large_batch_is_done_in_pieces_between_which_ctrl_c_is_heard(threads):
         if len(calls) == 2:
             raise KeyboardInterrupt
 
-    evaluate = batch.Evaluator(Signature("f", (Port("x"),), (Port("y"),)), interrupted, lambda: 1)
+    evaluate = batch.Evaluator(
+        Signature("f", (Port("x"),), (Port("y"),)), batch.Loops(lambda: interrupted, lambda: interrupted), lambda: 1
+    )
     with pytest.raises(KeyboardInterrupt):
         evaluate(np.zeros(rows), threads=threads)
     assert sum(calls) < rows / 2

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +21,7 @@ import pytest
 
 from mafsil.code_store import CacheWarning
 from mafsil.code_store import store as stores
-from mafsil.errors import KernelError
+from mafsil.errors import InputError, KernelError
 from mafsil.kernels import (
     Kernel,
     Port,
@@ -37,6 +38,7 @@ from mafsil.kernels import (
     warm,
 )
 from mafsil.kernels.cache import Store
+from mafsil.kernels.layout import BATCH, SINGLE
 from tests.reliability import specimens
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,6 +73,11 @@ def again() -> None:
     compiler._images.clear()
 
 
+def object_key(k: Kernel, part: str) -> str:
+    """Of the code of a part."""
+    return k.order(Store(None)).object_key(part, k.image.hash)
+
+
 X = np.array([0.1, -0.2, 0.3, 1.0])
 
 
@@ -95,7 +102,10 @@ def test_the_cache_spares_the_builder(folder):
     assert (second(X) == want).all()
     assert second.provenance.cached
     assert builds == [2.0]
-    assert len(list(folder.glob("*.kernel"))) == 1
+    assert len(list(folder.glob("*.tape"))) == 1
+    assert (
+        len(list(folder.glob("*.kernel"))) == 2
+    )  # the single entry, and what is the same for all kernels of this shape
 
 
 def test_a_start_from_the_cache_imports_neither_llvm_nor_casadi(folder):
@@ -131,25 +141,47 @@ def test_off_keeps_it_in_memory(folder, monkeypatch):
     cache._store.cache_clear()
 
 
-@pytest.mark.parametrize("change", ["key", "signature", "fingerprint", "target", "toolchain", "source"])
-def test_whatever_shapes_the_code_changes_the_key(change, monkeypatch):
-    store = Store(None)
+def keys(k: Kernel, hash: str = "0" * 32) -> tuple[str, ...]:
+    """Of the tape, and of every part of the code that a tape of that hash has."""
+    order = k.order(Store(None))
+    return order.key, *(order.object_key(part, hash) for part in image.ENTRIES)
+
+
+@pytest.mark.parametrize(
+    ("change", "tape", "code", "around"),
+    [
+        ("key", True, False, False),
+        ("fingerprint", True, False, False),
+        ("tracer", True, False, False),
+        ("names", True, False, False),
+        ("shapes", True, True, True),
+        ("tape", False, True, False),
+        ("target", False, True, True),
+        ("toolchain", False, True, True),
+        ("source", True, True, True),
+    ],
+)
+def test_whatever_shapes_a_level_changes_its_key(change, tape, code, around, monkeypatch):
     base = compile(VECTOR, partial(scaled, 1.0), key="a", fingerprints=("f",))
-    key = base.order(store).key
-    assert key == compile(VECTOR, partial(scaled, 9.0), key="a", fingerprints=("f",), doc="other").order(store).key
+    before = keys(base)
+    assert len(set(before)) == 4
+    assert before == keys(compile(VECTOR, partial(scaled, 9.0), key="a", fingerprints=("f",), doc="other"))
     other = {
         "key": {"key": "b"},
-        "signature": {"signature": Signature("scaled", VECTOR.inputs, (Port("z", (4,)),))},
+        "names": {"signature": Signature("scaled", VECTOR.inputs, (Port("z", (4,)),))},
+        "shapes": {"signature": Signature("scaled", VECTOR.inputs, (Port("y", (2, 2)),))},
         "fingerprint": {"fingerprints": ("g",)},
         "target": {"target": target.host("-avx")},
     }.get(change, {})
-    if change == "toolchain":
-        monkeypatch.setattr(identity, "toolchain", lambda: "another llvmlite")
+    for name in ("toolchain", "tracer"):
+        if change == name:
+            monkeypatch.setattr(identity, name, lambda: "another release")
     if change == "source":
         monkeypatch.setattr(identity, "fingerprint", lambda *_: "edited")
     given = {"signature": VECTOR, "key": "a", "fingerprints": ("f",), "target": None} | other
     signature = given.pop("signature")
-    assert compile(signature, partial(scaled, 1.0), **given).order(store).key != key
+    after = keys(compile(signature, partial(scaled, 1.0), **given), "1" * 32 if change == "tape" else "0" * 32)
+    assert [a != b for a, b in zip(before, after, strict=True)] == [tape, code, code, around]
 
 
 def test_fingerprint_follows_the_sources(tmp_path, monkeypatch):
@@ -172,42 +204,63 @@ def test_fingerprint_follows_the_sources(tmp_path, monkeypatch):
     fingerprint.cache_clear()
 
 
-def test_a_canary_that_falls_silent_means_compiling_again(folder):
+@pytest.mark.parametrize("part", [SINGLE, BATCH])
+def test_a_canary_that_falls_silent_means_compiling_again(part, folder):
     """A valid entry that holds another kernel's code: no checksum can tell, the stored answers do."""
+    rows = np.stack([X, X])
     scaled_kernel(2.0)(X), scaled_kernel(5.0)(X)
+    scaled_kernel(2.0)(rows), scaled_kernel(5.0)(rows)
     store = Store(folder)
-    keys = [scaled_kernel(f).order(store).key for f in (2.0, 5.0)]
+    keys = [object_key(scaled_kernel(f), part) for f in (2.0, 5.0)]
     entries = [store.get(key) for key in keys]
     impostor = cache.Entry(entries[1].code, entries[0].inputs, entries[0].outputs, entries[0].provenance)
     store.put(keys[0], impostor)
     again()
     builds.clear()
     with pytest.warns(CacheWarning, match="does not repeat"):
-        answer = scaled_kernel(2.0)(X)
-    np.testing.assert_allclose(answer, 2 * X + np.sin(X))
-    assert builds == [2.0]
-    assert store.get(keys[0]) == entries[0] or store.get(keys[0]).outputs == entries[0].outputs
+        answer = scaled_kernel(2.0)(X if part == SINGLE else rows)
+    np.testing.assert_allclose(answer, 2 * (X if part == SINGLE else rows) + np.sin(X))
+    assert not builds  # the tape is still good
+    assert store.get(keys[0]).outputs == entries[0].outputs
 
 
-SILENT_BATCH = """
-define void @mafsil_batch(ptr %args, ptr %dims, ptr %steps, ptr %data) {
-  ret void
-}
-define void @mafsil_single(ptr %x, ptr %y) {
+def test_parts_of_two_kernels_are_never_mixed(folder):
+    """A cached part that is sound in itself, but answers otherwise than the part in use, is made again."""
+    k, other = scaled_kernel(2.0), scaled_kernel(5.0)
+    k(X), other(np.stack([X, X]))
+    store = Store(folder)
+    k.image.hash  # noqa: B018 - traced
+    foreign = store.get(object_key(other, BATCH))
+    store.put(object_key(k, BATCH), foreign)
+    with pytest.warns(CacheWarning, match="does not repeat"):
+        answer = k(np.stack([X, X]))
+    np.testing.assert_allclose(answer[1], 2 * X + np.sin(X))
+
+
+ONES = """
+define dso_local void @mafsil_single(ptr %x, ptr %y) {
   store double 1.0, ptr %y, align 8
   ret void
 }
 """
 
 
-def test_code_whose_entries_disagree_is_never_used(monkeypatch, folder):
-    def translate(_function, signature, machine):
-        return SILENT_BATCH + call.wrapper(signature, machine.triple), {}
-
-    monkeypatch.setattr(compiler, "translate", translate)
-    with pytest.raises(KernelError, match="different bits"):
-        scaled_kernel(2.0)(X)
-    assert not list(folder.glob("*.kernel"))
+@pytest.mark.parametrize("loaded", [True, False])
+def test_code_whose_entries_disagree_is_never_used(loaded, monkeypatch, folder):
+    """The batch entry is in memory, or in the cache only, when a single entry is made that contradicts it."""
+    k = scaled_kernel(2.0)
+    k(np.stack([X, X]))
+    if not loaded:
+        del k
+        again()
+    honest = compiler.translate
+    monkeypatch.setattr(compiler, "translate", lambda part, *rest: ONES if part == SINGLE else honest(part, *rest))
+    k = scaled_kernel(2.0)
+    for _ in range(2):
+        with pytest.raises(KernelError, match="different bits"):
+            k(X)
+    assert not (folder / f"{object_key(k, SINGLE)}.kernel").exists()
+    assert (k(np.stack([X, X])) == k(np.stack([X, X, X]))[:2]).all()
 
 
 def test_same_bits_means_bits():
@@ -253,12 +306,106 @@ def test_a_failing_builder_fails_each_time_and_locks_nothing():
     assert len(builds) == 2
 
 
+def test_each_part_is_compiled_when_it_is_needed(folder):
+    k = scaled_kernel(7.0)
+    k(X), k(x=X), k(X.tolist()), k(X, out=np.empty(4)), k(X[::-1])
+    assert k.image.parts.keys() == {call.CALL, SINGLE}
+    with pytest.raises(InputError):
+        k(np.full(4, np.nan))
+    assert k.image.parts.keys() == {call.CALL, SINGLE}
+    again()
+    k = scaled_kernel(7.0)
+    rows = np.stack([X] * 600)
+    k(rows[:2]), k(rows), k(rows[:0]), k(rows[:, None]), k(rows, threads=2), k(rows[:9].tolist())
+    assert k.image.parts.keys() == {call.CALL, BATCH}
+    assert (k(X) == k(rows)[-1]).all()
+    assert (k(rows[:3]) == k(rows)[:3]).all()
+    assert k.image.parts.keys() == image.ENTRIES.keys()
+    assert builds == [7.0]
+
+
+def test_one_row_of_a_batch_takes_the_single_entry_where_it_is(folder):
+    """Compiled loops call the batch entry with one row: its bits are the same with and without the single entry."""
+    k = scaled_kernel(7.0)
+    alone = k(X[None])
+    assert SINGLE not in k.image.parts
+    want = k(X)
+    assert alone.tobytes() == want.tobytes() == k(X[None]).tobytes()
+
+
+def test_threads_compile_both_parts_once(monkeypatch):
+    made = []
+    honest = compiler.translate
+    monkeypatch.setattr(compiler, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    k = scaled_kernel(8.0)
+    barrier = threading.Barrier(8)
+
+    def use(i: int) -> None:
+        barrier.wait()
+        k(X) if i % 2 else k(np.stack([X, X]))
+
+    threads = [threading.Thread(target=use, args=(i,)) for i in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(made) == sorted(image.ENTRIES)
+    assert builds == [8.0]
+
+
+def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatch):
+    """Other words, the same tape: the code is found; another tape: it is compiled."""
+    made = []
+    honest = compiler.translate
+    monkeypatch.setattr(compiler, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    warm([compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("before",))])
+    assert sorted(made) == sorted(image.ENTRIES)
+    made.clear()
+    edited = compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("after",))
+    warm([edited])
+    assert builds == [2.0, 2.0]
+    assert not made
+    assert edited.provenance.cached
+    warm([compile(VECTOR, partial(scaled, 3.0), key="scaled", fingerprints=("later",))])
+    assert sorted(made) == sorted((BATCH, SINGLE))  # what lies around them knows shapes only
+    assert len(list(folder.glob("*.tape"))) == 3
+    assert len(list(folder.glob("*.kernel"))) == 5
+
+
+def test_a_tape_that_is_not_its_hash_is_traced_again(folder):
+    """Sealed as it should be, but the text is another's, or no text: nothing is compiled of it."""
+    store = Store(folder)
+    k = scaled_kernel(2.0)
+    k(X)
+    key = k.order(store).key
+    entry = store.get_tape(key)
+    other = scaled_kernel(3.0)
+    other(X)
+    for wrong in (store.get_tape(other.order(store).key).packed, b"", b"no text", entry.packed[:-4]):
+        store.put_tape(key, replace(entry, packed=wrong))
+        store._codes.discard(object_key(k, BATCH))
+        again()
+        builds.clear()
+        np.testing.assert_allclose(scaled_kernel(2.0)(np.stack([X, X]))[0], 2 * X + np.sin(X))
+        assert builds == [2.0]
+        assert store.get_tape(key).text() == entry.text()
+
+
+def test_a_tape_that_is_swept_away_is_traced_again(folder):
+    k = scaled_kernel(2.0)
+    k(X)
+    for path in folder.glob("*.tape"):
+        path.unlink()
+    np.testing.assert_allclose(k(np.stack([X, X]))[0], 2 * X + np.sin(X))
+    assert builds == [2.0, 2.0]
+
+
 def test_warm_readies_several(folder):
     kernels = [scaled_kernel(float(f)) for f in range(4)]
     warm(kernels, workers=3)
     assert sorted(builds) == [0.0, 1.0, 2.0, 3.0]
     assert all("image" in vars(k) for k in kernels)
-    assert len(list(folder.glob("*.kernel"))) == 4
+    assert len(list(folder.glob("*.kernel"))) == 2 * 4 + 1
     warm(kernels)
     assert len(builds) == 4
 
@@ -363,14 +510,13 @@ def test_a_fork_in_the_middle_of_compiling_is_safe():
 @pytest.mark.skipif(not elf._here(), reason="the small linker is for Linux on x86-64")
 def test_the_small_linker_loads_what_llvm_loads():
     k = specimens.kernel(3)
-    k(*specimens.states(3, 2))
-    entry = Store(cache.default().directory).get(k.provenance.key)
-    ours, llvm = elf.load(entry.code, image.ENTRIES), target.load(entry.code, image.ENTRIES)
-    assert ours is not None
-    answers = [
-        image.canary_outputs(image.Image(c.addresses, b"", False, c), k.signature, entry.inputs) for c in (ours, llvm)
-    ]
-    assert answers == [entry.outputs] * 2
+    k(*specimens.states(3, 2)), k(*specimens.states(3, 1)[0], 0.1)
+    for part in (BATCH, SINGLE):
+        entry = Store(cache.default().directory).get(object_key(k, part))
+        ours, llvm = (link(entry.code, image.ENTRIES[part]) for link in (elf.load, target.load))
+        assert ours is not None
+        answers = [image.canary_outputs(c, part, k.signature, entry.inputs) for c in (ours, llvm)]
+        assert answers == [entry.outputs] * 2
 
 
 @pytest.mark.skipif(not elf._here(), reason="the small linker is for Linux on x86-64")
@@ -404,10 +550,11 @@ def test_code_is_never_writable():
     pytest.fail("the code is nowhere")
 
 
-def test_a_damaged_file_is_compiled_again(folder):
+@pytest.mark.parametrize("level", ["tape", "kernel"])
+def test_a_damaged_file_is_made_again(level, folder):
     k = scaled_kernel(2.0)
     want = k(X)
-    path = next(folder.glob("*.kernel"))
+    path = next(folder.glob(f"*.{level}"))
     path.write_bytes(path.read_bytes()[:-3])
     del k
     again()
@@ -417,14 +564,16 @@ def test_a_damaged_file_is_compiled_again(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert (scaled_kernel(2.0)(X) == want).all()
-    assert len(builds) == 2
+    assert len(builds) == (2 if level == "tape" else 1)
 
 
 def test_llvm_loads_where_the_small_linker_declines(monkeypatch):
+    warm([scaled_kernel(2.0)])
     want = scaled_kernel(2.0)(X)
     again()
     monkeypatch.setattr(elf, "load", lambda *_: None)
     k = scaled_kernel(2.0)
     assert (k(X) == want).all()
     assert (k(np.stack([X, X])) == want).all()
+    assert k.image.parts.keys() == image.ENTRIES.keys()
     assert k.provenance.cached

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from mafsil.code_store import CACHE_VARIABLE, CacheWarning, FileStore
 from mafsil.kernels import compiler
-from mafsil.kernels.cache import KERNEL
+from mafsil.kernels.cache import KERNEL, TAPE
 from mafsil.solvers.loop_cache import LOOP
 from tests.reliability import figures, specimens
 
@@ -33,8 +33,11 @@ def work(seed: int, cases: int) -> dict[str, int]:
     with tempfile.TemporaryDirectory(prefix="mafsil-K2-") as folder:
         os.environ[CACHE_VARIABLE] = folder
         compiler._images.clear()  # what an earlier shard loaded would not be written to this folder
-        keys = [specimens.kernel(*which).image.provenance.key for which in SPECIMENS]
-        paths = [Path(folder) / f"{key}.kernel" for key in keys]
+        known = [specimens.keys(specimens.kernel(*which)) for which in SPECIMENS]
+        owners = [owner for owner, (_, codes) in enumerate(known) for _ in (0, *codes)]
+        paths = [
+            Path(folder) / name for tape, codes in known for name in (f"{tape}.tape", *(f"{k}.kernel" for k in codes))
+        ]
         paths += [_loop(Path(folder), dice) for _ in range(LOOPS)]
         whole = [path.read_bytes() for path in paths]
         for case in range(cases):
@@ -42,13 +45,15 @@ def work(seed: int, cases: int) -> dict[str, int]:
             damage = DAMAGES[case % len(DAMAGES)]
             paths[victim].write_bytes(damage(dice, whole[victim], whole[victim - 1]))
             count["cases"] += 1
-            kind = KERNEL if victim < len(keys) else LOOP
+            kind = next(kind for kind in (KERNEL, TAPE, LOOP) if kind.suffix == paths[victim].suffix)
             count["bad_undetected"] += FileStore(Path(folder), kind).get(paths[victim].stem) is not None
             count["bad_kept"] += paths[victim].exists()
-            if case % RECOMPILE_EVERY == RECOMPILE_EVERY - 1 and victim < len(keys):
+            if case % RECOMPILE_EVERY == RECOMPILE_EVERY - 1 and victim < len(owners):
                 compiler._images.clear()
-                links, which = SPECIMENS[victim]
-                count["bad_recovered"] += specimens.wrong(links, which, specimens.kernel(links, which))
+                links, which = SPECIMENS[owners[victim]]
+                made = specimens.kernel(links, which)
+                count["bad_recovered"] += specimens.wrong(links, which, made)
+                specimens.keys(made)
                 count["recompiled"] += 1
                 whole[victim] = paths[victim].read_bytes()
             paths[victim].write_bytes(whole[victim])

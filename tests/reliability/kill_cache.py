@@ -15,7 +15,8 @@ from pathlib import Path
 
 from mafsil.code_store import CACHE_VARIABLE
 from mafsil.kernels import compiler
-from mafsil.kernels.cache import Entry, Store, decode, encode
+from mafsil.kernels.cache import TAPE, Entry, Store, TapeEntry, decode, encode
+from mafsil.kernels.image import ENTRIES
 from tests.reliability import figures, specimens
 
 SPECIMENS = tuple((links, 0) for links in (1, 2, 3, 4, 6))
@@ -50,17 +51,22 @@ def work(seed: int, kills: int) -> dict[str, int]:
     return count
 
 
-def _compiled() -> dict[str, Entry]:
-    """Real entries, compiled once in this process."""
+Entries = dict[str, tuple[TapeEntry, dict[str, Entry]]]
+
+
+def _compiled() -> Entries:
+    """Real entries, compiled once in this process: of every tape, and of the code that is made of it."""
     with tempfile.TemporaryDirectory(prefix="mafsil-K1-") as folder:
         os.environ[CACHE_VARIABLE] = folder
         store = Store(Path(folder))
-        keys = []
+        found: Entries = {}
         for links, seed in SPECIMENS:
-            kernel = specimens.kernel(links, seed)
-            keys.append(kernel.image.provenance.key)
-        found = {key: store.get(key) for key in keys}
-        return {key: entry for key, entry in found.items() if entry is not None}
+            tape, codes = specimens.keys(specimens.kernel(links, seed))
+            entry, kept = store.get_tape(tape), {key: store.get(key) for key in codes}
+            assert entry is not None
+            found[tape] = entry, {key: code for key, code in kept.items() if code is not None}
+            assert len(found[tape][1]) == len(codes)
+        return found
 
 
 def _killed(action, after: float) -> None:
@@ -88,18 +94,23 @@ def _fork(action) -> int:
         os._exit(status)
 
 
-def _write_for_ever(folder: str, entries: dict[str, Entry]) -> None:
+def _write_for_ever(folder: str, entries: Entries) -> None:
     store = Store(Path(folder))
     while True:
-        for key, entry in entries.items():
-            store.put(key, entry)
+        for key, (entry, codes) in entries.items():
+            store.put_tape(key, entry)
+            for code_key, code in codes.items():
+                store.put(code_key, code)
 
 
-def _write_once(folder: str, entries: dict[str, Entry]) -> None:
+def _write_once(folder: str, entries: Entries) -> None:
     store = Store(Path(folder))
-    for key, entry in entries.items():
-        store.put(key, entry)
-        assert store.get(key) == entry
+    for key, (entry, codes) in entries.items():
+        store.put_tape(key, entry)
+        assert store.get_tape(key) == entry
+        for code_key, code in codes.items():
+            store.put(code_key, code)
+            assert store.get(code_key) == code
 
 
 def _compile_again(folder: str) -> None:
@@ -108,8 +119,13 @@ def _compile_again(folder: str) -> None:
     for links, seed in SPECIMENS:
         kernel = specimens.kernel(links, seed)
         order = kernel.order(Store(Path(folder)))
+        for part in ENTRIES:
+            order.store.discard(order.object_key(part, kernel.image.hash))
         order.store.discard(order.key)
+        compiler._images.clear()
+        kernel = specimens.kernel(links, seed)
         kernel(*specimens.states(links, 3))
+        kernel(*(x[0] for x in specimens.states(links, 1)))
 
 
 def _load_all() -> None:
@@ -119,13 +135,18 @@ def _load_all() -> None:
         assert not specimens.wrong(links, seed, specimens.kernel(links, seed))
 
 
-def _torn(folder: str, entries: dict[str, Entry]) -> int:
+def _torn(folder: str, entries: Entries) -> int:
     """Files under their final name that are not, to the byte, an entry that was written."""
     bad = 0
+    codes = {key: code for _, kept in entries.values() for key, code in kept.items()}
     for path in Path(folder).glob("*.kernel"):
         data, key = path.read_bytes(), bytes.fromhex(path.stem)
         entry = decode(key, data)
-        bad += entry is None or encode(key, entry) != data or entry.outputs != entries[path.stem].outputs
+        bad += entry is None or encode(key, entry) != data or entry.outputs != codes[path.stem].outputs
+    for path in Path(folder).glob("*.tape"):
+        found = Store(Path(folder)).get_tape(path.stem)
+        whole = TAPE.opened(bytes.fromhex(path.stem), path.read_bytes()) is not None
+        bad += not whole or found is None or found.text() != entries[path.stem][0].text()
     return bad
 
 

@@ -49,6 +49,16 @@ def kernel(links: int = 3, seed: int = 0, features: str | None = None, version: 
     )
 
 
+def keys(k: Kernel) -> tuple[str, list[str]]:
+    """Keys under which a kernel is cached: of its tape, and of the parts of its code; all are made."""
+    from mafsil.kernels import image, warm
+    from mafsil.kernels.cache import Store
+
+    warm([k])
+    order = k.order(Store(None))
+    return order.key, [order.object_key(part, k.image.hash) for part in image.ENTRIES]
+
+
 def reference(links: int, seed: int, q: np.ndarray, shift: np.ndarray | float):
     """The same three quantities, row by row in NumPy."""
     size = lengths(links, seed)

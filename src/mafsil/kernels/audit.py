@@ -15,6 +15,7 @@ from mafsil.kernels.layout import Signature
 from mafsil.kernels.lower import lower
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate, exact
+from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.tape import Tape, read
 from mafsil.kernels.target import Target
 
@@ -35,26 +36,27 @@ class Program:
         self._batch = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(self.code.batch)
         self._single = ctypes.CFUNCTYPE(None, *pointers)(self.code.single)
 
-    def batch(self, *inputs: ArrayLike, out: Sequence[Rows] | None = None) -> list[Rows]:
+    def batch(self, *inputs: ArrayLike, out: Sequence[Rows] | None = None, streamed: bool = False) -> list[Rows]:
         """All rows by the batch entry, strides as they are; outputs are filled with NaN before.
 
         Args:
             inputs: one (rows, *core) array per input; a single row is broadcast by an outer stride of 0.
             out: arrays to write into.
+            streamed: results go past the caches (`streaming`).
         """
         arrays = [np.asarray(x, dtype=np.float64) for x in inputs]
         rows = max((len(x) for x in arrays), default=1)
         if out is None:
             out = [np.full((rows, *port.shape), np.nan) for port in self.signature.outputs]
-        self.call([*arrays, *out], rows)
+        self.call([*arrays, *out], rows, STREAMED if streamed else None)
         return list(out)
 
-    def call(self, arrays: Sequence[Rows], rows: int) -> None:
+    def call(self, arrays: Sequence[Rows], rows: int, data: int | None = None) -> None:
         """The batch entry on these arrays, an outer length of 1 meaning broadcast."""
         outer = [0 if len(x) == 1 and rows != 1 else x.strides[0] for x in arrays]
         steps = [*outer, *(step for x in arrays for step in x.strides[1:])]
         args = (ctypes.c_void_p * len(arrays))(*(x.ctypes.data for x in arrays))
-        self._batch(args, (ctypes.c_ssize_t * 1)(rows), (ctypes.c_ssize_t * len(steps))(*steps), None)
+        self._batch(args, (ctypes.c_ssize_t * 1)(rows), (ctypes.c_ssize_t * len(steps))(*steps), data)
 
     def single(self, *inputs: ArrayLike) -> list[Rows]:
         """One row by the single entry."""

@@ -11,27 +11,52 @@ import numpy as np
 from mafsil import threads as pool
 from mafsil.arrays import Floats, gate, require_finite
 from mafsil.errors import InputError
+from mafsil.kernels import caches, cost, result_memory
 from mafsil.kernels.call import LARGE
 from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
 
-_PART_WORK = 400_000
-"""Operations that are worth handing to another thread: about 50 us."""
 _PARTS_PER_THREAD = 4
-_ROWS_AT_ONCE, _WORK_AT_ONCE = 1 << 16, 100_000_000
-"""Rows and operations after which a waiting Ctrl-C is heard: some 20 ms."""
+_ROWS_AT_ONCE, _NS_AT_ONCE = 1 << 16, 10_000_000
+"""Rows and time after which a waiting Ctrl-C is heard: some 20 ms."""
 _FEW = 64
 _FLOAT64 = np.dtype(np.float64)
 _SMALL = 16
 
 
-def rows_at_once(work: int) -> int:
-    """Rows of the largest batch that is worth no second thread.
+class Loops:
+    """The ufuncs of a kernel, each made when it is first called.
 
     Args:
-        work: operations of one evaluation.
+        batch: makes the generalised ufunc of the kernel.
+        point: makes the one for contiguous arrays of one point.
+        past: makes the one that writes its results past the caches (`streaming`); None does without.
     """
-    return max(1, (2 * _PART_WORK - 1) // max(work, 1))
+
+    __slots__ = ("_made", "_makers")
+
+    def __init__(
+        self,
+        batch: Callable[[], Callable[..., Any]],
+        point: Callable[[], Callable[..., Any]],
+        past: Callable[[], Callable[..., Any]] | None = None,
+    ) -> None:
+        self._makers = batch, point, past or batch
+        self._made: list[Callable[..., Any] | None] = [None] * len(self._makers)
+
+    def batch(self, past: bool = False) -> Callable[..., Any]:
+        """For any arrays, perhaps with results past the caches."""
+        return self._ufunc(2 if past else 0)
+
+    def point(self, arrays: Sequence[Floats]) -> Callable[..., Any]:
+        """For arguments and results of one point: by the single entry where their numbers lie side by side."""
+        return self._ufunc(1 if all(array.flags.c_contiguous for array in arrays) else 0)
+
+    def _ufunc(self, which: int) -> Callable[..., Any]:
+        made = self._made[which]
+        if made is None:
+            made = self._made[which] = self._makers[which]()
+        return made
 
 
 class Evaluator:
@@ -39,8 +64,8 @@ class Evaluator:
 
     Args:
         signature: ports.
-        ufunc: generalised ufunc of the kernel.
-        work: gives the operations of one evaluation, from which the number of parts of a batch follows.
+        loops: ufuncs of the kernel.
+        row_ns: gives the nanoseconds of one row of a batch, from which the number of its parts follows.
         device: called as `device(*args, out=out)` for arrays that lie on a device.
 
     Attributes:
@@ -48,20 +73,21 @@ class Evaluator:
             keyword names, or the number of positional arguments. The builtin of this kernel looks here first.
     """
 
-    __slots__ = ("_cores", "_device", "_names", "_ranks", "_signature", "_ufunc", "_work", "twins")
+    __slots__ = ("_cores", "_device", "_loops", "_names", "_ranks", "_row", "_row_ns", "_signature", "twins")
 
     def __init__(
         self,
         signature: Signature,
-        ufunc: Callable[..., Any],
-        work: Callable[[], int],
+        loops: Loops,
+        row_ns: Callable[[], float],
         device: Callable[..., Any] | None = None,
     ) -> None:
         self.twins: dict[Hashable, Callable[..., Any]] = {}
         self._signature = signature
         self._device = device
-        self._ufunc = ufunc
-        self._work = work
+        self._loops = loops
+        self._row = 8 * sum(port.size for port in signature.outputs)
+        self._row_ns = row_ns
         self._cores = tuple(port.shape for port in signature.inputs)
         self._ranks = tuple(map(len, self._cores))
         self._names = tuple(port.name for port in signature.inputs)
@@ -100,9 +126,13 @@ class Evaluator:
         results = None if out is None else self._given(out, batch)
         count = self._threads(batch, threads)
         try:
+            past = False
+            if prod(batch) * self._row >= result_memory.SMALLEST:
+                results, past = self._large(batch, results)
             if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
-                return self._split(arrays, batch, results, count)
-            found = self._ufunc(*arrays) if results is None else self._ufunc(*arrays, out=results)
+                return self._split(past, arrays, batch, results, count)
+            loop = self._loops.batch(past) if batch else self._loops.point((*arrays, *(results or ())))
+            found = loop(*arrays) if results is None else loop(*arrays, out=results)
         except MemoryError:
             raise InputError("call.memory", name=self._signature.name, batch=batch) from None
         if not batch and self._signature.finite:
@@ -182,6 +212,17 @@ class Evaluator:
             _check_out(port, array, batch + port.shape)
         return arrays
 
+    def _large(self, batch: tuple[int, ...], results: tuple[Floats, ...] | None) -> tuple[tuple[Floats, ...], bool]:
+        """Memory for large results, and whether to write past the caches, which could not keep them.
+
+        Pages that have never been written are in the caches when the system has cleared them; they are written plainly.
+        """
+        past = prod(batch) * self._row > caches.kept_bytes(self._row)
+        if results is not None:
+            return results, past
+        found = [result_memory.new(batch + port.shape) for port in self._signature.outputs]
+        return tuple(array for array, _ in found), past and all(written for _, written in found)
+
     def _threads(self, batch: tuple[int, ...], wanted: int | None) -> int:
         """How many threads share the batch: one, if it is not worth two parts."""
         if type(wanted) is int and wanted == 1:
@@ -189,21 +230,22 @@ class Evaluator:
         count = 0 if wanted is None else pool.checked(wanted)
         if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
-        return count or pool.available()
+        return min(count or pool.available(), self._parts(batch))
 
     def _parts(self, batch: tuple[int, ...]) -> int:
         """The most parts that a batch is worth."""
-        return min(prod(batch) * max(self._work(), 1) // _PART_WORK, max(batch))
+        return min(int(prod(batch) * self._row_ns() / cost.HANDED_OVER_NS), max(batch))
 
     def _pieces(self, batch: tuple[int, ...]) -> int:
         """The fewest parts between which a waiting Ctrl-C is heard soon enough."""
         rows = prod(batch)
         if rows <= _SMALL:
             return 1
-        return min(1 + max(rows // _ROWS_AT_ONCE, rows * self._work() // _WORK_AT_ONCE), max(batch))
+        return min(1 + max(rows // _ROWS_AT_ONCE, int(rows * self._row_ns() / _NS_AT_ONCE)), max(batch))
 
     def _split(
         self,
+        past: bool,
         arrays: Sequence[Floats],
         batch: tuple[int, ...],
         results: tuple[Floats, ...] | None,
@@ -213,16 +255,18 @@ class Evaluator:
         ports = self._signature.ports
         if results is None:
             results = tuple(np.empty(batch + port.shape) for port in self._signature.outputs)
-        parts = max(min(self._parts(batch), _PARTS_PER_THREAD * threads), self._pieces(batch))
+        # As many parts for each thread: a left-over one would be waited for by all others.
+        parts = threads * max(1, min(self._parts(batch) // threads, _PARTS_PER_THREAD))
+        parts = min(max(parts, self._pieces(batch)), max(batch))
         axis = batch.index(max(batch))
         edges = [batch[axis] * part // parts for part in range(parts + 1)]
         operands = [*arrays, *results]
-        inputs = len(arrays)
+        inputs, loop = len(arrays), self._loops.batch(past)
 
         def evaluate(part: int) -> None:
             rows = slice(edges[part], edges[part + 1])
             cut = [_rows(x, port, len(batch) - axis, rows) for x, port in zip(operands, ports, strict=True)]
-            self._ufunc(*cut[:inputs], out=tuple(cut[inputs:]))
+            loop(*cut[:inputs], out=tuple(cut[inputs:]))
 
         pool.run(evaluate, parts, threads)
         return results[0] if len(results) == 1 else results

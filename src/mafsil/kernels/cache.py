@@ -1,27 +1,37 @@
-"""Compiled kernels on disk: the code, the canary that it must repeat, and where it comes from."""
+"""Kernels on disk, in two levels: the tape of an expression, and machine code with the canary that it must repeat."""
 
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import struct
 import threading
-from collections.abc import Generator
+import zlib
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from hashlib import blake2b
 from pathlib import Path
+from typing import Any, TypeVar
 
 from mafsil.code_store import CACHE_VARIABLE, FileStore, Kind, code_folder, is_off, warn
 
 KERNEL = Kind(b"mafsilK\0", ".kernel")
+"""Machine code."""
+TAPE = Kind(b"mafsilT\0", ".tape")
+"""The operations of an expression."""
 _PARTS = struct.Struct("<IIIQ")
+_HEAD = struct.Struct("<I")
 _REMEMBERED = 256
+
+Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What the cache keeps of one kernel.
+    """What the cache keeps of machine code.
 
     Attributes:
         code: object code.
@@ -34,6 +44,36 @@ class Entry:
     inputs: bytes
     outputs: bytes
     provenance: bytes
+
+
+@dataclass(frozen=True)
+class TapeEntry:
+    """What the cache keeps of an expression.
+
+    Attributes:
+        hash: of the reduced tape: `Tape.hash`.
+        operations: how many of each one evaluation takes.
+        seconds: that tracing and reducing took.
+        packed: text of the tape, compressed.
+    """
+
+    hash: str
+    operations: Mapping[str, int]
+    seconds: float
+    packed: bytes
+
+    def text(self) -> str | None:
+        """The text of the tape; None if it is not the one of `hash`."""
+        try:
+            text = zlib.decompress(self.packed)
+        except zlib.error:
+            return None
+        return text.decode() if blake2b(text, digest_size=16).hexdigest() == self.hash else None
+
+
+def packed(text: str) -> bytes:
+    """The text of a tape, compressed."""
+    return zlib.compress(text.encode(), 1)
 
 
 def encode(key: bytes, entry: Entry) -> bytes:
@@ -70,6 +110,20 @@ def _entry(payload: bytes) -> Entry | None:
     return Entry(code, inputs, outputs, provenance)
 
 
+def _tape_payload(entry: TapeEntry) -> bytes:
+    head = json.dumps([entry.hash, dict(entry.operations), entry.seconds]).encode()
+    return _HEAD.pack(len(head)) + head + entry.packed
+
+
+def _tape_entry(payload: bytes) -> TapeEntry | None:
+    try:
+        (size,) = _HEAD.unpack_from(payload)
+        known, operations, seconds = json.loads(payload[_HEAD.size : _HEAD.size + size])
+        return TapeEntry(str(known), dict(operations), float(seconds), payload[_HEAD.size + size :])
+    except (struct.error, ValueError, TypeError):
+        return None
+
+
 class Store:
     """The kernels of one directory, or of memory alone.
 
@@ -78,45 +132,61 @@ class Store:
     """
 
     def __init__(self, directory: Path | None) -> None:
-        self._files = FileStore(directory, KERNEL)
-        self._memory: dict[str, Entry] = {}
+        self._codes = FileStore(directory, KERNEL)
+        self._tapes = FileStore(directory, TAPE)
+        self._memory: dict[tuple[Kind, str], Any] = {}
         self._lock = threading.Lock()
 
     @property
     def directory(self) -> Path | None:
         """Where the files are."""
-        return self._files.directory
+        return self._codes.directory
 
     def get(self, key: str) -> Entry | None:
-        """The entry of this key, verified; None if there is none, or a damaged one, which is removed with a warning."""
-        if key in self._memory:
-            return self._memory[key]
-        payload = self._files.get(key)
-        return None if payload is None else _entry(payload)
+        """The code of this key, verified; None if there is none, or a damaged one, which is removed with a warning."""
+        return self._got(self._codes, key, _entry)
 
     def put(self, key: str, entry: Entry) -> None:
-        """Keep an entry; where the disk refuses, in memory, with one warning."""
-        if self._files.put(key, _payload(entry)):
-            return
-        with self._lock:
-            self._memory[key] = entry
-            while len(self._memory) > _REMEMBERED:
-                del self._memory[next(iter(self._memory))]
+        """Keep code; where the disk refuses, in memory, with one warning."""
+        self._keep(self._codes, key, _payload(entry), entry)
+
+    def get_tape(self, key: str) -> TapeEntry | None:
+        """The tape of this key, verified; None as for `get`."""
+        return self._got(self._tapes, key, _tape_entry)
+
+    def put_tape(self, key: str, entry: TapeEntry) -> None:
+        """Keep a tape; where the disk refuses, in memory, with one warning."""
+        self._keep(self._tapes, key, _tape_payload(entry), entry)
 
     def discard(self, key: str) -> None:
-        """Forget an entry."""
-        self._memory.pop(key, None)
-        self._files.discard(key)
+        """Forget what is kept under a key."""
+        for files in (self._codes, self._tapes):
+            self._memory.pop((files.kind, key), None)
+            files.discard(key)
 
     @contextmanager
     def compiling(self, key: str, patience: float = 60.0) -> Generator[bool, None, None]:
-        """Hold the right to compile this key among all processes; see `FileStore.compiling`."""
-        with self._files.compiling(key, patience) as waited:
+        """Hold the right to make this key among all processes; see `FileStore.compiling`."""
+        with self._codes.compiling(key, patience) as waited:
             yield waited
 
     def sweep(self, limit: int | None = None, now: float | None = None) -> int:
         """Remove orphans and what does not fit; see `FileStore.sweep`."""
-        return self._files.sweep(limit, now)
+        return self._codes.sweep(limit, now)
+
+    def _got(self, files: FileStore, key: str, read: Callable[[bytes], Kept | None]) -> Kept | None:
+        if (files.kind, key) in self._memory:
+            return self._memory[files.kind, key]
+        payload = files.get(key)
+        return None if payload is None else read(payload)
+
+    def _keep(self, files: FileStore, key: str, payload: bytes, entry: object) -> None:
+        if files.put(key, payload):
+            return
+        with self._lock:
+            self._memory[files.kind, key] = entry
+            while len(self._memory) > _REMEMBERED:
+                del self._memory[next(iter(self._memory))]
 
 
 def default() -> Store:

@@ -13,7 +13,7 @@ from typing import Any
 
 from mafsil.kernels import forms, small_batch
 from mafsil.kernels.forms import FORMS, ODD, POINT
-from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Port, Signature
+from mafsil.kernels.layout import BATCH, LOOP, Port, Signature
 from mafsil.kernels.runtime import (
     ARRAY_DATA,
     ARRAY_DTYPE,
@@ -30,28 +30,48 @@ from mafsil.kernels.runtime import (
     names,
     table,
 )
-from mafsil.kernels.small_batch import FEW
+from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE
 
 CALL = "mafsil_call"
 """Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
 BIND = "mafsil_bind"
 """Symbol that takes the addresses of the process's table and of the names of the inputs."""
+_LOOP_ARGUMENTS = "(ptr %args, ptr %dims, ptr %steps, ptr %data)"
+_LINKS = f"""
+@{TO_SINGLE} = dso_local global ptr null, align 8
+@{TO_LOOP} = dso_local global ptr null, align 8
+@{MOST} = dso_local global i64 0, align 8
+"""
 _FASTCALL_KEYWORDS = 0x0080 | 0x0002
 _UNROLLED = 64
 LARGE = 1e60
 """Numbers from here on may overflow in products of a few of them: their results are looked at, on the slow road."""
 
 
-def wrapper(signature: Signature, triple: str, rows: int = 0) -> str:
-    """LLVM IR of the three entries around a kernel, to be appended to its module.
+def wrapper(signature: Signature, triple: str) -> str:
+    """LLVM IR of the module around a kernel: the same for all kernels of these shapes.
 
     Args:
         signature: ports of the kernel.
         triple: LLVM triple of the target, which decides how the floating-point environment is kept.
-        rows: of the largest batch that is evaluated without a look at threads.
     """
+    declarations, enter, leave = _environment(triple)
+    few = f"define dso_local void @{FEW}{_LOOP_ARGUMENTS} noinline {{\nentry:"
+    head = [f'target triple = "{triple}"', declarations, _LINKS, few]
+    body = [f"{enter}{small_batch.few(signature)}{leave}  ret void\n}}", _bind()]
     calls = _Wrapper(signature, triple).text() + _Wrapper(signature, triple).point()
-    return _loops(signature, triple) + _bind() + calls + forms.entry(signature, rows)
+    return "\n".join([*head, *body, calls, forms.entry(signature)])
+
+
+def loop(triple: str) -> str:
+    """LLVM IR of LOOP, to be appended to the module of the batch entry.
+
+    Args:
+        triple: as for `wrapper`.
+    """
+    declarations, enter, leave = _environment(triple)
+    batch = f"  call void @{BATCH}{_LOOP_ARGUMENTS}\n"
+    return f"\n{declarations}define dso_local void @{LOOP}{_LOOP_ARGUMENTS} {{\n{enter}{batch}{leave}  ret void\n}}\n"
 
 
 def builtin(
@@ -136,8 +156,8 @@ define void @{BIND}(ptr %table, ptr %names) {{
 """
 
 
-def _loops(signature: Signature, triple: str) -> str:
-    """Both entries with rounding, denormals and sticky flags as the standard has them, and as found on return.
+def _environment(triple: str) -> tuple[str, str, str]:
+    """Declarations, and IR before and after a loop: rounding, denormals and sticky flags as the standard has them.
 
     Rows run through both sides of every select, so flags that are raised say nothing; NumPy would warn of them.
     """
@@ -162,15 +182,7 @@ def _loops(signature: Signature, triple: str) -> str:
         leave = """  call void @llvm.aarch64.set.fpcr(i64 %control)
   call void @llvm.aarch64.set.fpsr(i64 %status)
 """
-    arguments = "(ptr %args, ptr %dims, ptr %steps, ptr %data)"
-    batch = f"  call void @{BATCH}{arguments}\n"
-    return "\n".join(
-        [
-            f"\n{declarations}define void @{LOOP}{arguments} {{\n{enter}{batch}{leave}  ret void\n}}",
-            f"define internal void @{FEW}{arguments} noinline {{\nentry:",
-            f"{enter}{small_batch.few(signature)}{leave}  ret void\n}}\n",
-        ]
-    )
+    return declarations, enter, leave
 
 
 class _Wrapper:
@@ -200,6 +212,8 @@ class _Wrapper:
 
     def point(self) -> str:
         """The evaluation at one point whose numbers are in place; see `forms.POINT`."""
+        self._emit(f"%single = load ptr, ptr @{TO_SINGLE}, align 8")
+        self._branch(self._value("icmp ne ptr %single, null"))
         self._environment()
         self._emit("%table = load ptr, ptr @mafsil_runtime, align 8")
         data = [f"%x{i}" for i in range(len(self._signature.inputs))]
@@ -364,7 +378,7 @@ class _Wrapper:
             [self._given_or_new(outputs[0])] if one else [self._allocate(i, port) for i, port in enumerate(outputs)]
         )
         pointers = data + [self._load("ptr", array, ARRAY_DATA) for array in arrays]
-        self._emit(f"call void @{SINGLE}({', '.join('ptr ' + p for p in pointers)})")
+        self._emit(f"call void %single({', '.join('ptr ' + p for p in pointers)})")
         answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
         if len(answers) == 1:
             self._emit(f"ret ptr {answers[0]}")

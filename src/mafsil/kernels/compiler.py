@@ -1,4 +1,9 @@
-"""From a description to loaded code: found in this process, found in the cache, or built and compiled once."""
+"""From a description to loaded code: found in this process, found in the cache, or traced and compiled once.
+
+1. The words for an expression lead to its tape: from the cache, or traced and reduced (`obtain`).
+2. The tape leads to the code of a part of the kernel: from the cache, if its canary sings, or compiled (`_made`).
+3. Batch entry and single entry must give the same bits: whichever comes second is held against the first.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +13,17 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 from weakref import WeakValueDictionary
 
 from mafsil.code_store import warn
 from mafsil.errors import KernelError
-from mafsil.kernels import batch, call, image, target
-from mafsil.kernels.cache import Entry, Store
-from mafsil.kernels.image import Image
-from mafsil.kernels.layout import Signature
+from mafsil.kernels import cache, call, identity, image, target
+from mafsil.kernels.cache import Entry, Store, TapeEntry
+from mafsil.kernels.call import CALL
+from mafsil.kernels.image import Image, Part
+from mafsil.kernels.layout import BATCH, SINGLE, Signature
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
 
@@ -29,11 +36,11 @@ class Order:
     """What is to be compiled.
 
     Attributes:
-        key: content key, hexadecimal.
+        key: of the tape, hexadecimal.
         signature: ports.
-        build: makes the casadi.Function; not called on a hit.
+        build: makes the casadi.Function; not called where the tape is in the cache.
         target: machine; None is this one.
-        store: where compiled code is kept.
+        store: where tapes and code are kept.
     """
 
     key: str
@@ -42,87 +49,173 @@ class Order:
     target: Target | None
     store: Store
 
+    @property
+    def machine(self) -> str:
+        """What the code depends on besides the tape."""
+        return identity.machine() if self.target is None else self.target.identity
+
+    def object_key(self, part: str, hash: str) -> str:
+        """Key of the code of a part.
+
+        Args:
+            part: BATCH, SINGLE or CALL.
+            hash: of the tape.
+        """
+        return identity.object_key(part, "" if part == CALL else hash, self.signature, self.machine)
+
 
 def obtain(order: Order) -> Image:
-    """Loaded code for an order; each key is compiled once, however many threads and processes ask.
+    """The image of an order, its parts still to come; each tape is traced once, however many threads and processes ask.
 
     Raises:
-        KernelError: the expression has no compiled form, or the code contradicts itself.
+        KernelError: the expression has no compiled form.
     """
+    known = order.key + order.machine
     with _lock_of(order.key):
-        found = _images.get(order.key) or _from_store(order) or _compiled_once(order)
-        _images[order.key] = found
+        found = _images.get(known)
+        if found is None:
+            entry = order.store.get_tape(order.key) or _traced_once(order)
+            origin = Provenance(
+                name=order.signature.name,
+                key=order.key,
+                expression=entry.hash,
+                operations=entry.operations,
+                seconds={"build": entry.seconds},
+            )
+            found = _images[known] = Image(partial(_put, order), entry, origin, order.signature)
         return found
 
 
-def _from_store(order: Order) -> Image | None:
-    """The cached code, if its canary sings."""
-    entry = order.store.get(order.key)
+def _traced_once(order: Order) -> TapeEntry:
+    with order.store.compiling(order.key) as waited:
+        found = order.store.get_tape(order.key) if waited else None
+        return found or _traced(order)
+
+
+def _traced(order: Order) -> TapeEntry:
+    """The expression built, read and reduced."""
+    from mafsil.kernels import reduce, tape
+
+    started = time.perf_counter()
+    program = reduce.reduce(tape.read(order.build()))
+    seconds = time.perf_counter() - started
+    entry = TapeEntry(program.hash, program.counts(), seconds, cache.packed(program.text()))
+    order.store.put_tape(order.key, entry)
+    return entry
+
+
+def _put(order: Order, whole: Image, name: str) -> None:
+    """Make a part and put it in its place, unless another thread has done so meanwhile.
+
+    Raises:
+        KernelError: LLVM refuses the code, or it contradicts the other part.
+    """
+    with _lock_of(order.key):
+        if name not in whole.parts:
+            whole.add(name, _made(order, whole, name))
+
+
+def _made(order: Order, whole: Image, name: str) -> Part:
+    key = order.object_key(name, whole.hash)
+    found = _from_store(order, whole, name, key)
+    if found is None:
+        with order.store.compiling(key) as waited:
+            found = _from_store(order, whole, name, key) if waited else None
+            found = found or _compiled(order, whole, name, key)
+    return found
+
+
+def _from_store(order: Order, whole: Image, name: str, key: str) -> Part | None:
+    """The cached code, if its canary sings, and the same song as the other part's."""
+    entry = order.store.get(key)
     if entry is None:
         return None
     try:
-        loaded = _load(entry.code, entry.provenance, cached=True)
-        answer = image.canary_outputs(loaded, order.signature, entry.inputs)
+        part = _load(order, name, entry, cached=True)
     except KernelError:
-        loaded, answer = None, None
-    if loaded is not None and answer is not None and image.same_bits(answer, entry.outputs):
-        return loaded
-    order.store.discard(order.key)
+        part = None
+    known = whole.parts.get(_OTHER.get(name, ""))
+    if part is not None and (known is None or image.same_bits(part.answers, known.answers)):
+        return part
+    order.store.discard(key)
     warn("cache.canary", name=order.signature.name)
     return None
 
 
-def _compiled_once(order: Order) -> Image:
-    with order.store.compiling(order.key) as waited:
-        found = _from_store(order) if waited else None
-        return found or _compiled(order)
-
-
-def _compiled(order: Order) -> Image:
+def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     with _llvm:
         machine = order.target or target.host()
     started = time.perf_counter()
-    function = order.build()
-    built = time.perf_counter()
-    ir, facts = translate(function, order.signature, machine)
+    ir = translate(name, _tape_of(order, whole) if name != CALL else None, order.signature, machine)
     lowered = time.perf_counter()
     with _llvm:
         code = target.compile(ir, machine)
-    seconds = {"build": built - started, "lower": lowered - built, "compile": time.perf_counter() - lowered}
     record = Provenance(
         name=order.signature.name,
-        key=order.key,
+        key=key,
         target=f"{machine.triple} {machine.cpu}",
         lanes=machine.lanes,
         object_bytes=len(code),
-        seconds=seconds,
-        **facts,
+        seconds={"lower": lowered - started, "compile": time.perf_counter() - lowered},
     ).as_json()
-    loaded = _load(code, record, cached=False)
-    inputs = image.canary_inputs(order.signature)
-    outputs = image.canary_outputs(loaded, order.signature, inputs)
-    if outputs is None:
+    inputs = b"" if name == CALL else image.canary_inputs(order.signature)
+    part = _load(order, name, Entry(code, inputs, b"", record), cached=False)
+    others = _other_answers(order, whole, name)
+    if part is None or not (others is None or image.same_bits(part.answers, others)):
         raise KernelError("call.unequal", name=order.signature.name)
-    order.store.put(order.key, Entry(code, inputs, outputs, record))
-    return loaded
+    order.store.put(key, Entry(code, inputs, part.answers, record))
+    return part
 
 
-def translate(function: Any, signature: Signature, machine: Target) -> tuple[str, dict[str, Any]]:
-    """LLVM IR of the whole module, and the facts of the expression for its provenance."""
-    from mafsil.kernels import lower, reduce, tape
+def translate(part: str, program: Any, signature: Signature, machine: Target) -> str:
+    """LLVM IR of the module of a part.
 
-    program = reduce.reduce(tape.read(function))
-    ir = lower.lower(program, signature, machine) + call.wrapper(
-        signature, machine.triple, batch.rows_at_once(program.operations)
-    )
-    return ir, {"expression": program.hash, "operations": program.counts()}
+    Args:
+        part: BATCH, SINGLE or CALL.
+        program: reduced tape; None for CALL, which does no arithmetic.
+        signature: ports.
+        machine: to compile for.
+    """
+    if part == CALL:
+        return call.wrapper(signature, machine.triple)
+    from mafsil.kernels import lower
+
+    ir = lower.lower(program, signature, machine, (part,))
+    return ir + call.loop(machine.triple) if part == BATCH else ir
 
 
-def _load(code: bytes, record: bytes, *, cached: bool) -> Image:
+def _tape_of(order: Order, whole: Image) -> Any:
+    """The tape, read from the cache or, where it is there no more, traced again."""
+    from mafsil.kernels import tape
+
+    entry = order.store.get_tape(order.key)
+    text = entry.text() if entry is not None and entry.hash == whole.hash else None
+    if text is None:
+        order.store.discard(order.key)
+        entry = _traced(order)
+        text = entry.text() if entry.hash == whole.hash else None
+    if text is None:
+        raise KernelError("call.unequal", name=order.signature.name)
+    return tape.from_text(text)
+
+
+def _other_answers(order: Order, whole: Image, name: str) -> bytes | None:
+    """The answers of the other of batch and single entry to the canary, where they are known."""
+    other = _OTHER.get(name, "")
+    if not other:
+        return None
+    if other in whole.parts:
+        return whole.parts[other].answers
+    entry = order.store.get(order.object_key(other, whole.hash))
+    return None if entry is None else entry.outputs
+
+
+def _load(order: Order, name: str, entry: Entry, *, cached: bool) -> Part | None:
     with _llvm:
-        return image.load(code, record, cached=cached)
+        return image.load(name, entry, order.signature, cached=cached)
 
 
+_OTHER = {BATCH: SINGLE, SINGLE: BATCH}
 _images: WeakValueDictionary[str, Image] = WeakValueDictionary()
 
 

@@ -3,7 +3,7 @@
 What the builtin of `call` does not recognise at once comes here; only what is not recognised here goes on to Python:
 
 1. A form for which there is a builtin of its own, such as a named frame, is found in the dictionary `self` and called.
-2. Keywords take their places among the arguments; `out` is set apart.
+2. Keywords take their places among the arguments; `out` is set apart; one thread is what there is here.
 3. Arguments of one point are brought into contiguous memory, and the point is evaluated (`POINT` of `call`).
 4. Else arguments of one batch dimension are handed with their strides to the batch entry.
 
@@ -28,12 +28,11 @@ _MOST_NUMBERS = 1024
 """Numbers of all arguments that are copied to the stack."""
 
 
-def entry(signature: Signature, rows: int) -> str:
+def entry(signature: Signature) -> str:
     """LLVM IR of FORMS.
 
     Args:
         signature: ports of the kernel.
-        rows: of the largest batch to take here.
     """
     plain = all(len(port.shape) < 2 for port in signature.inputs) and signature.inputs
     if not plain or sum(port.size for port in signature.inputs) > _MOST_NUMBERS:
@@ -47,7 +46,7 @@ def entry(signature: Signature, rows: int) -> str:
         _given(signature),
         _point(signature),
     ]
-    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature, rows), _slow()])
+    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature), _slow()])
 
 
 def _head() -> str:
@@ -201,16 +200,6 @@ unnamed.few:
 def _named(signature: Signature) -> str:
     """Step 2: keywords to their places; every place must be taken once."""
     count = len(signature.inputs)
-    copies = "\n".join(
-        f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"
-        f"  %copy.there{k} = icmp sgt i64 %nargs, {k}\n"
-        f"  br i1 %copy.there{k}, label %copy.take{k}, label %copy.leave{k}\n"
-        f"copy.take{k}:\n  %copy.value{k} = load ptr, ptr %copy.from{k}, align 8\n  br label %copy.leave{k}\n"
-        f"copy.leave{k}:\n"
-        f"  %copy.found{k} = phi ptr [ %copy.value{k}, %copy.take{k} ], [ null, %{_before(k)} ]\n"
-        f"  %copy.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %copy.found{k}, ptr %copy.to{k}, align 8"
-        for k in range(count)
-    )
     last = f"copy.leave{count - 1}"
     full = "\n".join(
         f"  %place.at{k} = getelementptr ptr, ptr %given, i64 {k}\n  %place{k} = load ptr, ptr %place.at{k}, align 8\n"
@@ -222,7 +211,7 @@ def _named(signature: Signature) -> str:
 given.copy:
   %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
   %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
-{copies}
+{_copied(count)}
   br label %keyword.loop
 keyword.loop:
   %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
@@ -237,9 +226,19 @@ keyword:
   %value = load ptr, ptr %value.at, align 8
   %k.next = add i64 %k, 1
   %keyword.out = icmp eq ptr %keyword.name, %out.name
-  br i1 %keyword.out, label %keyword.next, label %search
+  br i1 %keyword.out, label %keyword.next, label %keyword.other
+keyword.other:
+  %threads.at = getelementptr i8, ptr %table, i64 {at("threads")}
+  %threads.name = load ptr, ptr %threads.at, align 8
+  %keyword.threads = icmp eq ptr %keyword.name, %threads.name
+  br i1 %keyword.threads, label %threads, label %search
+threads:
+  %one.at = getelementptr i8, ptr %table, i64 {at("one")}
+  %one = load ptr, ptr %one.at, align 8
+  %threads.one = icmp eq ptr %value, %one
+  br i1 %threads.one, label %keyword.next, label %slow
 search:
-  %s = phi i64 [ 0, %keyword ], [ %s.next, %search.next ]
+  %s = phi i64 [ 0, %keyword.other ], [ %s.next, %search.next ]
   %s.name.at = getelementptr ptr, ptr %names, i64 %s
   %s.name = load ptr, ptr %s.name.at, align 8
   %s.same = icmp eq ptr %s.name, %keyword.name
@@ -257,11 +256,25 @@ search.take:
   store ptr %value, ptr %s.place, align 8
   br label %keyword.next
 keyword.next:
-  %out.next = phi ptr [ %value, %keyword ], [ %out, %search.take ]
+  %out.next = phi ptr [ %value, %keyword ], [ %out, %threads ], [ %out, %search.take ]
   br label %keyword.loop
 full0:
 {full}
   br label %out.none"""
+
+
+def _copied(count: int) -> str:
+    """The arguments by position in their places, null in the others."""
+    return "\n".join(
+        f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"
+        f"  %copy.there{k} = icmp sgt i64 %nargs, {k}\n"
+        f"  br i1 %copy.there{k}, label %copy.take{k}, label %copy.leave{k}\n"
+        f"copy.take{k}:\n  %copy.value{k} = load ptr, ptr %copy.from{k}, align 8\n  br label %copy.leave{k}\n"
+        f"copy.leave{k}:\n"
+        f"  %copy.found{k} = phi ptr [ %copy.value{k}, %copy.take{k} ], [ null, %{_before(k)} ]\n"
+        f"  %copy.to{k} = getelementptr ptr, ptr %given, i64 {k}\n  store ptr %copy.found{k}, ptr %copy.to{k}, align 8"
+        for k in range(count)
+    )
 
 
 def _before(k: int) -> str:

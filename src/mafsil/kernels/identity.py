@@ -1,4 +1,9 @@
-"""What decides the bits of compiled code, as text for the cache key; found without importing LLVM or CasADi."""
+"""What decides the operations of a kernel and the bits of its code, as keys; found without LLVM and CasADi.
+
+Two levels: words for an expression lead to its tape (`tape_key`), the tape leads to machine code (`object_key`). When
+the sources of expressions are edited, tapes are made anew, and where they come out the same, so does the key of the
+code.
+"""
 
 from __future__ import annotations
 
@@ -20,16 +25,32 @@ _CPU_FIELDS = (
 )  # fmt: skip
 
 
-def content_key(description: str, signature: Signature, machine: str, fingerprints: Iterable[str]) -> str:
-    """Hexadecimal key of the compiled code.
+def tape_key(description: str, signature: Signature, fingerprints: Iterable[str]) -> str:
+    """Key of the reduced tape of an expression.
 
     Args:
         description: the caller's words for the expression: equal words, equal expression.
         signature: ports.
-        machine: target identity.
         fingerprints: of the sources, beyond this package, that shape the expression.
     """
-    parts = (description, repr(signature), machine, fingerprint("mafsil.kernels"), toolchain(), *fingerprints)
+    return content_key("tape", description, repr(signature), fingerprint("mafsil.kernels"), tracer(), *fingerprints)
+
+
+def object_key(part: str, content: str, signature: Signature, machine: str) -> str:
+    """Key of machine code.
+
+    Args:
+        part: which entries it holds.
+        content: hash of the tape; empty for code that is the same for all kernels of these shapes.
+        signature: ports; their names do not count.
+        machine: target identity.
+    """
+    shapes = repr([[port.shape for port in side] for side in (signature.inputs, signature.outputs)])
+    return content_key("object", part, content, shapes, machine, fingerprint("mafsil.kernels"), toolchain())
+
+
+def content_key(*parts: str) -> str:
+    """64 hexadecimal digits that differ when any of the parts does."""
     hashed = hashlib.blake2b(digest_size=32)
     for part in parts:
         text = part.encode()
@@ -55,8 +76,14 @@ def fingerprint(*packages: str) -> str:
 
 @cache
 def toolchain() -> str:
-    """Releases of llvmlite (which carries its LLVM) and CasADi, by the files that are installed."""
-    return " ".join((_stamp("llvmlite", "_version.py", "binding"), _stamp("casadi", "casadi.py"), sys.byteorder))
+    """The release of llvmlite, which carries its LLVM, by the files that are installed."""
+    return f"{_stamp('llvmlite', '_version.py', 'binding')} {sys.byteorder}"
+
+
+@cache
+def tracer() -> str:
+    """The release of CasADi, by the files that are installed."""
+    return _stamp("casadi", "casadi.py")
 
 
 def machine() -> str:

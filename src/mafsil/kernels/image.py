@@ -1,57 +1,141 @@
-"""Machine code in memory with its entries, and the canary that proves it before its first use."""
+"""Machine code in memory, part by part, and the canary that proves each part before its first use."""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.kernels import elf, target
+from mafsil.kernels import cost, elf, target
+from mafsil.kernels.cache import Entry, TapeEntry
 from mafsil.kernels.call import BIND, CALL
-from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Signature, contiguous_steps
-from mafsil.kernels.lazy import lazy
+from mafsil.kernels.layout import ALONE, BATCH, LOOP, SINGLE, Signature, contiguous_steps
 from mafsil.kernels.provenance import Provenance, from_json
+from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE, most_rows
+from mafsil.kernels.target import Code
 
-ENTRIES = (BATCH, SINGLE, LOOP, CALL, BIND)
 CANARY_ROWS = 8
+ENTRIES = {BATCH: (BATCH, LOOP, ALONE), SINGLE: (SINGLE,), CALL: (CALL, BIND, FEW, TO_SINGLE, TO_LOOP, MOST)}
+"""The parts of a kernel, named after their first entry, and the symbols of each."""
 
 
 @dataclass(frozen=True, eq=False)
-class Image:
-    """Loaded code; everything made from it keeps it alive.
+class Part:
+    """Loaded code of one part; everything made from it keeps it alive.
 
     Attributes:
-        addresses: of every symbol in ENTRIES.
+        addresses: of every symbol of the part.
         record: provenance as JSON text.
         cached: whether it came from the disk.
         owner: what holds the memory.
+        answers: to the canary; empty for the part that does no arithmetic.
     """
 
     addresses: Mapping[str, int]
     record: bytes
     cached: bool
     owner: Any = field(repr=False)
-
-    @lazy
-    def provenance(self) -> Provenance:
-        """Where the code comes from."""
-        return from_json(self.record, cached=self.cached)
+    answers: bytes = field(default=b"", repr=False)
 
 
-def load(code: bytes, record: bytes, *, cached: bool) -> Image:
-    """Bring verified object code into memory.
+class Image:
+    """All code of a kernel: each part is made when it is first asked for, and told where the others are.
 
     Args:
-        code: object code.
-        record: provenance as JSON text.
-        cached: whether it came from the disk.
+        make: called as `make(image, part)`: puts the part in place with `add`, once however many threads ask.
+        entry: what the cache keeps of the expression.
+        origin: what stays the same in the provenance.
+        signature: ports.
     """
-    loaded = elf.load(code, ENTRIES) or target.load(code, ENTRIES)
-    return Image(loaded.addresses, record, cached, loaded)
+
+    def __init__(
+        self, make: Callable[[Image, str], None], entry: TapeEntry, origin: Provenance, signature: Signature
+    ) -> None:
+        self._make = make
+        self._signature = signature
+        self._row_ns = 0.0
+        self._origin = origin
+        self.hash = entry.hash
+        self.operations = sum(entry.operations.values())
+        self.parts: dict[str, Part] = {}
+
+    def part(self, name: str) -> Part:
+        """A part of the code; compiled, or loaded from the cache, at its first use.
+
+        Args:
+            name: BATCH, SINGLE or CALL.
+        """
+        if name not in self.parts:
+            self._make(self, name)
+        return self.parts[name]
+
+    def add(self, name: str, part: Part) -> None:
+        """Put a part in its place and connect it with the others: each connection is one pointer, written at once."""
+        self.parts[name] = part
+        single, batch, around = (self.parts.get(part) for part in (SINGLE, BATCH, CALL))
+        if around is not None and batch is not None:
+            ctypes.c_int64.from_address(around.addresses[MOST]).value = most_rows(self.row_ns(), self._signature)
+        for here, symbol, there, entry in (
+            (batch, ALONE, single, SINGLE),
+            (around, TO_SINGLE, single, SINGLE),
+            (around, TO_LOOP, batch, LOOP),
+        ):
+            if here is not None and there is not None:
+                ctypes.c_void_p.from_address(here.addresses[symbol]).value = there.addresses[entry]
+
+    def row_ns(self) -> float:
+        """Nanoseconds of one row of a batch, about (`cost`)."""
+        if not self._row_ns:
+            lanes = from_json(self.part(BATCH).record, cached=True).lanes
+            self._row_ns = cost.row_ns(self.operations, lanes, self._signature)
+        return self._row_ns
+
+    @property
+    def loop(self) -> int:
+        """Address of LOOP: any rows, in the lanes of vectors."""
+        return self.part(BATCH).addresses[LOOP]
+
+    @property
+    def few(self) -> int:
+        """Address of FEW: contiguous rows, one after another; of LOOP's convention."""
+        self.part(SINGLE)
+        return self.part(CALL).addresses[FEW]
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where the code comes from that is in memory; if there is none yet, that of batches is made."""
+        if not self.parts.keys() - {CALL}:
+            self.part(BATCH)
+        found = [from_json(part.record, cached=part.cached) for part in self.parts.values()]
+        stages = {stage for record in found for stage in record.seconds}
+        seconds = {stage: sum(record.seconds.get(stage, 0.0) for record in found) for stage in sorted(stages)}
+        return replace(
+            self._origin,
+            target=found[0].target,
+            lanes=found[0].lanes,
+            object_bytes=sum(record.object_bytes for record in found),
+            seconds={**self._origin.seconds, **seconds},
+            cached=all(part.cached for part in self.parts.values()),
+        )
+
+
+def load(name: str, entry: Entry, signature: Signature, *, cached: bool) -> Part | None:
+    """Bring verified object code into memory; None if it does not repeat its canary.
+
+    Args:
+        name: of the part.
+        entry: code and canary.
+        signature: ports.
+        cached: whether it came from the disk; code that did not has no answers to repeat yet.
+    """
+    loaded = elf.load(entry.code, ENTRIES[name]) or target.load(entry.code, ENTRIES[name])
+    answers = b"" if name == CALL else canary_outputs(loaded, name, signature, entry.inputs)
+    right = not cached or same_bits(answers, entry.outputs)
+    return Part(loaded.addresses, entry.provenance, cached, loaded, answers) if right else None
 
 
 def canary_inputs(signature: Signature) -> bytes:
@@ -61,18 +145,25 @@ def canary_inputs(signature: Signature) -> bytes:
     return (np.arange(1, count + 1, dtype=np.float64) * golden % 1.0 * 2.0 - 1.0).tobytes()
 
 
-def canary_outputs(image: Image, signature: Signature, inputs: bytes) -> bytes | None:
-    """What the code answers to canary inputs, port after port; None if its two entries do not agree bit for bit."""
+def canary_outputs(part: Part | Code, name: str, signature: Signature, inputs: bytes) -> bytes:
+    """What the code answers to canary inputs, port after port.
+
+    Args:
+        part: loaded code.
+        name: of the part: BATCH or SINGLE.
+        signature: ports.
+        inputs: as `canary_inputs`.
+    """
     given = _ports(np.frombuffer(inputs), signature, "inputs")
-    batch = [np.full((CANARY_ROWS, port.size), np.nan) for port in signature.outputs]
-    single = [np.full((CANARY_ROWS, port.size), np.nan) for port in signature.outputs]
-    _run_batch(image.addresses[LOOP], signature, [*given, *batch])
-    call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(signature.ports))(image.addresses[SINGLE])
-    places = [(x.ctypes.data, x.shape[1] * 8) for x in (*given, *single)]
-    for row in range(CANARY_ROWS):
-        call(*(start + row * step for start, step in places))
-    answers = [b"".join(x.tobytes() for x in side) for side in (batch, single)]
-    return answers[0] if same_bits(*answers) else None
+    found = [np.full((CANARY_ROWS, port.size), np.nan) for port in signature.outputs]
+    if name == BATCH:
+        _run_batch(part.addresses[LOOP], signature, [*given, *found])
+    else:
+        call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(signature.ports))(part.addresses[SINGLE])
+        places = [(x.ctypes.data, x.shape[1] * 8) for x in (*given, *found)]
+        for row in range(CANARY_ROWS):
+            call(*(start + row * step for start, step in places))
+    return b"".join(x.tobytes() for x in found)
 
 
 def same_bits(a: bytes, b: bytes) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from mafsil import threads
 from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
@@ -13,30 +13,41 @@ from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import Image
-from mafsil.kernels.layout import BATCH, LOOP, SINGLE, Signature
+from mafsil.kernels.layout import BATCH, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
+from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
 
 if TYPE_CHECKING:
     from mafsil.kernels.device.batch import DeviceEvaluator
 
 
-class Addresses(NamedTuple):
-    """Entry points for compiled loops; valid while the kernel lives.
+@dataclass(frozen=True)
+class Addresses:
+    """Entry points for compiled loops; valid while the kernel lives, each compiled when it is first asked for."""
 
-    Attributes:
-        batch: void (char **args, npy_intp *dims, npy_intp *steps, void *data).
-        single: void (double *in0, ..., double *out0, ...).
-    """
+    image: Image
 
-    batch: int
-    single: int
+    @property
+    def batch(self) -> int:
+        """Any rows, in the lanes of vectors: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
+        return self.image.part(BATCH).addresses[BATCH]
+
+    @property
+    def few(self) -> int:
+        """Contiguous rows, one after another, as fast as a single call each; called as `batch`."""
+        return self.image.few
+
+    @property
+    def single(self) -> int:
+        """One row: void (double *in0, ..., double *out0, ...)."""
+        return self.image.part(SINGLE).addresses[SINGLE]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Kernel:
-    """Machine code of an expression, made when it is first needed.
+    """Machine code of an expression, made when it is first needed: for single calls and for batches apart.
 
     Attributes:
         signature: name and ports.
@@ -70,7 +81,7 @@ class Kernel:
         slow = self.evaluate if self.fallback is None else partial(self.fallback, self.evaluate)
         if not runtime.available():
             return slow
-        at = self.image.addresses
+        at = self.image.part(CALL).addresses
         routine = call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self)
         self.evaluate.twins = routine.__self__  # pyright: ignore[reportFunctionMemberAccess]
         return routine
@@ -79,7 +90,8 @@ class Kernel:
     def evaluate(self) -> batch.Evaluator:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
-        return batch.Evaluator(self.signature, self.ufunc, lambda: image.provenance.total, self.on_device)
+        run = batch.Loops(lambda: self.ufunc, lambda: self.point_ufunc, lambda: self.streamed)
+        return batch.Evaluator(self.signature, run, image.row_ns, self.on_device)
 
     def on_device(self, *args: Any, out: Any = None) -> Any:
         """Evaluate arrays that lie on an NVIDIA device there; see `DeviceEvaluator.__call__`."""
@@ -96,12 +108,22 @@ class Kernel:
     @lazy
     def ufunc(self) -> Callable[..., Any]:
         """NumPy's generalised ufunc: broadcasting, strides, casting, `out=`; no checks for NaN. It does not pickle."""
-        return ufunc.gufunc(self.image.addresses[LOOP], self.signature, self.doc, self.image)
+        return ufunc.gufunc(self.image.loop, self.signature, self.doc, self.image)
+
+    @lazy
+    def point_ufunc(self) -> Callable[..., Any]:
+        """The same for contiguous arguments of one point, by the single entry."""
+        return ufunc.gufunc(self.image.few, self.signature, self.doc, self.image)
+
+    @lazy
+    def streamed(self) -> Callable[..., Any]:
+        """The same ufunc, but its results are written in whole lines past the caches (`streaming`)."""
+        return ufunc.gufunc(self.image.loop, self.signature, self.doc, self.image, STREAMED)
 
     @property
     def addresses(self) -> Addresses:
         """Entry points for compiled loops."""
-        return Addresses(self.image.addresses[BATCH], self.image.addresses[SINGLE])
+        return Addresses(self.image)
 
     @property
     def provenance(self) -> Provenance:
@@ -110,13 +132,12 @@ class Kernel:
 
     @lazy
     def image(self) -> Image:
-        """The loaded code; asking for it compiles."""
+        """The code, part by part; asking for it traces, asking it for a part compiles."""
         return obtain(self.order(cache.default()))
 
     def order(self, store: Store) -> Order:
-        """What is compiled, and under which content key."""
-        machine = identity.machine() if self.target is None else self.target.identity
-        key = identity.content_key(self.key, self.signature, machine, self.fingerprints)
+        """What is compiled, and under which key."""
+        key = identity.tape_key(self.key, self.signature, self.fingerprints)
         return Order(key, self.signature, self.build, self.target, store)
 
     def __reduce__(self) -> tuple[Callable[..., Kernel], tuple[Any, ...]]:
@@ -154,7 +175,7 @@ def compile(
 
 
 def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:
-    """Compile or load several kernels at once, those in the cache at little cost.
+    """Compile or load several kernels at once, for single calls and for batches, those in the cache at little cost.
 
     LLVM works on one kernel at a time in a process but without Python's lock, so that the next kernel is traced and
     lowered meanwhile.
@@ -169,6 +190,9 @@ def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:
     count = threads.available() if workers is None else threads.checked(workers, "workers")
 
     def ready(index: int) -> None:
-        _ = kernels[index].call
+        kernel = kernels[index]
+        for part in (CALL, SINGLE, BATCH):
+            kernel.image.part(part)
+        _ = kernel.call
 
     threads.run(ready, len(kernels), count)

@@ -11,6 +11,8 @@ SINGLE = "mafsil_single"
 """Symbol of the single entry: void (double *in0, ..., double *out0, ...), one evaluation on contiguous ports."""
 LOOP = "mafsil_loop"
 """Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
+ALONE = "mafsil_alone"
+"""Symbol of the place where the batch entry looks for the single entry, to which it leaves one row; null: not there."""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,14 @@
-"""A tape as LLVM IR: one module with the batch entry (W rows at once) and the single entry (one row, shortest way)."""
+"""A tape as LLVM IR: the batch entry (W rows at once), the single entry (one row, shortest way), or both in a module.
+
+Compiled apart, each is there as soon as it is needed, and a kernel that is only ever called in one way has only that.
+"""
 
 from __future__ import annotations
 
 from mafsil.errors import KernelError
 from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.emitter import Text
-from mafsil.kernels.layout import SINGLE, Signature
+from mafsil.kernels.layout import ALONE, BATCH, SINGLE, Signature
 from mafsil.kernels.program import Program
 from mafsil.kernels.remainder import far_function
 from mafsil.kernels.rows import blocks
@@ -18,55 +21,58 @@ ROOM = 1 << 22
 """Bytes of stack that the rows of one tile may take: half of what a thread has on most systems."""
 
 
-def lower(tape: Tape, signature: Signature, target: Target) -> str:
-    """Text of one module with `mafsil_batch` and `mafsil_single`, without calls to anything outside.
+def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, ...] = (BATCH, SINGLE)) -> str:
+    """Text of one module with the entries, without calls to anything outside.
 
     Args:
         tape: the program, reduced or not.
         signature: its ports; sizes must be those of the tape.
         target: lanes, and whether products and sums may be fused.
+        entries: `mafsil_batch`, `mafsil_single` or both.
 
     Raises:
         KernelError: the ports do not fit the tape, or a tile not the stack.
     """
     _check(tape, signature)
-    _check_room(signature, target.lanes)
+    declared, lines = {"declare i64 @llvm.ctlz.i64(i64, i1)"}, [f'target triple = "{target.triple}"']
+    for name, body in ((BATCH, _batch), (SINGLE, _single)):
+        if name in entries:
+            found, text = body(tape, signature, target)
+            declared |= found
+            lines += text
+    if BATCH in entries:
+        known = f"internal constant ptr @{SINGLE}" if SINGLE in entries else "dso_local global ptr null"
+        lines.append(f"@{ALONE} = {known}, align 8")
+    operations = {node.op for node in tape.nodes}
+    if operations & {"sin", "cos", "tan"}:
+        huge, found = huge_function(target.fma, "#0")
+        declared |= found
+        lines.append(huge)
+    if operations & {"fmod", "remainder"}:
+        lines.append(far_function("#0"))
     bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
+    weights = '!0 = !{!"branch_weights", i32 1, i32 1000000}'
+    return "\n".join([*lines[:1], *sorted(declared), *lines[1:], f"attributes #0 = {{ {attributes} }}", weights, ""])
+
+
+def _batch(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], list[str]]:
+    """Declarations and text of the batch entry and all that it calls."""
+    _check_room(signature, target.lanes)
     rows = ", ".join(["ptr noalias %in", *(f"ptr noalias %rows{k}, i64 %step{k}" for k in range(len(tape.outputs)))])
-    batch = _Entry(tape, segments(tape, blocks=blocks(tape, target.lanes)), target, target.lanes, rows)
-    single = _Entry(
-        tape,
-        segments(tape),
-        target,
-        1,
-        ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))]),
-    )
-    gathered = _gathered(signature) if single.functions else []
-    huge, declared = huge_function(target.fma, "#0")
-    return "\n".join(
-        [
-            f'target triple = "{target.triple}"',
-            *sorted(batch.declared | single.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
-            huge,
-            far_function("#0"),
-            *batch.functions,
-            *single.functions,
-            f"define internal void @{BODY}({rows}) noinline #0 {{",
-            "entry:",
-            *batch.lines,
-            "}",
-            f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{",
-            "entry:",
-            *gathered,
-            *single.lines,
-            "}",
-            staging(signature, target.lanes, "#0"),
-            f"attributes #0 = {{ {attributes} }}",
-            '!0 = !{!"branch_weights", i32 1, i32 1000000}',
-            "",
-        ]
-    )
+    entry = _Entry(tape, segments(tape, blocks=blocks(tape, target.lanes)), target, target.lanes, rows)
+    head = f"define internal void @{BODY}({rows}) noinline #0 {{"
+    body = [*entry.functions, head, "entry:", *entry.lines, "}", staging(signature, target.lanes, "#0", target.triple)]
+    return entry.declared, body
+
+
+def _single(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], list[str]]:
+    """Declarations and text of the single entry and all that it calls."""
+    ports = ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
+    entry = _Entry(tape, segments(tape), target, 1, ports)
+    gathered = _gathered(signature) if entry.functions else []
+    head = f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{"
+    return entry.declared, [*entry.functions, head, "entry:", *gathered, *entry.lines, "}"]
 
 
 def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline: bool = False) -> str:

@@ -18,7 +18,7 @@ from mafsil.kernels import elf, identity, target
 from mafsil.kernels.cache import Entry
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.kernel import Kernel
-from mafsil.kernels.layout import LOOP, Port, Signature, contiguous_steps
+from mafsil.kernels.layout import Port, Signature, contiguous_steps
 
 MARCH = "mafsil_march"
 """Symbol: void (loop, char **args, npy_intp *dims, npy_intp *steps, int64 ports, int64 *advance, int64 count)."""
@@ -76,7 +76,8 @@ def march(kernel: Kernel, arrays: Sequence[Floats], count: int, workers: int | N
         _require(port, array, count, rows, written=number >= len(kernel.signature.inputs))
     if not rows or not count:
         return
-    loop, steps = kernel.image.addresses[LOOP], _steps(kernel.signature, arrays)
+    loop = kernel.image.few if rows == 1 else kernel.image.loop
+    steps = _steps(kernel.signature, arrays)
     advance = (ctypes.c_int64 * len(ports))(*(0 if a.shape[0] == 1 < count else a.strides[0] for a in arrays))
     wanted = threads.available() if workers is None else threads.checked(workers, "workers")
     parts = max(1, min(wanted, rows // _LEAST_ROWS))
@@ -121,7 +122,7 @@ def _entry() -> Any:
 def _loaded() -> Any:
     """The marching loop as a function of ctypes: it runs without Python's lock."""
     store = code_cache.default()
-    key = identity.content_key(_IR, Signature(MARCH, (), ()), identity.machine(), ())
+    key = identity.object_key(MARCH, _IR, Signature(MARCH, (), ()), identity.machine())
     entry = store.get(key)
     if entry is None:
         with _llvm:

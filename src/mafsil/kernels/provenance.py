@@ -12,14 +12,14 @@ class Provenance:
 
     Attributes:
         name: of the kernel.
-        key: content key of the cache entry, hexadecimal.
+        key: of the cache entry of the tape; in the record of a piece of code, of that piece; hexadecimal.
         expression: BLAKE2b hash of the operations that were compiled, hexadecimal.
         operations: how many of each operation one evaluation takes.
         target: processor as LLVM names it.
         lanes: rows evaluated together.
-        object_bytes: size of the object code.
+        object_bytes: size of the object code that is loaded.
         seconds: time of each stage: build, lower, compile (of the run that compiled it).
-        cached: whether this process found the code in the cache.
+        cached: whether this process found all code that it has loaded in the cache.
     """
 
     name: str

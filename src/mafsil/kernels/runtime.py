@@ -26,10 +26,11 @@ TABLE = (
     "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
     "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef", "Py_IncRef",
     "PyDict_GetItem", "PyLong_FromSsize_t", "PyLong_AsLongLongAndOverflow",
-    "list", "tuple", "int", "str", "tuple_items", "out", "frame", "out_alone",
+    "PyEval_SaveThread", "PyEval_RestoreThread",
+    "list", "tuple", "int", "str", "tuple_items", "out", "frame", "threads", "one", "out_alone",
 )  # fmt: skip
-_FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_")
-_OUT, _FRAME = sys.intern("out"), sys.intern("frame")
+_FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_", "PyEval_")
+_OUT, _FRAME, _THREADS = sys.intern("out"), sys.intern("frame"), sys.intern("threads")
 _OUT_ALONE = (_OUT,)
 
 
@@ -68,6 +69,8 @@ def table() -> ctypes.Array[ctypes.c_void_p]:
         "tuple_items": tuple.__basicsize__,
         "out": id(_OUT),
         "frame": id(_FRAME),
+        "threads": id(_THREADS),
+        "one": id(1),
         "out_alone": id(_OUT_ALONE),
         **python,
     }

@@ -3,30 +3,48 @@
 1. Data, outer stride and inner stride of every argument; all batches have one length, or the argument is one point.
 2. The results are new, or `out`, under which no argument may lie.
 3. Up to FEW_ROWS contiguous rows are evaluated one after another, more in the lanes of the batch entry: a tile costs
-   the same however few of its rows are wanted. Both give the same bits.
+   the same however few of its rows are wanted. Both give the same bits. While the batch entry is not in memory, the
+   call goes on to Python, which brings it; while the single entry is not, a few rows go to the batch entry.
+4. Beyond ALONE_ROWS other threads may have the interpreter meanwhile.
 """
 
 from __future__ import annotations
 
+from mafsil.kernels import cost
 from mafsil.kernels.gathering import place as at
-from mafsil.kernels.layout import LOOP, SINGLE, Signature
+from mafsil.kernels.layout import Signature
 from mafsil.kernels.runtime import ARRAY_DATA, DOUBLE
 
 FEW = "mafsil_few"
 """Symbol of the entry of LOOP's convention for rows so few that one after another is sooner done than all at once."""
+TO_SINGLE, TO_LOOP = "mafsil_to_single", "mafsil_to_loop"
+"""Symbols of the places of the addresses of a kernel's entries SINGLE and LOOP; null while they are not in memory."""
+MOST = "mafsil_most"
+"""Symbol of the place of the number of rows of the largest batch that is evaluated here."""
 FEW_ROWS = 3
-MOST_ROWS = 512
-"""Rows that are evaluated without asking whether other threads want the interpreter."""
+ALONE_ROWS = 64
+"""Rows that are evaluated without letting other threads have the interpreter meanwhile."""
+_MOST_BYTES = 4 << 20
+"""Bytes of the largest new result here; pages of larger ones are used again (`result_memory`)."""
 
 
-def rows_of_one_batch(signature: Signature, rows: int) -> str:
+def most_rows(row_ns: float, signature: Signature) -> int:
+    """Rows of the largest batch that is evaluated here: not worth a second thread, and no large result.
+
+    Args:
+        row_ns: nanoseconds of one row.
+        signature: ports of the kernel.
+    """
+    size = 8 * sum(port.size for port in signature.outputs)
+    return min(cost.rows_for_one_thread(row_ns), (_MOST_BYTES - 1) // max(size, 1))
+
+
+def rows_of_one_batch(signature: Signature) -> str:
     """Step 4 of `forms`: strides of every argument; the results, new or `out`; the evaluation.
 
     Args:
         signature: ports of the kernel; inputs are numbers or vectors.
-        rows: of the largest batch to take here.
     """
-    rows = min(rows, MOST_ROWS)
     inputs, outputs, starts = signature.inputs, signature.outputs, signature.core_steps
     lines: list[str] = []
     for k, port in enumerate(inputs):
@@ -45,21 +63,40 @@ ptr %outer.at{k}, ptr %inner.at{k}, ptr %rows, i1 %with.out, ptr %table)
 {head}:
   %count = load i64, ptr %rows, align 8
   %some = icmp sgt i64 %count, 0
-  %few = icmp sle i64 %count, {rows}
-  %taken = and i1 %some, %few
+  %most = load i64, ptr @{MOST}, align 8
+  %few = icmp sle i64 %count, %most
+  %loop = load ptr, ptr @{TO_LOOP}, align 8
+  %loop.there = icmp ne ptr %loop, null
+  %some.few = and i1 %some, %few
+  %taken = and i1 %some.few, %loop.there
   br i1 %taken, label %batch.results, label %slow
 batch.results:
 {results}
 {stores}
 {_close(signature)}
-  %no.tile = icmp sle i64 %count, {FEW_ROWS}
+  %single = load ptr, ptr @{TO_SINGLE}, align 8
+  %single.there = icmp ne ptr %single, null
+  %rows.few = icmp sle i64 %count, {FEW_ROWS}
+  %no.tile = and i1 %rows.few, %single.there
   %one.by.one = and i1 %no.tile, %close
   br i1 %one.by.one, label %run.few, label %run.all
 run.few:
   call void @{FEW}(ptr %data, ptr %rows, ptr %steps, ptr null)
   br label %hand
 run.all:
-  call void @{LOOP}(ptr %data, ptr %rows, ptr %steps, ptr null)
+  %brief = icmp sle i64 %count, {ALONE_ROWS}
+  br i1 %brief, label %run.brief, label %run.long
+run.brief:
+  call void %loop(ptr %data, ptr %rows, ptr %steps, ptr null)
+  br label %hand
+run.long:                                                    ; step 4: the arguments are the caller's, who waits
+  %give.at = getelementptr i8, ptr %table, i64 {at("PyEval_SaveThread")}
+  %give = load ptr, ptr %give.at, align 8
+  %take.at = getelementptr i8, ptr %table, i64 {at("PyEval_RestoreThread")}
+  %take = load ptr, ptr %take.at, align 8
+  %thread = call ptr %give()
+  call void %loop(ptr %data, ptr %rows, ptr %steps, ptr null)
+  call void %take(ptr %thread)
   br label %hand
 hand:
 {_handed(len(outputs))}
@@ -69,7 +106,8 @@ failed:
 
 def few(signature: Signature) -> str:
     """The body of FEW: rows whose numbers are contiguous, one after another; it ends in a block of its own."""
-    lines = ["  %count = load i64, ptr %dims, align 8", "  br label %rows"]
+    lines = ["  %count = load i64, ptr %dims, align 8", f"  %single = load ptr, ptr @{TO_SINGLE}, align 8"]
+    lines += ["  %some = icmp sgt i64 %count, 0", "  br i1 %some, label %rows, label %over"]
     lines += ["rows:", "  %row = phi i64 [ 0, %entry ], [ %row.next, %rows ]", "  %row.next = add i64 %row, 1"]
     for k in range(len(signature.ports)):
         lines += [
@@ -81,7 +119,7 @@ def few(signature: Signature) -> str:
             f"  %at{k} = getelementptr i8, ptr %start{k}, i64 %offset{k}",
         ]
     pointers = ", ".join(f"ptr %at{k}" for k in range(len(signature.ports)))
-    lines += [f"  call void @{SINGLE}({pointers})", "  %more = icmp slt i64 %row.next, %count"]
+    lines += [f"  call void %single({pointers})", "  %more = icmp slt i64 %row.next, %count"]
     return "\n".join([*lines, "  br i1 %more, label %rows, label %over", "over:", ""])
 
 

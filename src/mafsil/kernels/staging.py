@@ -3,24 +3,46 @@
 A tile holds element e of row l at index e W + l. The arithmetic reads tiles and writes W rows; tails and outputs whose
 cores are not contiguous are written to spare rows and copied from there. So the arithmetic is compiled once, and full
 tiles, tails, broadcasts and any strides give the same bits.
+
+One call of the batch entry:
+
+1. Base, strides and contiguity of every port; one contiguous row goes to the single entry.
+2. Inputs that are broadcast fill their tiles once.
+3. For every full tile: the other inputs are brought in, those of the next tile are asked for, and the arithmetic
+   writes its rows to the result, or to spare rows where their cores are not contiguous, or to the stage of `streaming`
+   where the caller asks for that and the rows of the batch are contiguous.
+4. The last rows, fewer than W, go by the spare rows.
 """
 
 from __future__ import annotations
 
 from mafsil.kernels.emitter import Text
-from mafsil.kernels.layout import BATCH, SINGLE, Port, Signature, contiguous_steps
+from mafsil.kernels.layout import ALONE, BATCH, Port, Signature, contiguous_steps
 from mafsil.kernels.rows import block_length, columns_of
+from mafsil.kernels.streaming import LINE, REST, STREAM, functions, pitch, stage_size, streams
 
 BODY = "mafsil_tile"
 """Symbol of the arithmetic on one tile: void (double *in, char *rows0, int64 step0, char *rows1, ...)."""
+_FAR = 1024
+"""Bytes of the rows of a tile from which on the processor does not fetch them by itself before they are needed."""
 
 
-def staging(signature: Signature, width: int, attributes: str) -> str:
-    """IR of the batch entry and of the functions that move rows."""
+def staging(signature: Signature, width: int, attributes: str, triple: str) -> str:
+    """IR of the batch entry and of the functions that move rows.
+
+    Args:
+        signature: ports of the kernel.
+        width: rows of a tile.
+        attributes: of every function.
+        triple: LLVM triple of the target, which decides whether there are stores past the caches.
+    """
+    streaming = streams(triple) and any(port.size for port in signature.outputs)
     blocks = [size for size in (4, 2) if size <= width]
     movers = [mover(width, block) for block in blocks]
-    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _shapes(signature)]
-    return "\n".join([*parts, _Batch(signature, width, blocks).text()]).replace("#ATTRIBUTES", attributes)
+    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _AHEAD, _shapes(signature)]
+    if streaming:
+        parts.append(functions())
+    return "\n".join([*parts, _Batch(signature, width, streaming).text()]).replace("#ATTRIBUTES", attributes)
 
 
 def mover(width: int, block: int) -> str:
@@ -52,6 +74,26 @@ def mover(width: int, block: int) -> str:
     text.do("ret void")
     head = f"define internal void @{_mover(block)}(ptr %rows, i64 %step, i64 %columns, ptr %tile) #ATTRIBUTES {{"
     return "\n".join([head, "entry:", *text.lines, "}", ""])
+
+
+_AHEAD = f"""
+declare void @llvm.prefetch.p0(ptr, i32, i32, i32)
+
+define internal void @mafsil_ahead(ptr %start, i64 %bytes) #ATTRIBUTES {{
+entry:
+  br label %next
+next:
+  %at = phi i64 [ 0, %entry ], [ %at.next, %next ]
+  %place = getelementptr i8, ptr %start, i64 %at
+  call void @llvm.prefetch.p0(ptr %place, i32 0, i32 3, i32 1)
+  %at.next = add i64 %at, {LINE}
+  %more = icmp slt i64 %at.next, %bytes
+  br i1 %more, label %next, label %leave
+leave:
+  ret void
+}}
+"""
+"""Asks for memory that will be read soon; beyond the end of an array nothing happens."""
 
 
 def _mover(block: int) -> str:
@@ -141,14 +183,15 @@ def _shapes(signature: Signature) -> str:
 class _Batch:
     """Writes the batch entry."""
 
-    def __init__(self, signature: Signature, width: int, blocks: list[int]) -> None:
+    def __init__(self, signature: Signature, width: int, streaming: bool) -> None:
         self.signature = signature
         self.width = width
-        self.blocks = blocks
+        self.streaming = streaming
         self.out = Text(fma=False, rounding=False)
         self.inputs = len(signature.inputs)
 
     def text(self) -> str:
+        """The four steps."""
         out, width = self.out, self.width
         out.do("%rows = load i64, ptr %dims, align 8")
         self._tiles()
@@ -177,6 +220,7 @@ class _Batch:
         out.do("br i1 %more, label %tile, label %rest")
         out.label("rest")
         out.do(f"%from = phi i64 [ 0, %{before} ], [ %row.next, %tile.end ]")
+        self._stream_rest()
         out.do("%left = sub i64 %rows, %from")
         out.do("%tail = icmp sgt i64 %left, 0")
         out.do("br i1 %tail, label %partial, label %leave")
@@ -193,21 +237,25 @@ class _Batch:
 
     def _tiles(self) -> None:
         """Stack space of the tiles, and where every port begins in them."""
-        for name, ports in (("in", self.signature.inputs), ("out", self.signature.outputs)):
-            size = max(1, sum(port.size for port in ports)) * self.width
-            self.out.entry.append(f"  %{name} = alloca [{size} x double], align 64")
-        for offset, k in self._offsets():
+        places = self._places()
+        for name, size in (("in", self._size(self.signature.inputs)), ("out", places[-1])):
+            self.out.entry.append(f"  %{name} = alloca [{max(1, size)} x double], align 64")
+        for k in range(len(self.signature.ports)):
             base = "in" if k < self.inputs else "out"
-            self.out.do(f"%tile{k} = getelementptr double, ptr %{base}, i64 {offset * self.width}")
+            self.out.do(f"%tile{k} = getelementptr double, ptr %{base}, i64 {places[k]}")
 
-    def _offsets(self) -> list[tuple[int, int]]:
-        offsets: list[tuple[int, int]] = []
-        for first, ports in ((0, self.signature.inputs), (self.inputs, self.signature.outputs)):
-            total = 0
-            for k, port in enumerate(ports):
-                offsets.append((total, first + k))
-                total += port.size
-        return offsets
+    def _size(self, ports: tuple[Port, ...]) -> int:
+        return self.width * sum(port.size for port in ports)
+
+    def _places(self) -> list[int]:
+        """Where in its stack space each port begins, in doubles; the last number is the size of the outputs' space."""
+        places = [self._size(self.signature.inputs[:k]) for k in range(self.inputs)]
+        end = 0
+        for port in self.signature.outputs:
+            front = LINE // 8 if self.streaming else 0
+            places.append(end + front)
+            end += stage_size(port, self.width) if self.streaming else self.width * port.size
+        return [*places, end]
 
     def _port(self, k: int, port: Port) -> None:
         """Base, outer stride, whether the core is contiguous, and the table of core strides in force."""
@@ -229,17 +277,25 @@ class _Batch:
         out.do(f"%walk.steps{k} = select i1 %dense{k}, ptr @eight, ptr %core{k}")
         if k < self.inputs:
             out.do(f"%fixed{k} = icmp eq i64 %step{k}, 0")
+        elif self.streaming:
+            asked = out.let("icmp ne ptr %data, null")
+            rows = out.let(f"icmp eq i64 %step{k}, {8 * port.size}")
+            out.do(f"%staged{k} = and i1 %dense{k}, {out.let(f'and i1 {asked}, {rows}')}")
+            out.entry.append(f"  %cursor{k} = alloca ptr, align 8")
+            out.do(f"store ptr %base{k}, ptr %cursor{k}, align 8")
 
     def _only_row(self) -> None:
-        """One contiguous row goes to the single entry, which has the shorter way."""
+        """One contiguous row goes to the single entry, which has the shorter way, if that is there."""
         out = self.out
+        single = out.let(f"load ptr, ptr @{ALONE}, align 8")
         alone = out.let("icmp eq i64 %rows, 1")
+        alone = out.let(f"and i1 {alone}, {out.let(f'icmp ne ptr {single}, null')}")
         for k in range(len(self.signature.ports)):
             alone = out.let(f"and i1 {alone}, %dense{k}")
         out.do(f"br i1 {alone}, label %single, label %many")
         out.label("single")
         arguments = ", ".join(f"ptr %base{k}" for k in range(len(self.signature.ports)))
-        out.do(f"call void @{SINGLE}({arguments})")
+        out.do(f"call void {single}({arguments})")
         out.do("ret void")
         out.label("many")
 
@@ -267,11 +323,23 @@ class _Batch:
             out.do(f"br i1 %dense{k}, label %fast{k}, label %slow{k}")
             out.label(f"fast{k}")
             out.do(f"call void @{_mover(block)}(ptr {place}, i64 %step{k}, i64 {port.size}, ptr %tile{k})")
+            self._ask_ahead(k, port, place)
             out.do(f"br label %full.end{k}")
             out.label(f"slow{k}")
         self._call_walk(k, port, place, str(self.width))
         out.do(f"br label %full.end{k}")
         out.label(f"full.end{k}")
+
+    def _ask_ahead(self, k: int, port: Port, place: str) -> None:
+        """The rows of the next tile are on their way while this one is computed, if they follow and are long."""
+        out, size = self.out, 8 * port.size * self.width
+        if size < _FAR:
+            return
+        follow = out.let(f"icmp eq i64 %step{k}, {8 * port.size}")
+        out.do(f"br i1 {follow}, label %ahead{k}, label %full.end{k}")
+        out.label(f"ahead{k}")
+        next_tile = out.let(f"getelementptr i8, ptr {place}, i64 {size}")
+        out.do(f"call void @mafsil_ahead(ptr {next_tile}, i64 {size})")
 
     def _compute(self) -> None:
         """The arithmetic on a full tile, straight to the caller's rows where their cores are contiguous."""
@@ -283,15 +351,55 @@ class _Batch:
             places[k] = out.let(f"getelementptr i8, ptr %base{k}, i64 {shift}")
             rows = out.let(f"select i1 %dense{k}, ptr {places[k]}, ptr %tile{k}")
             step = out.let(f"select i1 %dense{k}, i64 %step{k}, i64 {8 * port.size}")
+            if self.streaming:
+                rows = out.let(f"select i1 %staged{k}, ptr %tile{k}, ptr {rows}")
+                step = out.let(f"select i1 %staged{k}, i64 {pitch(port, self.width)}, i64 {step}")
             targets.append((rows, step))
         self._call_body(targets)
         for k, port in self._outputs():
             if port.size:
-                out.do(f"br i1 %dense{k}, label %written{k}, label %scatter{k}")
+                out.do(f"br i1 %dense{k}, label %dense.rows{k}, label %scatter{k}")
                 out.label(f"scatter{k}")
                 self._call_walk(k, port, places[k], str(self.width))
                 out.do(f"br label %written{k}")
+                out.label(f"dense.rows{k}")
+                self._stream(k, port, places[k])
+                out.do(f"br label %written{k}")
                 out.label(f"written{k}")
+
+    def _stream(self, k: int, port: Port, place: str) -> None:
+        """The staged rows of one output go to memory: as one run, or row after row where there is room between them."""
+        if not self.streaming:
+            return
+        out, size, apart = self.out, 8 * port.size, pitch(port, self.width)
+        out.do(f"br i1 %staged{k}, label %stream{k}, label %written{k}")
+        out.label(f"stream{k}")
+        cursor = out.let(f"load ptr, ptr %cursor{k}, align 8")
+        runs, length = (1, self.width * size) if apart == size else (self.width, size)
+        run = f"%tile{k}"
+        for number in range(runs):
+            to = out.let(f"getelementptr i8, ptr {place}, i64 {number * length}")
+            after = f"%tile{k}" if number + 1 == runs else out.let(f"getelementptr i8, ptr {run}, i64 {apart}")
+            cursor = out.let(f"call ptr @{STREAM}(ptr {run}, i64 {length}, ptr {to}, ptr {cursor}, ptr {after})")
+            run = after
+        out.do(f"store ptr {cursor}, ptr %cursor{k}, align 8")
+
+    def _stream_rest(self) -> None:
+        """What the last full tile began of a line is written before the stage is used for the tail."""
+        if not self.streaming:
+            return
+        out = self.out
+        out.do("%tiles.done = icmp sgt i64 %from, 0")
+        for k, port in self._outputs():
+            if port.size:
+                out.do(f"%rest.open{k} = and i1 %tiles.done, %staged{k}")
+                out.do(f"br i1 %rest.open{k}, label %close{k}, label %closed{k}")
+                out.label(f"close{k}")
+                place = out.let(f"getelementptr i8, ptr %base{k}, i64 {out.let(f'mul i64 %from, %step{k}')}")
+                cursor = out.let(f"load ptr, ptr %cursor{k}, align 8")
+                out.do(f"call void @{REST}(ptr %tile{k}, ptr {place}, ptr {cursor})")
+                out.do(f"br label %closed{k}")
+                out.label(f"closed{k}")
 
     def _outputs(self) -> list[tuple[int, Port]]:
         return list(enumerate(self.signature.outputs, self.inputs))

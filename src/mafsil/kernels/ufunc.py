@@ -22,7 +22,7 @@ _NO_IDENTITY = -1
 _immortal: list[object] = []
 
 
-def gufunc(address: int, signature: Signature, doc: str, owner: object) -> Callable[..., Any]:
+def gufunc(address: int, signature: Signature, doc: str, owner: object, data: int | None = None) -> Callable[..., Any]:
     """The ufunc of a compiled loop, or a plain Python loop with the same manners where NumPy cannot be trusted.
 
     Args:
@@ -30,10 +30,11 @@ def gufunc(address: int, signature: Signature, doc: str, owner: object) -> Calla
         signature: ports; gives the name and the core shapes.
         doc: docstring.
         owner: object that must outlive the ufunc, such as the loaded code.
+        data: handed to the loop with every call.
     """
     if available():
-        return _make(address, signature, doc, owner)
-    return PlainLoop(address, signature, owner)
+        return _make(address, signature, doc, owner, data)
+    return PlainLoop(address, signature, owner, data)
 
 
 @cache
@@ -48,8 +49,9 @@ def available() -> bool:
 class PlainLoop:
     """The same loop driven from Python: broadcasting and contiguous copies by NumPy, one call of the machine code."""
 
-    def __init__(self, address: int, signature: Signature, owner: object) -> None:
+    def __init__(self, address: int, signature: Signature, owner: object, data: int | None = None) -> None:
         self.signature = signature
+        self._data = data
         self._owner = owner
         self._loop = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(address)
         steps = [8 * port.size for port in signature.ports]
@@ -72,7 +74,7 @@ class PlainLoop:
         pointers = [x.ctypes.data for x in (*rows, *results)]
         dims = [int(np.prod(batch, dtype=np.int64)), *self._cores]
         self._loop(
-            (ctypes.c_void_p * len(pointers))(*pointers), (ctypes.c_ssize_t * len(dims))(*dims), self._steps, None
+            (ctypes.c_void_p * len(pointers))(*pointers), (ctypes.c_ssize_t * len(dims))(*dims), self._steps, self._data
         )
         return self._handed(results, out)
 
@@ -87,17 +89,17 @@ class PlainLoop:
         return results[0] if len(results) == 1 else tuple(results)
 
 
-def _make(address: int, signature: Signature, doc: str, owner: object) -> Any:
+def _make(address: int, signature: Signature, doc: str, owner: object, data: int | None = None) -> Any:
     ports = len(signature.ports)
     functions = (ctypes.c_void_p * 1)(address)
-    data = (ctypes.c_void_p * 1)(None)
+    handed = (ctypes.c_void_p * 1)(data)
     types = (ctypes.c_char * ports)(*[_DOUBLE] * ports)
     name, text = signature.name.encode(), doc.encode()
     made = _factory()(
-        ctypes.addressof(functions), ctypes.addressof(data), ctypes.addressof(types), 1,
+        ctypes.addressof(functions), ctypes.addressof(handed), ctypes.addressof(types), 1,
         len(signature.inputs), len(signature.outputs), _NO_IDENTITY, name, text, 0, signature.gufunc.encode(),
     )  # fmt: skip
-    _tie(made, (functions, data, types, name, text, owner))
+    _tie(made, (functions, handed, types, name, text, owner))
     return made
 
 

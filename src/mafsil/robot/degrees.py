@@ -40,8 +40,10 @@ class DegreesHint:
         Warns:
             InputWarning: they look like degrees.
         """
+        if self._given or (isinstance(q, np.ndarray) and q.ndim != 1):  # a batch as a list takes longer than its answer
+            return
         values = q.tolist() if isinstance(q, np.ndarray) else q
-        if self._given or not isinstance(values, list | tuple) or len(values) != len(self._names):
+        if not isinstance(values, list | tuple) or len(values) != len(self._names):
             return
         if not values or isinstance(values[0], list | tuple | np.ndarray) or max(map(abs, values)) < LARGE:
             return

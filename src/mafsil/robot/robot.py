@@ -385,7 +385,8 @@ class Robot(Description):
                 twin = _twin_kernel(self, row.name, frame, optional).call
                 evaluate.twins[form] = twin
                 if isinstance(form, tuple):
-                    evaluate.twins[*form, "out"] = twin
+                    for options in (("out",), ("threads",), ("out", "threads")):
+                        evaluate.twins[*form, *options] = twin
             evaluate = kernel.evaluate
         found = evaluate(*inputs.values(), out=out, threads=threads)
         self._degrees_hint(inputs["q"])
