@@ -4,103 +4,77 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats
+from mafsil.ik.numerical.pose_loops import clean, verdict, wind
 from mafsil.ik.numerical.search_loops import (
+    ACTIVE,
     ALLOWED,
+    QUEUE,
     RECORD,
+    SIDE,
     STARTED,
     STEPS,
+    TRUSTED,
     WINNER,
-    Singles,
-    Whole,
     advance,
-    clean,
-    judge,
-    wind,
 )
-from mafsil.solvers.kernel_loops import call_kernel
-from mafsil.solvers.loops import compiled
+from mafsil.ik.numerical.start_loops import JOINTS, LANE, RADIUS, TASK
+from mafsil.kernels.loop_compiler import Singles, address, run_kernel
 
-ROTATION, POSITION, DISTANCE, REACHED = 0, 1, 2, 3
-"""Places of the report: errors [rad, m], distance of the origin from the centre of the reach, then what the check
-kernel gives: pose (16) and twist left (6)."""
-REPORT = REACHED + 22
+WANTED, REPORT = 0, 16
+"""Places of the work: the wanted pose (16), the report, the start of the user (n), what the search needs."""
+ROTATION, POSITION, DISTANCE, ITERATIONS, ATTEMPTS, REACHED = 0, 1, 2, 3, 4, 5
+"""Places of the report: errors [rad, m], distance of the origin from the centre of the reach [m], steps, attempts; what
+the check kernel gives: pose (16) and twist left (6); then joints (n) and zero."""
+JOINTS_FOUND = REACHED + 22
 
 
-@compiled
-def single(
-    step: int,
-    check: int,
-    attempts: int,
-    limit: float,
-    radius: float,
-    centre: Floats,
-    numbers: Floats,
-    task: Floats,
-    turning: Whole,
-    wanted: Floats,
-    first: JointVector,
-    samples: JointVector,
-    features: Singles,
-    centres: Singles,
-    begins: Whole,
-    best: Floats,
-    report: Floats,
-    counts: Whole,
-) -> bool:
+def single(plan: Floats, features: Singles, step: int, check: int, work: Floats, attempts: int, seeded: int) -> bool:
     """Search for one pose.
 
+    1. The pose is cleaned; one that is none, or out of reach, is left to the general way.
+    2. The search.
+    3. Whole turns towards the start, or zero.
+    4. The answer is checked afresh.
+
     Args:
+        plan: see `start_loops`.
+        features: as for `nearest_cells`.
         step, check: addresses of the kernels.
+        work: (16 + 28 + 5 n + 46) see WANTED, ROTATION.
         attempts: how many are allowed.
-        limit, centre: as for `clean`.
-        radius: of the reach; infinite where it does not matter.
-        numbers, task, samples, features, centres, begins: as for `advance`.
-        turning: as for `wind`.
-        wanted: (1, 16) pose.
-        first: (1, n) start of the user, or (0, n).
-        best: (1, n + 1) out.
-        report: (REPORT) out.
-        counts: (2) steps and attempts, out.
+        seeded: 1 if the user gave a start.
 
     Returns:
-        Whether it was solved; if not, nothing else is to be used.
+        Whether it was solved; if not, nothing of the report is to be used.
     """
-    n = samples.shape[1]
-    target, valid = np.empty((1, 16)), np.empty(1, np.int64)
-    clean(wanted, limit, centre, target, valid, report[DISTANCE:REACHED])
-    if valid[0] == 0 or report[DISTANCE] > radius:
+    n = int(plan[JOINTS])
+    report = work[REPORT:]
+    best, seed = report[JOINTS_FOUND:], report[JOINTS_FOUND + 1 + n :]
+    target, lanes = seed[n:], seed[n + 16 :]
+    # 1.
+    valid, good = np.empty(1, np.int64), np.empty(1, np.int64)
+    clean(plan, work, 1, target, valid, report[DISTANCE:])
+    if valid[0] == 0 or report[DISTANCE] > plan[RADIUS]:
         return False
-    best[0, n] = np.inf
-    records = np.zeros((1, RECORD), np.int64)
-    records[0, ALLOWED], records[0, WINNER] = attempts, -1
-    real, whole, cursor = np.empty((1, 2 * n + 6)), np.empty((1, 2), np.int64), np.zeros(2, np.int64)
-    every = 1 << 40
-    advance(
-        step,
-        every,
-        numbers,
-        task,
-        target,
-        first,
-        samples,
-        features,
-        centres,
-        begins,
-        real,
-        whole,
-        best,
-        records,
-        cursor,
-    )
-    wind(best, first if first.shape[0] > 0 else np.zeros((1, n)), turning, task)
-    addresses = np.empty(4, np.uintp)
-    addresses[0], addresses[1], addresses[2] = best.ctypes.data, target.ctypes.data, task.ctypes.data
-    addresses[3] = report.ctypes.data + np.uintp(8 * REACHED)
-    strides, dimensions = np.array([0, 0, 0, 0, 8, 32, 8, 8, 8], np.int64), np.ones(1, np.int64)
-    call_kernel(check, addresses.ctypes.data, dimensions.ctypes.data, strides.ctypes.data)
-    counts[0], counts[1] = records[0, STEPS], records[0, STARTED]
-    good = np.empty(1, np.int64)
-    checked = report[REACHED:].reshape((1, 22))
-    judge(checked, best, numbers, task, report[ROTATION:POSITION], report[POSITION:DISTANCE], good)
+    # 2.
+    places, record, cursor = np.empty(LANE, np.int64), np.empty(RECORD, np.int64), np.empty(3, np.int64)
+    record[STARTED], record[ALLOWED], record[WINNER], record[STEPS] = 0, attempts, -1, 0
+    cursor[QUEUE], cursor[ACTIVE], cursor[SIDE] = 0, 0, 0
+    best[n] = np.inf
+    advance(plan, features, step, 1 << 40, TRUSTED, target, seed, seeded, 1, 1, lanes, places, best, record, cursor)
+    # 3.
+    if seeded == 0:
+        for i in range(n):
+            seed[i] = 0.0
+    wind(plan, 1, best, seed, 1)
+    # 4.
+    arguments, strides, rows = np.empty(4, np.int64), np.empty(9, np.int64), np.empty(1, np.int64)
+    arguments[0], arguments[1], arguments[2] = address(best), address(target), address(plan[TASK:])
+    arguments[3], rows[0] = address(report[REACHED:]), 1
+    strides[0], strides[1], strides[2], strides[3] = 0, 0, 0, 0
+    strides[4], strides[5], strides[6], strides[7], strides[8] = 8, 32, 8, 8, 8
+    run_kernel(check, arguments, rows, strides)
+    verdict(plan, 1, report[REACHED:], best, report[ROTATION:], report[POSITION:], good)
+    report[ITERATIONS], report[ATTEMPTS] = float(record[STEPS]), float(record[STARTED])
     return good[0] == 1

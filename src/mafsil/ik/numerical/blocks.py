@@ -1,0 +1,182 @@
+"""Batches of poses worked on block by block: search, whole turns, check, second looks, and a status for every row."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil import threads
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.numerical import search_loops as loops
+from mafsil.ik.numerical.posture import Wish, settled
+from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.result import STATUSES, IKResult, IKStatus
+
+FREE_RESTARTS = 7
+"""Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
+
+BLOCK = 4096
+"""Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
+
+_CODE = {status: code for code, status in enumerate(STATUSES)}
+
+
+class Blocks:
+    """Poses, and the arrays that their answers go to.
+
+    Args:
+        plan: of the search.
+        wanted: (*batch, 4, 4) poses.
+        first: (k, n) starts, or (0, n).
+        wish: null-space goal.
+        restarts: how many more starts are tried after the first.
+        deadline: of `perf_counter`.
+    """
+
+    def __init__(
+        self, plan: Plan, wanted: PoseMatrix, first: JointVector, wish: Wish | None, restarts: int, deadline: float
+    ) -> None:
+        self.plan, self.first, self.wish, self.restarts, self.deadline = plan, first, wish, restarts, deadline
+        self.wanted = np.ascontiguousarray(wanted).reshape(-1, 16)
+        self.count = k = len(self.wanted)
+        n = plan.problem.robot.n
+        self.valid, self.distance, self.radius = np.empty(k, np.int64), np.empty(k), plan.problem.reach[1]
+        self.q, self.T = np.empty((k, n)), np.empty((k, 16))
+        self.rotation, self.position = np.empty(k), np.empty(k)
+        self.codes, self.iterations, self.attempts = np.empty(k, np.int8), np.empty(k, np.int64), np.empty(k, np.int64)
+        self.worst: dict[int, str] = {}
+
+    def run(self) -> None:
+        """Solve all poses, on all cores where there are several blocks."""
+        blocks = -(-self.count // BLOCK)
+        threads.run(self.block, blocks, threads.available() if blocks > 1 else 1)
+
+    def block(self, index: int) -> None:
+        """Solve one block of poses."""
+        rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))
+        first, problem = self.first[rows], self.plan.problem
+        T, self.valid[rows], self.distance[rows] = self.plan.clean(self.wanted[rows])
+        beyond = self._beyond(rows)
+        allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * self.valid[rows]
+        best, records = self.plan.run(T, first, allowed, deadline=self.deadline)
+        unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
+        best[unseen, :-1] = np.clip(first[unseen] if len(first) else problem.middle, problem.lower, problem.upper)
+        winner = records[:, loops.WINNER]
+        self._wind(best, rows)
+        found = self.plan.checked(best, T)
+        if (found[3] != 1).any():
+            self._again(best, records, T, found[3] == 1, allowed)
+            self._wind(best, rows)
+            found = self.plan.checked(best, T)
+        if self.wish is not None:
+            settled(self.plan, best, T, self.wish.of(rows), found[3] == 1, self.deadline)
+            found = self.plan.checked(best, T)
+        out, self.rotation[rows], self.position[rows], good = found
+        self.q[rows], self.T[rows] = best[:, :-1], out[:, :16]
+        self.iterations[rows] = records[:, loops.STEPS]
+        self.attempts[rows] = np.where(winner >= 0, winner + 1, records[:, loops.STARTED])
+        self._verdicts(rows, T, good == 1, beyond, records)
+
+    def _beyond(self, rows: slice) -> NDArray[np.bool_]:
+        """(k,) poses whose place is proven out of reach."""
+        counts = self.plan.task.all_positions
+        return (self.distance[rows] > self.radius * (1.0 + 1e-12)) & counts
+
+    def _wind(self, best: Floats, rows: slice) -> None:
+        """Whole turns towards the user's start, the wished posture or zero."""
+        near = self.first[rows]
+        if not len(self.first):
+            near = np.zeros((1, best.shape[1] - 1)) if self.wish is None else self.wish.of(rows).posture
+        self.plan.wind(best, near)
+
+    def _again(
+        self,
+        best: Floats,
+        records: NDArray[np.int64],
+        T: Floats,
+        good: NDArray[np.bool_],
+        allowed: NDArray[np.int64],
+    ) -> None:
+        """Rows that the check refused: trusted steps are looked at, and misses go on to the nearest configuration."""
+        winner = loops.WINNER
+        refused = np.flatnonzero(~good & (records[:, winner] >= 0))
+        if len(refused):
+            new, again = self.plan.run(
+                T[refused], best[refused, :-1].copy(), allowed[refused], trust=False, deadline=self.deadline
+            )
+            best[refused] = new
+            records[refused, winner] = np.where(again[:, winner] < 0, -1, records[refused, winner] + again[:, winner])
+        missed = np.flatnonzero((records[:, winner] < 0) & (records[:, loops.STARTED] > 0))
+        if len(missed) and perf_counter() < self.deadline:
+            once = np.ones(len(missed), np.int64)
+            new, again = self.plan.run(T[missed], best[missed, :-1].copy(), once, trust=False, patient=True)
+            # Of poses so far away that their squares overflow nothing is seen.
+            best[missed] = np.where(np.isfinite(new), new, best[missed])
+            records[missed, winner] = np.where(again[:, winner] < 0, -1, records[missed, loops.STARTED] - 1)
+
+    def _verdicts(
+        self, rows: slice, T: Floats, good: NDArray[np.bool_], beyond: NDArray[np.bool_], records: NDArray[np.int64]
+    ) -> None:
+        """A status for every row, from the check and what is proven."""
+        codes = self.codes[rows]
+        codes[:] = _CODE[IKStatus.SOLVED]
+        if good.all():
+            return
+        valid, begun = self.valid[rows] == 1, records[:, loops.STARTED]
+        codes[~good] = _CODE[IKStatus.BUDGET_SPENT]
+        if perf_counter() >= self.deadline:
+            codes[~good & (begun <= self.restarts)] = _CODE[IKStatus.TIME_SPENT]
+        codes[~good & beyond] = _CODE[IKStatus.OUT_OF_REACH]
+        codes[~valid] = _CODE[IKStatus.NOT_A_POSE]
+        for array in (self.q, self.T, self.rotation, self.position):
+            array[rows][~valid] = np.nan
+        self._beyond_limits(rows.start, T, codes)
+        if self.plan.task.dimension > self.plan.problem.robot.n:
+            codes[codes == _CODE[IKStatus.BUDGET_SPENT]] = _CODE[IKStatus.FEW_JOINTS]
+
+    def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
+        """For poses not found: whether they can be reached without limits, and which joint leaves them most."""
+        rows = np.flatnonzero(codes == _CODE[IKStatus.BUDGET_SPENT])
+        problem = self.plan.problem
+        if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
+            return
+        free = cached_plan(problem_of(problem.part.whole, problem.part.asked, False), self.plan.task, 0)
+        T = T_sd[rows]
+        allowed = np.full(len(rows), FREE_RESTARTS + 1)
+        best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)
+        free.wind(best, problem.middle[None])
+        good = free.checked(best, T)[3] == 1
+        excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
+        for row, q_excess in zip(rows[good], excess[good], strict=True):
+            codes[row] = _CODE[IKStatus.BEYOND_LIMITS]
+            self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]
+
+    def result(self, batch: tuple[int, ...]) -> IKResult:
+        """The answer in the shape of the batch."""
+        self.batch = batch
+        return IKResult(
+            self._found,
+            nearest=self.q.reshape(*batch, self.q.shape[1]),
+            codes=self.codes.reshape(batch),
+            T_reached=self.T.reshape(*batch, 4, 4),
+            position_error=self.position.reshape(batch),
+            rotation_error=self.rotation.reshape(batch),
+            iterations=self.iterations.reshape(batch),
+            attempts=self.attempts.reshape(batch),
+            distance=self.distance.reshape(batch),
+            moving=self.q.shape[1],
+        )
+
+    def _found(self, name: str) -> Any:
+        """A field that is seldom asked for."""
+        batch = self.batch
+        if name == "reach":
+            return np.full(batch, self.radius)
+        worst = np.zeros(batch, dtype=f"U{max((len(each) for each in self.worst.values()), default=1)}")
+        for row, joint in self.worst.items():
+            worst.reshape(-1)[row] = joint
+        return worst
