@@ -127,7 +127,9 @@ def optimised(ir: str, target: Target) -> bytes:
         machine = _machine(target, 2)
         module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
         module.verify()
-        passes = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
+        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options.loop_vectorization, options.slp_vectorization = True, False
+        passes = llvm.create_pass_builder(machine, options)
         passes.getModulePassManager().run(module, passes)
         return bytes(machine.emit_object(module))
     except RuntimeError as error:

@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.numerical import search_loops as loops
-from mafsil.ik.numerical.posture import Wish, settled
+from mafsil.ik.numerical.exact_starts import exact_starts
+from mafsil.ik.numerical.posture import PostureGoal, settled
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import Plan, cached_plan
 from mafsil.ik.result import STATUSES, IKResult, IKStatus
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
+
+EXACT_FROM = 8
+"""Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
+asked for by those who want the solution near their own start, or none."""
 
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
@@ -32,15 +37,21 @@ class Blocks:
         plan: of the search.
         wanted: (*batch, 4, 4) poses.
         first: (k, n) starts, or (0, n).
-        wish: null-space goal.
+        goal: null-space goal.
         restarts: how many more starts are tried after the first.
         deadline: of `perf_counter`.
     """
 
     def __init__(
-        self, plan: Plan, wanted: PoseMatrix, first: JointVector, wish: Wish | None, restarts: int, deadline: float
+        self,
+        plan: Plan,
+        wanted: PoseMatrix,
+        first: JointVector,
+        goal: PostureGoal | None,
+        restarts: int,
+        deadline: float,
     ) -> None:
-        self.plan, self.first, self.wish, self.restarts, self.deadline = plan, first, wish, restarts, deadline
+        self.plan, self.first, self.goal, self.restarts, self.deadline = plan, first, goal, restarts, deadline
         self.wanted = np.ascontiguousarray(wanted).reshape(-1, 16)
         self.count = k = len(self.wanted)
         n = plan.problem.robot.n
@@ -72,8 +83,11 @@ class Blocks:
             self._again(best, records, T, found[3] == 1, allowed)
             self._wind(best, rows)
             found = self.plan.checked(best, T)
-        if self.wish is not None:
-            settled(self.plan, best, T, self.wish.of(rows), found[3] == 1, self.deadline)
+            self._exact(best, records, T, found[3] == 1, rows)
+            self._wind(best, rows)
+            found = self.plan.checked(best, T)
+        if self.goal is not None:
+            settled(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
             found = self.plan.checked(best, T)
         out, self.rotation[rows], self.position[rows], good = found
         self.q[rows], self.T[rows] = best[:, :-1], out[:, :16]
@@ -86,12 +100,15 @@ class Blocks:
         counts = self.plan.task.all_positions
         return (self.distance[rows] > self.radius * (1.0 + 1e-12)) & counts
 
+    def _near(self, rows: slice) -> JointVector:
+        """(k, n) or (1, n) what solutions are wound to: the user's start, the posture or zero."""
+        if len(self.first):
+            return self.first[rows]
+        return np.zeros((1, self.q.shape[1])) if self.goal is None else self.goal.of(rows).posture
+
     def _wind(self, best: Floats, rows: slice) -> None:
-        """Whole turns towards the user's start, the wished posture or zero."""
-        near = self.first[rows]
-        if not len(self.first):
-            near = np.zeros((1, best.shape[1] - 1)) if self.wish is None else self.wish.of(rows).posture
-        self.plan.wind(best, near)
+        """Whole turns of the joints."""
+        self.plan.wind(best, self._near(rows))
 
     def _again(
         self,
@@ -117,6 +134,26 @@ class Blocks:
             # Of poses so far away that their squares overflow nothing is seen.
             best[missed] = np.where(np.isfinite(new), new, best[missed])
             records[missed, winner] = np.where(again[:, winner] < 0, -1, records[missed, loops.STARTED] - 1)
+
+    def _exact(self, best: Floats, records: NDArray[np.int64], T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
+        """Rows that the search missed: the arm's closed form is asked, where it has one, and its branches are tried."""
+        begun = records[:, loops.STARTED]
+        missed = np.flatnonzero(~good & (begun >= EXACT_FROM))
+        if not len(missed) or perf_counter() >= self.deadline:
+            return
+        near = self._near(rows)
+        starts = exact_starts(self.plan.problem, self.plan.task, T[missed], near if len(near) == 1 else near[missed])
+        if starts is None:
+            return
+        open_rows, branch = np.nonzero(np.isfinite(starts).all(axis=-1))
+        tried = missed[open_rows]
+        once = np.ones(len(tried), np.int64)
+        new, again = self.plan.run(T[tried], starts[open_rows, branch], once, trust=False)
+        # In the order of the branches, the nearest last: it is the one that stays.
+        for k in np.flatnonzero(again[:, loops.WINNER] >= 0)[::-1]:
+            row = tried[k]
+            best[row] = new[k]
+            records[row, loops.WINNER], records[row, loops.STEPS] = begun[row], again[k, loops.STEPS]
 
     def _verdicts(
         self, rows: slice, T: Floats, good: NDArray[np.bool_], beyond: NDArray[np.bool_], records: NDArray[np.int64]

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, requi
 from mafsil.errors import InputError, ModelError
 from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.blocks import Blocks
-from mafsil.ik.numerical.posture import wish_of
+from mafsil.ik.numerical.posture import posture_goal
 from mafsil.ik.numerical.single import SingleSearch, hashable, search_of
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
@@ -57,8 +57,9 @@ def solve_ik(
     dq = J' (J J' + lambda I)^-1 e,  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),  lambda ~ |e|^2
 
     Joints at a bound that the step would push further are held. Poses that resist are tried again from sampled starts,
-    the nearest first. Every answer is checked afresh by forward kinematics. The result for a pose does not depend on
-    the other poses of the batch. Batches of any size are worked on in blocks, on all cores.
+    the nearest first; a whole pose that eight and more attempts miss is looked up in the arm's closed form, where it
+    has one, before it counts as not found. Every answer is checked afresh by forward kinematics. The result for a pose
+    does not depend on the other poses of the batch. Batches of any size are worked on in blocks, on all cores.
 
     Args:
         robot: whose tip or `frame` is to be moved: a Robot, a Mechanism, a name of the library or a file. Joints that
@@ -117,16 +118,16 @@ def solve_ik(
         found = _single(search, wanted, None if first is None else first[0], restarts)
         if found is not None:
             return found
-    goal = _rows("posture", posture, robot.n, batch)
+    liked = _rows("posture", posture, robot.n, batch)
     weights_left = None if posture_weights is None else part.own(gate("posture_weights", posture_weights, (robot.n,)))
     start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
-    wish = wish_of(plan.problem, part.own(goal), weights_left)
-    blocks = Blocks(plan, wanted, start, wish, restarts, deadline)
+    goal = posture_goal(plan.problem, part.own(liked), weights_left)
+    blocks = Blocks(plan, wanted, start, goal, restarts, deadline)
     blocks.run()
     if not batch and not blocks.valid[0]:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     result = blocks.result(batch)
-    return result if part.places is None else _lifted(result, part, first, goal)
+    return result if part.places is None else _lifted(result, part, first, liked)
 
 
 def _again(named: tuple[Any, ...], T_sd: PoseMatrix, seed: ArrayLike | None, restarts: int) -> IKResult | None:
