@@ -15,7 +15,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose
 from mafsil.ik import IKStatus, solve_ik
 from mafsil.ik.numerical.exact_starts import exact_starts
-from mafsil.ik.numerical.single import search_of
+from mafsil.ik.numerical.quick import search_of
 from mafsil.ik.result import FIELDS
 
 ROBOTS = ["panda", "fr3", "iiwa7", "ur5e", "puma560", "offset_puma", "stanford_arm", "rrprrr", "scara_rrrp", "planar3r"]

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.errors import KernelError
-from mafsil.ik.numerical import pose_loops, search_loops, single_loops, start_loops
+from mafsil.ik.numerical import block_loops, pose_loops, search_loops, start_loops
 from mafsil.ik.numerical.program import PROGRAM
-from mafsil.ik.numerical.single import search_of
+from mafsil.ik.numerical.quick import search_of
 from mafsil.kernels.loop_compiler import LoopProgram
 from tests.kernels import sample_loops
 
@@ -100,20 +100,23 @@ def test_what_is_not_of_the_language_is_refused(body, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["panda", "ur5e", "planar3r", "scara_rrrp"])
 def test_the_search_is_the_same_as_python(name):
-    """The whole search for a pose, its loops run by Python around the same kernels."""
+    """The whole search for some poses, its loops run by Python around the same kernels."""
     robot = mf.load(name)
     search = search_of(robot, None, True, 0, "pose", (0.0, 0.0, 1.0), None, 1e-10, None)
-    plan, n = search.plan, robot.n
-    q = np.random.default_rng(3).uniform(-1, 1, (5, n))
-    for T in robot.forward_kinematics(np.clip(q, robot.limits.lower, robot.limits.upper)):
-        found = search(T, None, 31)
-        work = np.zeros(single_loops.REPORT + single_loops.JOINTS_FOUND + 1 + 2 * n + 32 + 2 * (n + 6))
-        work[:16] = T.ravel()
-        entries = plan.step.addresses.batch, plan.check.addresses.batch
-        assert single_loops.single(plan.record, plan.pool.features.ravel(), *entries, work, 32, 0)
-        report = work[single_loops.REPORT :]
-        np.testing.assert_array_equal(report[single_loops.JOINTS_FOUND : single_loops.JOINTS_FOUND + n], found.nearest)
-        assert report[single_loops.ATTEMPTS] == found.attempts
+    plan, n, k, lanes = search.plan, robot.n, 5, 8
+    q = np.random.default_rng(3).uniform(-1, 1, (k, n))
+    T = robot.forward_kinematics(np.clip(q, robot.limits.lower, robot.limits.upper)).reshape(k, 16)
+    T[3, 5] += 0.1
+    found = search.rows(T, np.zeros((0, n)), 31)
+    work, report = np.zeros((17 + n) * k + n + (28 + 2 * n) * lanes), np.zeros_like(found).ravel()
+    whole = np.zeros(search_loops.RECORD * k + start_loops.LANE * lanes + 3, np.int64)
+    entries = plan.step.addresses.batch, plan.check.addresses.batch
+    given = plan.record, plan.pool.features.ravel(), *entries, T.ravel(), np.zeros(0), 0, k, lanes, 32
+    assert block_loops.block(*given, work, whole, report) == k - 1
+    np.testing.assert_array_equal(report.reshape(found.shape), found)
+    for row in (0, 1, 2, 4):
+        alone = search.single(T[row].reshape(4, 4), None, 31)
+        np.testing.assert_array_equal(alone.nearest, found[row, block_loops.CONFIGURATION :])
 
 
 def test_samples_come_in_the_order_of_their_distance():
@@ -153,5 +156,5 @@ def test_no_call_leaves_the_compiled_search():
 
     machine = target.host()
     code = target.optimised(PROGRAM.ir(machine), machine)
-    assert elf.load(code, ("advance", "single")) is not None or sys.platform != "linux"
+    assert elf.load(code, ("advance", "block")) is not None or sys.platform != "linux"
     assert {search_loops.RECORD, pose_loops.TASK} == {4, 16}

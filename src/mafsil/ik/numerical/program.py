@@ -3,6 +3,6 @@
 from mafsil.kernels.loop_compiler import LoopProgram
 
 PROGRAM = LoopProgram(
-    [f"mafsil.ik.numerical.{name}_loops" for name in ("start", "search", "pose", "single")],
-    ("advance", "clean", "wind", "verdict", "single"),
+    [f"mafsil.ik.numerical.{name}_loops" for name in ("start", "search", "pose", "block")],
+    ("advance", "clean", "wind", "verdict", "block"),
 )

@@ -108,9 +108,9 @@ class Plan:
         """Computed afresh: (k, 22) poses and twists left, (k,) rotation and position errors, (k,) 1 where all met."""
         k, best = len(best), np.ascontiguousarray(best)
         out = np.ascontiguousarray(self.check.ufunc(best[:, :-1], T_sd.reshape(k, 4, 4), self.vector))
-        rotation, position, good = np.empty(k), np.empty(k), np.empty(k, np.int64)
-        PROGRAM["verdict"](self.head[0], k, *(each.ctypes.data for each in (out, best, rotation, position, good)))
-        return out, rotation, position, good
+        errors, good = np.empty((k, 2)), np.empty(k, np.int64)
+        PROGRAM["verdict"](self.head[0], k, *(each.ctypes.data for each in (out, best, errors, good)))
+        return out, errors[:, 0], errors[:, 1], good
 
     def wind(self, best: Floats, near: JointVector) -> None:
         """Whole turns of turning joints towards `near`, as far as bounds allow.
@@ -122,16 +122,16 @@ class Plan:
         near = np.ascontiguousarray(near)
         PROGRAM["wind"](self.head[0], len(best), best.ctypes.data, near.ctypes.data, int(len(near) == 1))
 
-    def clean(self, wanted: Floats) -> tuple[Floats, NDArray[np.int64], Floats]:
-        """Poses with repaired rotations (k, 16), 1 for rows that are poses (k,), distances from the base (k,).
+    def clean(self, wanted: Floats) -> tuple[Floats, Floats]:
+        """Poses with repaired rotations (k, 16), distances from the base (k,), -1 where a row is no pose.
 
         Args:
             wanted: (k, 16) as the user gave them.
         """
         wanted, k = np.ascontiguousarray(wanted), len(wanted)
-        out, valid, distance = np.empty((k, 16)), np.empty(k, np.int64), np.empty(k)
-        PROGRAM["clean"](self.head[0], wanted.ctypes.data, k, out.ctypes.data, valid.ctypes.data, distance.ctypes.data)
-        return out, valid, distance
+        out, distance = np.empty((k, 16)), np.empty(k)
+        PROGRAM["clean"](self.head[0], wanted.ctypes.data, k, out.ctypes.data, distance.ctypes.data)
+        return out, distance
 
 
 def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:

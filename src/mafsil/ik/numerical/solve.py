@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, ModelError
 from mafsil.ik.moving_part import MovingPart
-from mafsil.ik.numerical.blocks import Blocks
+from mafsil.ik.numerical.block_loops import ATTEMPTS
+from mafsil.ik.numerical.careful import CarefulSearch
 from mafsil.ik.numerical.posture import posture_goal
-from mafsil.ik.numerical.single import SingleSearch, hashable, search_of
+from mafsil.ik.numerical.quick import SOLVED, QuickSearch, Report, hashable, search_of
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.result import IKResult
+from mafsil.ik.result import STATUSES, IKResult, IKStatus
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -30,7 +31,8 @@ MOST_KNOWN = 64
 MOST_RESTARTS = 2**31 - 1
 """As for all whole numbers of a user."""
 
-_known: dict[tuple[Any, ...], SingleSearch] = {}
+_known: dict[tuple[Any, ...], QuickSearch] = {}
+_NOT_A_POSE = STATUSES.index(IKStatus.NOT_A_POSE)
 _POSE, _DOUBLE = (4, 4), np.dtype(np.float64)
 
 
@@ -122,12 +124,31 @@ def solve_ik(
     weights_left = None if posture_weights is None else part.own(gate("posture_weights", posture_weights, (robot.n,)))
     start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
     goal = posture_goal(plan.problem, part.own(liked), weights_left)
-    blocks = Blocks(plan, wanted, start, goal, restarts, deadline)
-    blocks.run()
-    if not batch and not blocks.valid[0]:
+    rows = np.ascontiguousarray(wanted).reshape(-1, 16)
+    if goal is None and seconds is None:
+        report = _reported(search, rows, start, restarts)
+    else:
+        careful = CarefulSearch(plan, rows, start, goal, restarts, deadline)
+        careful.run()
+        report = Report(careful.report, plan, careful.codes, careful.worst)
+    if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
-    result = blocks.result(batch)
+    result = IKResult(report.shaped(batch).field)
     return result if part.places is None else _lifted(result, part, first, liked)
+
+
+def _reported(search: QuickSearch, wanted: Floats, seeds: JointVector, restarts: int) -> Report:
+    """All poses by the short way, and those that it leaves open by the careful one."""
+    numbers = search.rows(wanted, seeds, restarts)
+    missed = np.flatnonzero(numbers[:, ATTEMPTS] < 0.0)
+    if not len(missed):
+        return Report(numbers, search.plan)
+    some = np.ascontiguousarray(seeds[missed] if len(seeds) else seeds)
+    careful = CarefulSearch(search.plan, wanted[missed], some, None, restarts, np.inf)
+    careful.run()
+    codes = np.full(len(wanted), SOLVED, np.int8)
+    numbers[missed], codes[missed] = careful.report, careful.codes
+    return Report(numbers, search.plan, codes, {int(missed[row]): name for row, name in careful.worst.items()})
 
 
 def _again(named: tuple[Any, ...], T_sd: PoseMatrix, seed: ArrayLike | None, restarts: int) -> IKResult | None:
@@ -150,13 +171,13 @@ def _plain(given: ArrayLike, shape: tuple[int, ...]) -> TypeGuard[Floats]:
     return type(given) is np.ndarray and given.shape == shape and given.dtype == _DOUBLE
 
 
-def _single(search: SingleSearch, T_sd: PoseMatrix, seed: JointVector | None, restarts: int) -> IKResult | None:
+def _single(search: QuickSearch, T_sd: PoseMatrix, seed: JointVector | None, restarts: int) -> IKResult | None:
     part = search.part
-    found = search(T_sd, seed if seed is None or part.places is None else part.own(seed), restarts)
+    found = search.single(T_sd, seed if seed is None or part.places is None else part.own(seed), restarts)
     return found if found is None or part.places is None else _lifted(found, part, seed, None)
 
 
-def _remember(named: tuple[Any, ...], search: SingleSearch) -> None:
+def _remember(named: tuple[Any, ...], search: QuickSearch) -> None:
     """Find the search by what the user gave; what was given as arrays is not remembered."""
     with suppress(TypeError):
         _known[named] = search

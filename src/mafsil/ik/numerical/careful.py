@@ -1,21 +1,22 @@
-"""Batches of poses worked on block by block: search, whole turns, check, second looks, and a status for every row."""
+"""The careful way to an answer, block by block: search, check, second looks, posture goals, and a status for all."""
 
 from __future__ import annotations
 
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil import threads
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector
+from mafsil.ik.numerical import block_loops as columns
 from mafsil.ik.numerical import search_loops as loops
 from mafsil.ik.numerical.exact_starts import exact_starts
 from mafsil.ik.numerical.posture import PostureGoal, settled
 from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.quick import BLOCK
 from mafsil.ik.numerical.search import Plan, cached_plan
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import STATUSES, IKStatus
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -24,18 +25,15 @@ EXACT_FROM = 8
 """Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
 asked for by those who want the solution near their own start, or none."""
 
-BLOCK = 4096
-"""Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
-
 _CODE = {status: code for code, status in enumerate(STATUSES)}
 
 
-class Blocks:
-    """Poses, and the arrays that their answers go to.
+class CarefulSearch:
+    """Poses, and the report that their answers go to: second looks, posture goals, time limits, and reasons.
 
     Args:
         plan: of the search.
-        wanted: (*batch, 4, 4) poses.
+        wanted: (k, 16) poses.
         first: (k, n) starts, or (0, n).
         goal: null-space goal.
         restarts: how many more starts are tried after the first.
@@ -45,20 +43,16 @@ class Blocks:
     def __init__(
         self,
         plan: Plan,
-        wanted: PoseMatrix,
+        wanted: Floats,
         first: JointVector,
         goal: PostureGoal | None,
         restarts: int,
         deadline: float,
     ) -> None:
         self.plan, self.first, self.goal, self.restarts, self.deadline = plan, first, goal, restarts, deadline
-        self.wanted = np.ascontiguousarray(wanted).reshape(-1, 16)
-        self.count = k = len(self.wanted)
-        n = plan.problem.robot.n
-        self.valid, self.distance, self.radius = np.empty(k, np.int64), np.empty(k), plan.problem.reach[1]
-        self.q, self.T = np.empty((k, n)), np.empty((k, 16))
-        self.rotation, self.position = np.empty(k), np.empty(k)
-        self.codes, self.iterations, self.attempts = np.empty(k, np.int8), np.empty(k, np.int64), np.empty(k, np.int64)
+        self.wanted, self.count = wanted, len(wanted)
+        self.report = np.full((self.count, columns.CONFIGURATION + plan.problem.robot.n), np.nan)
+        self.codes = np.empty(self.count, np.int8)
         self.worst: dict[int, str] = {}
 
     def run(self) -> None:
@@ -70,9 +64,11 @@ class Blocks:
         """Solve one block of poses."""
         rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))
         first, problem = self.first[rows], self.plan.problem
-        T, self.valid[rows], self.distance[rows] = self.plan.clean(self.wanted[rows])
-        beyond = self._beyond(rows)
-        allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * self.valid[rows]
+        T, distance = self.plan.clean(self.wanted[rows])
+        valid = distance >= 0.0
+        # Poses whose place is proven out of reach.
+        beyond = (distance > problem.reach[1] * (1.0 + 1e-12)) & self.plan.task.all_positions
+        allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * valid
         best, records = self.plan.run(T, first, allowed, deadline=self.deadline)
         unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
         best[unseen, :-1] = np.clip(first[unseen] if len(first) else problem.middle, problem.lower, problem.upper)
@@ -89,22 +85,21 @@ class Blocks:
         if self.goal is not None:
             settled(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
             found = self.plan.checked(best, T)
-        out, self.rotation[rows], self.position[rows], good = found
-        self.q[rows], self.T[rows] = best[:, :-1], out[:, :16]
-        self.iterations[rows] = records[:, loops.STEPS]
-        self.attempts[rows] = np.where(winner >= 0, winner + 1, records[:, loops.STARTED])
-        self._verdicts(rows, T, good == 1, beyond, records)
-
-    def _beyond(self, rows: slice) -> NDArray[np.bool_]:
-        """(k,) poses whose place is proven out of reach."""
-        counts = self.plan.task.all_positions
-        return (self.distance[rows] > self.radius * (1.0 + 1e-12)) & counts
+        out, rotation, position, good = found
+        report = self.report[rows]
+        report[:, columns.ROTATION], report[:, columns.POSITION] = rotation, position
+        report[:, columns.DISTANCE], report[:, columns.ITERATIONS] = distance, records[:, loops.STEPS]
+        report[:, columns.ATTEMPTS] = np.where(winner >= 0, winner + 1, records[:, loops.STARTED])
+        report[:, columns.REACHED : columns.CONFIGURATION] = out
+        report[:, columns.CONFIGURATION :] = best[:, :-1]
+        report[~valid, columns.REACHED :] = report[~valid, : columns.ITERATIONS] = np.nan
+        self._verdicts(rows, T, good == 1, beyond, valid, records)
 
     def _near(self, rows: slice) -> JointVector:
         """(k, n) or (1, n) what solutions are wound to: the user's start, the posture or zero."""
         if len(self.first):
             return self.first[rows]
-        return np.zeros((1, self.q.shape[1])) if self.goal is None else self.goal.of(rows).posture
+        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).posture
 
     def _wind(self, best: Floats, rows: slice) -> None:
         """Whole turns of the joints."""
@@ -156,21 +151,25 @@ class Blocks:
             records[row, loops.WINNER], records[row, loops.STEPS] = begun[row], again[k, loops.STEPS]
 
     def _verdicts(
-        self, rows: slice, T: Floats, good: NDArray[np.bool_], beyond: NDArray[np.bool_], records: NDArray[np.int64]
+        self,
+        rows: slice,
+        T: Floats,
+        good: NDArray[np.bool_],
+        beyond: NDArray[np.bool_],
+        valid: NDArray[np.bool_],
+        records: NDArray[np.int64],
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
         codes[:] = _CODE[IKStatus.SOLVED]
         if good.all():
             return
-        valid, begun = self.valid[rows] == 1, records[:, loops.STARTED]
+        begun = records[:, loops.STARTED]
         codes[~good] = _CODE[IKStatus.BUDGET_SPENT]
         if perf_counter() >= self.deadline:
             codes[~good & (begun <= self.restarts)] = _CODE[IKStatus.TIME_SPENT]
         codes[~good & beyond] = _CODE[IKStatus.OUT_OF_REACH]
         codes[~valid] = _CODE[IKStatus.NOT_A_POSE]
-        for array in (self.q, self.T, self.rotation, self.position):
-            array[rows][~valid] = np.nan
         self._beyond_limits(rows.start, T, codes)
         if self.plan.task.dimension > self.plan.problem.robot.n:
             codes[codes == _CODE[IKStatus.BUDGET_SPENT]] = _CODE[IKStatus.FEW_JOINTS]
@@ -191,29 +190,3 @@ class Blocks:
         for row, q_excess in zip(rows[good], excess[good], strict=True):
             codes[row] = _CODE[IKStatus.BEYOND_LIMITS]
             self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]
-
-    def result(self, batch: tuple[int, ...]) -> IKResult:
-        """The answer in the shape of the batch."""
-        self.batch = batch
-        return IKResult(
-            self._found,
-            nearest=self.q.reshape(*batch, self.q.shape[1]),
-            codes=self.codes.reshape(batch),
-            T_reached=self.T.reshape(*batch, 4, 4),
-            position_error=self.position.reshape(batch),
-            rotation_error=self.rotation.reshape(batch),
-            iterations=self.iterations.reshape(batch),
-            attempts=self.attempts.reshape(batch),
-            distance=self.distance.reshape(batch),
-            moving=self.q.shape[1],
-        )
-
-    def _found(self, name: str) -> Any:
-        """A field that is seldom asked for."""
-        batch = self.batch
-        if name == "reach":
-            return np.full(batch, self.radius)
-        worst = np.zeros(batch, dtype=f"U{max((len(each) for each in self.worst.values()), default=1)}")
-        for row, joint in self.worst.items():
-            worst.reshape(-1)[row] = joint
-        return worst
