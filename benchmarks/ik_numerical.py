@@ -5,7 +5,7 @@ python benchmarks/ik_numerical.py [--robots panda ur5e ...] [--poses 10000] [--r
 Random reachable poses within the limits, no seed given, every answer rechecked by forward kinematics. Ours: tolerance
 1e-10 [m, rad]; `solve_ik` of all poses at once on one core, of 32 at once, and one by one. The rival gets the same
 chains and poses, starts of its own, 30 iterations, 100 searches, limits on; its tolerance E = |e|^2 / 2 is 1e-12, so
-its errors are near 1e-6. Both sides take turns of 100 poses, several rounds of them; each turn counts with its quickest
+its errors are near 1e-6. Both sides take turns of 500 poses, several rounds of them; each turn counts with its quickest
 round, by the clock; means of the thread's processor time stand beside. `--rtb` names the interpreter of an environment
 with roboticstoolbox-python (its dependencies need not fit ours); without it only ours is measured. What TRAC-IK
 published of the same arms (other machine, errors 1e-5) stands beside.
@@ -21,6 +21,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from time import perf_counter, thread_time
 from typing import Any
@@ -46,7 +47,7 @@ BATCH_TARGET, SINGLE_TARGET = 30.0, 6.0
 """Ratios that are wanted."""
 
 
-TURN, ROUNDS, SMALL = 100, 5, 32
+TURN, ROUNDS, SMALL = 500, 5, 32
 """Poses of one turn, rounds, and poses of a small batch."""
 
 
@@ -110,15 +111,18 @@ def _turns(robot: Robot, T: Floats, count: int, rival: _Rival | None) -> dict[st
 
     for _ in range(ROUNDS):
         for turn, (first, last) in enumerate(edges):
+            rows, some = T[first:last], T[first : first + SMALL]
             if rival is not None:
                 note("rival", turn, *rival.solve(first, last), last - first)
-            note(
-                "single", turn, *_timed(lambda rows=T[first:last]: [solve_ik(robot, row) for row in rows]), last - first
-            )
-            some = T[first : first + SMALL]
-            note("small", turn, *_timed(lambda some=some: solve_ik(robot, some)), len(some))
-            note("batch", turn, *_timed(lambda: solve_ik(robot, T)), len(T))
+            note("single", turn, *_timed(partial(_one_by_one, robot, rows)), last - first)
+            note("small", turn, *_timed(partial(solve_ik, robot, some)), len(some))
+            note("batch", turn, *_timed(partial(solve_ik, robot, T)), len(T))
     return least
+
+
+def _one_by_one(robot: Robot, T: Floats) -> None:
+    for wanted in T:
+        solve_ik(robot, wanted)
 
 
 def _timed(task: Callable[[], object]) -> tuple[float, float]:
