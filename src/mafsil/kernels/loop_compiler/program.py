@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import ctypes
+import hashlib
 import threading
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -13,7 +14,6 @@ from typing import Any
 from mafsil.kernels import cache, elf, identity, target
 from mafsil.kernels.cache import Entry
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
-from mafsil.kernels.layout import Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loop_compiler.functions import Function, Header, header_of
 from mafsil.kernels.loop_compiler.values import INTEGER, REAL, TAGS, TRUTH, Kind, refused
@@ -87,8 +87,7 @@ class LoopProgram:
 
     def _code(self) -> Code:
         """The code from the disk, or made."""
-        store, signature = cache.default(), Signature(" ".join(self._entries), (), ())
-        key = identity.content_key("\n".join(self._texts.values()), signature, identity.machine(), ())
+        store, key = cache.default(), self._key()
         entry = store.get(key)
         if entry is None:
             with _llvm:
@@ -97,6 +96,14 @@ class LoopProgram:
             store.put(key, entry)
         with _llvm:
             return elf.load(entry.code, self._entries) or target.load(entry.code, self._entries)
+
+    def _key(self) -> str:
+        """Name of the code in the store: of its sources, this compiler's, LLVM's release and the processor."""
+        hashed = hashlib.blake2b(digest_size=32)
+        made_by = identity.fingerprint("mafsil.kernels"), identity.toolchain(), identity.machine()
+        for part in (*self._texts.values(), *self._entries, *made_by):
+            hashed.update(len(part.encode()).to_bytes(8, "little") + part.encode())
+        return hashed.hexdigest()
 
 
 def _functions_of(tree: ast.Module) -> list[ast.FunctionDef]:
