@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import os
 import subprocess
 import sys
@@ -158,3 +160,12 @@ def test_no_call_leaves_the_compiled_search():
     code = target.optimised(PROGRAM.ir(machine), machine)
     assert elf.load(code, ("advance", "block")) is not None or sys.platform != "linux"
     assert {search_loops.RECORD, pose_loops.TASK} == {4, 16}
+
+
+def test_a_program_takes_numbers_from_its_own_modules_only():
+    """Numbers imported from elsewhere would be frozen in the code without being part of its name."""
+    own = {f"mafsil.ik.numerical.{name}_loops" for name in ("start", "search", "pose", "block")}
+    for module in (start_loops, search_loops, pose_loops, block_loops):
+        for node in ast.walk(ast.parse(inspect.getsource(module))):
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("mafsil"):
+                assert node.module in own | {"mafsil.arrays", "mafsil.kernels.loop_compiler"}, node.module
