@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +14,9 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose
 from mafsil.ik import IKStatus, solve_ik
+from mafsil.ik.numerical.exact_starts import exact_starts
+from mafsil.ik.numerical.quick import search_of
+from mafsil.ik.result import FIELDS
 
 ROBOTS = ["panda", "fr3", "iiwa7", "ur5e", "puma560", "offset_puma", "stanford_arm", "rrprrr", "scara_rrrp", "planar3r"]
 
@@ -180,3 +186,93 @@ def test_ten_thousand_panda_poses(panda):
     answer = solve_ik(panda, T)
     assert answer.all_solved
     assert answer.residual.max() <= 1e-10
+
+
+@pytest.mark.capability("07-3")
+@pytest.mark.parametrize("shape", [(), (1,), (3,)])
+def test_the_closed_form_is_asked_before_a_no(shape):
+    """A pose of a Puma that 256 attempts miss: its closed form lists the very configuration."""
+    robot = mf.load("puma560")
+    q = np.array([2.72748198, -0.77931343, -3.87972646, 0.03649796, -0.58530039, 1.21012158])
+    T = np.broadcast_to(robot.forward_kinematics(q), (*shape, 4, 4))
+    answer = solve_ik(robot, T)
+    assert answer.all_solved
+    assert (answer.q >= robot.limits.lower).all()
+    assert (answer.q <= robot.limits.upper).all()
+    reached = robot.forward_kinematics(answer.q)
+    assert np.abs(pose.error(reached, T)).max() <= 1e-10
+    assert (answer.attempts > 256).all()
+    near = solve_ik(robot, T, np.broadcast_to(q + 0.3, (*shape, 6)), limits=False)
+    assert near.all_solved
+    # Who allows a few attempts only asks for the solution near the own start, or for none.
+    assert not solve_ik(robot, T, np.zeros((*shape, 6)), restarts=2).all_solved
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "stanford_arm"])
+def test_exact_starts_are_solutions_within_the_limits_nearest_first(name):
+    robot = mf.load(name)
+    T = robot.forward_kinematics(random_states(robot, 200, 8))
+    near = random_states(robot, 200, 9)
+    plan = search_of(robot, None, True, 0, "pose", (0.0, 0.0, 1.0), None, 1e-10, None).plan
+    q = exact_starts(plan.problem, plan.task, T.reshape(-1, 16), near)
+    assert q is not None
+    some = np.isfinite(q).all(axis=2)
+    assert some[:, 0].all()
+    far = np.where(some, np.abs(q - near[:, None]).max(axis=2), np.inf)
+    np.testing.assert_array_less(-1e-12, np.diff(np.nan_to_num(far, posinf=1e9), axis=1))
+    reached = robot.forward_kinematics(q[some])
+    assert np.abs(pose.error(reached, T[np.nonzero(some)[0]])).max() <= 1e-4
+    assert ((q[some] >= robot.limits.lower - 1e-4) & (q[some] <= robot.limits.upper + 1e-4)).all()
+
+
+def test_arms_without_a_closed_form_have_no_exact_starts():
+    for name, task in (("panda", "pose"), ("puma560", "position"), ("rrprrr", "axis")):
+        plan = search_of(mf.load(name), None, True, 0, task, (0.0, 0.0, 1.0), None, 1e-10, None).plan
+        assert exact_starts(plan.problem, plan.task, np.eye(4).reshape(1, 16), np.zeros((1, 7))) is None
+
+
+def test_an_answer_finds_its_fields_when_they_are_asked_for_and_keeps_them(panda):
+    T = panda.forward_kinematics(random_states(panda, 1, 12)[0])
+    answer, batch = solve_ik(panda, T), solve_ik(panda, T[None])
+    assert answer.nearest is answer.nearest
+    for name in FIELDS:
+        np.testing.assert_array_equal(
+            getattr(answer, name),
+            np.asarray(getattr(batch, name)).reshape(np.shape(getattr(answer, name))),
+            err_msg=name,
+        )
+    with pytest.raises(AttributeError):
+        answer.nearest = np.zeros(7)
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = answer.nonsense
+    again = pickle.loads(pickle.dumps(answer))
+    np.testing.assert_array_equal(again.q, answer.q)
+    assert again.status is IKStatus.SOLVED
+    assert copy.copy(batch)[0].explain() == answer.explain()
+    assert not hasattr(answer, "__dict__")
+
+
+def test_repeated_calls_see_changed_settings(panda):
+    """A call is recognised by all that it was given, not by some of it."""
+    T = panda.forward_kinematics(random_states(panda, 1, 13)[0])
+    first = solve_ik(panda, T)
+    assert solve_ik(panda, T, rng=5).attempts >= 1
+    np.testing.assert_array_equal(solve_ik(panda, T).q, first.q)
+    assert solve_ik(panda, T, task="position").q.shape == (7,)
+    np.testing.assert_array_equal(solve_ik(panda, T, limits=True, axis=[0, 0, 1]).q, first.q)
+    np.testing.assert_array_equal(solve_ik("panda", T.tolist()).q, first.q)
+    for wrong in ({"tolerance": -1.0}, {"tolerance": True}, {"rng": True}, {"restarts": -1}, {"task": "nothing"}):
+        with pytest.raises(InputError):
+            solve_ik(panda, T, **wrong)
+    start = np.full(7, np.nan)
+    with pytest.raises(InputError, match="seed"):
+        solve_ik(panda, T, start)
+
+
+def test_threads_share_a_search(panda):
+    q = random_states(panda, 200, 14)
+    T = panda.forward_kinematics(q)
+    alone = [solve_ik(panda, each).q for each in T]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda each: solve_ik(panda, each).q, T))
+    np.testing.assert_array_equal(alone, together)

@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.ik import IKStatus, solve_ik
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.solve import BLOCK
+from mafsil.ik.numerical.quick import BLOCK
 from mafsil.ik.result import STATUSES
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from mafsil.ik import problem
-from mafsil.ik.numerical import search_loops
+from mafsil.ik.numerical import pose_loops
 
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 
@@ -215,7 +215,7 @@ def test_compiled_loops_use_only_what_the_digest_covers() -> None:
 
 
 def test_numbers_kept_twice_for_the_digest_agree() -> None:
-    assert search_loops.FARTHEST == problem.FARTHEST
+    assert pose_loops.FARTHEST == problem.FARTHEST
 
 
 def test_with_another_numba_loops_stay_in_memory(package: Path, tmp_path: Path) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,11 @@ class IKStatus(Status):
 
 STATUSES = tuple(IKStatus)
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
-_ALIKE = ("moving",)
+FIELDS = (
+    "nearest", "codes", "T_reached", "position_error", "rotation_error", "iterations", "attempts", "reach", "distance",
+    "worst_joint", "moving",
+)  # fmt: skip
+"""Names of what an answer holds."""
 
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
@@ -43,9 +46,10 @@ def rounded_up(x: float) -> float:
     return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
-@dataclass(frozen=True, eq=False)
 class IKResult:
     """What was found for each pose of a batch.
+
+    A field is found when it is asked for first, so that a single answer costs no more than what is used of it.
 
     Attributes:
         nearest: (*batch, n) the solution where `solved`; else no solution but the configuration nearest to the pose
@@ -62,6 +66,8 @@ class IKResult:
         moving: number of joints that move the frame.
     """
 
+    __slots__ = (*FIELDS, "_find")
+
     nearest: JointVector
     codes: NDArray[np.int8]
     T_reached: PoseMatrix
@@ -73,6 +79,35 @@ class IKResult:
     distance: Floats
     worst_joint: NDArray[np.str_]
     moving: int
+    _find: Callable[[str], Any]
+
+    def __init__(self, find: Callable[[str], Any], **known: Any) -> None:
+        """An answer.
+
+        Args:
+            find: gives the field of a name.
+            known: fields that need not be found.
+        """
+        _set(self, "_find", find)
+        for name, value in known.items():
+            _set(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in FIELDS:
+            raise AttributeError(name)
+        value = self._find(name)
+        _set(self, name, value)
+        return value
+
+    def __setattr__(self, name: str, _value: Any) -> None:
+        raise AttributeError(name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, ({name: getattr(self, name) for name in FIELDS},)
+
+    def with_joints(self, nearest: JointVector) -> IKResult:
+        """The same answer with other joint vectors, such as those of the whole robot."""
+        return IKResult(lambda name: getattr(self, name), nearest=nearest)
 
     def __bool__(self) -> bool:
         return self.all_solved
@@ -87,8 +122,7 @@ class IKResult:
 
     def __getitem__(self, index: int | slice | tuple[int, ...]) -> IKResult:
         """The answer to some of the poses of a batch."""
-        rows = {one.name: getattr(self, one.name)[index] for one in fields(self) if one.name not in _ALIKE}
-        return replace(self, **{name: np.asarray(x) for name, x in rows.items()})
+        return IKResult(lambda name: np.asarray(getattr(self, name)[index]), moving=self.moving)
 
     @property
     def q(self) -> JointVector:
@@ -149,3 +183,11 @@ class IKResult:
             joints=self.moving,
             accepting=f"{rounded_up(float(self.residual[index])):.3g}",
         )
+
+
+_set = object.__setattr__
+
+
+def _restored(fields: dict[str, Any]) -> IKResult:
+    """An answer from another process."""
+    return IKResult(fields.__getitem__, **fields)

@@ -116,6 +116,26 @@ def compile(ir: str, target: Target) -> bytes:
         raise KernelError("kernels.refused", reason=str(error)) from None
 
 
+def optimised(ir: str, target: Target) -> bytes:
+    """Object code of an IR module that was written as it came: LLVM finds registers, inlines and fills vectors.
+
+    Raises:
+        KernelError: LLVM refuses the module.
+    """
+    llvm = _llvm()
+    try:
+        machine = _machine(target, 2)
+        module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
+        module.verify()
+        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options.loop_vectorization, options.slp_vectorization = True, False
+        passes = llvm.create_pass_builder(machine, options)
+        passes.getModulePassManager().run(module, passes)
+        return bytes(machine.emit_object(module))
+    except RuntimeError as error:
+        raise KernelError("kernels.refused", reason=str(error)) from None
+
+
 def assembly(ir: str, target: Target) -> str:
     """Assembly text of an IR module, for people."""
     module = _llvm().parse_assembly(ir)

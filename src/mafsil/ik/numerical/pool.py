@@ -10,10 +10,15 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.start_loops import GROUP, MOST_CELLS, MOST_SAMPLES
 from mafsil.ik.numerical.task import PoseTask
 
-SAMPLES, CELLS = 2048, 64
+SAMPLES, CELLS = MOST_SAMPLES, MOST_CELLS
 """More samples save steps and cost comparisons; on six- and seven-joint arms the sum is flat around these."""
+
+
+FAR = 1e15
+"""Feature of places in a group that no sample fills; its square is a number of single precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,20 +27,24 @@ class Pool:
 
     Attributes:
         samples: (m, n) sorted by cell.
-        features: (12 m) float32, cell by cell (12, size): numbers whose distances measure how far poses lie apart.
-        centres: (12 c) float32, (12, c).
+        features: float32 whose distances measure how far poses lie apart, in groups (12, GROUP): of the cells' centres,
+            then cell by cell, filled up with far ones.
         begins: (c + 1) first sample of every cell.
-        largest: size of the largest cell, or number of cells.
+        groups: (c + 1) first group of features of every cell.
         turning, shifting: factors of the features of rotations and positions.
     """
 
     samples: JointVector
     features: NDArray[np.float32]
-    centres: NDArray[np.float32]
     begins: NDArray[np.int64]
-    largest: int
+    groups: NDArray[np.int64]
     turning: float
     shifting: float
+
+    @property
+    def cells(self) -> int:
+        """How many."""
+        return len(self.begins) - 1
 
 
 def pool_of(problem: PoseProblem, task: PoseTask, rng: int) -> Pool:
@@ -61,17 +70,17 @@ def pool_of(problem: PoseProblem, task: PoseTask, rng: int) -> Pool:
     cell = _nearest(features, centres)
     order = np.argsort(cell, kind="stable")
     begins = np.searchsorted(cell[order], np.arange(CELLS + 1)).astype(np.int64)
-    table = features[order].astype(np.float32)
-    flat = [table[begin:end].T.ravel() for begin, end in itertools.pairwise(begins)]
-    return Pool(
-        np.ascontiguousarray(q[order]),
-        np.concatenate(flat),
-        np.ascontiguousarray(centres.T.ravel(), np.float32),
-        begins,
-        max(int(np.diff(begins).max()), CELLS),
-        turning,
-        shifting,
-    )
+    table = features[order]
+    grouped = [_grouped(centres), *(_grouped(table[begin:end]) for begin, end in itertools.pairwise(begins))]
+    groups = np.cumsum([len(each) for each in grouped])
+    return Pool(np.ascontiguousarray(q[order]), np.concatenate(grouped), begins, groups, turning, shifting)
+
+
+def _grouped(features: Floats) -> NDArray[np.float32]:
+    """(k, 12, GROUP) features of samples, filled up with ones that are far from everything."""
+    rows = np.full((-(-len(features) // GROUP) * GROUP, 12), FAR, np.float32)
+    rows[: len(features)] = features
+    return np.ascontiguousarray(rows.reshape(-1, GROUP, 12).transpose(0, 2, 1))
 
 
 def _nearest(features: Floats, centres: Floats) -> NDArray[np.intp]:

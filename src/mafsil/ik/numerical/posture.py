@@ -28,7 +28,7 @@ LEAST_GAIN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class PostureGoal:
     """Minimise the sum of w_i (q_i - posture_i)^2 over the self-motion.
 
     Attributes:
@@ -39,17 +39,17 @@ class Wish:
     posture: JointVector
     weights: Floats
 
-    def of(self, rows: slice) -> Wish:
-        """The wish for some rows."""
-        return self if len(self.posture) == 1 else Wish(self.posture[rows], self.weights)
+    def of(self, rows: slice) -> PostureGoal:
+        """The goal for some rows."""
+        return self if len(self.posture) == 1 else PostureGoal(self.posture[rows], self.weights)
 
     def cost(self, q: JointVector) -> Floats:
         """(k,) the sum."""
         return ((q - self.posture) ** 2 * self.weights).sum(axis=1)
 
 
-def wish_of(problem: PoseProblem, posture: JointVector, weights: ArrayLike | None) -> Wish | None:
-    """The wish of a user, or None.
+def posture_goal(problem: PoseProblem, posture: JointVector, weights: ArrayLike | None) -> PostureGoal | None:
+    """The goal of a user, or None.
 
     Args:
         problem: the frame.
@@ -65,29 +65,29 @@ def wish_of(problem: PoseProblem, posture: JointVector, weights: ArrayLike | Non
     given = np.ones(n) if weights is None else gate("posture_weights", weights, (n,), finite=True)
     if (given < 0.0).any() or not given.any():
         raise InputError("ik.weight", name="posture_weights", value=float(given.min()))
-    return Wish(posture, given / given.max())
+    return PostureGoal(posture, given / given.max())
 
 
 def settled(
-    plan: Plan, best: Floats, T_sd: Floats, wish: Wish, good: NDArray[np.bool_], deadline: float = np.inf
+    plan: Plan, best: Floats, T_sd: Floats, goal: PostureGoal, good: NDArray[np.bool_], deadline: float = np.inf
 ) -> None:
-    """Move solutions along their self-motion towards the wish; those that gain by it replace the first ones.
+    """Move solutions along their self-motion towards the goal; those that gain by it replace the first ones.
 
     Args:
         plan: of the search.
         best: (k, n + 1) solutions, changed.
         T_sd: (k, 16).
-        wish: what to be near to.
+        goal: what to be near to.
         good: (k,) which rows are solutions.
         deadline: of `perf_counter`.
     """
     rows = np.flatnonzero(good)
     if not len(rows):
         return
-    local = wish if len(wish.posture) == 1 else Wish(wish.posture[rows], wish.weights)
+    local = goal if len(goal.posture) == 1 else PostureGoal(goal.posture[rows], goal.weights)
     posture = np.broadcast_to(local.posture, (len(rows), best.shape[1] - 1))
     start = best[rows, :-1].copy()
-    q = _descended(plan, start, T_sd[rows], posture, wish.weights, deadline)
+    q = _descended(plan, start, T_sd[rows], posture, goal.weights, deadline)
     once = np.ones(len(rows), np.int64)
     back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
     fine = plan.checked(back, T_sd[rows])[3] == 1

@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.ik.numerical import search_loops as loops
+from mafsil.ik.numerical import start_loops as places
 from mafsil.ik.numerical.pool import Pool, pool_of
 from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.program import PROGRAM
 from mafsil.ik.numerical.task import PoseTask
+from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
 
@@ -25,6 +29,10 @@ SLICE = 2048
 SHORT_SLICE = 32
 """The same with a time limit: some hundred microseconds."""
 
+NEWTON = 1e-7
+"""Scaled error from which one more step is trusted to end within rounding, for arms up to a metre; the check of every
+answer judges."""
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -33,36 +41,27 @@ class Plan:
     Attributes:
         problem: the frame and its bounds.
         task: what counts.
-        vector: (9 + 2 n) weights, axis, bounds: the kernels' third port.
-        numbers: for the compiled loops.
+        record: for the compiled loops, see `start_loops`.
         pool: starts.
         step, check: kernels.
     """
 
     problem: PoseProblem
     task: PoseTask
-    vector: Floats
-    numbers: Floats
+    record: Floats
     pool: Pool
     step: Kernel
     check: Kernel
 
     @lazy
-    def tables(self) -> tuple[JointVector, NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
-        """The arrays of the pool."""
-        return self.pool.samples, self.pool.features, self.pool.centres, self.pool.begins
+    def vector(self) -> Floats:
+        """(9 + 2 n) weights, axis, bounds: the kernels' third port."""
+        return self.record[places.TASK : places.TASK + 9 + 2 * self.problem.robot.n]
 
     @lazy
-    def entries(self) -> tuple[int, int]:
-        """Addresses of the kernels."""
-        return self.step.addresses.batch, self.check.addresses.batch
-
-    @lazy
-    def setting(self) -> tuple[float, Floats, Floats, Floats, NDArray[np.int64]]:
-        """What a single search needs besides: radius and centre of the reach, numbers, vector, turning joints."""
-        centre, radius = self.problem.reach
-        bound = radius if self.task.all_positions else np.inf
-        return bound, centre, self.numbers, self.vector, self.problem.turning
+    def head(self) -> tuple[int, int, int]:
+        """Addresses of the record and of the samples' features, and of the step kernel."""
+        return self.record.ctypes.data, self.pool.features.ctypes.data, self.step.addresses.batch
 
     def run(
         self,
@@ -87,34 +86,52 @@ class Plan:
         Returns:
             (k, n + 1) configurations and errors, and (k, RECORD) records.
         """
-        from mafsil.ik.numerical import search_loops as loops
-
         k, n = len(T_sd), self.problem.robot.n
-        lanes = min(LANES, max(k, 1))
+        lanes = 1 if k <= 1 else min(LANES, -(-k // loops.GROUP) * loops.GROUP)
         best = np.full((k, n + 1), np.inf)
         records = np.zeros((k, loops.RECORD), np.int64)
         records[:, loops.ALLOWED], records[:, loops.WINNER] = allowed, -1
-        numbers = self.numbers
-        if not trust or patient:
-            numbers = numbers.copy()
-            numbers[loops.TRUST], numbers[loops.PATIENT] = numbers[loops.TRUST] if trust else 0.0, patient
-        work = np.empty((lanes, 2 * n + 6)), np.empty((lanes, 2), np.int64), best, records, np.zeros(2, np.int64)
+        work, seats = np.zeros(lanes * (16 + 2 * (n + 6))), np.empty(lanes * places.LANE, np.int64)
+        T_sd, first, cursor = np.ascontiguousarray(T_sd), np.ascontiguousarray(first), np.zeros(3, np.int64)
+        mode = loops.TRUSTED * trust + loops.PATIENT * patient
         rounds = SLICE if deadline == np.inf else SHORT_SLICE
-        entry = self.step.addresses.batch
-        while loops.advance(entry, rounds, numbers, self.vector, T_sd, first, *self.tables, *work):
+        given = T_sd.ctypes.data, first.ctypes.data, int(len(first) > 0), k, lanes
+        made = (each.ctypes.data for each in (work, seats, best, records, cursor))
+        call = (*self.head, rounds, mode, *given, *made)
+        advance = PROGRAM["advance"]
+        while advance(*call):
             if perf_counter() >= deadline:
                 break
         return best, records
 
     def checked(self, best: Floats, T_sd: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
         """Computed afresh: (k, 22) poses and twists left, (k,) rotation and position errors, (k,) 1 where all met."""
-        from mafsil.ik.numerical import search_loops as loops
+        k, best = len(best), np.ascontiguousarray(best)
+        out = np.ascontiguousarray(self.check.ufunc(best[:, :-1], T_sd.reshape(k, 4, 4), self.vector))
+        errors, good = np.empty((k, 2)), np.empty(k, np.int64)
+        PROGRAM["verdict"](self.head[0], k, *(each.ctypes.data for each in (out, best, errors, good)))
+        return out, errors[:, 0], errors[:, 1], good
 
-        k = len(best)
-        out = self.check.ufunc(best[:, :-1], T_sd.reshape(k, 4, 4), self.vector)
-        rotation, position, good = np.empty(k), np.empty(k), np.empty(k, np.int64)
-        loops.judge(out, best, self.numbers, self.vector, rotation, position, good)
-        return out, rotation, position, good
+    def wind(self, best: Floats, near: JointVector) -> None:
+        """Whole turns of turning joints towards `near`, as far as bounds allow.
+
+        Args:
+            best: (k, n + 1) contiguous, changed.
+            near: (k, n), or (1, n) for all.
+        """
+        near = np.ascontiguousarray(near)
+        PROGRAM["wind"](self.head[0], len(best), best.ctypes.data, near.ctypes.data, int(len(near) == 1))
+
+    def clean(self, wanted: Floats) -> tuple[Floats, Floats]:
+        """Poses with repaired rotations (k, 16), distances from the base (k,), -1 where a row is no pose.
+
+        Args:
+            wanted: (k, 16) as the user gave them.
+        """
+        wanted, k = np.ascontiguousarray(wanted), len(wanted)
+        out, distance = np.empty((k, 16)), np.empty(k)
+        PROGRAM["clean"](self.head[0], wanted.ctypes.data, k, out.ctypes.data, distance.ctypes.data)
+        return out, distance
 
 
 def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
@@ -125,15 +142,19 @@ def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
         task: what counts.
         rng: seed of the starts.
     """
-    from mafsil.ik.numerical import search_loops as loops
-
     pool = pool_of(problem, task, rng)
-    vector = np.concatenate([task.scaled(problem.length), task.axis, problem.lower, problem.upper])
-    limits = [tolerance * tolerance / 4 for tolerance in (task.rotation_tolerance, task.position_tolerance)]
+    centre, radius = problem.reach
+    head = np.zeros(places.TASK)
+    head[places.JOINTS], head[places.SAMPLES], head[places.CELLS] = problem.robot.n, len(pool.samples), pool.cells
+    head[places.TURN_LIMIT], head[places.SHIFT_LIMIT] = task.rotation_tolerance**2 / 4, task.position_tolerance**2 / 4
+    head[places.TURN_FACTOR], head[places.SHIFT_FACTOR] = pool.turning, pool.shifting
     # A last step squares the scaled error; of long arms less is left to it.
-    trusted = loops.NEWTON / max(1.0, problem.length) ** 0.5
-    numbers = np.array([*limits, pool.turning, pool.shifting, task.one_axis, trusted, pool.largest, 0.0])
-    return Plan(problem, task, vector, numbers, pool, problem.step(task.one_axis), problem.check(task.one_axis))
+    head[places.ONE_AXIS], head[places.TRUST] = task.one_axis, NEWTON / max(1.0, problem.length) ** 0.5
+    head[places.RADIUS], head[places.DEFECT] = radius if task.all_positions else np.inf, ORTHOGONALITY
+    head[places.CENTRE : places.CENTRE + 3] = centre
+    rows = task.scaled(problem.length), task.axis, problem.lower, problem.upper, problem.turning
+    record = np.concatenate([head, *rows, pool.begins, pool.groups, pool.samples.ravel()], dtype=np.float64)
+    return Plan(problem, task, record, pool, problem.step(task.one_axis), problem.check(task.one_axis))
 
 
 @lru_cache(maxsize=32)

@@ -1,0 +1,48 @@
+"""Starts that leave nothing to chance: the solutions of an arm's closed form, asked before a search gives up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.task import PoseTask
+
+NEAR = 1e-5
+"""Residual [m | rad] up to which a branch is worth a start: merged roots are off by the square root of rounding."""
+
+TURN = 2.0 * np.pi
+
+
+def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: JointVector) -> JointVector | None:
+    """Solutions of the arm's own closed form within the limits, the nearest first.
+
+    Args:
+        problem: the frame and its bounds.
+        task: what counts.
+        T_sd: (k, 16) clean poses.
+        near: (k, n) or (1, n) what they are to be near to.
+
+    Returns:
+        (k, branches, n), NaN where there are fewer; None where the arm has no closed form for this task.
+    """
+    from mafsil.ik.analysis import analysis
+
+    whole_pose = task.kind == "pose" and task.dimension == 6
+    if problem.frame is not None or not whole_pose or problem.robot.mechanism.loops:
+        return None
+    arm = analysis(problem.robot.mechanism)
+    if arm.form is None or not arm.exact or arm.held:
+        return None
+    branches = arm.form.solve(T_sd.reshape(-1, 4, 4))
+    q, turning = branches.q, problem.turning == 1
+    # Angles come within half a turn of zero: first near to the given, then up or down into the bounds.
+    q = q - np.where(turning, TURN * np.round((q - near[:, None]) / TURN), 0.0)
+    q = q + np.where(turning & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEAR), 0.0)
+    q = q - np.where(turning & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEAR), 0.0)
+    fits = (q >= problem.lower - NEAR) & (q <= problem.upper + NEAR)
+    good = fits.all(axis=-1) & (branches.residual <= NEAR)
+    far = np.where(good, np.abs(q - near[:, None]).max(axis=-1), np.inf)
+    order = np.argsort(far, axis=1, kind="stable")
+    q[~good] = np.nan
+    return np.take_along_axis(q, order[..., None], axis=1)
