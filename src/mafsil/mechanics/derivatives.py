@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion, body_motion, composites
-from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
+from mafsil.mechanics.forward_dynamics import forward_dynamics
 from mafsil.mechanics.placement import Expression, Placement, joint_values, placements
 from mafsil.mechanics.wrench import Wrench
 
@@ -61,11 +62,22 @@ def forward_dynamics_derivatives(
 
     Reference: Carpentier & Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
     """
-    n = tree.n
     qdd = forward_dynamics(tree, q, qd, tau, F_tip)
-    stacked = inverse_dynamics_derivatives(tree, q, qd, qdd, F_tip)
-    inverse = solved(stacked[2 * n :, :], ca.SX(ca.DM.eye(n)))
-    return ca.vertcat(-inverse @ stacked[:n, :], -inverse @ stacked[n : 2 * n, :], inverse)
+    by_q, by_qd, M = matrices(tree, q, qd, qdd, F_tip)
+    factor = BranchFactor(M)
+    blocks = (_solved_columns(factor, by_q), _solved_columns(factor, by_qd), _matrix(factor.inverse()))
+    return ca.vertcat(*blocks)
+
+
+def _solved_columns(factor: BranchFactor, matrix: Expression) -> Expression:
+    """-M^-1 matrix (n, n), column by column."""
+    n = factor.n
+    columns = [factor.solved([-matrix[i, j] for i in range(n)]) for j in range(n)]
+    return _matrix([[columns[j][i] for j in range(n)] for i in range(n)])
+
+
+def _matrix(rows: Sequence[Sequence[Expression]]) -> Expression:
+    return ca.vertcat(*(ca.horzcat(*row) for row in rows))
 
 
 def matrices(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from math import nan
-
 import casadi as ca
 import numpy as np
 
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.branch_factor import SINGULAR, BranchFactor
 from mafsil.mechanics.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.jacobian import jacobian_body
 from mafsil.mechanics.mass_matrix import mass_matrix
@@ -17,9 +16,6 @@ from mafsil.mechanics.placement import Expression
 
 LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
-
-SINGULAR = 1e-14
-"""Smallest eigenvalue of the mass matrix, scaled to a unit diagonal, below which it is rounding."""
 
 
 def forward_dynamics(
@@ -94,27 +90,6 @@ def by_mass_matrix(
 
 
 def solved(M: Expression, b: Expression) -> Expression:
-    """X (n, k) with M X = b (n, k) for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
-
-    Eliminates from the last row upwards, so that a matrix with the zeros of a tree fills in nowhere.
-    Where a pivot is no more than rounding of its diagonal entry, M is singular and X is NaN, not a huge number.
-    """
-    n = M.shape[0]
-    entry = {(i, j): M[i, j] for i in range(n) for j in range(i + 1) if not M[i, j].is_zero()}
-    x = [b[i, :] for i in range(n)]
-    for k in reversed(range(n)):
-        before = [i for i in range(k) if (k, i) in entry]
-        inverse_pivot = ca.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
-        for i in before:
-            factor = entry[k, i] * inverse_pivot
-            for j in (j for j in before if j <= i):
-                product = factor * entry[k, j]
-                entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
-            x[i] = x[i] - factor * x[k]
-        x[k] = x[k] * inverse_pivot
-        for i in before:
-            entry[k, i] = entry[k, i] * inverse_pivot
-    for k in range(n):
-        for i in (i for i in range(k) if (k, i) in entry):
-            x[k] = x[k] - entry[k, i] * x[i]
-    return ca.vertcat(*x)
+    """X (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
+    factor = BranchFactor(M)
+    return ca.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))
