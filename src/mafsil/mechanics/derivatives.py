@@ -16,12 +16,16 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion, body_motion, composites
-from mafsil.mechanics.forward_dynamics import forward_dynamics
+from mafsil.mechanics.forward_dynamics import forward_dynamics, require_accelerations
 from mafsil.mechanics.placement import Expression, Placement, joint_values, placements
 from mafsil.mechanics.wrench import Wrench
+
+DEEP = 14
+"""From this many joints in a row on, derivatives of forward dynamics need fewer operations by articulated bodies."""
 
 
 def inverse_dynamics_derivatives(
@@ -49,7 +53,9 @@ def forward_dynamics_derivatives(
 ) -> Expression:
     """(3 n, n): d qdd/dq, d qdd/dqd and d qdd/dtau = M^-1, stacked.
 
-    From tau = ID(q, qd, qdd): d qdd = M^-1 (d tau - dID/dq dq - dID/dqd dqd).
+    From tau = ID(q, qd, qdd): d qdd = M^-1 (d tau - dID/dq dq - dID/dqd dqd). Of two exact methods the one with fewer
+    operations for this tree: articulated bodies where paths are long (`articulated_derivatives`), else M factored along
+    the tree (`BranchFactor`); the latter always where joints follow each other.
 
     Args:
         tree: the bodies.
@@ -62,6 +68,9 @@ def forward_dynamics_derivatives(
 
     Reference: Carpentier & Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
     """
+    if tree.depth >= DEEP and not tree.follows:
+        require_accelerations(tree, q)
+        return ca.vertcat(*forward_derivatives(tree, q, qd, tau, F_tip))
     qdd = forward_dynamics(tree, q, qd, tau, F_tip)
     by_q, by_qd, M = matrices(tree, q, qd, qdd, F_tip)
     factor = BranchFactor(M)

@@ -35,17 +35,26 @@ def forward_dynamics(
     Raises:
         ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
     """
-    _require_inertia(tree)
     if by_mass_matrix_shorter(tree):
+        _require_inertia(tree)
         return by_mass_matrix(tree, q, qd, tau, F_tip)
-    _require_definite(tree, mass_matrix(tree, q))
+    require_accelerations(tree, q)
     return articulated_body(tree, q, qd, tau, F_tip)
 
 
 def by_mass_matrix_shorter(tree: BodyTree) -> bool:
     """Whether `forward_dynamics` solves with the mass matrix."""
-    longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
-    return longest < LONG_CHAIN or tree.follows
+    return tree.depth < LONG_CHAIN or tree.follows
+
+
+def require_accelerations(tree: BodyTree, q: Expression) -> None:
+    """Efforts determine the accelerations.
+
+    Raises:
+        ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
+    """
+    _require_inertia(tree)
+    _require_definite(tree, mass_matrix(tree, q))
 
 
 def _require_inertia(tree: BodyTree) -> None:
