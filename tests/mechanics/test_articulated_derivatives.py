@@ -8,11 +8,13 @@ from hypothesis import strategies as st
 
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
+from mafsil.mechanics import derivatives, mass_matrix
 from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.forward_dynamics import forward_dynamics
 from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.ground_frame import ground_is_shorter
 from mafsil.mechanics.quantities import quantity
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import library
@@ -140,3 +142,28 @@ def test_a_branch_that_nothing_drives_stays_a_structural_zero():
     x = factor.solved([ca.SX(1), ca.SX(0), ca.SX(0), ca.SX(0)])
     assert [value.is_zero() for value in x] == [False, False, True, True]
     assert [value.is_zero() for value in factor.inverse()[2]] == [True, True, False, False]
+
+
+@pytest.mark.parametrize("mechanism", [serial_chain(9, np.random.default_rng(1)), without_followers(40, helical=True)])
+def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
+    """d tau and M with every wrench in the ground frame, and from body to body."""
+    tree = regrouped(regauged(lumped(mechanism)))
+    symbols = [ca.SX.sym(name, tree.n) for name in ("q", "qd", "qdd")] + [ca.SX.sym("F", 6)]
+    states = sample(mechanism, 3, np.random.default_rng(9))
+    functions = []
+    for ground in (False, True):
+        for module in (derivatives, mass_matrix):
+            monkeypatch.setattr(module, "ground_is_shorter", lambda *_a, ground=ground, **_k: ground)
+        blocks = [*derivatives.matrices(tree, *symbols), mass_matrix.mass_matrix(tree, symbols[0])]
+        functions.append(ca.Function("blocks", symbols, blocks))
+    for values in zip(*states.arguments(("q", "qd", "qdd", "tip_wrench")), strict=True):
+        body, ground = ([block.full() for block in function(*values)] for function in functions)
+        for a, b in zip(body, ground, strict=True):
+            assert gap(a, b) < 1e-14
+        assert gap(ground[2], ground[3]) < 1e-15
+
+
+def test_the_ground_frame_is_chosen_for_long_chains_of_any_angles():
+    arms = [regauged(lumped(library.load(name))) for name in ("panda", "ur5e", "iiwa7", "puma560")]
+    assert not any(ground_is_shorter(arm, wrenches=3, rows=1) for arm in arms)
+    assert ground_is_shorter(regauged(lumped(serial_chain(20, np.random.default_rng(2)))), wrenches=1, rows=0)
