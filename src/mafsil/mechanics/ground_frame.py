@@ -32,7 +32,7 @@ class Screw(NamedTuple):
 
 
 def twist_at_ground(angular: Expression, linear: Expression, o: Expression) -> Screw:
-    """A twist at o, at the origin of {0}; all (3,) in the axes of {0}."""
+    """A twist (angular, linear) at o, taken to the origin of {0}; all (3,) in the axes of {0}."""
     return Screw(angular, linear + ca.cross(o, angular))
 
 
