@@ -37,6 +37,11 @@ def branched_tree(count: int, rng: np.random.Generator) -> Mechanism:
     return _tree(rng, count, [JointKind.REVOLUTE], np.ones(1), fixed=0.0, mimic=0.0, massless=0.0)
 
 
+def serial_chain(count: int, rng: np.random.Generator) -> Mechanism:
+    """A chain of `count` revolute joints in a row, without extras."""
+    return _tree(rng, count, [JointKind.REVOLUTE], np.ones(1), fixed=0.0, mimic=0.0, massless=0.0, straightness=1.0)
+
+
 def _tree(
     rng: np.random.Generator,
     count: int,
@@ -46,8 +51,10 @@ def _tree(
     fixed: float,
     mimic: float,
     massless: float,
+    straightness: float | None = None,
 ) -> Mechanism:
-    straightness = rng.choice([0.5, 0.8, 0.95])
+    if straightness is None:
+        straightness = float(rng.choice([0.5, 0.8, 0.95]))
     links, joints, moving = [Link("base", _inertial(rng))], [], 0
     while moving < count:
         parent = links[-1] if rng.random() < straightness else links[int(rng.integers(len(links)))]

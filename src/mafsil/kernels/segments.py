@@ -11,6 +11,8 @@ from mafsil.kernels.tape import Tape, arguments
 
 LENGTH = 3000
 """Operations in one piece, about; a compiler's register allocation takes time that grows faster than the length."""
+SHORT = 1000
+"""Operations in one piece of a tape that takes more than two: evaluated as fast, compiled in a fifth less time."""
 WEIGHT = 25
 """Operations that an expensive function counts for."""
 
@@ -39,10 +41,12 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
 
     Args:
         tape: the program.
-        length: operations in one piece, about.
+        length: operations in one piece, about; fewer in a tape that needs more than two pieces.
         blocks: outputs that are written together.
     """
     pieces = list(_pieces(tape, length)) or [[]]
+    if len(pieces) > 2:
+        pieces = list(_pieces(tape, min(length, SHORT)))
     home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
     last: dict[int, int] = {}
     for i, k in home.items():

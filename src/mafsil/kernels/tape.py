@@ -134,21 +134,25 @@ def arguments(node: Node) -> tuple[int, ...]:
 
 def alive(tape: Tape) -> Tape:
     """Only the nodes that outputs depend on."""
-    needed: set[int] = set()
-    stack = [i for port in tape.outputs for i in port]
-    while stack:
-        i = stack.pop()
-        if i not in needed:
-            needed.add(i)
-            stack.extend(arguments(tape.nodes[i]))
-    return reordered(tape, sorted(needed))
+    needed = bytearray(len(tape.nodes))
+    for port in tape.outputs:
+        for i in port:
+            needed[i] = 1
+    for i in range(len(needed) - 1, -1, -1):
+        if needed[i]:
+            for a in arguments(tape.nodes[i]):
+                needed[a] = 1
+    return reordered(tape, [i for i, wanted in enumerate(needed) if wanted])
 
 
 def reordered(tape: Tape, order: list[int]) -> Tape:
     """The tape with the nodes of `order`, in that order."""
-    place = {old: new for new, old in enumerate(order)}
-    nodes = [tape.nodes[i] for i in order]
-    nodes = [n._replace(args=tuple(place[a] for a in n.args)) if arguments(n) else n for n in nodes]
+    place = [0] * len(tape.nodes)
+    nodes: list[Node] = []
+    for new, old in enumerate(order):
+        place[old] = new
+        node = tape.nodes[old]
+        nodes.append(Node(node.op, tuple([place[a] for a in node.args])) if arguments(node) else node)
     return Tape(tuple(nodes), tape.input_sizes, tuple(tuple(place[i] for i in port) for port in tape.outputs))
 
 

@@ -37,15 +37,19 @@ class ArticulatedInertia:
         return ArticulatedInertia(self.I - m @ (m * give).T, self.H - m @ (f * give).T, self.M - f @ (f * give).T)
 
     def in_parent(self, step: Placement) -> ArticulatedInertia:
-        """Seen from the parent's frame: turned, then shifted by the offset p.
+        """Seen from the parent's frame: turned, then shifted by the offset."""
+        return ArticulatedInertia(*(_turned(block, step) for block in (self.I, self.H, self.M))).shifted(step.offset)
 
-        H <- H + [p] M, I <- I + [p] H' - H [p] - [p] M [p].
-        """
-        inertia, H, M = (_turned(block, step) for block in (self.I, self.H, self.M))
-        P = ca.skew(step.offset)
-        PM = P @ M
-        PHt = P @ H.T
-        return ArticulatedInertia(inertia + PHt + PHt.T - PM @ P, H + PM, M)
+    def shifted(self, p: Expression) -> ArticulatedInertia:
+        """About an origin at -p: H + [p] M, I + [p] H' - H [p] - [p] M [p]."""
+        P = ca.skew(p)
+        PM = P @ self.M
+        PHt = P @ self.H.T
+        return ArticulatedInertia(self.I + PHt + PHt.T - PM @ P, self.H + PM, self.M)
+
+    def wrench(self, alpha: Expression, a: Expression) -> tuple[Expression, Expression]:
+        """(moment, force) that an acceleration (alpha, a) takes."""
+        return self.I @ alpha + self.H @ a, self.H.T @ alpha + self.M @ a
 
 
 def articulated_body(
@@ -124,7 +128,7 @@ def _inward(
 ) -> dict[int, tuple[tuple[Expression, Expression], Expression, Expression]]:
     """(U, 1/D, u) of each joint, by body index."""
     gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
-    least = _least_inertias(tree, steps)
+    least = least_inertias(tree, steps)
     for i, body in reversed(tree.moving):
         step, A = steps[i], inertias[i]
         U = (step.omega * A.I[:, 2] + step.v * A.H[:, 2], step.omega * A.H[2, :].T + step.v * A.M[:, 2])
@@ -146,7 +150,7 @@ def _inward(
     return gates
 
 
-def _least_inertias(tree: BodyTree, steps: Sequence[Placement]) -> list[float]:
+def least_inertias(tree: BodyTree, steps: Sequence[Placement]) -> list[float]:
     """Of each joint, SINGULAR times a bound of the inertia that it moves in any position."""
     bounds = [(abs(b.inertia.mass), _norm(b.inertia.h), _norm(b.inertia.I)) for b in tree.bodies]
     least = [0.0] * len(tree.bodies)

@@ -142,6 +142,11 @@ class BodyTree:
         """Whether some joint mimics another, so that coordinates and joints differ."""
         return any((b.coordinate, b.multiplier) != (i - 1, 1.0) for i, b in self.moving)
 
+    @property
+    def depth(self) -> int:
+        """Most moving bodies in a row between the base and a leaf."""
+        return max((len(self.path(i)) for i, _ in self.moving), default=0)
+
     def path(self, body: int) -> tuple[int, ...]:
         """Indices of the moving bodies from the base to `body`, both included, the base left out."""
         chain: list[int] = []

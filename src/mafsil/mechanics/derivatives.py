@@ -12,15 +12,21 @@ algebra, IEEE RA-L 7, 2022 (the recursion over composite bodies); Carpentier & M
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.composite_motion import CompositeMotion, Motion, body_motion, composites
-from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
-from mafsil.mechanics.placement import Expression, Placement, joint_values, placements
-from mafsil.mechanics.wrench import Wrench
+from mafsil.mechanics.branch_factor import BranchFactor
+from mafsil.mechanics.composite_motion import body_motion, composites
+from mafsil.mechanics.forward_dynamics import forward_dynamics, require_accelerations
+from mafsil.mechanics.ground_frame import ground_is_shorter
+from mafsil.mechanics.joint_pairs import BodyFramePairs, GroundFramePairs
+from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.placement import Expression, joint_values, placements
+
+DEEP = 14
+"""From this many joints in a row on, derivatives of forward dynamics need fewer operations by articulated bodies."""
 
 
 def inverse_dynamics_derivatives(
@@ -48,7 +54,9 @@ def forward_dynamics_derivatives(
 ) -> Expression:
     """(3 n, n): d qdd/dq, d qdd/dqd and d qdd/dtau = M^-1, stacked.
 
-    From tau = ID(q, qd, qdd): d qdd = M^-1 (d tau - dID/dq dq - dID/dqd dqd).
+    From tau = ID(q, qd, qdd): d qdd = M^-1 (d tau - dID/dq dq - dID/dqd dqd). Of two exact methods the one with fewer
+    operations for this tree: articulated bodies where paths are long (`articulated_derivatives`), else M factored along
+    the tree (`BranchFactor`); the latter always where joints follow each other.
 
     Args:
         tree: the bodies.
@@ -61,11 +69,25 @@ def forward_dynamics_derivatives(
 
     Reference: Carpentier & Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
     """
-    n = tree.n
+    if tree.depth >= DEEP and not tree.follows:
+        require_accelerations(tree, q)
+        return ca.vertcat(*forward_derivatives(tree, q, qd, tau, F_tip))
     qdd = forward_dynamics(tree, q, qd, tau, F_tip)
-    stacked = inverse_dynamics_derivatives(tree, q, qd, qdd, F_tip)
-    inverse = solved(stacked[2 * n :, :], ca.SX(ca.DM.eye(n)))
-    return ca.vertcat(-inverse @ stacked[:n, :], -inverse @ stacked[n : 2 * n, :], inverse)
+    by_q, by_qd, _ = matrices(tree, q, qd, qdd, F_tip)
+    factor = BranchFactor(mass_matrix(tree, q))
+    blocks = (_solved_columns(factor, by_q), _solved_columns(factor, by_qd), _matrix(factor.inverse()))
+    return ca.vertcat(*blocks)
+
+
+def _solved_columns(factor: BranchFactor, matrix: Expression) -> Expression:
+    """-M^-1 matrix (n, n), column by column."""
+    n = factor.n
+    columns = [factor.solved([-matrix[i, j] for i in range(n)]) for j in range(n)]
+    return _matrix([[columns[j][i] for j in range(n)] for i in range(n)])
+
+
+def _matrix(rows: Sequence[Sequence[Expression]]) -> Expression:
+    return ca.vertcat(*(ca.horzcat(*row) for row in rows))
 
 
 def matrices(
@@ -77,60 +99,5 @@ def matrices(
     """
     steps = placements(tree, q)
     motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
-    pairs = _Pairs(tree, steps, motion, composites(tree, steps, motion, F_tip))
-    by_q, by_qd, M = (_Matrix(tree) for _ in range(3))
-    for i, _ in tree.moving:
-        pairs.walk(i, by_q, by_qd, M)
-    return by_q.full(), by_qd.full(), M.full()
-
-
-class _Matrix:
-    """(n, n) by coordinates, filled by pairs of joints: followers of one coordinate add up."""
-
-    def __init__(self, tree: BodyTree) -> None:
-        self.tree = tree
-        self.entries: dict[tuple[int, int], Expression] = {}
-
-    def add(self, i: int, j: int, value: Expression) -> None:
-        """Row of joint i, column of joint j."""
-        a, b = self.tree.bodies[i], self.tree.bodies[j]
-        key, factor = (a.coordinate, b.coordinate), a.multiplier * b.multiplier
-        scaled = value if factor == 1.0 else factor * value
-        self.entries[key] = self.entries[key] + scaled if key in self.entries else scaled
-
-    def full(self) -> Expression:
-        n, zero = self.tree.n, ca.SX(0)
-        return ca.vertcat(*(ca.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
-
-
-@dataclass(frozen=True, slots=True)
-class _Pairs:
-    tree: BodyTree
-    steps: Sequence[Placement]
-    motion: Motion
-    composite: Sequence[CompositeMotion]
-
-    def walk(self, i: int, by_q: _Matrix, by_qd: _Matrix, M: _Matrix) -> None:
-        """All entries of joint i with itself and the joints before it."""
-        step, body = self.steps[i], self.tree.bodies[i]
-        own = self.composite[i]
-        unit = Wrench(*own.inertia.unit_acceleration(step))
-        turning = own.unit_rate_row(step)
-        rate = Wrench(*own.rate_wrench(step, self.motion.drift[i]))
-        shift = Wrench(*own.shift_wrench(step, self.motion, i))
-        j = i
-        while j:
-            at = self.steps[j]
-            drift, jump = self.motion.drift[j], self.motion.jump[j]
-            t_z, drifted = at.omega * turning[2], at.omega * unit.m + at.v * unit.f
-            by_qd.add(i, j, t_z + ca.dot(drifted, 2 * drift))
-            by_q.add(i, j, at.omega * ca.dot(turning, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
-            effort = unit.along(at)
-            M.add(i, j, effort + body.armature if i == j else effort)
-            if i != j:
-                by_q.add(j, i, shift.along(at))
-                by_qd.add(j, i, rate.along(at))
-                M.add(j, i, effort)
-            unit, rate, shift = unit.in_parent(at), rate.in_parent(at), shift.in_parent(at)
-            turning = at.to_parent(turning) + ca.cross(self.motion.gain[j], unit.f)
-            j = self.tree.bodies[j].parent
+    pairs = GroundFramePairs if ground_is_shorter(tree, wrenches=3, rows=1) else BodyFramePairs
+    return pairs(tree, steps, motion, composites(tree, steps, motion, F_tip)).matrices()

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from math import nan
-
 import casadi as ca
 import numpy as np
 
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.branch_factor import SINGULAR, BranchFactor
 from mafsil.mechanics.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.jacobian import jacobian_body
 from mafsil.mechanics.mass_matrix import mass_matrix
@@ -17,9 +16,6 @@ from mafsil.mechanics.placement import Expression
 
 LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
-
-SINGULAR = 1e-14
-"""Smallest eigenvalue of the mass matrix, scaled to a unit diagonal, below which it is rounding."""
 
 
 def forward_dynamics(
@@ -39,17 +35,26 @@ def forward_dynamics(
     Raises:
         ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
     """
-    _require_inertia(tree)
     if by_mass_matrix_shorter(tree):
+        _require_inertia(tree)
         return by_mass_matrix(tree, q, qd, tau, F_tip)
-    _require_definite(tree, mass_matrix(tree, q))
+    require_accelerations(tree, q)
     return articulated_body(tree, q, qd, tau, F_tip)
 
 
 def by_mass_matrix_shorter(tree: BodyTree) -> bool:
     """Whether `forward_dynamics` solves with the mass matrix."""
-    longest = max((len(tree.path(i)) for i, _ in tree.moving), default=0)
-    return longest < LONG_CHAIN or tree.follows
+    return tree.depth < LONG_CHAIN or tree.follows
+
+
+def require_accelerations(tree: BodyTree, q: Expression) -> None:
+    """Efforts determine the accelerations.
+
+    Raises:
+        ModelError: some joints move no inertia, so that no acceleration follows from their efforts.
+    """
+    _require_inertia(tree)
+    _require_definite(tree, mass_matrix(tree, q))
 
 
 def _require_inertia(tree: BodyTree) -> None:
@@ -94,27 +99,6 @@ def by_mass_matrix(
 
 
 def solved(M: Expression, b: Expression) -> Expression:
-    """X (n, k) with M X = b (n, k) for a symmetric positive definite M (n, n): M = L' D L, structural zeros kept.
-
-    Eliminates from the last row upwards, so that a matrix with the zeros of a tree fills in nowhere.
-    Where a pivot is no more than rounding of its diagonal entry, M is singular and X is NaN, not a huge number.
-    """
-    n = M.shape[0]
-    entry = {(i, j): M[i, j] for i in range(n) for j in range(i + 1) if not M[i, j].is_zero()}
-    x = [b[i, :] for i in range(n)]
-    for k in reversed(range(n)):
-        before = [i for i in range(k) if (k, i) in entry]
-        inverse_pivot = ca.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
-        for i in before:
-            factor = entry[k, i] * inverse_pivot
-            for j in (j for j in before if j <= i):
-                product = factor * entry[k, j]
-                entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
-            x[i] = x[i] - factor * x[k]
-        x[k] = x[k] * inverse_pivot
-        for i in before:
-            entry[k, i] = entry[k, i] * inverse_pivot
-    for k in range(n):
-        for i in (i for i in range(k) if (k, i) in entry):
-            x[k] = x[k] - entry[k, i] * x[i]
-    return ca.vertcat(*x)
+    """X (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
+    factor = BranchFactor(M)
+    return ca.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))

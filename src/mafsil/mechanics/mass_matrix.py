@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.placement import Expression, Placement, constant, placements
+from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
+from mafsil.mechanics.placement import Expression, Placement, constant, placements, world_placements
+from mafsil.mechanics.wrench import Wrench
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +42,7 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
     """M(q) (n, n) [kg m^2 | kg m | kg], symmetric.
 
     Composite inertias are gathered from the leaves; F = I_composite S is the wrench that accelerates joint i by one,
-    and its projections on the axes before it are the column's entries.
+    and its projections on the axes before it are the column's entries; of long chains all of it in the ground frame.
 
     Args:
         tree: the bodies.
@@ -51,6 +53,9 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
     steps = placements(tree, q)
     composite = _composites(tree, steps)
     entries: dict[tuple[int, int], Expression] = {}
+    if ground_is_shorter(tree, wrenches=1, rows=0):
+        _fill_in_ground_frame(tree, steps, composite, entries)
+        return _symmetric(entries, tree.n)
     for i, body in tree.moving:
         moment, force = composite[i].unit_acceleration(steps[i])
         j = i
@@ -61,6 +66,23 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
             moment = steps[j].to_parent(moment) + ca.cross(steps[j].offset, force)
             j = tree.bodies[j].parent
     return _symmetric(entries, tree.n)
+
+
+def _fill_in_ground_frame(
+    tree: BodyTree,
+    steps: list[Placement],
+    composite: list[CompositeInertia],
+    entries: dict[tuple[int, int], Expression],
+) -> None:
+    """All entries, those of pairs from wrenches and screws in {0}."""
+    R, o = world_placements(tree, steps)
+    screws = [twist_at_ground(s.omega * R[k][:, 2], s.v * R[k][:, 2], o[k]) for k, s in enumerate(steps)]
+    for i, body in tree.moving:
+        unit = Wrench(*composite[i].unit_acceleration(steps[i]))
+        _accumulate(tree, entries, i, i, unit.along(steps[i]) + body.armature)
+        there = wrench_at_ground(Wrench(R[i] @ unit.m, R[i] @ unit.f), o[i])
+        for j in tree.path(body.parent):
+            _accumulate(tree, entries, i, j, along(there, screws[j]))
 
 
 def _composites(tree: BodyTree, steps: list[Placement]) -> list[CompositeInertia]:
