@@ -19,6 +19,7 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
+from benchmarks.large_robots import large_robot  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, machine, race, verdict  # noqa: E402
 from mafsil.kernels.reduce import reduce  # noqa: E402
 from mafsil.kernels.tape import read  # noqa: E402
@@ -29,7 +30,7 @@ from mafsil.robot.trace import trace  # noqa: E402
 from tests.oracles.pinocchio_model import model_of  # noqa: E402
 from tests.oracles.states import States, sample  # noqa: E402
 
-ROBOTS = ("panda", "iiwa7", "ur5e", "puma560")
+ROBOTS = ("panda", "iiwa7", "ur5e", "puma560", "tree30", "talos")
 ROWS = 2048
 BATCH_TARGET, SINGLE_TARGET, OPERATIONS_TARGET = 25, 1, 1600
 QUANTITIES = {
@@ -71,7 +72,7 @@ def measured(robot: Robot, name: str, quick: bool) -> tuple[float, float, float]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS)
+    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=(*ROBOTS, "chain30"))
     parser.add_argument("--quick", action="store_true", help="a quarter of the repeats")
     options = parser.parse_args()
     print(" | ".join(f"{key} {value}" for key, value in machine("mafsil", "numpy", "casadi", "pin").items()))
@@ -80,7 +81,7 @@ def main() -> None:
     batches: list[float] = []
     calls: list[float] = []
     for robot_name in options.robots:
-        robot = Robot(library.load(robot_name))
+        robot = Robot(large_robot(robot_name) or library.load(robot_name))
         for name in QUANTITIES:
             batch, call, pinocchio = measured(robot, name, options.quick)
             batches.append(pinocchio / batch)

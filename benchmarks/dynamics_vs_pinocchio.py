@@ -29,14 +29,14 @@ import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
 from benchmarks.floor import bytes_per_ns, floor_ns, products_per_ns  # noqa: E402
+from benchmarks.large_robots import large_robot  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, Timing, machine, race, verdict  # noqa: E402
 from mafsil.model import Mechanism, library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.pinocchio_model import model_of  # noqa: E402
-from tests.oracles.random_tree import branched_tree  # noqa: E402
 from tests.oracles.states import States, sample  # noqa: E402
 
-ROBOTS = ("panda", "ur5e", "puma560", "iiwa7", "tree30")
+ROBOTS = ("panda", "ur5e", "puma560", "iiwa7", "tree30", "talos")
 ROWS = 2048
 BATCH_TARGET, PARALLEL_TARGET, SINGLE_TARGET = 40.0, 20.0, 2.0
 """Ratios of DESIGN.md section 7: a batch row against the Python call and the C++ loop, a call against a call."""
@@ -55,8 +55,8 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 
 def mechanism_named(name: str) -> Mechanism:
-    """A robot of the library, or the tree of 30 joints."""
-    return branched_tree(30, np.random.default_rng(30)) if name == "tree30" else library.load(name)
+    """A robot of the library, or one of many joints."""
+    return large_robot(name) or library.load(name)
 
 
 def main() -> None:
@@ -287,10 +287,10 @@ def _scaled(timing: Timing, factor: float) -> dict[str, float]:
 
 def _parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=ROBOTS)
+    parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=(*ROBOTS, "chain30"))
     parser.add_argument("--json", type=Path, help="file for the figures")
     parser.add_argument("--quick", action="store_true", help="a quarter of the repeats")
-    parser.add_argument("--first-calls", choices=ROBOTS, help=argparse.SUPPRESS)
+    parser.add_argument("--first-calls", choices=(*ROBOTS, "chain30"), help=argparse.SUPPRESS)
     return parser.parse_args()
 
 

@@ -11,7 +11,7 @@ from mafsil.kernels.tape import Tape, arguments
 
 LENGTH = 3000
 """Operations in one piece, about; a compiler's register allocation takes time that grows faster than the length."""
-SHORT = 1000
+SHORT = 700
 """Operations in one piece of a tape that takes more than two: evaluated as fast, compiled in a fifth less time."""
 WEIGHT = 25
 """Operations that an expensive function counts for."""

@@ -11,6 +11,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.composite_motion import turned
+from mafsil.mechanics.mass_matrix import turned_symmetric
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
 
 SINGULAR = 1e-14
@@ -34,18 +36,21 @@ class ArticulatedInertia:
     def reduced(self, U: tuple[Expression, Expression], give: Expression) -> ArticulatedInertia:
         """I - U U' give: what is left where the joint gives way."""
         m, f = U
-        return ArticulatedInertia(self.I - m @ (m * give).T, self.H - m @ (f * give).T, self.M - f @ (f * give).T)
+        return ArticulatedInertia(
+            symmetric(self.I - m @ (m * give).T), self.H - m @ (f * give).T, symmetric(self.M - f @ (f * give).T)
+        )
 
     def in_parent(self, step: Placement) -> ArticulatedInertia:
         """Seen from the parent's frame: turned, then shifted by the offset."""
-        return ArticulatedInertia(*(_turned(block, step) for block in (self.I, self.H, self.M))).shifted(step.offset)
+        inertia, M = symmetric(turned_symmetric(self.I, step)), symmetric(turned_symmetric(self.M, step))
+        return ArticulatedInertia(inertia, turned(self.H, step), M).shifted(step.offset)
 
     def shifted(self, p: Expression) -> ArticulatedInertia:
         """About an origin at -p: H + [p] M, I + [p] H' - H [p] - [p] M [p]."""
         P = ca.skew(p)
         PM = P @ self.M
         PHt = P @ self.H.T
-        return ArticulatedInertia(self.I + PHt + PHt.T - PM @ P, self.H + PM, self.M)
+        return ArticulatedInertia(symmetric(self.I + PHt + PHt.T - PM @ P), self.H + PM, self.M)
 
     def wrench(self, alpha: Expression, a: Expression) -> tuple[Expression, Expression]:
         """(moment, force) that an acceleration (alpha, a) takes."""
@@ -188,10 +193,9 @@ def _outward(
     return ca.vertcat(*qdd)
 
 
-def _turned(block: Expression, step: Placement) -> Expression:
-    """R block R' for any (3, 3) block."""
-    rows = ca.horzcat(*(step.to_parent(block[:, k]) for k in range(3)))
-    return ca.horzcat(*(step.to_parent(rows[k, :].T) for k in range(3))).T
+def symmetric(A: Expression) -> Expression:
+    """A symmetric matrix (3, 3) made of its lower half alone, so that the upper one is not computed."""
+    return ca.vertcat(*(ca.horzcat(*(A[max(i, j), min(i, j)] for j in range(3))) for i in range(3)))
 
 
 def _along_z(x: Expression) -> Expression:

@@ -37,7 +37,7 @@ from math import nan
 
 import casadi as ca
 
-from mafsil.mechanics.articulated_body import ArticulatedInertia, least_inertias
+from mafsil.mechanics.articulated_body import ArticulatedInertia, least_inertias, symmetric
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements, world_placements
 
@@ -166,7 +166,7 @@ class _Sweep:
     def _own(self, i: int) -> None:
         """Each body's own inertia, bias wrench and rate tensor."""
         body, R, w = self.tree.bodies[i].inertia, self.R[i], self.omega[i]
-        h, inertia = R @ constant(body.h), _symmetric(R @ constant(body.I) @ R.T)
+        h, inertia = R @ constant(body.h), symmetric(R @ constant(body.I) @ R.T)
         second = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 2 * ca.SX(ca.DM.eye(3)) - inertia
         spin, flow = ca.cross(w, h), ca.skew(w) @ (2 * second)
         N = (flow[0, 0] + flow[1, 1] + flow[2, 2]) * ca.SX(ca.DM.eye(3)) - flow
@@ -361,8 +361,3 @@ def _dot(a: Screw, b: Screw) -> Expression:
 def _about_zero(wrench: Screw, o: Expression) -> Screw:
     """A wrench about o, about the origin of {0}."""
     return wrench[0] + ca.cross(o, wrench[1]), wrench[1]
-
-
-def _symmetric(A: Expression) -> Expression:
-    """A symmetric matrix with each entry of its halves computed once."""
-    return ca.vertcat(*(ca.horzcat(*(A[max(i, j), min(i, j)] for j in range(3))) for i in range(3)))

@@ -27,7 +27,7 @@ class CompositeInertia:
     def in_parent(self, step: Placement) -> CompositeInertia:
         """Seen from the parent's frame: turned, then shifted by the offset (Steiner)."""
         h = step.to_parent(self.h)
-        turned = _turned(self.I, step)
+        turned = turned_symmetric(self.I, step)
         p = step.offset
         return CompositeInertia(self.mass, h + self.mass * p, turned + _shift(p, h + 0.5 * self.mass * p))
 
@@ -109,7 +109,7 @@ def _symmetric(entries: dict[tuple[int, int], Expression], n: int) -> Expression
     return ca.vertcat(*(ca.horzcat(*row) for row in rows)) if n else ca.SX(0, 0)
 
 
-def _turned(inertia: Expression, step: Placement) -> Expression:
+def turned_symmetric(inertia: Expression, step: Placement) -> Expression:
     """R_c Rz I Rz' R_c' for a symmetric I, by double angles about z, then the constant turn."""
     c, s = step.cosine, step.sine
     xx, yy, zz, xy, xz, yz = inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]
