@@ -79,7 +79,7 @@ def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, 
         number: (k,) of zeros.
         certain: (k,) whether it is proven that all are simple and that there are no others.
     """
-    T, unknown = room(78), np.empty(CELLS, np.bool_)
+    T, unknown, stack = room(78), np.empty(CELLS, np.bool_), np.empty((64, ORDER + 2))
     waiting, place, queued = np.empty((zeros.shape[1] + 8, ORDER + 3)), np.empty((zeros.shape[1] + 8, 2), np.int64), 0
     for b in range(len(coefficients)):
         # 1.
@@ -99,7 +99,7 @@ def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, 
                 first = coefficients[b, 0]
                 for k in range(1, degree + 1):
                     first += coefficients[b, k] * cos(k * START) + coefficients[b, degree + k] * sin(k * START)
-                count, all_sure, taken = _isolated(T, unknown, first, noise, steep, zeros[b], waiting[queued:])
+                count, all_sure, taken = _isolated(T, unknown, first, noise, steep, zeros[b], waiting[queued:], stack)
                 for i in range(taken):
                     place[queued + i, 0], place[queued + i, 1] = b, int(waiting[queued + i, ORDER + 2])
                 sure, queued = sure and all_sure, queued + taken
@@ -150,7 +150,7 @@ def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
 
 
 @reordered
-def _isolated(T, unknown, first, noise, steep, zeros, waiting):
+def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
     """Cells of one polynomial: how many zeros, whether that is proven, and how many of them wait to be found.
 
     1. A cell that may hold a zero is looked at; what is before it has the sign of `last`.
@@ -164,8 +164,9 @@ def _isolated(T, unknown, first, noise, steep, zeros, waiting):
         noise, steep: by how much values and slopes may be off.
         zeros: (most,) those that rounding hides are written down.
         waiting: (most, ORDER + 3) monotone cells with a zero: coefficients, centre, width, and place of the zero.
+        stack: (64, ORDER + 2) room for halves that are still to be looked at.
     """
-    stack, count, taken, sure, last, most = np.empty((64, ORDER + 2)), 0, 0, True, first, len(zeros)
+    count, taken, sure, last, most = 0, 0, True, first, len(zeros)
     for cell in range(CELLS):
         # 1.
         if not unknown[cell]:

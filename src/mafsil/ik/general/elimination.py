@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
-from mafsil.ik.general.findings import Findings, whole
+from mafsil.ik.general.findings import DETERMINED, MOST, NEAR, Findings, whole
 from mafsil.ik.general.roads import TWIST, Road, roads
 
 CHOICES: tuple[tuple[float, int, float], ...] = (
@@ -40,6 +40,9 @@ NOISE: Floats = np.cos(np.arange(162.0) ** 2).reshape(6, 27)
 
 DIAGONAL: NDArray[np.int64] = np.cumsum(np.arange(1, 9)) - 1
 """Where the triangular factor has its diagonal."""
+
+FIRST: NDArray[np.int64] = np.zeros(MOST, dtype=np.int64)
+"""Rows of a batch of one."""
 
 Circle = tuple[Floats, Floats, Floats]
 """Cosines, sines and weights of nodes."""
@@ -84,14 +87,45 @@ class Elimination:
         zeros, number, certain = self._zeros(coefficients, dust)
         self._doubted(systems, number, certain, size[:, 1], dust)
         # Without a proof the image is better, except that no zero at all may be all there is.
-        good = np.flatnonzero(certain | (number == 0))
-        if len(good) == len(rows):
-            self._explored(systems, found, rows, None, (zeros, number, certain))
-        else:
-            self._explored(systems, found, rows, good, (zeros[good], number[good], certain[good]))
-        rest = np.flatnonzero(~found.proof[rows])
+        vague = np.flatnonzero(~certain & (number > 0))
+        if len(vague):
+            zeros[vague], number[vague], certain[vague] = self._image(systems.chosen(vague), f[vague])
+        self._explored(systems, found, rows, None, (zeros, number, certain))
+        again = ~found.proof[rows]
+        again[vague] = False
+        rest = np.flatnonzero(again)
         if len(rest):
             self._explored(systems, found, rows, rest, self._image(systems.chosen(rest), f[rest]))
+
+    def one(self, road: int, P: PoseMatrix, frames: Floats) -> tuple[JointVector, Floats] | None:
+        """All solutions of one pose and their errors, (k, 6) and (k,), where one look proves them; else None.
+
+        The zeros must be isolated, and the candidate of each must lead to a solution of its own.
+
+        Args:
+            road: its number.
+            P: (1, 4, 4) displacement of the loop.
+            frames: (7, 3, 4) its constants.
+        """
+        from mafsil.ik.general.circle_loops import zeros_of
+        from mafsil.ik.general.polish_loops import explained, polished
+
+        one = self.roads[road]
+        systems = _Systems(one, pose.inverse(P) if one.backwards else P)
+        _, coefficients, size = self._sampled(systems, self._circle)
+        if not size[0, 0] <= CLEAN * size[0, 1]:
+            return None
+        zeros, number, certain = zeros_of(coefficients, size[:, 0], self.degree)
+        count = int(number[0])
+        if not 0 < count <= MOST or not certain[0]:
+            return None
+        zero, rows = zeros[0, :count], FIRST[:count]
+        turns, rank = systems.candidates(P, frames, self.slides, rows, rows, zero, 0.0, 0)
+        if not rank.min() > DETERMINED:
+            return None
+        q, error = np.empty((len(turns), 6)), np.empty(len(turns))
+        polished(frames, self.slides, P, rows, turns, q, error)
+        return (q[:count], error[:count]) if explained(zero, one.joints[2], self.slides, q, error, NEAR) else None
 
     def _explored(
         self,
@@ -104,14 +138,13 @@ class Elimination:
         """Zeros of some of the rows, or of all."""
         poses = rows if some is None else rows[some]
 
-        def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[Floats, NDArray[np.bool_]]:
-            turn, pick, enough = CHOICES[choice]
+        def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[Floats, Floats]:
+            turn, pick, _ = CHOICES[choice]
             at = row if some is None else some[row]
-            turns, rank = systems.candidates(found, poses[row], at, zero, turn, pick)
-            return turns, rank > enough
+            return systems.candidates(found.P, found.frames, self.slides, poses[row], at, zero, turn, pick)
 
         joints = systems.road.joints
-        found.explored(poses, zeros, candidates, len(CHOICES), joints[2])
+        found.explored(poses, zeros, candidates, [enough for _, _, enough in CHOICES], joints[2])
 
     def _image(self, systems: _Systems, f: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         """Zeros found on the projective image of the circle on which samples f (k, nodes) are most alike.
@@ -210,7 +243,9 @@ class _Systems:
 
     def candidates(
         self,
-        found: Findings,
+        P: PoseMatrix,
+        frames: Floats,
+        slides: NDArray[np.bool_],
         poses: NDArray[np.int64],
         rows: NDArray[np.int64],
         zeros: Floats,
@@ -220,19 +255,21 @@ class _Systems:
         """(m', 12) candidates of zeros, see `polished`, and how well they are determined (m,).
 
         Args:
-            found: the batch.
-            poses, rows: (m,) places in the batch and in these systems.
+            P: (k, 4, 4) displacements of the loop.
+            frames, slides: its constants.
+            poses, rows: (m,) places among the displacements and in these systems.
             zeros: (m,) values of joint c.
             turn, pick: as in `CHOICES`.
         """
         from mafsil.ik.general.candidate_loops import candidates
 
-        turns, rank, road = np.empty((whole(len(rows)), 12)), np.empty(whole(len(rows))), self.road
+        count, road = len(rows), self.road
+        turns, rank = np.empty((whole(count), 12)), np.empty(whole(count))
+        A, Q, R = self.A, self.Q, self.R
         candidates(
-            road.joints, zeros, rows, poses, found.P, self.A, self.Q, self.R, road.left, found.frames, found.slides,
-            TWIST, turn, pick, turns, rank,
-        )  # fmt: skip
-        return turns, rank[: len(rows)]
+            road.joints, zeros, rows, poses, P, A, Q, R, road.left, frames, slides, TWIST, turn, pick, turns, rank
+        )
+        return turns, rank[:count]
 
 
 def fourier_columns(degree: int) -> Floats:

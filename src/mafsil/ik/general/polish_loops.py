@@ -194,17 +194,43 @@ def noted(rows, q, size, slides, found, q_out, size_out):
         b = rows[i]
         new = found[b] < q_out.shape[1]
         for j in range(found[b]):
-            apart = False
-            for k in range(6):
-                d = abs(q[i, k] - q_out[b, j, k])
-                if not slides[k] and d > pi:
-                    d = 2 * pi - d
-                if d > SAME:
-                    apart = True
-                    break
-            new = new and apart
+            new = new and _differ(q, i, q_out[b], j, slides)
         if new:
             for k in range(6):
                 q_out[b, found[b], k] = q[i, k]
             size_out[b, found[b]] = size[i]
             found[b] += 1
+
+
+@reordered
+def explained(zeros, joint, slides, q, size, near):
+    """Whether each zero of one pose has led to a solution of its own with that value of the joint.
+
+    Args:
+        zeros: (m,) of the joint.
+        joint: whose value the zeros are.
+        slides: (6,) which joints slide.
+        q, size: (m', 6) solutions, m' >= m, their angles in [-pi, pi], and (m',) their errors.
+        near: difference from its zero up to which a solution explains it [rad].
+    """
+    for i in range(len(zeros)):
+        away = q[i, joint] - zeros[i]
+        away -= 2 * pi * np.floor(away / (2 * pi) + 0.5)
+        if not (size[i] < CLOSED and abs(away) < near):
+            return False
+        for j in range(i):
+            if not _differ(q, i, q, j, slides):
+                return False
+    return True
+
+
+@reordered
+def _differ(q, i, others, j, slides):
+    """Whether two solutions are not the same."""
+    for k in range(6):
+        d = abs(q[i, k] - others[j, k])
+        if not slides[k] and d > pi:
+            d = 2 * pi - d
+        if d > SAME:
+            return True
+    return False

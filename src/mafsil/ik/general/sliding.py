@@ -69,12 +69,12 @@ class TwoSlides:
         zeros, number, certain = zeros_of(harmonics, dust, DEGREE)
         certain &= apart > REGULAR
 
-        def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[Floats, NDArray[np.bool_]]:
+        def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[Floats, Floats]:
             with np.errstate(all="ignore"):
                 turns, _ = self._turns(P[row], road, theta, float(WAYS[choice]))
-                return found.turns(_with_lengths(self._chain, P[row], turns)), np.zeros(len(row), dtype=np.bool_)
+                return found.turns(_with_lengths(self._chain, P[row], turns)), np.zeros(len(row))
 
-        found.explored(rows, (zeros + START, number, certain), candidates, len(WAYS), self._turning[road])
+        found.explored(rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._turning[road])
 
     def _samples(self, P: PoseMatrix, road: int) -> tuple[Floats, Floats]:
         """(k, nodes) values of the polynomial, and (k,) how far the slides are from parallel at most."""
