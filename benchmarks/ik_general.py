@@ -3,8 +3,8 @@
 python benchmarks/ik_general.py [--six jaco2 crx10ia hc10 xarm6] [--seven iiwa7 panda] [--poses 1000] [--json FILE]
 
 Six joints: ssik's prebuilt solvers of published arms and `mafsil.inverse_kinematics` for the same geometry, read from
-ssik's forward kinematics: one pose, 32 poses and `--poses` poses at once; random reachable poses, joint limits left out.
-The lists are compared before anything is timed, ours checked by the rival's forward kinematics; "lost" counts the poses
+ssik's forward kinematics: one pose, 32 poses and `--poses` poses at once; random reachable poses, no joint limits. The
+lists are compared before anything is timed, ours checked by the rival's forward kinematics; "lost" counts the poses
 whose planted configuration did not come back. The elimination alone stands below to explain. ssik takes one pose a
 call; its options are bound outside the clock. Seven joints: a sweep over sixteen values of the free joint, beside
 ssik's sweep within the limits; and all branches at one value of the last joint, beside frankik where it is installed

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.setting import CLEAR, Setting
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general import GeneralSix, GeneralSolutions
-from mafsil.ik.general.findings import MOST
+
+if TYPE_CHECKING:
+    from mafsil.ik.answers.question import Question
 
 ROWS = 4096
 """Solutions whose poses are held at once."""
-
-FIRST: NDArray[np.int64] = np.zeros(MOST, dtype=np.int64)
-"""Rows of a batch of one."""
 
 
 class Eliminated(NamedTuple):
@@ -59,22 +60,22 @@ def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: Joint
     return Eliminated(sure, q, residual, None, found)
 
 
-def proven_list(
-    setting: Setting, found: GeneralSolutions, T: PoseMatrix, near: JointVector
-) -> tuple[JointVector, Floats, NDArray[np.bool_]] | None:
-    """All solutions of one pose (m, n), errors (m,), and which are within the limits (m,); None where not proven.
+def proven_set(question: Question, found: GeneralSolutions) -> SolutionSet | None:
+    """The complete list of one pose; None where it is not proven, or empty.
 
     Args:
-        setting: the arm.
+        question: to an arm without a closed form.
         found: what elimination found.
-        T: (4, 4) pose.
-        near: (n,) values to which angles are wound.
     """
     count = int(found.count)
     if not found.complete or not count:
         return None
-    listed = _judged(setting, found.q[:count].copy(), T[None], FIRST[:count], near)
-    return listed if listed[1].max() <= CLEAR else None
+    T, none = question.T[None], np.zeros(count, dtype=np.int64)
+    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.near)
+    if residual.max() > CLEAR:
+        return None
+    rest = within, none - 1, none + UNNAMED, none
+    return SolutionSet(question, q, residual, *rest, method="elimination", complete=True, isolated=False)
 
 
 def _judged(

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
-from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.eliminated import proven_list
+from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal
@@ -153,16 +152,8 @@ class Question:
 
     def _listed(self) -> SolutionSet | None:
         """The complete list of an arm without a closed form; None where elimination does not prove it at once."""
-        setting = self.setting
-        if setting.arm.general is None or setting.robot.n != 6:
-            return None
-        found = proven_list(setting, self._eliminated, self.T, self.near)
-        if found is None:
-            return None
-        q, residual, within = found
-        none = np.zeros(len(q), dtype=np.int64)
-        rest = within, none - 1, none + UNNAMED, none
-        return SolutionSet(self, q, residual, *rest, method="elimination", complete=True, isolated=False)
+        known = self.setting.arm.general is not None and self.setting.robot.n == 6
+        return proven_set(self, self._eliminated) if known else None
 
     def _refined(self) -> SolutionSet | None:
         """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
@@ -193,11 +184,7 @@ class Question:
         return self.setting.arm.general.solve_all(self.T)
 
     def know(self, found: GeneralSolutions) -> None:
-        """What elimination found for this pose, where it was asked before.
-
-        Args:
-            found: of this pose alone.
-        """
+        """What elimination found for this pose alone, where it was asked before."""
         vars(self)["_eliminated"] = found
 
     @property
