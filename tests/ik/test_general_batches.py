@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.geometry import pose
+from mafsil.ik import elimination
+from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.answers.verdict import Verdict
 
 
@@ -65,3 +68,41 @@ def test_limits_count_in_proven_lists(arm):
     inside = (np.abs(batch.q) <= 1.0 + 1e-12).all(axis=-1)
     np.testing.assert_array_equal(batch.within, batch.valid & inside)
     assert (batch.valid & ~inside).any()
+
+
+def test_one_pose_and_a_batch_give_the_same_lists_to_the_last_digits(arm):
+    """One look and the whole way agree, and lanes do not depend on their neighbours."""
+    q = np.random.default_rng(8).uniform(-np.pi, np.pi, (21, 6))
+    T = arm.forward_kinematics(q)
+    solver = elimination(arm)
+    many = solver.solve_all(T)
+    assert many.complete.all()
+    for i in range(len(T)):
+        one = solver.solve_all(T[i])
+        assert one.count == many.count[i]
+        assert one.complete
+        np.testing.assert_allclose(one.q, many.q[i], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(solver.solve_all(T[::-1]).q[::-1], many.q)
+    np.testing.assert_array_equal(solver.solve_all(T, threads=2).q, many.q)
+
+
+def test_solutions_are_judged_as_the_residual_and_the_winding_say():
+    from mafsil.ik.general.judging_loops import judged
+
+    rng = np.random.default_rng(9)
+    T = pose.exp(rng.normal(size=(40, 6)))
+    off = np.concatenate([rng.normal(size=(20, 6)) * 1e-9, rng.normal(size=(20, 6)) * 1e-3])
+    reached = T @ pose.exp(off)
+    lower, upper = np.array([-np.inf, -1.0, -7.0, 0.0]), np.array([np.inf, 1.0, 7.0, 0.5])
+    near, turning = np.array([3.0, 0.0, 6.0, 0.2]), np.array([True, True, True, False])
+    given = rng.uniform(-9, 9, (40, 4))
+    q, residual, within = given.copy(), np.empty(40), np.empty(40, dtype=np.bool_)
+    judged(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
+    error = pose.error(reached, T)
+    wanted = np.maximum(np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1))
+    np.testing.assert_allclose(residual, wanted, rtol=1e-2, atol=1e-15)
+    np.testing.assert_allclose(q, wound_near(given, near, lower, upper, turning), rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(within, ((q >= lower - 1e-12) & (q <= upper + 1e-12)).all(axis=1))
+    reached[0, 0, 0], reached[1, 0, 3] = np.nan, np.nan
+    judged(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
+    assert (residual[:2] > 1.0).all()

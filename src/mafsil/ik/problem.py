@@ -27,6 +27,10 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
     Returns:
         (k, 4, 4), identity in rows that are no poses, and (k,).
     """
+    if len(T) == 1 and _exact(T[0]):
+        clean = np.array(T, dtype=np.float64)
+        clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
+        return clean, np.ones(1, dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
         x, y, z, p = np.ascontiguousarray(T[:, :3].transpose(2, 1, 0))
         lengths = [np.abs((v * v).sum(axis=0) - 1.0) for v in (x, y, z)]
@@ -43,6 +47,20 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
         clean[rough, :3, :3] = R @ (1.5 * np.eye(3) - 0.5 * (R.transpose(0, 2, 1) @ R))
     clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
     return clean, valid
+
+
+def _exact(T: PoseMatrix) -> bool:
+    """Whether one matrix is a pose that needs no repair; of so few numbers Python makes less work than NumPy."""
+    (a, b, c, p), (d, e, f, q), (g, h, i, r), last = T.tolist()
+    defects = (
+        a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0,
+        a * b + d * e + g * h, b * c + e * f + h * i, c * a + f * d + i * g,
+    )  # fmt: skip
+    # Comparisons with NaN are false: what is no number is not exact.
+    if not all(-ROUNDING <= defect <= ROUNDING for defect in defects) or last != [0.0, 0.0, 0.0, 1.0]:
+        return False
+    proper = a * (e * i - h * f) + d * (h * c - b * i) + g * (b * f - e * c) > 0.0
+    return proper and abs(p) < FARTHEST and abs(q) < FARTHEST and abs(r) < FARTHEST
 
 
 def reach_bound(mechanism: Mechanism, frame: str | None) -> tuple[Floats, float]:

@@ -356,7 +356,12 @@ def _one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: f
     elif refinable(setting):
         proven = _refined(setting, asked, near)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
-    answers = {int(i): answered(Question(setting, clean[i], near, tolerance)) for i in np.flatnonzero(valid & ~sure)}
+    answers: dict[int, SolutionSet] = {}
+    for i in np.flatnonzero(valid & ~sure).tolist():
+        question = Question(setting, clean[i], near, tolerance)
+        if proven is not None and proven.found is not None:
+            question.know(proven.found[i])
+        answers[i] = answered(question)
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)

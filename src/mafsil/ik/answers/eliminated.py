@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.geometry import pose
+from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.setting import CLEAR, Setting
-from mafsil.ik.answers.solution_set import wound_near
-from mafsil.ik.general import GeneralSix
+from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.general import GeneralSix, GeneralSolutions
+
+if TYPE_CHECKING:
+    from mafsil.ik.answers.question import Question
 
 ROWS = 4096
-"""Poses whose errors are held at once."""
+"""Solutions whose poses are held at once."""
 
 
 class Eliminated(NamedTuple):
@@ -25,12 +28,14 @@ class Eliminated(NamedTuple):
         q: (k, most, n) solutions in front, then NaN.
         residual: (k, most) their errors, the larger of distance and angle.
         codes: (k, most) their branches as numbers; None where they have no names.
+        found: what elimination found, also of lists that are not proven; None where it was not asked for all poses.
     """
 
     sure: NDArray[np.bool_]
     q: JointVector
     residual: Floats
     codes: NDArray[np.int64] | None = None
+    found: GeneralSolutions | None = None
 
 
 def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: JointVector) -> Eliminated:
@@ -43,19 +48,51 @@ def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: Joint
         near: (n,) values to which angles are wound.
     """
     found = general.solve_all(T)
-    listed = np.arange(found.q.shape[1]) < found.count[:, None]
-    residual = np.full(listed.shape, np.nan)
-    for begin in range(0, len(T), ROWS):
-        part = slice(begin, begin + ROWS)
-        residual[part][listed[part]] = _residual(setting, found.q[part], T[part], listed[part])
-    close = (residual <= CLEAR) | ~listed
-    sure = np.asarray(found.complete & (found.count > 0) & close.all(axis=1), dtype=np.bool_)
-    q = wound_near(found.q, near, setting.lower, setting.upper, setting.turning)
+    row, place = np.nonzero(np.arange(found.q.shape[1]) < found.count[:, None])
+    q, residual = np.full(found.q.shape, np.nan), np.full(found.q.shape[:2], np.nan)
+    sure = found.complete & (found.count > 0)
+    for begin in range(0, len(row), ROWS):
+        rows, places = row[begin : begin + ROWS], place[begin : begin + ROWS]
+        solutions = found.q[rows, places]
+        q[rows, places], residual[rows, places], _ = _judged(setting, solutions, T, rows, near)
+    sure &= ~(residual > CLEAR).any(axis=1)
     q[~sure], residual[~sure] = np.nan, np.nan
-    return Eliminated(sure, q, residual)
+    return Eliminated(sure, q, residual, None, found)
 
 
-def _residual(setting: Setting, q: JointVector, T: PoseMatrix, listed: NDArray[np.bool_]) -> Floats:
-    """Errors of the listed solutions, one after another."""
-    error = pose.error(setting.robot.forward_kinematics(q[listed]), T[np.nonzero(listed)[0]])
-    return np.maximum(np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1))
+def proven_set(question: Question, found: GeneralSolutions) -> SolutionSet | None:
+    """The complete list of one pose; None where it is not proven, or empty.
+
+    Args:
+        question: to an arm without a closed form.
+        found: what elimination found.
+    """
+    count = int(found.count)
+    if not found.complete or not count:
+        return None
+    T, none = question.T[None], np.zeros(count, dtype=np.int64)
+    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.near)
+    if residual.max() > CLEAR:
+        return None
+    rest = within, none - 1, none + UNNAMED, none
+    return SolutionSet(question, q, residual, *rest, method="elimination", complete=True, isolated=False)
+
+
+def _judged(
+    setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], near: JointVector
+) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
+    """Solutions (m, n) wound in place, their errors (m,) by forward kinematics, and which are within the limits (m,).
+
+    Args:
+        setting: the arm.
+        q: (m, n) solutions; changed.
+        T: (k, 4, 4) poses.
+        rows: (m,) which of them each solution belongs to.
+        near: (n,) values to which angles are wound.
+    """
+    from mafsil.ik.general.judging_loops import judged
+
+    residual, within = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
+    reached = setting.robot.forward_kinematics(q)
+    judged(reached, T, rows, near, setting.lower, setting.upper, setting.turning, q, residual, within)
+    return q, residual, within

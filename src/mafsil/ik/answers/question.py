@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
+from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal
@@ -94,7 +95,8 @@ class Question:
     def answer(self) -> SolutionSet:
         """The solutions."""
         arm, setting = self.setting.arm, self.setting
-        if refinable(setting) and (sure := self._refined()) is not None:
+        sure = self._listed() if arm.form is None else self._refined() if refinable(setting) else None
+        if sure is not None:
             return sure
         candidates = self._candidates(arm)
         method, proven = self._method(arm)
@@ -148,6 +150,11 @@ class Question:
         """Whether they prove that there is none at all."""
         return self.start is not None and self.start.unreachable
 
+    def _listed(self) -> SolutionSet | None:
+        """The complete list of an arm without a closed form; None where elimination does not prove it at once."""
+        known = self.setting.arm.general is not None and self.setting.robot.n == 6
+        return proven_set(self, self._eliminated) if known else None
+
     def _refined(self) -> SolutionSet | None:
         """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
         found = refined_rows(self.setting, self.T[None], self.near)
@@ -175,6 +182,10 @@ class Question:
         """What elimination finds; only of arms that have it."""
         assert self.setting.arm.general is not None
         return self.setting.arm.general.solve_all(self.T)
+
+    def know(self, found: GeneralSolutions) -> None:
+        """What elimination found for this pose alone, where it was asked before."""
+        vars(self)["_eliminated"] = found
 
     @property
     def _seeds(self) -> JointVector:

@@ -1,210 +1,278 @@
-"""The compiled way back: from a zero of the determinant to the other joints.
+"""The compiled way back: from a zero of the determinant to the other joints, eight zeros at a time.
 
-Imported only where poses are solved: numba is loaded with it. Arrays named `w_...` are room to work in.
+Imported only where poses are solved: numba is loaded with it.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import cos, sin
 
-import numpy as np
-
+from mafsil.ik.general.closed_chain_loops import advanced, unit
+from mafsil.ik.general.elimination_loops import reflected
+from mafsil.solvers.lane_loops import lanes, magnitude, part, put, room, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
 
 @reordered
-def candidates(joints, slides, twist, turn, pick, rows, zeros, A, C, beta, left, q, rank):
-    """Five joints that go with zeros of the determinant, and how well each zero determines them.
+def candidates(road, zeros, rows, poses, P, A, Q, R, left, frames, slides, twist, turn, pick, turns, rank):
+    """All joints that go with zeros of the determinant, and how well each zero determines them.
+
+    1. The equations at the zeros; the half angle of joint d is turned before.
+    2. A triangulation of six by three of the equations times its cosine, and of those times its sine.
+    3. The null vector of the six by six that is left, by reflections with exchanged columns: products of (c, s), the
+       half angle of d, with (1, cos, sin) of e.
+    4. The functions that c, d, e move give the products of a and b, by the orthogonal and the triangular factor.
+    5. The joint f is what is left of the loop.
 
     Args:
-        joints: (6,) coordinates a, b, c, d, e, f of the road.
+        road: (6,) coordinates a, b, c, d, e, f of the road.
+        zeros: (m,) values of joint c.
+        rows, poses: (m,) rows of A, Q and R, and of P.
+        P: (k, 4, 4) displacements of the loop.
+        A, Q, R: as `eliminated` leaves them.
+        left: (14, 27) of the road.
+        frames: (7, 3, 4) constants of the loop, see `closed`.
         slides: (6,) which joints slide.
         twist: where the half angle of joint d is zero.
         turn: angle by which that half angle is turned before; at 0 and 90 degrees beyond it nothing can be found.
         pick: which null vector, see `_null_vector`.
-        rows, zeros: (m,) row of A, C, beta, and value of joint c.
-        A, C, beta: as `eliminated` leaves them.
-        left: (14, 27) of the road.
-        q: (m, 6) coordinates; that of f stays.
-        rank: (m,) smallest pivot.
+        turns: (m', 12) cosine and sine of each joint, or length and zero; m' the next multiple of eight.
+        rank: (m',) smallest pivot.
     """
-    j_a, j_b, j_c, j_d, j_e = joints[0], joints[1], joints[2], joints[3], joints[4]
-    m, s, x = np.empty((6, 9)), np.empty((6, 6)), np.empty(14)
-    out, form, last = np.empty(5), np.empty(3), np.empty(3)
-    for i in range(len(rows)):
-        b, zero = rows[i], zeros[i]
-        rank[i] = _inner_joints(A[b], zero, turn, pick, m, s, out)
-        q[i, j_c] = zero
-        cosine = out[0] if out[0] != 0.0 else 1e-300
-        if slides[j_d]:
-            q[i, j_d] = out[1] / cosine - twist
-            scale = 1.0 / (cosine * cosine)
-        else:
-            q[i, j_d] = twist + 2 * atan2(out[1], out[0])
-            scale = 1.0
-        form[0], form[1], form[2] = cosine * cosine * scale, cosine * out[1] * scale, out[1] * out[1] * scale
-        last[0] = 1.0
-        if slides[j_e]:
-            value = out[3] / (out[2] if out[2] != 0.0 else 1e-300)
-            last[1], last[2] = value, value * value
-            q[i, j_e] = value
-        else:
-            length = hypot(out[3], out[4]) * (1.0 if out[2] > 0 else -1.0) + 1e-300
-            last[1], last[2] = out[3] / length, out[4] / length
-            q[i, j_e] = atan2(last[2], last[1])
-        _outer_products(C[b], beta[b], left, zero, form, last, x)
-        # Products (i, j) of a and b without the first: b1 b2, a1, a1 b1, ...
-        q[i, j_a] = x[2] if slides[j_a] else atan2(x[5], x[2])
-        q[i, j_b] = x[0] if slides[j_b] else atan2(x[1], x[0])
+    E, S, N, X, q = room(54), room(36), room(6), room(12), room(12)
+    forward, triangle, middle = room(120), room(36), room(5)
+    for begin in range(0, len(zeros), 8):
+        # 1.
+        for l in range(8):
+            i = min(begin + l, len(zeros) - 1)
+            b, x, y = rows[i], cos(zeros[i]), sin(zeros[i])
+            for r in range(6):
+                for j in range(9):
+                    put(E, 9 * r + j, l, A[b, r, j] + x * A[b, r, 9 + j] + y * A[b, r, 18 + j])
+            for r in range(8):
+                for j in range(15):
+                    put(forward, 15 * r + j, l, Q[b, r, j])
+            for r in range(36):
+                put(triangle, r, l, R[b, r])
+            for r in range(3):
+                for j in range(4):
+                    put(X, 4 * r + j, l, P[poses[i], r, j])
+            put(q, 2 * road[2], l, x)
+            put(q, 2 * road[2] + 1, l, y)
+        # 2.
+        _triangulated(E, cos(turn), sin(turn), S)
+        # 3.
+        spread(rank, begin, 1, _null_vector(S, pick, N))
+        _middle_joints(N, road, slides, twist, turn, q, middle)
+        # 4.
+        _outer_joints(forward, triangle, left, middle, road, slides, q)
+        # 5.
+        _last_joint(X, frames, road, slides, q)
+        for k in range(12):
+            spread(turns, 12 * begin + k, 12, q[k])
 
 
 @reordered
-def _inner_joints(A, theta, turn, pick, w_m, w_s, w_out):
-    """Half angle of d and values of e at a zero: (c, s, e0, e1, e2) into w_out; the smallest pivot."""
-    x, y = cos(theta), sin(theta)
-    C, S = cos(turn), sin(turn)
+def _triangulated(E, C, D, S):
+    """What is left of the equations times cosine, and times sine, of a half angle turned by (C, D): six by six."""
+    M = room(54)
     for half in range(2):
         for r in range(6):
             for j in range(3):
-                m0 = A[r, j] + x * A[r, 9 + j] + y * A[r, 18 + j]
-                m1 = A[r, 3 + j] + x * A[r, 12 + j] + y * A[r, 21 + j]
-                m2 = A[r, 6 + j] + x * A[r, 15 + j] + y * A[r, 24 + j]
-                t0 = C * C * m0 + C * S * m1 + S * S * m2
-                t1 = 2 * C * S * (m2 - m0) + (C * C - S * S) * m1
-                t2 = S * S * m0 - C * S * m1 + C * C * m2
-                if half == 0:
-                    w_m[r, j], w_m[r, 3 + j], w_m[r, 6 + j] = t0, t1, t2
-                else:
-                    w_m[r, j], w_m[r, 3 + j], w_m[r, 6 + j] = t2, t0, t1
+                at = 9 * r + j
+                m0, m1, m2 = E[at], E[at + 3], E[at + 6]
+                t0 = C * C * m0 + C * D * m1 + D * D * m2
+                t1 = 2.0 * C * D * (m2 - m0) + (C * C - D * D) * m1
+                t2 = D * D * m0 - C * D * m1 + C * C * m2
+                M[at + (0 if half == 0 else 3)] = t0
+                M[at + (3 if half == 0 else 6)] = t1
+                M[at + (6 if half == 0 else 0)] = t2
         for k in range(3):
-            _step(w_m, k)
+            reflected(M, k, 9, 9)
         for r in range(3):
             for j in range(6):
-                w_s[3 * half + r, j] = w_m[3 + r, 3 + j]
-    # Null vector of the six by six, by Householder steps with exchanged columns.
-    order = np.empty(6, np.int64)
-    for j in range(6):
-        order[j] = j
-    for k in range(5):
-        best, most = k, -1.0
-        for j in range(k, 6):
-            norm = 0.0
-            for r in range(k, 6):
-                norm += w_s[r, j] ** 2
-            if norm > most:
-                best, most = j, norm
-        if best != k:
-            order[k], order[best] = order[best], order[k]
-            for r in range(6):
-                w_s[r, k], w_s[r, best] = w_s[r, best], w_s[r, k]
-        _step(w_s, k)
-    null = np.empty(6)
-    _null_vector(w_s, order, pick, null)
-    best, most = 0, -1.0
-    for j in range(3):
-        size = abs(null[j]) + abs(null[3 + j])
-        if size > most:
-            best, most = j, size
-    length = hypot(null[best], null[3 + best])
-    c, s = null[best] / length, null[3 + best] / length
-    w_out[0], w_out[1] = c * C - s * S, c * S + s * C
-    for j in range(3):
-        w_out[2 + j] = c * null[j] + s * null[3 + j]
-    return abs(w_s[4, 4]) / (abs(w_s[0, 0]) + 1e-300)
+                S[6 * (3 * half + r) + j] = M[9 * (3 + r) + 3 + j]
 
 
 @reordered
-def _null_vector(R, order, pick, null):
-    """A null vector of a triangular matrix with exchanged columns.
+def _middle_joints(N, road, slides, twist, turn, q, middle):
+    """Joints d and e from the null vector.
+
+    1. Of the three pairs that are (c, s) times a number the largest gives (c, s), and these the three numbers.
+    2. Joint d: the double of the half angle, beyond `twist`.
+    3. Joint e: the ratio of the numbers.
 
     Args:
-        R: (6, 6).
-        order: (6,) where each of its columns was.
+        N: 6 places.
+        road, slides, twist, turn: as for `candidates`.
+        q: 12 places; those of d and e are filled.
+        middle: 5 places: (c^2, c s, s^2) of d, and cos and sin, or length and its square, of e.
+    """
+    # 1.
+    c, s, most = N[0], N[3], magnitude(N[0]) + magnitude(N[3])
+    for j in range(1, 3):
+        size = magnitude(N[j]) + magnitude(N[3 + j])
+        c, s, most = where(size > most, N[j], c), where(size > most, N[3 + j], s), where(size > most, size, most)
+    length = square_root(c * c + s * s)
+    c, s = c / length, s / length
+    one, cosine, sine = c * N[0] + s * N[3], c * N[1] + s * N[4], c * N[2] + s * N[5]
+    c, s = c * cos(turn) - s * sin(turn), c * sin(turn) + s * cos(turn)
+    # 2.
+    d, e = 2 * road[3], 2 * road[4]
+    if slides[road[3]]:
+        ratio = s / where(c == 0.0, 1e-300, c)
+        q[d], q[d + 1] = ratio - twist, 0.0
+        c, s = lanes(1.0), ratio
+    else:
+        double, both = c * c - s * s, 2.0 * c * s
+        q[d], q[d + 1] = double * cos(twist) - both * sin(twist), double * sin(twist) + both * cos(twist)
+    middle[0], middle[1], middle[2] = c * c, c * s, s * s
+    # 3.
+    if slides[road[4]]:
+        value = cosine / where(one == 0.0, 1e-300, one)
+        q[e], q[e + 1] = value, 0.0
+        middle[3], middle[4] = value, value * value
+    else:
+        length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + 1e-300
+        middle[3], middle[4] = cosine / length, sine / length
+        unit(q, road[4], middle[3], middle[4])
+
+
+@reordered
+def _outer_joints(forward, triangle, left, middle, road, slides, q):
+    """Joints a and b: the functions that c, d, e move, reflected, and the triangular system of the products."""
+    products, functions, x = room(27), room(14), room(8)
+    c, s = q[2 * road[2]], q[2 * road[2] + 1]
+    for j in range(3):
+        for k in range(3):
+            product, at = middle[j] if k == 0 else middle[j] * middle[2 + k], 3 * j + k
+            products[at], products[9 + at], products[18 + at] = product, c * product, s * product
+    for r in range(14):
+        value = lanes(0.0)
+        for j in range(27):
+            value += left[r, j] * products[j]
+        functions[r] = value
+    for k in range(8):
+        value = forward[15 * k + 14]
+        for r in range(14):
+            value += forward[15 * k + r] * functions[r]
+        x[k] = value
+    # Column by column, from the last.
+    place = 36
+    for k in range(7, -1, -1):
+        place -= k + 1
+        pivot = triangle[place + k]
+        value = where(pivot == 0.0, 0.0, x[k] / pivot)
+        x[k] = value
+        for j in range(k):
+            x[j] = x[j] - triangle[place + j] * value
+    # Products (i, j) of a and b without the first: b1, b2, a1, a1 b1, a1 b2, a2, ...
+    for k in range(2):
+        cosine, sine = x[2 if k == 0 else 0], x[5 if k == 0 else 1]
+        if slides[road[k]]:
+            q[2 * road[k]], q[2 * road[k] + 1] = cosine, 0.0
+        else:
+            unit(q, road[k], cosine, sine)
+
+
+@reordered
+def _last_joint(X, frames, road, slides, q):
+    """Joint f from what is left of the loop, seen in its frame.
+
+    1. The loop before it, F_0 Z_0 F_1 ... F_f, and after it, F_(f + 1) Z_(f + 1) ... F_6.
+    2. x axis of the moved frame in the frame before it.
+    """
+    ends, f = room(24), road[5]
+    # 1.
+    for side in range(2):
+        T, start = part(ends, 12 * side), 0 if side == 0 else f + 1
+        for r in range(3):
+            for j in range(4):
+                T[4 * r + j] = frames[start, r, j]
+        for k in range(start, f if side == 0 else 6):
+            advanced(T, slides[k], q[2 * k], q[2 * k + 1], frames, k + 1)
+    # 2.
+    cosine, sine = lanes(0.0), lanes(0.0)
+    for r in range(3):
+        moved = X[4 * r] * ends[12] + X[4 * r + 1] * ends[13] + X[4 * r + 2] * ends[14]
+        cosine += ends[4 * r] * moved
+        sine += ends[4 * r + 1] * moved
+    unit(q, f, cosine, sine)
+
+
+@reordered
+def _null_vector(S, pick, N):
+    """A null vector of eight matrices of six by six; their smallest pivot but one, relative to the largest.
+
+    1. Reflections, before each of which the longest column is brought forward.
+    2. The null vector of the triangular factor; two of them where a plane is wanted.
+    3. The columns' places restored.
+    4. Of a plane, the vector that is a product.
+
+    Args:
+        S: 36 places, left triangular.
         pick: 0 for the null vector; 1 and -1 where two zeros are so close that the null space is a plane, for the two
             vectors in it that are products of the half angle of d with values of e, so that 2 x 3 minors vanish.
-        null: (6,) the vector.
+        N: 6 places, the vector.
     """
-    z = np.zeros((2, 6))
-    z[0, 5], z[1, 4] = 1.0, 1.0
-    if pick == 0 and R[4, 4] != 0.0:
-        z[0, 4] = -R[4, 5] / R[4, 4]
-    for k in range(2):
-        for r in range(3, -1, -1):
-            total = 0.0
-            for j in range(r + 1, 6):
-                total += R[r, j] * z[k, j]
-            z[k, r] = -total / R[r, r] if R[r, r] != 0.0 else 0.0
-    N = np.empty((2, 6))
+    order, z, V = room(6), room(12), room(12)
     for j in range(6):
-        N[0, order[j]], N[1, order[j]] = z[0, j], z[1, j]
-    first, second = 1.0, 0.0
+        order[j] = float(j)
+    # 1.
+    for k in range(5):
+        longest = lanes(0.0)
+        for r in range(k, 6):
+            longest += S[6 * r + k] * S[6 * r + k]
+        for j in range(k + 1, 6):
+            square = lanes(0.0)
+            for r in range(k, 6):
+                square += S[6 * r + j] * S[6 * r + j]
+            longer = square > longest
+            longest = where(longer, square, longest)
+            for r in range(6):
+                here, there = S[6 * r + k], S[6 * r + j]
+                S[6 * r + k], S[6 * r + j] = where(longer, there, here), where(longer, here, there)
+            here, there = order[k], order[j]
+            order[k], order[j] = where(longer, there, here), where(longer, here, there)
+        reflected(S, k, 6, 6)
+    # 2.
+    for v in range(2 if pick != 0 else 1):
+        base = 6 * v
+        z[base + 4], z[base + 5] = float(v), 1.0 - v
+        if pick == 0:
+            z[4] = where(S[28] == 0.0, 0.0, -S[29] / S[28])
+        for r in range(3, -1, -1):
+            total = lanes(0.0)
+            for j in range(r + 1, 6):
+                total -= S[6 * r + j] * z[base + j]
+            z[base + r] = where(S[7 * r] == 0.0, 0.0, total / S[7 * r])
+        # 3.
+        for i in range(6):
+            value = lanes(0.0)
+            for j in range(6):
+                value = where(order[j] == float(i), z[base + j], value)
+            V[base + i] = value
+    # 4.
+    first, second = lanes(1.0), lanes(0.0)
     if pick != 0:
-        most = 0.0
+        most = lanes(0.0)
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            a = N[0, i] * N[0, 3 + j] - N[0, j] * N[0, 3 + i]
-            b = N[0, i] * N[1, 3 + j] + N[1, i] * N[0, 3 + j] - N[0, j] * N[1, 3 + i] - N[1, j] * N[0, 3 + i]
-            c = N[1, i] * N[1, 3 + j] - N[1, j] * N[1, 3 + i]
-            if abs(a) + abs(b) + abs(c) > most:
-                most = abs(a) + abs(b) + abs(c)
-                root = sqrt(max(0.0, b * b - 4 * a * c))
-                half = -0.5 * (b + (root if b > 0 else -root))
-                first, second = (c, half) if pick > 0 else (half, a)
-    for j in range(6):
-        null[j] = first * N[0, j] + second * N[1, j]
-
-
-@reordered
-def _step(M, k):
-    """One Householder step; the diagonal entry is left in place of the vector's head."""
-    rows, columns = M.shape
-    norm = 0.0
-    for r in range(k, rows):
-        norm += M[r, k] ** 2
-    norm = sqrt(norm)
-    alpha = -norm if M[k, k] > 0 else norm
-    head = M[k, k] - alpha
-    beta = 1.0 / (norm * abs(head) + 1e-300)
-    M[k, k] = head
-    for j in range(k + 1, columns):
-        dot = 0.0
-        for r in range(k, rows):
-            dot += M[r, k] * M[r, j]
-        dot *= beta
-        for r in range(k, rows):
-            M[r, j] -= dot * M[r, k]
-    M[k, k] = alpha
-
-
-@reordered
-def _outer_products(C, beta, left, theta, form, last, w_x):
-    """Products of a and b, from the factors of the 14 x 8 system.
-
-    Args:
-        form: (3,) of d, (c^2, c s, s^2).
-        last: (3,) of e, (1, cos, sin) or (1, q, q^2).
-    """
-    x, y = cos(theta), sin(theta)
-    for r in range(14):
-        total = 0.0
-        for j in range(3):
-            for k in range(3):
-                m = 3 * j + k
-                total += form[j] * last[k] * (left[r, m] + x * left[r, 9 + m] + y * left[r, 18 + m])
-        w_x[r] = total
-    # C[:, 0] is the constant, not yet reflected.
-    for r in range(14):
-        w_x[r] -= C[r, 0]
-    for k in range(8):
-        dot = 0.0
-        for r in range(k, 14):
-            dot += C[r, k + 1] * w_x[r]
-        dot *= beta[k]
-        for r in range(k, 14):
-            w_x[r] -= dot * C[r, k + 1]
-    for k in range(7, -1, -1):
-        total = w_x[k]
-        for j in range(k + 1, 8):
-            total -= C[k, j + 1] * w_x[j]
-        w_x[k] = total / beta[8 + k] if beta[8 + k] != 0.0 else 0.0
+            a = V[i] * V[3 + j] - V[j] * V[3 + i]
+            b = V[i] * V[9 + j] + V[6 + i] * V[3 + j] - V[j] * V[9 + i] - V[6 + j] * V[3 + i]
+            c = V[6 + i] * V[9 + j] - V[6 + j] * V[9 + i]
+            size = magnitude(a) + magnitude(b) + magnitude(c)
+            larger = size > most
+            most = where(larger, size, most)
+            square = b * b - 4.0 * a * c
+            root = square_root(where(square > 0.0, square, 0.0))
+            half = -0.5 * (b + where(b > 0.0, root, -root))
+            first = where(larger, c if pick > 0 else half, first)
+            second = where(larger, half if pick > 0 else a, second)
+        for j in range(6):
+            N[j] = first * V[j] + second * V[6 + j]
+    else:
+        for j in range(6):
+            N[j] = V[j]
+    return magnitude(S[28]) / (magnitude(S[0]) + 1e-300)

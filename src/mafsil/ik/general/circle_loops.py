@@ -14,13 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.lane_loops import any_lane, get, lane_bits, lanes, magnitude, put, room, seen, where
+from mafsil.solvers.loops import reordered
 
 CELLS = 48
-"""Of the circle."""
+"""Of the circle: a multiple of eight."""
 
 ORDER = 13
 """Taylor terms of a cell: what is left is (8 pi / 48)^13 / 13! = 4e-14, and 7e-12 of degree twelve."""
+
+HALF = pi / CELLS
+"""Half the width of a cell [rad]."""
 
 DEPTH = 14
 """Halvings of a cell."""
@@ -35,137 +39,196 @@ START = 0.1234
 @lru_cache(maxsize=4)
 def harmonics(degree: int) -> tuple[Floats, Floats]:
     """(2, degree + 1, CELLS) cos and sin of k times the middle of each cell; (ORDER, degree + 1) Taylor factors."""
-    half = np.pi / CELLS
     k, j = np.arange(degree + 1), np.arange(ORDER)[:, None]
-    angle = k[:, None] * (START + (2 * np.arange(CELLS) + 1) * half)
+    angle = k[:, None] * (START + (2 * np.arange(CELLS) + 1) * HALF)
     sign = np.where(j // 2 % 2 == 0, 1.0, -1.0)
     factorial = np.cumprod(np.maximum(j, 1), axis=0)
-    return np.stack([np.cos(angle), np.sin(angle)]), sign * (k * half) ** j / factorial
+    return np.stack([np.cos(angle), np.sin(angle)]), sign * (k * HALF) ** j / factorial
 
 
-def zeros_of(coefficients: Floats, dust: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
+def zeros_of(coefficients: Floats, dust: Floats, degree: int) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
     """Zeros of many polynomials: (k, MOST) zeros, (k,) their number, (k,) whether it is proven that these are all.
 
     Args:
-        coefficients: (k, 2, degree + 1) of cos and sin.
+        coefficients: (k, 2 degree + 1 or more) a_0, a_1, ..., b_1, b_2, ...; what follows is not looked at.
         dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
+        degree: of the polynomials.
     """
     k = len(coefficients)
     zeros, number, certain = np.empty((k, MOST)), np.empty(k, dtype=np.int64), np.empty(k, dtype=np.bool_)
-    zeros_on_circles(coefficients, dust, *harmonics(coefficients.shape[2] - 1), zeros, number, certain)
+    zeros_on_circles(coefficients, dust, degree, *harmonics(degree), zeros, number, certain)
     return zeros, number, certain
 
 
-@compiled
-def zeros_on_circles(coefficients, dust, waves, factors, zeros, number, certain):
+@reordered
+def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, certain):
     """Zeros of many polynomials.
 
+    1. How far the values of an expansion may be off: rounding, and the terms beyond its end.
+    2. The expansions of all cells, eight cells at a time; which of them may hold a zero.
+    3. Each of these cells is empty, or monotone, or halved. Ends that neighbours share have one sign, found once: a
+       zero there is counted once, on whichever side.
+    4. Zeros of monotone cells wait until there are eight, and are found side by side.
+
     Args:
-        coefficients: (k, 2, degree + 1) of cos and sin.
+        coefficients: (k, 2 degree + 1 or more) a_0, a_1, ..., b_1, b_2, ...
         dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
+        degree: of the polynomials.
         waves, factors: as `harmonics` makes them.
         zeros: (k, most); only the first `number` count.
         number: (k,) of zeros.
         certain: (k,) whether it is proven that all are simple and that there are no others.
     """
-    degree, half, most = coefficients.shape[2] - 1, pi / CELLS, zeros.shape[1]
-    w_t, w_stack = np.empty((ORDER + 2, CELLS)), np.empty((64, ORDER + 3))
+    T, unknown, stack = room(78), np.empty(CELLS, np.bool_), np.empty((64, ORDER + 2))
+    waiting, place, queued = np.empty((zeros.shape[1] + 8, ORDER + 3)), np.empty((zeros.shape[1] + 8, 2), np.int64), 0
     for b in range(len(coefficients)):
-        total = missing = 0.0
-        for k in range(degree + 1):
-            size = abs(coefficients[b, 0, k]) + abs(coefficients[b, 1, k])
-            total += size
-            # The Taylor expansion ends: by how much it misses.
-            missing += size * abs(factors[ORDER - 1, k]) * k * half / ORDER
-        rounding = 64 * 2.2e-16 * total + 8 * dust[b]
-        noise, steep = rounding + missing, rounding * degree + missing * ORDER / half
-        count = 0
-        sure = total < 1e300
-        if not total > 100 * dust[b]:
-            number[b], certain[b] = 0, False
-            continue
-        _expanded(coefficients[b], degree, waves, factors, w_t)
-        # Signs at ends that neighbours share are found once: a zero there is counted once, on whichever side.
-        first = coefficients[b, 0, 0]
+        # 1.
+        total, missing = abs(coefficients[b, 0]), 0.0
         for k in range(1, degree + 1):
-            first += coefficients[b, 0, k] * cos(k * START) + coefficients[b, 1, k] * sin(k * START)
-        last = first
-        for cell in range(CELLS):
-            if abs(w_t[0, cell]) > w_t[ORDER, cell] + noise:
-                last = w_t[0, cell]
+            size = abs(coefficients[b, k]) + abs(coefficients[b, degree + k])
+            total += size
+            missing += size * abs(factors[ORDER - 1, k]) * k * HALF / ORDER
+        rounding = 64 * 2.2e-16 * total + 8 * dust[b]
+        noise, steep = rounding + missing, rounding * degree + missing * ORDER / HALF
+        number[b], certain[b] = 0, False
+        if total > 100 * dust[b]:
+            count, sure = 0, total < 1e300
+            # 2.
+            if _expanded(coefficients[b], degree, waves, factors, noise, T, unknown):
+                # 3.
+                first = coefficients[b, 0]
+                for k in range(1, degree + 1):
+                    first += coefficients[b, k] * cos(k * START) + coefficients[b, degree + k] * sin(k * START)
+                count, all_sure, taken = _isolated(T, unknown, first, noise, steep, zeros[b], waiting[queued:], stack)
+                for i in range(taken):
+                    place[queued + i, 0], place[queued + i, 1] = b, int(waiting[queued + i, ORDER + 2])
+                sure, queued = sure and all_sure, queued + taken
+            # No zero at all is believed only where rounding is far below: no solution would confirm it.
+            number[b], certain[b] = min(count, zeros.shape[1]), sure and (count > 0 or total > 1e5 * dust[b])
+        # 4.
+        while queued >= 8 or (queued > 0 and b == len(coefficients) - 1):
+            some = min(queued, 8)
+            queued -= some
+            for l in range(8):
+                for j in range(ORDER + 2):
+                    put(T, j, l, waiting[queued + min(l, some - 1), j])
+            x = T[ORDER] + T[ORDER + 1] * _crossing(T)
+            T[0] = x
+            for l in range(some):
+                zeros[place[queued + l, 0], place[queued + l, 1]] = get(T, 0, l)
+
+
+@reordered
+def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
+    """Taylor coefficients of all cells, eight cells at a time; whether there are cells that may hold a zero.
+
+    Args:
+        coefficients, degree, waves, factors: as for `zeros_on_circles`, of one polynomial.
+        noise: by how much values may be off.
+        T: ORDER places for each eight cells.
+        unknown: (CELLS,) which cells may hold a zero.
+    """
+    circle, turns, some = seen(waves), room(26), False
+    for g in range(CELLS // 8):
+        for k in range(1, degree + 1):
+            x, y = circle[k * (CELLS // 8) + g], circle[(degree + 1 + k) * (CELLS // 8) + g]
+            turns[2 * k] = coefficients[k] * x + coefficients[degree + k] * y
+            turns[2 * k + 1] = coefficients[degree + k] * x - coefficients[k] * y
+        others = lanes(0.0)
+        for j in range(ORDER - 1, -1, -1):
+            value = lanes(coefficients[0] if j == 0 else 0.0)
+            for k in range(1, degree + 1):
+                value += factors[j, k] * turns[2 * k + (j & 1)]
+            if j > 0:
+                others += magnitude(value)
+            T[ORDER * g + j] = value
+        bits = lane_bits(~(magnitude(T[ORDER * g]) > others + noise))
+        some = some or bits != 0
+        for l in range(8):
+            unknown[8 * g + l] = (bits >> l) & 1 != 0
+    return some
+
+
+@reordered
+def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
+    """Cells of one polynomial: how many zeros, whether that is proven, and how many of them wait to be found.
+
+    1. A cell that may hold a zero is looked at; what is before it has the sign of `last`.
+    2. It is empty, or monotone and holds a zero if its ends differ in sign; or
+    3. rounding hides what happens there, and there may be a pair of zeros; or
+    4. it is halved, and the left half looked at first.
+
+    Args:
+        T, unknown: as `_expanded` leaves them.
+        first: value where the first cell begins.
+        noise, steep: by how much values and slopes may be off.
+        zeros: (most,) those that rounding hides are written down.
+        waiting: (most, ORDER + 3) monotone cells with a zero: coefficients, centre, width, and place of the zero.
+        stack: (64, ORDER + 2) room for halves that are still to be looked at.
+    """
+    count, taken, sure, last, most = 0, 0, True, first, len(zeros)
+    for cell in range(CELLS):
+        # 1.
+        if not unknown[cell]:
+            continue
+        if cell > 0 and not unknown[cell - 1]:
+            last = get(T, ORDER * ((cell - 1) >> 3), (cell - 1) & 7)
+        for j in range(ORDER):
+            stack[0, j] = get(T, ORDER * (cell >> 3) + j, cell & 7)
+        stack[0, ORDER], stack[0, ORDER + 1] = START + (2 * cell + 1) * HALF, HALF
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            t = stack[depth]
+            rest = slope = 0.0
+            for j in range(1, ORDER):
+                rest += abs(t[j])
+                slope += j * abs(t[j])
+            slope -= abs(t[1])
+            # 2.
+            if abs(t[0]) > rest + noise:
+                last = t[0]
                 continue
-            t = w_stack[0]
-            for j in range(ORDER):
-                t[j] = w_t[j, cell]
-            t[ORDER], t[ORDER + 1] = START + (2 * cell + 1) * half, half
-            depth = 1
-            while depth > 0:
-                depth -= 1
-                t = w_stack[depth]
-                rest = slope = 0.0
-                for j in range(1, ORDER):
-                    rest += abs(t[j])
-                    slope += j * abs(t[j])
-                slope -= abs(t[1])
-                if abs(t[0]) > rest + noise:
-                    last = t[0]
-                    continue
-                width = t[ORDER + 1]
-                low, high = last, first
-                if cell < CELLS - 1 or depth > 0:
-                    high = 0.0
-                    for j in range(ORDER):
-                        high += t[j]
-                if abs(t[1]) > slope + steep * width:
-                    last = high
-                    if (low < 0.0) != (high < 0.0):
-                        sure = sure and count < most
-                        zeros[b, min(count, most - 1)] = t[ORDER] + width * _crossing(t, low < 0.0)
-                        count += 1
-                    continue
-                if rest < 4 * noise or width < half * 0.5**DEPTH:
-                    # Rounding hides what happens here: the places of a pair of zeros, if it is one.
-                    sure, last = False, high
-                    centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
-                    lift = t[0] + 0.5 * t[1] * centre
-                    apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + 1e-300)))
-                    for side in (-1.0, 1.0):
-                        zeros[b, min(count, most - 1)] = t[ORDER] + width * (centre + side * apart)
-                        count += 1
-                    continue
-                _halved(t, w_stack[depth + 1])
-                depth += 2
-        # No zero at all is believed only where rounding is far below: there is no solution that would confirm it.
-        number[b], certain[b] = min(count, most), sure and (count > 0 or total > 1e5 * dust[b])
+            width, low, high = t[ORDER + 1], last, first
+            if cell < CELLS - 1 or depth > 0:
+                high = 0.0
+                for j in range(ORDER):
+                    high += t[j]
+            if abs(t[1]) > slope + steep * width:
+                last = high
+                if (low < 0.0) != (high < 0.0):
+                    if count < most:
+                        for j in range(ORDER + 2):
+                            waiting[taken, j] = t[j]
+                        waiting[taken, ORDER + 2] = count
+                        taken += 1
+                    sure = sure and count < most
+                    count += 1
+                continue
+            # 3.
+            if rest < 4 * noise or width < HALF * 0.5**DEPTH:
+                sure, last = False, high
+                centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
+                lift = t[0] + 0.5 * t[1] * centre
+                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + 1e-300)))
+                for side in range(2):
+                    zeros[min(count, most - 1)] = t[ORDER] + width * (centre + (apart if side else -apart))
+                    count += 1
+                continue
+            # 4.
+            _halved(t, stack[depth + 1])
+            depth += 2
+    return count, sure, taken
 
 
-@compiled
-def _expanded(coefficients, degree, waves, factors, w_t):
-    """Taylor coefficients of all cells side by side, and below them the sum of all but the first."""
-    for j in range(ORDER + 1):
-        for cell in range(CELLS):
-            w_t[j, cell] = coefficients[0, 0] if j == 0 else 0.0
-    for k in range(1, degree + 1):
-        a, b = coefficients[0, k], coefficients[1, k]
-        for parity in range(2):
-            for cell in range(CELLS):
-                w_t[ORDER + 1, cell] = a * waves[0, k, cell] + b * waves[1, k, cell]
-            for j in range(parity, ORDER, 2):
-                factor = factors[j, k]
-                for cell in range(CELLS):
-                    w_t[j, cell] += factor * w_t[ORDER + 1, cell]
-            a, b = b, -a
-    for j in range(1, ORDER):
-        for cell in range(CELLS):
-            w_t[ORDER, cell] += abs(w_t[j, cell])
-
-
-@compiled
+@reordered
 def _halved(t, left):
     """The right half in place of the whole, and the left half."""
+    scale = 1.0
     for j in range(ORDER):
-        scaled = t[j] * 0.5**j
-        left[j], t[j] = scaled, scaled
+        t[j] *= scale
+        left[j] = t[j]
+        scale *= 0.5
     for i in range(ORDER - 1):
         for j in range(ORDER - 2, i - 1, -1):
             left[j] -= left[j + 1]
@@ -175,23 +238,30 @@ def _halved(t, left):
     t[ORDER], t[ORDER + 1] = t[ORDER] + width, width
 
 
-@compiled
-def _crossing(t, rises):
-    """The zero of a monotone polynomial in [-1, 1] whose ends differ in sign, by Newton's method inside a bracket."""
-    low, high, x = -1.0, 1.0, 0.0
+@reordered
+def _crossing(T):
+    """The zeros of eight monotone polynomials in [-1, 1] whose ends differ in sign, by Newton's method in a bracket.
+
+    Args:
+        T: ORDER coefficients.
+    """
+    low, high, x, open_lanes, level = lanes(-1.0), lanes(1.0), lanes(0.0), lanes(1.0), lanes(0.0)
+    for j in range(ORDER):
+        level += 4.4e-16 * magnitude(T[j])
     for _ in range(60):
-        f = slope = 0.0
-        for j in range(ORDER - 1, 0, -1):
-            f = f * x + t[j]
-            slope = slope * x + j * t[j]
-        f = f * x + t[0]
-        if (f < 0.0) == rises:
-            low = x
-        else:
-            high = x
+        f, slope = T[ORDER - 1], (ORDER - 1.0) * T[ORDER - 1]
+        for j in range(ORDER - 2, 0, -1):
+            f = f * x + T[j]
+            slope = slope * x + float(j) * T[j]
+        f = f * x + T[0]
+        before = f * T[1] < 0.0
+        low, high = where(before, x, low), where(before, high, x)
         step = f / slope
         better = x - step
-        if abs(step) < 1e-13:
-            return x
-        x = better if low < better < high else 0.5 * (low + high)
+        # Below the rounding of its value a zero cannot be found better.
+        open_lanes = where((magnitude(step) < 1e-13) | (magnitude(f) <= level), 0.0, open_lanes)
+        better = where((low < better) & (better < high), better, 0.5 * (low + high))
+        x = where(open_lanes > 0.0, better, x)
+        if not any_lane(open_lanes > 0.0):
+            break
     return x

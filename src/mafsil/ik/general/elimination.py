@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
-from mafsil.ik.general.findings import Findings
+from mafsil.ik.general.findings import DETERMINED, MOST, NEAR, Findings, whole
 from mafsil.ik.general.roads import TWIST, Road, roads
 
 CHOICES: tuple[tuple[float, int, float], ...] = (
@@ -28,11 +28,24 @@ CLEAN = 1e-12
 
 ROUNDING = 2.0**-52
 
+EMPTY = 1e5
+"""Size of coefficients, relative to their rounding, beyond which a polynomial without zeros is believed."""
+
 DISTURBANCE = 1e-10
 """Of the equations, relative, by which the effect of rounding is measured."""
 
 NOISE: Floats = np.cos(np.arange(162.0) ** 2).reshape(6, 27)
 """Directions of that disturbance, as good as random."""
+
+
+DIAGONAL: NDArray[np.int64] = np.cumsum(np.arange(1, 9)) - 1
+"""Where the triangular factor has its diagonal."""
+
+FIRST: NDArray[np.int64] = np.zeros(MOST, dtype=np.int64)
+"""Rows of a batch of one."""
+
+Circle = tuple[Floats, Floats, Floats]
+"""Cosines, sines and weights of nodes."""
 
 
 class Elimination:
@@ -48,10 +61,10 @@ class Elimination:
         self.roads = roads(chain)
         self.slides = np.array(chain.slides, dtype=np.bool_)
         self.degree = 12 if self.slides.any() else 8
-        self._fourier = fourier_rows(self.degree)
+        self._fourier = fourier_columns(self.degree)
         nodes = len(self._fourier)
         self._angles = 2 * np.pi / nodes * np.arange(nodes)
-        self._cosines, self._sines = np.cos(self._angles)[None], np.sin(self._angles)[None]
+        self._circle = np.cos(self._angles)[None], np.sin(self._angles)[None], np.ones((1, nodes))
 
     def __len__(self) -> int:
         return len(self.roads)
@@ -64,38 +77,74 @@ class Elimination:
             found: is filled.
             rows: (k,) the poses.
         """
-        one, P = self.roads[road], found.P[rows]
+        one, P = self.roads[road], found.P if len(rows) == len(found.P) else found.P[rows]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
-        f = systems.samples(self._cosines, self._sines)
-        coefficients, dust = self._harmonics(f)
-        rough = np.flatnonzero(dust > CLEAN * np.abs(coefficients).sum(axis=(1, 2)))
+        f, coefficients, size = self._sampled(systems, self._circle)
+        dust = size[:, 0]
+        rough = np.flatnonzero(dust > CLEAN * size[:, 1])
         if len(rough):
-            dust[rough] += self._rounding(systems.chosen(rough), self._cosines, self._sines, f[rough])
+            dust[rough] += self._rounding(systems.chosen(rough), self._circle, coefficients[rough])
         zeros, number, certain = self._zeros(coefficients, dust)
+        self._doubted(systems, number, certain, size[:, 1], dust)
         # Without a proof the image is better, except that no zero at all may be all there is.
-        good = np.flatnonzero(certain | (number == 0))
-        self._explored(systems, found, rows, good, (zeros[good], number[good], certain[good]))
-        rest = np.flatnonzero(~found.proof[rows])
+        vague = np.flatnonzero(~certain & (number > 0))
+        if len(vague):
+            zeros[vague], number[vague], certain[vague] = self._image(systems.chosen(vague), f[vague])
+        self._explored(systems, found, rows, None, (zeros, number, certain))
+        again = ~found.proof[rows]
+        again[vague] = False
+        rest = np.flatnonzero(again)
         if len(rest):
             self._explored(systems, found, rows, rest, self._image(systems.chosen(rest), f[rest]))
+
+    def one(self, road: int, P: PoseMatrix, frames: Floats) -> tuple[JointVector, Floats] | None:
+        """All solutions of one pose and their errors, (k, 6) and (k,), where one look proves them; else None.
+
+        The zeros must be isolated, and the candidate of each must lead to a solution of its own.
+
+        Args:
+            road: its number.
+            P: (1, 4, 4) displacement of the loop.
+            frames: (7, 3, 4) its constants.
+        """
+        from mafsil.ik.general.circle_loops import zeros_of
+        from mafsil.ik.general.polish_loops import explained, polished
+
+        one = self.roads[road]
+        systems = _Systems(one, pose.inverse(P) if one.backwards else P)
+        _, coefficients, size = self._sampled(systems, self._circle)
+        if not size[0, 0] <= CLEAN * size[0, 1]:
+            return None
+        zeros, number, certain = zeros_of(coefficients, size[:, 0], self.degree)
+        count = int(number[0])
+        if not 0 < count <= MOST or not certain[0]:
+            return None
+        zero, rows = zeros[0, :count], FIRST[:count]
+        turns, rank = systems.candidates(P, frames, self.slides, rows, rows, zero, 0.0, 0)
+        if not rank.min() > DETERMINED:
+            return None
+        q, error = np.empty((len(turns), 6)), np.empty(len(turns))
+        polished(frames, self.slides, P, rows, turns, q, error)
+        return (q[:count], error[:count]) if explained(zero, one.joints[2], self.slides, q, error, NEAR) else None
 
     def _explored(
         self,
         systems: _Systems,
         found: Findings,
         rows: NDArray[np.int64],
-        some: NDArray[np.intp],
+        some: NDArray[np.intp] | None,
         zeros: tuple[Floats, NDArray[np.int64], NDArray[np.bool_]],
     ) -> None:
-        """Zeros of some of the rows."""
+        """Zeros of some of the rows, or of all."""
+        poses = rows if some is None else rows[some]
 
-        def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[JointVector, NDArray[np.bool_]]:
-            turn, pick, enough = CHOICES[choice]
-            q, rank = systems.candidates(some[row], zero, turn, pick, self.slides)
-            return q, rank > enough
+        def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[Floats, Floats]:
+            turn, pick, _ = CHOICES[choice]
+            at = row if some is None else some[row]
+            return systems.candidates(found.P, found.frames, self.slides, poses[row], at, zero, turn, pick)
 
         joints = systems.road.joints
-        found.explored(rows[some], zeros, candidates, len(CHOICES), joints[2], joints[5])
+        found.explored(poses, zeros, candidates, [enough for _, _, enough in CHOICES], joints[2])
 
     def _image(self, systems: _Systems, f: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         """Zeros found on the projective image of the circle on which samples f (k, nodes) are most alike.
@@ -105,39 +154,56 @@ class Elimination:
         """
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             level = np.log(np.abs(f) / np.abs(f).max(axis=1, keepdims=True) + 1e-16)
-            x, y = (level * self._cosines).sum(axis=1), (level * self._sines).sum(axis=1)
+            cosines, sines, _ = self._circle
+            x, y = (level * cosines).sum(axis=1), (level * sines).sum(axis=1)
             depth = np.minimum(0.85, np.hypot(x, y) / (f.shape[1] * self.degree))
             centre, squeeze = np.arctan2(-y, -x)[:, None], np.sqrt((1 + depth) / (1 - depth))[:, None]
             c, s = squeeze * np.cos(0.5 * self._angles), np.sin(0.5 * self._angles) / squeeze
-            theta, weights = centre + 2 * np.arctan2(s, c), (c * c + s * s) ** self.degree
-            cosines, sines = np.cos(theta), np.sin(theta)
-            even = systems.samples(cosines, sines) * weights
-            coefficients, dust = self._harmonics(even)
-            dust += self._rounding(systems, cosines, sines, even, weights)
+            theta = centre + 2 * np.arctan2(s, c)
+            circle = np.cos(theta), np.sin(theta), (c * c + s * s) ** self.degree
+            _, coefficients, size = self._sampled(systems, circle)
+            dust = size[:, 0] + self._rounding(systems, circle, coefficients)
             zeros, number, certain = self._zeros(coefficients, dust)
+            self._doubted(systems, number, certain, size[:, 1], dust)
             back = centre + 2 * np.arctan2(np.sin(0.5 * zeros) / squeeze, squeeze * np.cos(0.5 * zeros))
         return back, number, certain
 
-    def _rounding(
-        self, systems: _Systems, cosines: Floats, sines: Floats, f: Floats, weights: Floats | float = 1.0
-    ) -> Floats:
+    def _rounding(self, systems: _Systems, circle: Circle, coefficients: Floats) -> Floats:
         """(k,) what rounding in the equations does to the coefficients, measured by a larger disturbance."""
-        changed = systems.disturbed().samples(cosines, sines) * weights - f
-        change = np.abs(self._harmonics(changed)[0]).sum(axis=(1, 2))
+        changed = self._sampled(systems.disturbed(), circle)[1] - coefficients
+        change = np.abs(changed[:, : 2 * self.degree + 1]).sum(axis=1)
         return 0.5 * ROUNDING / DISTURBANCE * (1 + systems.condition()) * change
 
-    def _harmonics(self, f: Floats) -> tuple[Floats, Floats]:
-        from mafsil.ik.general.elimination_loops import harmonics_of
-
-        out, dust = np.empty((len(f), 2, self.degree + 1)), np.empty(len(f))
-        harmonics_of(f, self._fourier, self.degree, out, dust)
-        return out, dust
-
     @staticmethod
-    def _zeros(coefficients: Floats, dust: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
+    def _doubted(
+        systems: _Systems, number: NDArray[np.int64], certain: NDArray[np.bool_], size: Floats, dust: Floats
+    ) -> None:
+        """That there is no zero at all is not certain where the equations are small beside the terms of their sums.
+
+        Their rounding is that of the terms, and no solution would confirm the list.
+        """
+        empty = np.flatnonzero(certain & (number == 0))
+        if len(empty):
+            certain[empty] = size[empty] > EMPTY * dust[empty] * systems.chosen(empty).cancellation()
+
+    def _sampled(self, systems: _Systems, circle: Circle) -> tuple[Floats, Floats, Floats]:
+        """(k, nodes) determinants, (k, nodes) their harmonics, and (k, 2) what is left of zeros, and the others' size.
+
+        Args:
+            systems: of k poses.
+            circle: (k, nodes) or (1, nodes) cosines, sines and weights of the nodes.
+        """
+        from mafsil.ik.general.elimination_loops import determinants
+
+        nodes = len(self._fourier)
+        f, h, size = np.empty((systems.count, nodes)), np.empty((systems.count, nodes)), np.empty((systems.count, 2))
+        determinants(systems.A, *circle, self._fourier, self.degree, f, h, size)
+        return f, h, size
+
+    def _zeros(self, coefficients: Floats, dust: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         from mafsil.ik.general.circle_loops import zeros_of
 
-        return zeros_of(coefficients, dust)
+        return zeros_of(coefficients, dust, self.degree)
 
 
 class _Systems:
@@ -146,61 +212,76 @@ class _Systems:
     def __init__(self, road: Road, P: PoseMatrix) -> None:
         from mafsil.ik.general.elimination_loops import eliminated
 
-        k = len(P)
-        self.road = road
-        self.C, self.beta, self.A = np.empty((k, 14, 9)), np.empty((k, 16)), np.empty((k, 6, 27))
-        eliminated(
-            P, road.before, road.lines, road.after, road.products, road.left, road.unit, self.C, self.beta, self.A
-        )
+        self.road, self.count = road, len(P)
+        k = whole(len(P))
+        self.A, self.Q, self.R = np.empty((k, 6, 27)), np.empty((k, 8, 15)), np.empty((k, 36))
+        eliminated(P, *road.constants, self.A, self.Q, self.R)
 
     def chosen(self, rows: NDArray[np.intp]) -> _Systems:
         """Those of some poses."""
-        some = object.__new__(_Systems)
-        some.road, some.C, some.beta, some.A = self.road, self.C[rows], self.beta[rows], self.A[rows]
-        return some
+        return self._like(len(rows), self.A[rows], self.Q[rows], self.R[rows])
 
     def disturbed(self) -> _Systems:
         """With equations that are a little wrong."""
+        A = self.A + DISTURBANCE * np.abs(self.A).max(axis=2, keepdims=True) * NOISE
+        return self._like(self.count, A, self.Q, self.R)
+
+    def _like(self, count: int, A: Floats, Q: Floats, R: Floats) -> _Systems:
         some = object.__new__(_Systems)
-        some.road, some.C, some.beta = self.road, self.C, self.beta
-        some.A = self.A + DISTURBANCE * np.abs(self.A).max(axis=2, keepdims=True) * NOISE
+        some.road, some.count, some.A, some.Q, some.R = self.road, count, A, Q, R
         return some
 
     def condition(self) -> Floats:
         """(k,) of the systems of a and b, roughly."""
-        pivots = np.abs(self.beta[:, 8:])
+        pivots = np.abs(self.R[: self.count, DIAGONAL])
         return pivots.max(axis=1) / (pivots.min(axis=1) + 1e-300)
 
-    def samples(self, cosines: Floats, sines: Floats) -> Floats:
-        """(k, nodes) determinants."""
-        from mafsil.ik.general.elimination_loops import determinants
-
-        f = np.empty((len(self.A), cosines.shape[1]))
-        determinants(self.A, cosines, sines, f)
-        return f
+    def cancellation(self) -> Floats:
+        """(k,) how much larger than the smallest equation the terms are whose sums the equations are."""
+        size = np.abs(self.A[: self.count]).max(axis=2).min(axis=1)
+        return np.abs(self.road.left).max() / (size + 1e-300)
 
     def candidates(
-        self, rows: NDArray[np.int64], zeros: Floats, turn: float, pick: int, slides: NDArray[np.bool_]
-    ) -> tuple[JointVector, Floats]:
-        """(m, 6) candidates of zeros, and how well they are determined (m,)."""
+        self,
+        P: PoseMatrix,
+        frames: Floats,
+        slides: NDArray[np.bool_],
+        poses: NDArray[np.int64],
+        rows: NDArray[np.int64],
+        zeros: Floats,
+        turn: float,
+        pick: int,
+    ) -> tuple[Floats, Floats]:
+        """(m', 12) candidates of zeros, see `polished`, and how well they are determined (m,).
+
+        Args:
+            P: (k, 4, 4) displacements of the loop.
+            frames, slides: its constants.
+            poses, rows: (m,) places among the displacements and in these systems.
+            zeros: (m,) values of joint c.
+            turn, pick: as in `CHOICES`.
+        """
         from mafsil.ik.general.candidate_loops import candidates
 
-        q, rank = np.zeros((len(rows), 6)), np.empty(len(rows))
-        joints = np.array(self.road.joints)
-        candidates(joints, slides, TWIST, turn, pick, rows, zeros, self.A, self.C, self.beta, self.road.left, q, rank)
-        return q, rank
+        count, road = len(rows), self.road
+        turns, rank = np.empty((whole(count), 12)), np.empty(whole(count))
+        A, Q, R = self.A, self.Q, self.R
+        candidates(
+            road.joints, zeros, rows, poses, P, A, Q, R, road.left, frames, slides, TWIST, turn, pick, turns, rank
+        )
+        return turns, rank[:count]
 
 
-def fourier_rows(degree: int) -> Floats:
-    """(nodes, nodes) from samples to coefficients, rows a_0, b_1, a_1, b_2, a_2, ...; the last rows must give zero.
+def fourier_columns(degree: int) -> Floats:
+    """(nodes, nodes) from samples to coefficients, columns a_0, a_1, ..., b_1, b_2, ...; the last must give zero.
 
     Args:
-        degree: of the trigonometric polynomial.
+        degree: of the trigonometric polynomial; nodes are the next multiple of eight beyond 2 degree + 2.
     """
-    nodes = 4 * (2 * degree // 4 + 1)
-    angle = 2 * np.pi * np.arange(nodes) / nodes
-    rows = [np.ones(nodes) / nodes]
-    for k in range(1, nodes // 2):
-        rows.extend([2 * np.sin(k * angle) / nodes, 2 * np.cos(k * angle) / nodes])
-    rows.append(np.cos(nodes // 2 * angle) / nodes)
-    return np.array(rows)
+    nodes = whole(2 * degree + 2)
+    half = nodes // 2
+    angle, k = 2 * np.pi * np.arange(nodes)[:, None] / nodes, np.arange(half + 1)
+    cosines, sines = 2 * np.cos(k * angle) / nodes, 2 * np.sin(k * angle) / nodes
+    cosines[:, [0, half]] *= 0.5
+    parts = cosines[:, : degree + 1], sines[:, 1 : degree + 1], cosines[:, degree + 1 :], sines[:, degree + 1 : half]
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))

@@ -1,7 +1,6 @@
 """The compiled elimination: from poses to determinants that are trigonometric polynomials of one joint.
 
-Imported only where poses are solved: numba is loaded with it. Each function that Python calls takes a whole batch and
-is compiled alone: what one of them calls is optimised again with it, so they call little.
+Imported only where poses are solved: numba is loaded with it. Eight poses, or eight nodes of the circle, side by side.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false
@@ -9,195 +8,210 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
-
+from mafsil.solvers.lane_loops import lanes, magnitude, put, room, seen, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
 
 @reordered
-def eliminated(P, before, lines, after, products, left, unit, C, beta, A):
-    """Six equations in c, d, e for every pose, and the factors of the 14 x 8 system of a and b.
+def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
+    """Six equations in c, d, e for eight poses at a time, and the linear map that gives a and b from these.
+
+    1. The fourteen functions of nine lines moved by the pose, and from them the coefficients C of the products of a
+       and b.
+    2. Householder reflections of the eight columns of these products.
+    3. The orthogonal factor: its first eight columns belong to the products of a and b, the others span the left null
+       space.
+    4. The products of the latter with `left` are the six equations.
 
     Args:
         P: (k, 4, 4) displacements of the loop.
         before, lines, after, products, left, unit: constants of a road.
-        C: (k, 14, 9) constants of the equations, then the factors.
-        beta: (k, 16) scales of the reflections, and their diagonal.
-        A: (k, 6, 27) coefficients of the six equations.
+        A: (k', 6, 27) coefficients of the six equations, k' the next multiple of eight.
+        Q: (k', 8, 15) products of the first columns with the fourteen functions, and with the constants, negative.
+        R: (k', 36) the triangular factor, column by column, each with its diagonal entry at the end.
     """
-    S, Q = np.empty((14, 9)), np.empty((14, 6))
-    for b in range(len(P)):
-        _lines(P[b], before, lines, after, S)
+    X, S, C, w, scale, diagonal = room(12), room(126), room(126), room(14), room(8), room(8)
+    for begin in range(0, len(P), 8):
+        for l in range(8):
+            b = min(begin + l, len(P) - 1)
+            for r in range(3):
+                for c in range(4):
+                    put(X, 4 * r + c, l, P[b, r, c])
+        # 1.
+        _lines(X, before, lines, after, S)
         for r in range(14):
             for c in range(9):
-                C[b, r, c] = 0.0
-            for k in range(9):
-                for c in range(9):
-                    C[b, r, c] += S[r, k] * products[k, c]
-        _left_null_space(C[b], beta[b], Q)
-        for r in range(6):
-            for c in range(27):
-                A[b, r, c] = 0.0
-            constant = 0.0
-            for e in range(14):
-                x = Q[e, r]
-                constant += x * C[b, e, 0]
-                for c in range(27):
-                    A[b, r, c] += x * left[e, c]
-            for j in range(3):
-                A[b, r, 3 * j] -= constant * unit[j]
+                total = lanes(0.0)
+                for k in range(9):
+                    total += S[9 * r + k] * products[k, c]
+                # Column by column; the first is the constant.
+                C[14 * c + r] = total
+        # 2.
+        for k in range(8):
+            head, square = C[14 * (k + 1) + k], lanes(0.0)
+            for r in range(k, 14):
+                square += C[14 * (k + 1) + r] * C[14 * (k + 1) + r]
+            norm = square_root(square)
+            alpha = where(head > 0.0, -norm, norm)
+            C[14 * (k + 1) + k] = head - alpha
+            factor = where(norm == 0.0, 0.0, 1.0 / (norm * magnitude(head - alpha)))
+            scale[k], diagonal[k] = factor, alpha
+            for c in range(k + 2, 9):
+                dot = lanes(0.0)
+                for r in range(k, 14):
+                    dot += C[14 * (k + 1) + r] * C[14 * c + r]
+                dot *= factor
+                for r in range(k, 14):
+                    C[14 * c + r] = C[14 * c + r] - dot * C[14 * (k + 1) + r]
+        place = 0
+        for k in range(8):
+            for j in range(k + 1):
+                spread(R, 36 * begin + place, 36, C[14 * (k + 1) + j] if j < k else diagonal[k])
+                place += 1
+        # 3.
+        for c in range(14):
+            for r in range(14):
+                w[r] = 1.0 if r == c else 0.0
+            for k in range(min(c, 7), -1, -1):
+                dot = lanes(0.0)
+                for r in range(k, 14):
+                    dot += C[14 * (k + 1) + r] * w[r]
+                dot *= scale[k]
+                for r in range(k, 14):
+                    w[r] = w[r] - dot * C[14 * (k + 1) + r]
+            constant = lanes(0.0)
+            for r in range(14):
+                constant += w[r] * C[r]
+            if c < 8:
+                for r in range(14):
+                    spread(Q, 120 * begin + 15 * c + r, 120, w[r])
+                spread(Q, 120 * begin + 15 * c + 14, 120, -constant)
+            else:
+                # 4.
+                for j in range(27):
+                    total = lanes(0.0)
+                    for r in range(14):
+                        total += w[r] * left[r, j]
+                    if j < 9 and j % 3 == 0:
+                        total -= constant * unit[j // 3]
+                    spread(A, 162 * begin + 27 * (c - 8) + j, 162, total)
 
 
 @reordered
 def _lines(X, before, lines, after, S):
     """The fourteen functions of nine lines moved by a pose."""
-    y, m = np.empty(3), np.empty(3)
+    p, l = room(3), room(3)
     for k in range(9):
         i, j = k // lines, k % lines
         for r in range(3):
-            y[r], m[r] = X[r, 3], 0.0
+            point, way = X[4 * r + 3], lanes(0.0)
             for c in range(3):
-                y[r] += X[r, c] * before[j, c]
-                m[r] += X[r, c] * before[j, 3 + c]
-        pp = pl = 0.0
+                point += X[4 * r + c] * before[j, c]
+                way += X[4 * r + c] * before[j, 3 + c]
+            S[9 * r + k], S[9 * (4 + r) + k] = point, way
         for r in range(3):
-            p, l = after[i, r, 3], 0.0
+            point, way = lanes(after[i, r, 3]), lanes(0.0)
             for c in range(3):
-                p += after[i, r, c] * y[c]
-                l += after[i, r, c] * m[c]
-            S[r, k], S[4 + r, k] = p, l
-            pp += p * p
-            pl += p * l
-        S[3, k], S[7, k] = pp, pl
+                point += after[i, r, c] * S[9 * c + k]
+                way += after[i, r, c] * S[9 * (4 + c) + k]
+            p[r], l[r] = point, way
+        pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+        pl = p[0] * l[0] + p[1] * l[1] + p[2] * l[2]
+        S[9 * 3 + k], S[9 * 7 + k] = pp, pl
         for r in range(3):
             u, v = (r + 1) % 3, (r + 2) % 3
-            S[8 + r, k] = S[u, k] * S[4 + v, k] - S[v, k] * S[4 + u, k]
-            S[11 + r, k] = pp * S[4 + r, k] - 2 * pl * S[r, k]
+            S[9 * r + k], S[9 * (4 + r) + k] = p[r], l[r]
+            S[9 * (8 + r) + k] = p[u] * l[v] - p[v] * l[u]
+            S[9 * (11 + r) + k] = pp * l[r] - 2.0 * pl * p[r]
 
 
 @reordered
-def _left_null_space(C, beta, Q):
-    """Householder factors of the columns of a and b; what is left of the unit vectors spans their left null space."""
-    for r in range(14):
-        for c in range(6):
-            Q[r, c] = 1.0 if r == c + 8 else 0.0
-    for k in range(8):
-        norm = 0.0
-        for r in range(k, 14):
-            norm += C[r, k + 1] ** 2
-        norm = sqrt(norm)
-        alpha = -norm if C[k, k + 1] > 0 else norm
-        head = C[k, k + 1] - alpha
-        beta[k] = 0.0 if norm == 0.0 else -1.0 / (alpha * head)
-        beta[8 + k] = alpha
-        C[k, k + 1] = head
-        for c in range(k + 2, 9):
-            dot = 0.0
-            for r in range(k, 14):
-                dot += C[r, k + 1] * C[r, c]
-            dot *= beta[k]
-            for r in range(k, 14):
-                C[r, c] -= dot * C[r, k + 1]
-    for k in range(7, -1, -1):
-        for c in range(6):
-            dot = 0.0
-            for r in range(k, 14):
-                dot += C[r, k + 1] * Q[r, c]
-            dot *= beta[k]
-            for r in range(k, 14):
-                Q[r, c] -= dot * C[r, k + 1]
+def determinants(A, cosines, sines, weights, fourier, degree, f, h, dust):
+    """The determinants of the twelve equations at nodes of joint c, eight nodes at a time, and their harmonics.
 
-
-@reordered
-def determinants(A, cosines, sines, f):
-    """The determinants of the twelve equations at nodes of joint c, side by side in lanes.
-
-    Two orthogonal triangulations of six by three, then one of six by six; the sign is that of a fixed number of
-    reflections.
+    1. The equations at the nodes, as coefficients of the half angle of joint d.
+    2. Two orthogonal triangulations of six by three, of the equations multiplied by its cosine and by its sine.
+    3. One of the six by six that is left; the sign is that of a fixed number of reflections.
+    4. Harmonics of the samples; those beyond the degree must be zero, and say how large their rounding is.
 
     Args:
-        A: (k, 6, 27) coefficients.
-        cosines, sines: (k, nodes), or (1, nodes) for all.
-        f: (k, nodes) the determinants.
-    """
-    nodes = f.shape[1]
-    M, K, room = np.empty((6, 9, nodes)), np.empty((6, 6, nodes)), np.empty((2, nodes))
-    for b in range(len(A)):
-        x, y, out = cosines[min(b, len(cosines) - 1)], sines[min(b, len(sines) - 1)], f[b]
-        for l in range(nodes):
-            out[l] = 1.0
-        # One place that calls the loop below, so that it is compiled once.
-        for part in range(3):
-            columns = 9 if part < 2 else 6
-            for r in range(6):
-                for j in range(columns):
-                    if part < 2:
-                        # The second half starts with the last block.
-                        source = j if part == 0 else (6 + j if j < 3 else j - 3)
-                        m0, m1, m2 = A[b, r, source], A[b, r, 9 + source], A[b, r, 18 + source]
-                        for l in range(nodes):
-                            M[r, j, l] = m0 + x[l] * m1 + y[l] * m2
-                    else:
-                        for l in range(nodes):
-                            M[r, j, l] = K[r, j, l]
-            _triangulated(M, 3 if part < 2 else 5, columns, out, room)
-            for r in range(3 if part < 2 else 0):
-                for j in range(6):
-                    for l in range(nodes):
-                        K[3 * part + r, j, l] = M[3 + r, 3 + j, l]
-        for l in range(nodes):
-            out[l] *= M[5, 5, l]
-
-
-@reordered
-def _triangulated(M, steps, columns, f, room):
-    """Householder steps in lanes; f is multiplied by the diagonal entries."""
-    rows, count = M.shape[0], M.shape[2]
-    for k in range(steps):
-        for l in range(count):
-            room[0, l] = 0.0
-        for r in range(k, rows):
-            for l in range(count):
-                room[0, l] += M[r, k, l] * M[r, k, l]
-        for l in range(count):
-            norm = sqrt(room[0, l])
-            x = M[k, k, l]
-            alpha = -norm if x > 0 else norm
-            f[l] *= alpha
-            M[k, k, l] = x - alpha
-            room[0, l] = 1.0 / (norm * abs(x - alpha) + 1e-300)
-        for j in range(k + 1, columns):
-            for l in range(count):
-                room[1, l] = 0.0
-            for r in range(k, rows):
-                for l in range(count):
-                    room[1, l] += M[r, k, l] * M[r, j, l]
-            for l in range(count):
-                room[1, l] *= room[0, l]
-            for r in range(k, rows):
-                for l in range(count):
-                    M[r, j, l] -= room[1, l] * M[r, k, l]
-
-
-@reordered
-def harmonics_of(f, fourier, degree, out, dust):
-    """Coefficients of trigonometric polynomials from their samples.
-
-    Args:
-        f: (k, nodes) samples.
-        fourier: (nodes, nodes) rows a_0, b_1, a_1, b_2, a_2, ...
+        A: (k', 6, 27) coefficients.
+        cosines, sines, weights: (k, nodes), or (1, nodes) for all; nodes are a multiple of eight.
+        fourier: (nodes, nodes) columns of harmonics, cosines first.
         degree: of the polynomials.
-        out: (k, 2, degree + 1) of cos and sin.
-        dust: (k,) the largest of the coefficients that must be zero.
+        f: (k, nodes) the determinants times their weights.
+        h: (k, nodes) a_0, a_1, ..., b_1, b_2, ..., and the rest.
+        dust: (k, 2) 1.5 times the root mean square of those that must be zero, and the sum of the sizes of the others.
     """
+    groups, rows = f.shape[1] // 8, len(cosines)
+    M, K = room(54), room(36)
+    x_all, y_all, w_all, f_all, h_all, waves = (
+        seen(cosines), seen(sines), seen(weights), seen(f), seen(h), seen(fourier),
+    )  # fmt: skip
     for b in range(len(f)):
-        dust[b] = 0.0
-        for i in range(f.shape[1]):
-            total = 0.0
-            for l in range(f.shape[1]):
-                total += fourier[i, l] * f[b, l]
+        for g in range(groups):
+            at = min(b, rows - 1) * groups + g
+            x, y, out = x_all[at], y_all[at], w_all[at]
+            # One place that calls the reflections, so that they are compiled once.
+            for part in range(3):
+                columns = 9 if part < 2 else 6
+                if part < 2:
+                    # 1. The second half starts with the last block.
+                    for r in range(6):
+                        for j in range(9):
+                            source = j if part == 0 else (6 + j if j < 3 else j - 3)
+                            M[9 * r + j] = A[b, r, source] + x * A[b, r, 9 + source] + y * A[b, r, 18 + source]
+                else:
+                    for r in range(6):
+                        for j in range(6):
+                            M[9 * r + j] = K[6 * r + j]
+                # 2. and 3.
+                for k in range(3 if part < 2 else 5):
+                    out *= reflected(M, k, 9, columns)
+                if part < 2:
+                    for r in range(3):
+                        for j in range(6):
+                            K[6 * (3 * part + r) + j] = M[9 * (3 + r) + 3 + j]
+            f_all[b * groups + g] = out * M[9 * 5 + 5]
+        # 4.
+        for g in range(groups):
+            total = lanes(0.0)
+            for l in range(8 * groups):
+                total += f[b, l] * waves[l * groups + g]
+            h_all[b * groups + g] = total
+        square = size = 0.0
+        for i in range(8 * groups):
             if i <= 2 * degree:
-                out[b, i & 1, (i + 1) >> 1] = total
+                size += abs(h[b, i])
             else:
-                dust[b] = max(dust[b], abs(total))
-        out[b, 1, 0] = 0.0
+                square += h[b, i] * h[b, i]
+        dust[b, 0], dust[b, 1] = 1.5 * sqrt(square / (8 * groups - 2 * degree - 1)), size
+
+
+@reordered
+def reflected(M, k, stride, columns):
+    """One Householder step of six rows in place; the new diagonal entry.
+
+    Args:
+        M: places by rows.
+        k: the step.
+        stride: from row to row.
+        columns: how many there are.
+    """
+    square = lanes(0.0)
+    for r in range(k, 6):
+        square += M[stride * r + k] * M[stride * r + k]
+    norm, x = square_root(square), M[stride * k + k]
+    alpha = where(x > 0.0, -norm, norm)
+    head = x - alpha
+    M[stride * k + k] = head
+    beta = 1.0 / (norm * magnitude(head) + 1e-300)
+    for j in range(k + 1, columns):
+        dot = lanes(0.0)
+        for r in range(k, 6):
+            dot += M[stride * r + k] * M[stride * r + j]
+        dot *= beta
+        for r in range(k, 6):
+            M[stride * r + j] = M[stride * r + j] - dot * M[stride * r + k]
+    M[stride * k + k] = alpha
+    return alpha

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,11 @@ WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
 NEAR = 1e-3
 """Difference of a solution from the zero that it explains [rad]."""
 
-Candidates = Callable[[NDArray[np.int64], Floats, int], tuple[JointVector, NDArray[np.bool_]]]
-"""From rows, zeros (m,) and a choice to candidates (m, 6) and whether one solution is all that a zero can give (m,)."""
+DETERMINED = 1e-5
+"""Rank of all zeros of a list beyond which each of them leads to one solution only."""
+
+Candidates = Callable[[NDArray[np.int64], Floats, int], tuple[Floats, Floats]]
+"""From rows, zeros (m,) and a choice to candidates (m', 12), see `polished`, and how well they are determined (m,)."""
 
 
 class Findings:
@@ -45,29 +48,39 @@ class Findings:
         self.count, self.roads = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
         self.proof = np.zeros(k, dtype=np.bool_)
 
-    def tried(self, rows: NDArray[np.int64], q: JointVector, last: int) -> NDArray[np.bool_]:
-        """Newton's method on candidates, in place; which of them are solutions.
+    def tried(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, NDArray[np.bool_]]:
+        """Newton's method on candidates; what became of them (m, 6), and which of them are solutions.
 
         Args:
             rows: (m,) which pose each belongs to.
-            q: (m, 6) candidates.
-            last: a turning joint that is still to be found from the others; -1 if none.
+            turns: (m', 12) candidates as cosines and sines, see `polished`; lost.
         """
-        from mafsil.ik.general.polish_loops import CLOSED, noted, polished
+        from mafsil.ik.general.polish_loops import CLOSED, noted
 
-        size = np.empty(len(rows))
-        polished(self.frames, self.slides, self.P, rows, last, q, size)
+        q, size = self._polished(rows, turns)
         noted(rows, q, size, self.slides, self.count, self.q, self.size)
-        return size < CLOSED
+        return q, size < CLOSED
+
+    def _polished(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
+        from mafsil.ik.general.polish_loops import polished
+
+        q, size = np.empty((len(turns), 6)), np.empty(len(turns))
+        polished(self.frames, self.slides, self.P, rows, turns, q, size)
+        return q[: len(rows)], size[: len(rows)]
+
+    def turns(self, q: JointVector) -> Floats:
+        """(m', 12) cosine and sine of each joint, or length and zero, of candidates (m, 6)."""
+        turns = np.zeros((whole(len(q)), 6, 2))
+        turns[: len(q), :, 0], turns[: len(q), :, 1] = np.where(self.slides, q, np.cos(q)), np.sin(q)
+        return turns.reshape(-1, 12)
 
     def explored(
         self,
         rows: NDArray[np.int64],
         zeros: tuple[Floats, NDArray[np.int64], NDArray[np.bool_]],
         candidates: Candidates,
-        choices: int,
+        enough: Sequence[float],
         joint: int,
-        last: int,
     ) -> None:
         """Solutions that zeros of one joint lead to; proven complete are lists that the zeros explain.
 
@@ -75,43 +88,47 @@ class Findings:
             rows: (k,) the poses.
             zeros: (k, most) zeros, (k,) their number, (k,) whether there are no others and each is simple.
             candidates: from rows and zeros to candidates.
-            choices: number of ways, tried one after the other until one leads to a solution and that is enough.
+            enough: for each choice, tried one after the other, the rank beyond which a solution is enough.
             joint: whose value the zeros are.
-            last: joint that candidates leave open; -1 if none.
         """
         values, number, certain = zeros
         row, place = np.nonzero(np.arange(values.shape[1]) < number[:, None])
         zero = values[row, place]
-        hit, todo = np.zeros(len(row), dtype=np.bool_), np.arange(len(row))
-        for choice in range(choices):
+        hit, todo, proven = np.zeros(len(row), dtype=np.bool_), np.arange(len(row)), certain & (number == 0)
+        for choice, limit in enumerate(enough):
             if not len(todo):
                 break
-            q, enough = candidates(row[todo], zero[todo], choice)
-            closed = self.tried(rows[row[todo]], q, last)
+            turns, rank = candidates(row[todo], zero[todo], choice)
+            q, closed = self.tried(rows[row[todo]], turns)
             # The solution must be that of this zero, else the zero is not explained.
             away = np.abs((q[:, joint] - zero[todo] + np.pi) % (2 * np.pi) - np.pi)
             here = closed & (away < NEAR)
             hit[todo] |= here
-            todo = todo[~(here & enough)]
-        missed = np.bincount(row[~hit], minlength=len(rows)) > 0
-        self.proof[rows] |= certain & ~missed & (self.count[rows] == number)
+            missed = np.bincount(row[~hit], minlength=len(rows)) > 0
+            proven = certain & ~missed & (self.count[rows] == number)
+            done = here & (rank > limit)
+            if choice == 0:
+                # A list that is complete, its zeros well determined, needs no second look.
+                vague = np.bincount(row[rank <= DETERMINED], minlength=len(rows)) > 0
+                done |= (proven & ~vague)[row]
+            todo = todo[~done]
+        self.proof[rows] |= proven & (self.count[rows] == number)
 
-    def joined(self, rows: NDArray[np.int64], near: list[Findings]) -> None:
+    def joined(self, rows: NDArray[np.int64], near: Findings) -> None:
         """Solutions that those of poses nearby lead to are added, the best conditioned first.
 
         Lists end with the members of continua, which would fill them.
 
         Args:
             rows: (k,) the poses.
-            near: what was found for as many poses beside them.
+            near: what was found for poses beside them, for one of each after the other.
         """
-        from mafsil.ik.general.polish_loops import CLOSED, noted, polished
+        from mafsil.ik.general.polish_loops import CLOSED, noted
 
-        lists = [(self.q[rows], self.count[rows]), *((one.q, one.count) for one in near)]
-        where, starts = zip(*(_listed(rows, *one) for one in lists), strict=True)
-        row, q = np.concatenate(where), np.ascontiguousarray(np.concatenate(starts))
-        size = np.empty(len(row))
-        polished(self.frames, self.slides, self.P, row, -1, q, size)
+        count = np.concatenate([self.count[rows], near.count])
+        which, place = np.nonzero(np.arange(MOST) < count[:, None])
+        row, starts = rows[which % len(rows)], np.concatenate([self.q[rows], near.q])[which, place]
+        q, size = self._polished(row, self.turns(starts))
         closed = np.flatnonzero(size < CLOSED)
         values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
         best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]
@@ -129,7 +146,7 @@ class Findings:
         ways = np.concatenate([WAYS, -WAYS])
         starts = q[folded, None] + ways[:, None] * Vt[folded, None, 5]
         if len(folded):
-            self.tried(np.repeat(rows[row[folded]], len(ways)), np.ascontiguousarray(starts.reshape(-1, 6)), -1)
+            self.tried(np.repeat(rows[row[folded]], len(ways)), self.turns(starts.reshape(-1, 6)))
 
     def _jacobians(self, q: JointVector) -> Floats:
         """(m, 6, 6) rows (axis, velocity of the tip)."""
@@ -146,10 +163,9 @@ class Findings:
         return np.stack(columns, axis=2)
 
 
-def _listed(rows: NDArray[np.int64], q: JointVector, count: NDArray[np.int64]) -> tuple[NDArray[np.int64], JointVector]:
-    """The pose of each solution of some lists, and the solutions (m, 6)."""
-    which, place = np.nonzero(np.arange(MOST) < count[:, None])
-    return rows[which], q[which, place]
+def whole(count: int) -> int:
+    """The next multiple of eight: loops in lanes fill whole vectors."""
+    return -(-count // 8) * 8
 
 
 def loop_frames(chain: Chain) -> Floats:

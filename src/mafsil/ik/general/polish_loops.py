@@ -6,14 +6,19 @@ Imported only where poses are solved: numba is loaded with it.
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
-from math import atan2, cos, pi, sin
+from math import pi
 
 import numpy as np
 
+from mafsil.ik.general.closed_chain_loops import advanced, turned
+from mafsil.solvers.lane_loops import angle_of, get, lane_bits, lanes, magnitude, put, room, spread, where
 from mafsil.solvers.loops import reordered
 
 STEPS = 40
 """Newton steps of a candidate at most: near a fold each halves the distance only."""
+
+LONGEST = 0.6
+"""Newton step [rad | unit of length]."""
 
 SAME = 1e-6
 """Difference of two solutions that count as one [rad | unit of length]."""
@@ -23,45 +28,92 @@ CLOSED = 1e-10
 
 
 @reordered
-def polished(frames, slides, P, rows, last, q, size):
-    """Newton's method on candidates, in place; the largest errors that remain [rad, unit of length].
+def polished(frames, slides, P, rows, turns, q, size):
+    """Newton's method on candidates, eight at a time; the largest errors that remain [rad, unit of length].
+
+    1. Free lanes take the next candidates.
+    2. The loop F_0 Z_0 F_1 Z_1 ... Z_5 F_6, its axes on the way, and its error.
+    3. Lanes that are done give back what they have.
+    4. A Newton step of the others, of `LONGEST` at most.
+    5. When no lane is left, angles from cosines and sines.
 
     Args:
-        frames: (7, 3, 4) constants F_k of the loop F_0 Z_0 F_1 Z_1 ... Z_5 F_6.
+        frames: (7, 3, 4) constants F_k.
         slides: (6,) which joints slide.
         P: (k, 4, 4) displacements of the loop.
         rows: (m,) which of them each candidate belongs to.
-        last: a turning joint whose value is still to be found from the others; -1 if none.
-        q: (m, 6) candidates.
-        size: (m,) the errors.
+        turns: (m', 12) candidates: cosine and sine of each joint, or length and zero; changed; m' is the next multiple
+            of eight.
+        q: (m', 6) what became of them, angles in [-pi, pi].
+        size: (m',) the errors.
     """
-    T, ends, J = np.empty((3, 4)), np.empty((2, 3, 4)), np.empty((6, 7))
-    for i in range(len(rows)):
-        X = P[rows[i]]
-        if last >= 0:
-            q[i, last] = _remaining(frames, slides, X, q[i], last, ends)
-        error = 1e300
-        for step in range(STEPS):
-            for r in range(3):
-                for c in range(4):
-                    T[r, c] = frames[0, r, c]
-            for k in range(6):
+    X, T, J, Q, T0, errors, counts = room(12), room(12), room(42), room(12), room(12), room(1), room(1)
+    item = np.full(8, -1)
+    for r in range(3):
+        for c in range(4):
+            T0[4 * r + c] = frames[0, r, c]
+    errors[0], counts[0] = 1e300, 0.0
+    following, active, vacant = 0, 0, 255
+    while True:
+        # 1.
+        for l in range(8):
+            if (vacant >> l) & 1 and following < len(rows):
+                item[l], active = following, active | (1 << l)
+            # Lanes that never had one repeat the first: nothing is computed from what is not there.
+            if (vacant >> l) & 1 and (following < len(rows) or (item[l] < 0 and len(rows) > 0)):
+                i = max(item[l], 0)
                 for r in range(3):
-                    J[r, k], J[3 + r, k] = T[r, 2], T[r, 3]
-                _advanced(T, slides[k], q[i, k], frames[k + 1])
-            before, error = error, _missing(T, X, J)
-            done = error < 1e-14 or step == STEPS - 1 or (error < CLOSED and error > 0.5 * before)
-            if done or error > 1e6:
-                break
+                    for c in range(4):
+                        put(X, 4 * r + c, l, P[rows[i], r, c])
+                for k in range(12):
+                    put(Q, k, l, turns[i, k])
+                put(errors, 0, l, 1e300)
+                put(counts, 0, l, 0.0)
+                following += 1 if following < len(rows) else 0
+        if active == 0:
+            break
+        # 2.
+        for k in range(12):
+            T[k] = T0[k]
+        for k in range(6):
+            for r in range(3):
+                J[7 * r + k], J[7 * (3 + r) + k] = T[4 * r + 2], T[4 * r + 3]
+            advanced(T, slides[k], Q[2 * k], Q[2 * k + 1], frames, k + 1)
+        error, before, count = _missing(T, X, J), errors[0], counts[0]
+        errors[0], counts[0] = error, count + 1.0
+        # 3.
+        done = (error < 1e-14) | (count >= STEPS - 1.0) | ((error < CLOSED) & (error > 0.5 * before)) | (error > 1e6)
+        vacant = lane_bits(done) & active
+        for l in range(8):
+            if (vacant >> l) & 1:
+                size[item[l]] = get(errors, 0, l)
+                for k in range(12):
+                    turns[item[l], k] = get(Q, k, l)
+        active &= ~vacant
+        # 4.
+        if active != 0:
             _columns(slides, T, J)
             _solved(J)
-            longest = 0.0
+            longest = lanes(0.0)
             for k in range(6):
-                longest = max(longest, abs(J[k, 6]))
-            shrink = min(1.0, 0.6 / longest) if longest > 0 else 1.0
+                longest = where(magnitude(J[7 * k + 6]) > longest, magnitude(J[7 * k + 6]), longest)
+            shrink = where(longest > LONGEST, LONGEST / longest, 1.0)
             for k in range(6):
-                q[i, k] += shrink * J[k, 6]
-        size[i] = error
+                step, c, s = shrink * J[7 * k + 6], Q[2 * k], Q[2 * k + 1]
+                if slides[k]:
+                    Q[2 * k] = c + step
+                else:
+                    cosine, sine = turned(step)
+                    Q[2 * k], Q[2 * k + 1] = c * cosine - s * sine, s * cosine + c * sine
+    # 5.
+    for begin in range(0, len(rows), 8):
+        for l in range(8):
+            i = min(begin + l, len(rows) - 1)
+            for k in range(12):
+                put(Q, k, l, turns[i, k])
+        for k in range(6):
+            value = Q[2 * k] if slides[k] else angle_of(Q[2 * k], Q[2 * k + 1])
+            spread(q, 6 * begin + k, 6, value)
 
 
 @reordered
@@ -70,99 +122,68 @@ def _missing(T, X, J):
 
     Half the axis of X T^-1, which is its sine for small angles, and the displacement.
     """
-    size = trace = total = 0.0
+    size, trace, total = lanes(0.0), lanes(0.0), lanes(0.0)
     for r in range(3):
-        u, v = (r + 1) % 3, (r + 2) % 3
-        turn = 0.0
+        u, v = 4 * ((r + 1) % 3), 4 * ((r + 2) % 3)
+        turn = lanes(0.0)
         for c in range(3):
-            turn += T[u, c] * X[v, c] - T[v, c] * X[u, c]
-            trace += T[r, c] * X[r, c]
-        J[r, 6], J[3 + r, 6] = 0.5 * turn, X[r, 3] - T[r, 3]
-        size = max(size, abs(J[r, 6]), abs(J[3 + r, 6]))
-        total += abs(J[r, 6]) + abs(J[3 + r, 6])
+            turn += T[u + c] * X[v + c] - T[v + c] * X[u + c]
+            trace += T[4 * r + c] * X[4 * r + c]
+        turn = 0.5 * turn
+        way = X[4 * r + 3] - T[4 * r + 3]
+        J[7 * r + 6], J[7 * (3 + r) + 6] = turn, way
+        size = where(magnitude(turn) > size, magnitude(turn), size)
+        size = where(magnitude(way) > size, magnitude(way), size)
+        total += magnitude(turn) + magnitude(way)
+    size = where((trace < 1.0) & (size < 1.0), 1.0, size)
     # The sum tells NaN, which the maximum may pass over.
-    if not total + abs(trace) < 1e6:
-        return 1e300
-    return max(size, 1.0) if trace < 1.0 else size
-
-
-@reordered
-def _remaining(frames, slides, P, q, f, T):
-    """Value of joint f, the others known: what is left of the loop, seen in its frame."""
-    # Before: F_0 Z_0 ... F_f; after: F_{f + 1} Z_{f + 1} ... F_6.
-    for part in range(2):
-        begin = 0 if part == 0 else f + 1
-        for r in range(3):
-            for c in range(4):
-                T[part, r, c] = frames[begin, r, c]
-        for k in range(begin, f if part == 0 else 6):
-            _advanced(T[part], slides[k], q[k], frames[k + 1])
-    # x axis of the moved frame in the frame before it: before^-1 P after^-1 e_x.
-    sine = cosine = 0.0
-    for r in range(3):
-        m = P[r, 0] * T[1, 0, 0] + P[r, 1] * T[1, 0, 1] + P[r, 2] * T[1, 0, 2]
-        sine += T[0, r, 1] * m
-        cosine += T[0, r, 0] * m
-    return atan2(sine, cosine)
-
-
-@reordered
-def _advanced(T, slides, q, F):
-    """T Z F in place of T, all (3, 4): the joint moves about or along z."""
-    c, s, way = (1.0, 0.0, q) if slides else (cos(q), sin(q), 0.0)
-    for r in range(3):
-        x, y, z = c * T[r, 0] + s * T[r, 1], c * T[r, 1] - s * T[r, 0], T[r, 2]
-        for j in range(3):
-            T[r, j] = x * F[0, j] + y * F[1, j] + z * F[2, j]
-        T[r, 3] += x * F[0, 3] + y * F[1, 3] + z * (F[2, 3] + way)
+    return where(total + magnitude(trace) < 1e6, size, 1e300)
 
 
 @reordered
 def _columns(slides, T, J):
     """Columns (axis, velocity of the tip) from (axis, a point of it)."""
     for k in range(6):
-        z0, z1, z2 = J[0, k], J[1, k], J[2, k]
+        z0, z1, z2 = J[k], J[7 + k], J[14 + k]
         if slides[k]:
-            J[0, k], J[1, k], J[2, k] = 0.0, 0.0, 0.0
-            J[3, k], J[4, k], J[5, k] = z0, z1, z2
+            J[k], J[7 + k], J[14 + k] = 0.0, 0.0, 0.0
+            J[21 + k], J[28 + k], J[35 + k] = z0, z1, z2
         else:
-            d0, d1, d2 = T[0, 3] - J[3, k], T[1, 3] - J[4, k], T[2, 3] - J[5, k]
-            J[3, k], J[4, k], J[5, k] = z1 * d2 - z2 * d1, z2 * d0 - z0 * d2, z0 * d1 - z1 * d0
+            d0, d1, d2 = T[3] - J[21 + k], T[7] - J[28 + k], T[11] - J[35 + k]
+            J[21 + k], J[28 + k], J[35 + k] = z1 * d2 - z2 * d1, z2 * d0 - z0 * d2, z0 * d1 - z1 * d0
 
 
 @reordered
 def _solved(M):
     """Six linear equations in place by exchanged rows; the solution in the last column."""
     for k in range(6):
-        best, most = k, abs(M[k, k])
         for r in range(k + 1, 6):
-            if abs(M[r, k]) > most:
-                best, most = r, abs(M[r, k])
-        if best != k:
+            larger = magnitude(M[7 * r + k]) > magnitude(M[7 * k + k])
             for c in range(k, 7):
-                M[k, c], M[best, c] = M[best, c], M[k, c]
-        inverse = 1.0 / (M[k, k] if abs(M[k, k]) > 1e-13 else 1e-13)
+                here, there = M[7 * k + c], M[7 * r + c]
+                M[7 * k + c], M[7 * r + c] = where(larger, there, here), where(larger, here, there)
+        pivot = M[7 * k + k]
+        inverse = 1.0 / where(magnitude(pivot) > 1e-13, pivot, 1e-13)
+        for c in range(k + 1, 7):
+            M[7 * k + c] = M[7 * k + c] * inverse
         for r in range(k + 1, 6):
-            factor = M[r, k] * inverse
+            factor = M[7 * r + k]
             for c in range(k + 1, 7):
-                M[r, c] -= factor * M[k, c]
-        M[k, 6] *= inverse
-        for c in range(k + 1, 6):
-            M[k, c] *= inverse
+                M[7 * r + c] = M[7 * r + c] - factor * M[7 * k + c]
     for k in range(5, -1, -1):
-        total = M[k, 6]
+        total = M[7 * k + 6]
         for c in range(k + 1, 6):
-            total -= M[k, c] * M[c, 6]
-        M[k, 6] = total
+            total -= M[7 * k + c] * M[7 * c + 6]
+        M[7 * k + 6] = total
 
 
 @reordered
 def noted(rows, q, size, slides, found, q_out, size_out):
-    """Closed candidates that are new are written down, their angles in [-pi, pi].
+    """Closed candidates that are new are written down.
 
     Args:
         rows: (m,) place of each in the lists.
-        q, size: (m, 6) candidates, and (m,) their errors.
+        q, size: (m, 6) candidates, their angles in [-pi, pi], and (m,) their errors.
         slides: (6,) which joints slide.
         found: (k,) lengths of the lists.
         q_out, size_out: (k, most, 6) and (k, most) the lists.
@@ -171,20 +192,45 @@ def noted(rows, q, size, slides, found, q_out, size_out):
         if not size[i] < CLOSED:
             continue
         b = rows[i]
-        for k in range(6):
-            if not slides[k]:
-                q[i, k] -= 2 * pi * np.floor(q[i, k] / (2 * pi) + 0.5)
         new = found[b] < q_out.shape[1]
         for j in range(found[b]):
-            away = 0.0
-            for k in range(6):
-                d = q[i, k] - q_out[b, j, k]
-                if not slides[k]:
-                    d -= 2 * pi * np.floor(d / (2 * pi) + 0.5)
-                away = max(away, abs(d))
-            new = new and away > SAME
+            new = new and _differ(q, i, q_out[b], j, slides)
         if new:
             for k in range(6):
                 q_out[b, found[b], k] = q[i, k]
             size_out[b, found[b]] = size[i]
             found[b] += 1
+
+
+@reordered
+def explained(zeros, joint, slides, q, size, near):
+    """Whether each zero of one pose has led to a solution of its own with that value of the joint.
+
+    Args:
+        zeros: (m,) of the joint.
+        joint: whose value the zeros are.
+        slides: (6,) which joints slide.
+        q, size: (m', 6) solutions, m' >= m, their angles in [-pi, pi], and (m',) their errors.
+        near: difference from its zero up to which a solution explains it [rad].
+    """
+    for i in range(len(zeros)):
+        away = q[i, joint] - zeros[i]
+        away -= 2 * pi * np.floor(away / (2 * pi) + 0.5)
+        if not (size[i] < CLOSED and abs(away) < near):
+            return False
+        for j in range(i):
+            if not _differ(q, i, q, j, slides):
+                return False
+    return True
+
+
+@reordered
+def _differ(q, i, others, j, slides):
+    """Whether two solutions are not the same."""
+    for k in range(6):
+        d = abs(q[i, k] - others[j, k])
+        if not slides[k] and d > pi:
+            d = 2 * pi - d
+        if d > SAME:
+            return True
+    return False

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.geometry import pose
@@ -40,7 +41,7 @@ class Road:
     """Constants of one elimination.
 
     Attributes:
-        joints: (a, b, c, d, e, f) positions in the chain seen from its base.
+        joints: (6,) positions of a, b, c, d, e, f in the chain seen from its base.
         backwards: whether the chain is seen from its tip.
         before: (9, 6) lines (p, l) before P moves them; only the first `lines` count.
         lines: 1, 3 or 9.
@@ -50,7 +51,7 @@ class Road:
         unit: (3,) the constant one as a homogeneous form of d.
     """
 
-    joints: tuple[int, ...]
+    joints: NDArray[np.int64]
     backwards: bool
     before: Floats
     lines: int
@@ -58,6 +59,11 @@ class Road:
     products: Floats
     left: Floats
     unit: Floats
+
+    @property
+    def constants(self) -> tuple[Floats, int, Floats, Floats, Floats, Floats]:
+        """What the elimination of a pose takes, in its order."""
+        return self.before, self.lines, self.after, self.products, self.left, self.unit
 
 
 def roads(chain: Chain) -> list[Road]:
@@ -103,7 +109,7 @@ def _road(chain: Chain, first: int, backwards: bool) -> Road:
     order = [5 - k for k in (a, b, c, d, e, f)] if backwards else [a, b, c, d, e, f]
     one, two = np.linalg.inv(_basis(chain.slides[a])), np.linalg.inv(_basis(chain.slides[b]))
     products: Floats = np.ascontiguousarray(np.kron(one, two).T, dtype=np.float64)
-    return Road(tuple(order), backwards, lines, len(before), moves, products, left, unit)
+    return Road(np.array(order, dtype=np.int64), backwards, lines, len(before), moves, products, left, unit)
 
 
 def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Floats) -> tuple[Floats, Floats]:
@@ -114,7 +120,8 @@ def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Float
     form, unit = _homogeneous(chain.slides[d])
     one, three = np.linalg.inv(_basis(chain.slides[c])), np.linalg.inv(_basis(chain.slides[e]))
     two = form @ np.linalg.inv(_basis(chain.slides[d]))
-    return np.einsum("ia,jb,kc,abcf->fijk", one, two, three, samples).reshape(14, 27), unit
+    out = np.einsum("ia,jb,kc,abcf->fijk", one, two, three, samples).reshape(14, 27)
+    return np.ascontiguousarray(out), unit
 
 
 def _displaced(chain: Chain, k: int, sign: float = 1.0) -> Floats:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.chain import Chain
-from mafsil.ik.general.elimination import fourier_rows
+from mafsil.ik.general.elimination import fourier_columns
 from mafsil.ik.general.findings import Findings
 
 Complex = NDArray[np.complex128]
@@ -45,8 +45,8 @@ class TwoSlides:
     def __init__(self, chain: Chain) -> None:
         self._chain = chain
         self._turning = [k for k in range(6) if not chain.slides[k]]
-        self._rows = fourier_rows(DEGREE)
-        self._nodes = START + 2 * np.pi * np.arange(len(self._rows)) / len(self._rows)
+        self._columns = fourier_columns(DEGREE)
+        self._nodes = START + 2 * np.pi * np.arange(len(self._columns)) / len(self._columns)
 
     def __len__(self) -> int:
         return 4
@@ -64,20 +64,17 @@ class TwoSlides:
         P = found.P[rows]
         with np.errstate(all="ignore"):
             samples, apart = self._samples(P, road)
-            harmonics = (samples[:, None] * self._rows).sum(axis=2)
-            coefficients = np.zeros((len(P), 2, DEGREE + 1))
-            coefficients[:, 0] = harmonics[:, 0 : 2 * DEGREE + 1 : 2]
-            coefficients[:, 1, 1:] = harmonics[:, 1 : 2 * DEGREE : 2]
-            dust = np.abs(harmonics[:, 2 * DEGREE + 1 :]).max(axis=1)
-        zeros, number, certain = zeros_of(coefficients, dust)
+            harmonics = samples @ self._columns
+            dust = 1.5 * np.sqrt((harmonics[:, 2 * DEGREE + 1 :] ** 2).mean(axis=1))
+        zeros, number, certain = zeros_of(harmonics, dust, DEGREE)
         certain &= apart > REGULAR
 
-        def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[JointVector, NDArray[np.bool_]]:
+        def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[Floats, Floats]:
             with np.errstate(all="ignore"):
                 turns, _ = self._turns(P[row], road, theta, float(WAYS[choice]))
-                return _with_lengths(self._chain, P[row], turns), np.zeros(len(row), dtype=np.bool_)
+                return found.turns(_with_lengths(self._chain, P[row], turns)), np.zeros(len(row))
 
-        found.explored(rows, (zeros + START, number, certain), candidates, len(WAYS), self._turning[road], -1)
+        found.explored(rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._turning[road])
 
     def _samples(self, P: PoseMatrix, road: int) -> tuple[Floats, Floats]:
         """(k, nodes) values of the polynomial, and (k,) how far the slides are from parallel at most."""
@@ -140,7 +137,7 @@ class ThreeSlides:
                 regular &= (apart > REGULAR) & (np.abs(lost) > REGULAR)
                 regular &= ~real | (np.abs(np.linalg.det(np.real(np.nan_to_num(S)))) > REGULAR)
                 q = _with_lengths(self._chain, P, moved)
-            closed = found.tried(rows[real], np.ascontiguousarray(q[real]), -1)
+            _, closed = found.tried(rows[real], found.turns(q[real]))
             number[real] += closed
             regular[np.flatnonzero(real)[~closed]] = False
         found.proof[rows] |= regular & (found.count[rows] == number)

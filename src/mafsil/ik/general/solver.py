@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
-from mafsil.ik.general.findings import Findings, loop_frames
+from mafsil.ik.general.findings import MOST, Findings, loop_frames
 from mafsil.ik.general.sliding import ThreeSlides, TwoSlides
 from mafsil.ik.problem import clean_poses
 from mafsil.kernels.lazy import lazy
@@ -22,6 +22,9 @@ STILL = 1e-7
 
 CHUNK = 256
 """Poses that one thread takes at a time."""
+
+FEW = 64
+"""Poses that are not worth another thread."""
 
 
 BESIDE: Floats = np.random.default_rng(5).normal(size=(3, 6)) * np.array([[1e-3], [3e-3], [1e-2]])
@@ -50,6 +53,22 @@ class GeneralSolutions:
     complete: NDArray[np.bool_]
     error: Floats
     roads: NDArray[np.int64]
+
+    def __getitem__(self, row: int) -> GeneralSolutions:
+        """Those of one pose of a flat batch."""
+        return GeneralSolutions(self.q[row], self.count[row], self.complete[row], self.error[row], self.roads[row])
+
+    def shaped(self, batch: tuple[int, ...]) -> GeneralSolutions:
+        """As many poses in another shape."""
+        if batch == self.count.shape:
+            return self
+        return GeneralSolutions(
+            self.q.reshape(*batch, *self.q.shape[1:]),
+            self.count.reshape(batch),
+            self.complete.reshape(batch),
+            self.error.reshape(*batch, *self.error.shape[1:]),
+            self.roads.reshape(batch),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +132,15 @@ class _Machine:
         self.order, self.proofs = self._ordered()
 
     def _ordered(self) -> tuple[list[int], int]:
-        """The roads with the most proofs first, and how many lists of random poses they proved together."""
+        """The roads with the most proofs first, those at one look counted twice, and how many lists they proved."""
         q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
         score, proofs = list[tuple[int, int]](), 0
         for road in range(len(self.method)):
             out = self._run(P, [road], beside=False)
             good = [_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)]
-            score.append((-int(out.proof.sum()) - sum(good), road))
+            looks = sum(self._one(P[i : i + 1], road) is not None for i in range(len(P)))
+            score.append((-int(out.proof.sum()) - sum(good) - looks, road))
             proofs += int(out.proof.sum())
         return [road for _, road in sorted(score)], proofs
 
@@ -129,10 +149,13 @@ class _Machine:
         P = T @ self.back
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
-        count, done = max(1, -(-len(P) // CHUNK)), dict[int, Findings]()
+        if len(P) == 1 and valid[0] and not self.added and (one := self._one(P, self.order[0])) is not None:
+            return one.shaped(batch)
+        count, done = max(1, -(-len(P) // CHUNK), min(threads, len(P) // FEW)), dict[int, Findings]()
+        size = -(-len(P) // count)
 
         def part(i: int) -> None:
-            done[i] = self._run(P[i * CHUNK : (i + 1) * CHUNK], self.order)
+            done[i] = self._run(P[i * size : (i + 1) * size], self.order)
 
         pool.run(part, count, threads)
         parts = [done[i] for i in range(count)]
@@ -145,13 +168,20 @@ class _Machine:
             q[stray], error[stray] = np.nan, np.nan
             order = np.argsort(stray, axis=1, kind="stable")
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
-        return GeneralSolutions(
-            q[..., self.where].reshape(*batch, *q.shape[1:2], len(self.where)),
-            (~np.isnan(error)).sum(axis=1).reshape(batch),
-            proof.reshape(batch),
-            error.reshape(*batch, *error.shape[1:]),
-            taken.reshape(batch),
-        )
+        return GeneralSolutions(q[..., self.where], (~np.isnan(error)).sum(axis=1), proof, error, taken).shaped(batch)
+
+    def _one(self, P: PoseMatrix, road: int) -> GeneralSolutions | None:
+        """All solutions of one pose (1, 4, 4) where a road proves them at one look; else None."""
+        if not isinstance(self.method, Elimination):
+            return None
+        found = self.method.one(road, P, self.frames)
+        if found is None:
+            return None
+        count = len(found[1])
+        q, error = np.full((1, MOST, 6), np.nan), np.full((1, MOST), np.nan)
+        q[0, :count], error[0, :count] = found
+        q *= self.lengths
+        return GeneralSolutions(q[..., self.where], np.array([count]), np.array([True]), error, np.array([1]))
 
     def _run(self, P: PoseMatrix, order: list[int], *, beside: bool = True) -> Findings:
         """Roads one after the other, until one proves that nothing is missing; else also at poses beside."""
@@ -164,8 +194,8 @@ class _Machine:
             self.method.take(road, found, rows)
             rows = rows[~found.proof[rows]]
         if beside and len(rows):
-            near = [self._run(P[rows] @ pose.exp(way), order, beside=False) for way in BESIDE]
-            found.joined(rows, near)
+            ways = (P[rows] @ pose.exp(BESIDE)[:, None]).reshape(-1, 4, 4)
+            found.joined(rows, self._run(ways, order, beside=False))
         found.look_beside(rows)
         return found
 

@@ -1,0 +1,69 @@
+"""Solutions judged, compiled: how far they miss their poses, and their angles wound into the limits.
+
+Imported only where poses are solved: numba is loaded with it.
+"""
+
+# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
+from __future__ import annotations
+
+from math import asin, ceil, pi, sqrt
+
+from mafsil.solvers.loops import compiled
+
+TURN = 2 * pi
+
+SLACK = 1e-12
+"""By how much a limit may be exceeded [rad | m]."""
+
+
+@compiled
+def judged(reached, T, rows, near, lower, upper, turning, q, residual, within):
+    """Errors of solutions, and their angles moved by whole turns as near to `near` as the limits allow, in place.
+
+    1. The distance, and the angle between the rotations: half the axis of R R_d^T has its sine for a length; where
+       the trace is small the angle is large, and only that is told.
+    2. The turn nearest to `near`; if it is beyond a limit, the first turn within; if there is none, the nearest.
+
+    Args:
+        reached: (m, 4, 4) poses of the solutions.
+        T: (k, 4, 4) wanted poses.
+        rows: (m,) which of them each solution belongs to.
+        near: (n,) values to which angles are wound.
+        lower, upper: (n,) limits.
+        turning: (n,) which coordinates are angles.
+        q: (m, n) solutions.
+        residual: (m,) the larger of angle [rad] and distance [m].
+        within: (m,) whether a solution is within the limits.
+    """
+    for i in range(len(q)):
+        # 1.
+        A, B = reached[i], T[rows[i]]
+        square = length = trace = 0.0
+        for r in range(3):
+            u, v = (r + 1) % 3, (r + 2) % 3
+            axis = 0.0
+            for c in range(3):
+                axis += A[u, c] * B[v, c] - A[v, c] * B[u, c]
+                trace += A[r, c] * B[r, c]
+            square += 0.25 * axis * axis
+            length += (A[r, 3] - B[r, 3]) ** 2
+        angle = asin(min(1.0, sqrt(square))) if trace > 1.0 else 0.5 * pi
+        residual[i] = max(angle, sqrt(length))
+        if not square + length < 1e300:
+            residual[i] = 1e300
+        # 2.
+        inside = True
+        for k in range(q.shape[1]):
+            x, low, high = q[i, k], lower[k], upper[k]
+            if turning[k]:
+                x -= TURN * round((x - near[k]) / TURN)
+                turns = 0.0
+                if x < low:
+                    turns = ceil((low - x) / TURN - SLACK)
+                elif x > high:
+                    turns = -ceil((x - high) / TURN - SLACK)
+                if low - SLACK <= x + TURN * turns <= high + SLACK:
+                    x += TURN * turns
+                q[i, k] = x
+            inside = inside and low - SLACK <= x <= high + SLACK
+        within[i] = inside

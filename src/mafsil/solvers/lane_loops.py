@@ -1,0 +1,336 @@
+"""Eight numbers side by side in compiled loops: a type for them, so that a loop is written once for eight problems.
+
+Numba's own vectoriser has to prove that arrays do not overlap and that trip counts are large; here a variable is eight
+lanes by its type, sums stay in registers, and nothing is left to prove. LLVM splits the lanes where a processor's
+vectors are narrower. What a loop may write:
+
+- `Lanes` with + - * /, unary -, comparisons (to a `Mask`), and numbers, which are the same in all lanes;
+- `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l);
+- `square_root`, `magnitude`, `lanes(number)`;
+- `room(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the room that begins at i;
+  `seen(array)`: a float64 array as a room, whose rows are in order;
+- `put(r, i, l, number)` and `get(r, i, l)`: one lane of place i;
+- `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride.
+
+Products and sums may be contracted to one rounding. Nothing is reordered: the same numbers in any lane give the same
+result, whatever stands beside them.
+"""
+
+# pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# pyright: reportUntypedClassDecorator=false, reportUntypedFunctionDecorator=false, reportUnusedFunction=false
+# pyright: reportPrivateImportUsage=false
+from __future__ import annotations
+
+import operator
+from typing import Any, ClassVar, cast
+
+from numba.core import cgutils, types
+from numba.core.datamodel import models
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, register_model
+
+from mafsil.solvers.loops import reordered
+
+ir = cast(Any, cgutils.ir)
+"""LLVM as numba writes it."""
+
+WIDTH = 8
+"""Lanes."""
+
+_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+_INT = ir.IntType(32)
+_FLAGS = ("contract", "nsz")
+_emitted, _resolved = cast(Any, intrinsic), cast(Any, infer_global)
+
+
+class _LanesType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="lanes8")
+
+
+class _MaskType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="mask8")
+
+
+class _RoomType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="room8")
+
+
+LANES, MASK, ROOM = _LanesType(), _MaskType(), _RoomType()
+NUMBER = types.float64
+
+
+def _model(kind, backend):
+    class Model(models.PrimitiveModel):
+        def __init__(self, dmm, fe_type) -> None:
+            super().__init__(dmm, fe_type, backend)
+
+    register_model(kind)(Model)
+
+
+_model(_LanesType, _VECTOR)
+_model(_MaskType, _BITS)
+_model(_RoomType, _VECTOR.as_pointer())
+
+
+def _broadcast(builder, value):
+    first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _INT(0))
+    zeros = ir.Constant(ir.VectorType(_INT, WIDTH), None)
+    return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), zeros)
+
+
+def _wide(builder, kind, value):
+    return value if kind is LANES else _broadcast(builder, value)
+
+
+def _pairs(function, result, emit):
+    """One operator on lanes, and on lanes and numbers in either order."""
+    pairs = ((LANES, LANES), (LANES, NUMBER), (NUMBER, LANES))
+
+    class Template(ConcreteTemplate):
+        cases: ClassVar[list[Any]] = [signature(result, *pair) for pair in pairs]
+
+    _resolved(function)(Template)
+
+    def lowered(_context, builder, sig, args):
+        return emit(builder, *(_wide(builder, kind, value) for kind, value in zip(sig.args, args, strict=True)))
+
+    for pair in pairs:
+        lower_builtin(function, *pair)(lowered)
+
+
+def _arithmetic(name):
+    return lambda builder, a, b: getattr(builder, name)(a, b, flags=_FLAGS)
+
+
+def _comparison(sign):
+    return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
+
+
+for _plain, _inplace, _name in (
+    (operator.add, operator.iadd, "fadd"),
+    (operator.sub, operator.isub, "fsub"),
+    (operator.mul, operator.imul, "fmul"),
+    (operator.truediv, operator.itruediv, "fdiv"),
+):
+    _pairs(_plain, LANES, _arithmetic(_name))
+    _pairs(_inplace, LANES, _arithmetic(_name))
+for _plain, _sign in ((operator.lt, "<"), (operator.gt, ">"), (operator.le, "<="), (operator.ge, ">=")):
+    _pairs(_plain, MASK, _comparison(_sign))
+_pairs(operator.eq, MASK, _comparison("=="))
+
+
+def _single(function, sig, emit):
+    class Template(ConcreteTemplate):
+        cases: ClassVar[list[Any]] = [sig]
+
+    _resolved(function)(Template)
+    lower_builtin(function, *sig.args)(lambda _context, builder, _sig, args: emit(builder, *args))
+
+
+_single(operator.neg, signature(LANES, LANES), lambda builder, a: builder.fneg(a))
+_single(operator.invert, signature(MASK, MASK), lambda builder, a: builder.not_(a))
+_single(operator.and_, signature(MASK, MASK, MASK), lambda builder, a, b: builder.and_(a, b))
+_single(operator.or_, signature(MASK, MASK, MASK), lambda builder, a, b: builder.or_(a, b))
+
+
+def _place(builder, place, index):
+    return builder.gep(place, [index])
+
+
+def _load(builder, place, index):
+    value = builder.load(_place(builder, place, index))
+    value.align = 8
+    return value
+
+
+def _store(builder, place, index, value):
+    builder.store(value, _place(builder, place, index), align=8)
+
+
+class _GetItem(ConcreteTemplate):
+    cases: ClassVar[list[Any]] = [signature(LANES, ROOM, types.intp)]
+
+
+class _SetItem(ConcreteTemplate):
+    cases: ClassVar[list[Any]] = [signature(types.none, ROOM, types.intp, kind) for kind in (LANES, NUMBER)]
+
+
+_resolved(operator.getitem)(_GetItem)
+_resolved(operator.setitem)(_SetItem)
+
+
+@lower_builtin(operator.getitem, ROOM, types.intp)
+def _getitem(_context, builder, _sig, args):
+    return _load(builder, args[0], args[1])
+
+
+@lower_builtin(operator.setitem, ROOM, types.intp, LANES)
+@lower_builtin(operator.setitem, ROOM, types.intp, NUMBER)
+def _setitem(context, builder, sig, args):
+    _store(builder, args[0], args[1], _wide(builder, sig.args[2], args[2]))
+    return context.get_dummy_value()
+
+
+@_emitted
+def lanes(_typing, _number):
+    """A number in all lanes."""
+    return LANES(NUMBER), lambda _context, builder, _sig, args: _broadcast(builder, args[0])
+
+
+def _called(builder, name, value):
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), f"llvm.{name}.v{WIDTH}f64"
+    )
+    return builder.call(function, [value])
+
+
+@_emitted
+def square_root(_typing, x):
+    """The root of each lane, and of a number."""
+    return LANES(LANES), lambda _context, builder, _sig, args: _called(builder, "sqrt", args[0])
+
+
+@_emitted
+def magnitude(_typing, x):
+    """The absolute value of each lane."""
+    return LANES(LANES), lambda _context, builder, _sig, args: _called(builder, "fabs", args[0])
+
+
+@_emitted
+def where(_typing, mask, a, b):
+    """Lanes of a where the mask is set, else of b; either may be a number."""
+    sig = LANES(MASK, *(LANES if kind is LANES else NUMBER for kind in (a, b)))
+
+    def generate(_context, builder, sig, args):
+        a, b = (_wide(builder, kind, value) for kind, value in zip(sig.args[1:], args[1:], strict=True))
+        return builder.select(args[0], a, b)
+
+    return sig, generate
+
+
+@_emitted
+def lane_bits(_typing, mask):
+    """Bit l for lane l."""
+
+    def generate(_context, builder, _sig, args):
+        return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
+
+    return types.int64(MASK), generate
+
+
+@_emitted
+def any_lane(_typing, mask):
+    """Whether a lane of the mask is set."""
+
+    def generate(_context, builder, _sig, args):
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, bits.type(0))
+
+    return types.boolean(MASK), generate
+
+
+@_emitted
+def room(_typing, count):
+    """Lanes on the stack, as many as a literal says; they hold nothing yet."""
+    if not isinstance(count, types.IntegerLiteral):
+        return None
+    size = count.literal_value
+
+    def generate(_context, builder, _sig, _args):
+        with builder.goto_entry_block():
+            place = builder.alloca(ir.ArrayType(_VECTOR, size))
+            place.align = 64
+        return builder.bitcast(place, _VECTOR.as_pointer())
+
+    return ROOM(count), generate
+
+
+@_emitted
+def part(_typing, place, index):
+    """The room that begins at a place of another."""
+    return ROOM(ROOM, types.intp), lambda _context, builder, _sig, args: _place(builder, args[0], args[1])
+
+
+def _numbers(context, builder, kind, value):
+    array = context.make_array(kind)(context, builder, value)
+    return array.data
+
+
+@_emitted
+def seen(_typing, array):
+    """A float64 array whose rows are in order, as a room."""
+
+    def generate(context, builder, sig, args):
+        return builder.bitcast(_numbers(context, builder, sig.args[0], args[0]), _VECTOR.as_pointer())
+
+    return ROOM(array), generate
+
+
+@_emitted
+def put(_typing, place, index, lane, value):
+    """One lane of a place set."""
+
+    def generate(context, builder, _sig, args):
+        begin = builder.bitcast(_place(builder, args[0], args[1]), ir.DoubleType().as_pointer())
+        builder.store(args[3], builder.gep(begin, [args[2]]))
+        return context.get_dummy_value()
+
+    return types.none(ROOM, types.intp, types.intp, NUMBER), generate
+
+
+@_emitted
+def get(_typing, place, index, lane):
+    """One lane of a place."""
+
+    def generate(_context, builder, _sig, args):
+        begin = builder.bitcast(_place(builder, args[0], args[1]), ir.DoubleType().as_pointer())
+        return builder.load(builder.gep(begin, [args[2]]))
+
+    return NUMBER(ROOM, types.intp, types.intp), generate
+
+
+@_emitted
+def spread(_typing, array, begin, stride, x):
+    """Lane l to the array, seen as flat, at begin + l stride."""
+
+    def generate(context, builder, sig, args):
+        data = _numbers(context, builder, sig.args[0], args[0])
+        for lane in range(WIDTH):
+            at = builder.add(args[1], builder.mul(args[2], args[2].type(lane)))
+            builder.store(builder.extract_element(args[3], _INT(lane)), builder.gep(data, [at]))
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, types.intp, LANES), generate
+
+
+@reordered
+def angle_of(cosine, sine):
+    """The angle in (-pi, pi] of cosine and sine up to a factor, in each lane, within 2 ulp.
+
+    1. Of the larger over the smaller component only tan x <= 1 is left, and beyond tan (pi / 8) it is turned by pi / 4.
+    2. atan x = x + x^3 P(x^2) / Q(x^2) (Moshier, Cephes, 1995).
+    3. The turns of step 1 are undone, and the signs put back.
+    """
+    # 1.
+    a, b = magnitude(cosine), magnitude(sine)
+    steep = b > a
+    low, high = where(steep, a, b), where(steep, b, a)
+    turned = low > 0.41421356237309503 * high
+    x = where(turned, low - high, low) / where(turned, low + high, where(high > 0.0, high, 1.0))
+    # 2.
+    z = x * x
+    p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z
+         - 1.228866684490136173410e2) * z - 6.485021904942025371773e1  # fmt: skip
+    q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z
+         + 4.853903996359136964868e2) * z + 1.945506571482613964425e2  # fmt: skip
+    angle = x + x * z * (p / q)
+    # 3.
+    angle = where(turned, 0.78539816339744830962 + (angle + 3.061616997868383e-17), angle)
+    angle = where(steep, 1.57079632679489661923 - (angle - 6.123233995736766e-17), angle)
+    angle = where(cosine < 0.0, 3.14159265358979323846 - (angle - 1.2246467991473532e-16), angle)
+    return where((sine < 0.0) & (angle < 3.14159265358979323846), -angle, angle)
