@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import FARTHEST, clean_poses
+from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 
 VERDICTS = tuple(Verdict)
@@ -45,28 +46,71 @@ class SolutionBatch:
 
     Attributes:
         q: (*batch, k, n) coordinates; only rows that are `valid` are solutions, others hold the nearest miss.
-        valid: (*batch, k) which rows are solutions, each of them once.
-        within: (*batch, k) which of them are within the joint limits.
-        residual: (*batch, k) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
-        codes: (*batch, k) branches as numbers; see `branch`.
-        free: (*batch, k) sum of 2^i over the coordinates i that may be chosen: the solution is a member of a continuum.
-        status_codes: (*batch,) index into `Verdict`'s members, in order.
     """
 
     def __init__(
-        self, columns: Columns, setting: Setting, T: PoseMatrix, others: JointVector, tolerance: float
+        self,
+        q: JointVector,
+        columns: Callable[[], Columns],
+        asked: tuple[Setting, PoseMatrix, JointVector, float],
+        moving: Callable[[], None] | None = None,
     ) -> None:
-        shape, part = T.shape[:-2], setting.part
-        q, valid, within, residual, codes, free, status = columns
-        self.q = q.reshape(*shape, *q.shape[1:])
-        if part.places is not None:
-            self.q, free = part.lifted(self.q, others), part.lifted_bits(free)
-        self.valid, self.within, self.residual = (
-            one.reshape(*shape, one.shape[1]) for one in (valid, within, residual)
-        )
-        self.codes, self.free = codes.reshape(*shape, codes.shape[1]), free.reshape(*shape, free.shape[1])
-        self.status_codes = status.reshape(shape)
-        self.setting, self.T, self.others, self.tolerance = setting, T, others, tolerance
+        """What is not read costs nothing.
+
+        Args:
+            q: (k, rows, m) coordinates of the joints that move the frame.
+            columns: gives the other arrays.
+            asked: the arm, the poses, the coordinates of the whole robot, the tolerance.
+            moving: marks in the columns the solutions that may move though no joint of the closed form is free.
+        """
+        self.setting, self.T, self.others, self.tolerance = asked
+        part = self.setting.part
+        q = q.reshape(*self.T.shape[:-2], *q.shape[1:])
+        self.q = q if part.places is None else part.lifted(q, self.others)
+        self._made, self._moving = columns, moving
+
+    @lazy
+    def _columns(self) -> Columns:
+        return self._made()
+
+    @lazy
+    def _certified(self) -> Columns:
+        """The columns with the continua that are seen on the arm only."""
+        columns = self._columns
+        if self._moving is not None:
+            self._moving()
+        return columns
+
+    @lazy
+    def valid(self) -> NDArray[np.bool_]:
+        """(*batch, k) which rows are solutions, each of them once."""
+        return self._columns.valid.reshape(self.q.shape[:-1])
+
+    @lazy
+    def within(self) -> NDArray[np.bool_]:
+        """(*batch, k) which of them are within the joint limits."""
+        return self._columns.within.reshape(self.q.shape[:-1])
+
+    @lazy
+    def residual(self) -> Floats:
+        """(*batch, k) by how much forward kinematics misses, distance [m] or angle [rad], the larger."""
+        return self._columns.residual.reshape(self.q.shape[:-1])
+
+    @lazy
+    def codes(self) -> NDArray[np.int16]:
+        """(*batch, k) branches as numbers; see `branch`."""
+        return self._columns.codes.reshape(self.q.shape[:-1])
+
+    @lazy
+    def free(self) -> NDArray[np.int32]:
+        """(*batch, k) sum of 2^i over the coordinates i that may be chosen: the solution may move."""
+        free = self.setting.part.lifted_bits(self._certified.free)
+        return np.asarray(free, dtype=np.int32).reshape(self.q.shape[:-1])
+
+    @lazy
+    def status_codes(self) -> NDArray[np.int8]:
+        """(*batch,) index into `Verdict`'s members, in order."""
+        return self._certified.status.reshape(self.q.shape[:-2])
 
     def __len__(self) -> int:
         return len(self.q)

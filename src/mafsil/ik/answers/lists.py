@@ -20,7 +20,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.continua import moving_joints
 from mafsil.ik.answers.facts import Facts
-from mafsil.ik.answers.setting import CLEAR, Setting
+from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import least_missing, refined
@@ -31,6 +31,9 @@ SAME = 1e-6
 
 EXACTLY = 1e-9
 """Residuals above which the pose of an arm of few joints is met in the sense of least squares only."""
+
+FINEST = 1e-13
+"""Residuals that are not refined where anything is [m | rad]."""
 
 PATIENT = 40
 """Newton steps where an equation of fourth degree has roots that merge by three or four."""
@@ -58,12 +61,11 @@ class Lists(NamedTuple):
     open: NDArray[np.bool_]
 
 
-def exact_lists(setting: Setting, T: PoseMatrix, q: JointVector, facts: Facts, tolerance: float) -> Lists:
-    """Lists of poses whose solutions are exact as they stand: steps 3 and 4 only.
+def exact_lists(setting: Setting, q: JointVector, facts: Facts, tolerance: float) -> Lists:
+    """Lists of poses whose solutions are exact as they stand: step 3 only.
 
     Args:
         setting: the arm.
-        T: (k, 4, 4) clean poses.
         q: (k, rows, n) of the closed form.
         facts: of the rows.
         tolerance: largest residual of a solution.
@@ -71,7 +73,6 @@ def exact_lists(setting: Setting, T: PoseMatrix, q: JointVector, facts: Facts, t
     valid = unrepeated(q, facts.residual <= tolerance, setting.turning)
     within = valid & (facts.excess <= INSIDE)
     codes, free = _whole(facts.code), np.where(valid, _whole(facts.free), 0)
-    _mark_moving(setting, T, q, free, valid & (free == 0) & (facts.margin <= APART), tolerance)
     return Lists(q, facts.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
 
 
@@ -94,7 +95,7 @@ def refined_lists(
     start, loose, poses = q[pose_of, row], _whole(facts.free)[pose_of, row], T[pose_of]
     moved, loose = straightened(setting, form.pattern, poses, start, loose)
     # 2. Refined.
-    exact = (facts.residual[pose_of, row] <= min(CLEAR, tolerance)) & (moved == start).all(axis=1)
+    exact = (facts.residual[pose_of, row] <= min(FINEST, tolerance)) & (moved == start).all(axis=1)
     rest = np.flatnonzero(~exact)
     missed = facts.residual[pose_of, row]
     if setting.few:

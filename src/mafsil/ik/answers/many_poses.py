@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import VERDICTS, Columns, SolutionBatch
+from mafsil.ik.answers.continua import moving_joints
 from mafsil.ik.answers.facts import Decision, Facts
 from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
@@ -28,10 +29,16 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.problem import clean_poses
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
-from mafsil.mechanics.closed_form.thresholds import INSIDE
+from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
 
-CHUNK = 4096
+CHUNK = 2048
 """Poses whose facts are held at once; memory beyond the results does not grow with the batch."""
+
+FEW = 256
+"""Poses of a batch whose facts are kept, so that masks, residuals and statuses are made when they are read."""
+
+_WORK: list[Floats] = []
+"""Room for facts, one for each thread that asks: fresh memory takes the system longer than the kernel its numbers."""
 
 _CODE = {verdict: code for code, verdict in enumerate(VERDICTS)}
 
@@ -45,15 +52,19 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
         others: (n,) values that free and held joints take, and joints that do not move the frame.
         tolerance: largest residual of a solution.
     """
-    near = setting.part.own(others)
+    near, asked = setting.part.own(others), (setting, T, others, tolerance)
     flat = np.ascontiguousarray(T.reshape(-1, 4, 4))
     if setting.kernel is not None:
-        columns = _Judged(setting, setting.kernel, near, tolerance).columns(flat)
-    elif setting.holds_one:
+        judged = _Judged(setting, setting.kernel, near, tolerance)
+        if len(flat) <= FEW:
+            return SolutionBatch(judged.few(flat), judged.columns, asked, judged.mark_moving)
+        judged.many(flat)
+        return SolutionBatch(judged.columns().q, judged.columns, asked, judged.mark_moving)
+    if setting.holds_one:
         columns = Columns(*held_batch(setting, flat, near, tolerance))
     else:
         columns = one_by_one(setting, flat, near, tolerance)
-    return SolutionBatch(columns, setting, T, others, tolerance)
+    return SolutionBatch(columns.q, lambda: columns, asked)
 
 
 class _Rest(NamedTuple):
@@ -77,52 +88,82 @@ class _Rest(NamedTuple):
 
 
 class _Judged:
-    """Batches by the compiled closed form of one arm."""
+    """A batch by the compiled closed form of one arm."""
 
     def __init__(self, setting: Setting, kernel: Kernel, near: JointVector, tolerance: float) -> None:
         assert setting.arm.form is not None
         self.setting, self.kernel, self.near, self.tolerance = setting, kernel, near, tolerance
         self.form: ClosedForm = setting.arm.form
-        self.wishes = near, turns_of(near), *setting.bounds, np.asarray(tolerance)
+        quick = setting.quick
+        assert quick is not None
+        preferred = quick.wishes if near is setting.middle else (near, turns_of(near), *setting.bounds)
+        self.wishes = *preferred, np.asarray(tolerance)
+        self._pending: list[tuple[_Rest, NDArray[np.bool_]]] = []
+        self._columns: Columns | None = None
 
-    def columns(self, T: PoseMatrix) -> Columns:
-        """The results of poses (k, 4, 4)."""
+    def few(self, T: PoseMatrix) -> JointVector:
+        """The coordinates of a batch so small that its facts are kept until something of them is read."""
+        q, known, decision = self.kernel.ufunc(T, *self.wishes)
+        self._waiting = T, q, Facts.of(known), decision
+        if not (decision > 0.0).all():
+            self.columns()
+        return q
+
+    def columns(self) -> Columns:
+        """The results, made when they are first asked for."""
+        if self._columns is None:
+            T, q, facts, decision = self._waiting
+            self._columns = columns = _empty(q)
+            self._fill(columns, facts)
+            rest = np.flatnonzero(~(decision > 0.0))
+            if len(rest):
+                self._settle(columns, _Rest(rest, T[rest], facts.at(rest), decision[rest]))
+        return self._columns
+
+    def many(self, T: PoseMatrix) -> None:
+        """The results of poses (k, 4, 4), chunk by chunk."""
         count, rows, n = len(T), self.form.pattern.branches, self.setting.robot.n
-        made = Columns(
-            np.empty((count, rows, n)),
-            np.empty((count, rows), dtype=np.bool_),
-            np.empty((count, rows), dtype=np.bool_),
-            np.empty((count, rows)),
-            np.empty((count, rows), dtype=np.int16),
-            np.zeros((count, rows), dtype=np.int32),
-            np.empty(count, dtype=np.int8),
-        )
-        known, decision = np.empty((min(count, CHUNK), rows, 6)), np.empty(min(count, CHUNK))
+        self._columns = made = _empty(np.empty((count, rows, n)))
+        kept = _WORK.pop() if _WORK else np.empty(0)
+        kept = kept if kept.size >= CHUNK * (6 * rows + 1) else np.empty(CHUNK * (6 * rows + 1))
+        decision, known = kept[:CHUNK], kept[CHUNK : CHUNK * (6 * rows + 1)].reshape(CHUNK, rows, 6)
         waiting: list[tuple[NDArray[np.intp], Floats, Floats]] = []
         for begin in range(0, count, CHUNK):
             end = min(begin + CHUNK, count)
             facts, decided = known[: end - begin], decision[: end - begin]
             self.kernel(T[begin:end], *self.wishes, out=(made.q[begin:end], facts, decided))
             self._fill(Columns._make(column[begin:end] for column in made), Facts.of(facts))
-            rest = np.flatnonzero(decided <= 0.0)
+            rest = np.flatnonzero(~(decided > 0.0))
             if len(rest):
                 waiting.append((begin + rest, facts[rest], decided[rest]))
             if waiting and (end == count or sum(len(one[0]) for one in waiting) >= CHUNK):
                 at, columns, decisions = (np.concatenate(parts) for parts in zip(*waiting, strict=True))
                 self._settle(made, _Rest(at, T[at], Facts.of(columns), decisions))
                 waiting = []
-        return made
+        _WORK.append(kept)
 
     def _fill(self, columns: Columns, facts: Facts) -> None:
         """Facts and statuses as if all poses were clear."""
         columns.residual[...] = facts.residual
-        np.less_equal(facts.residual, self.tolerance, out=columns.valid)
+        np.less_equal(columns.residual, self.tolerance, out=columns.valid)
         np.less_equal(facts.excess, INSIDE, out=columns.within)
         np.logical_and(columns.within, columns.valid, out=columns.within)
         with np.errstate(invalid="ignore"):
             columns.codes[...] = facts.code
-        allowed = columns.within.any(axis=1)
-        columns.status[...] = np.where(allowed, _CODE[Verdict.SOLVED], _CODE[Verdict.BEYOND_LIMITS])
+        np.multiply(_no_row(columns.within), _CODE[Verdict.BEYOND_LIMITS], out=columns.status, casting="unsafe")
+
+    def mark_moving(self) -> None:
+        """Free coordinates and statuses of exact solutions that may move though no joint of the closed form is free."""
+        columns = self.columns()
+        for rest, near in self._pending:
+            pose_of, row = np.nonzero(near)
+            if not len(row):
+                continue
+            at = rest.at[pose_of]
+            joint = moving_joints(self.setting, columns.q[at, row], rest.T[pose_of], self.tolerance)
+            columns.free[at, row] = np.where(joint >= 0, 1 << np.maximum(joint, 0), 0)
+            self._judge(columns, at[joint >= 0])
+        self._pending = []
 
     def _settle(self, columns: Columns, rest: _Rest) -> None:
         """Poses whose lists are not clear."""
@@ -133,8 +174,10 @@ class _Judged:
         self._refuse(columns, rest.where(rest.decision == Decision.NONE))
         exact = rest.where((rest.decision == Decision.REPEATED) | (rest.decision == Decision.MEETING))
         if len(exact.at):
-            lists = exact_lists(self.setting, exact.T, columns.q[exact.at], exact.facts, self.tolerance)
+            lists = exact_lists(self.setting, columns.q[exact.at], exact.facts, self.tolerance)
             self._write(columns, exact, lists)
+            near = lists.valid & (lists.free == 0) & (exact.facts.margin <= APART)
+            self._pending.append((exact, near))
         careful = rest.where(rest.decision == Decision.CAREFUL)
         if not len(careful.at):
             return
@@ -152,13 +195,19 @@ class _Judged:
         at = rest.at
         columns.q[at], columns.residual[at], columns.codes[at] = lists.q, lists.residual, lists.codes
         columns.valid[at], columns.within[at], columns.free[at] = lists.valid, lists.within, lists.free
-        found = np.asarray(lists.valid.any(axis=1), dtype=np.bool_)
-        allowed, moving = lists.within.any(axis=1), (lists.free > 0).any(axis=1)
-        status = np.where(allowed, _CODE[Verdict.SOLVED], _CODE[Verdict.BEYOND_LIMITS])
-        status[allowed & moving] = _CODE[Verdict.CONTINUUM]
-        status[~allowed & moving] = _CODE[Verdict.NOT_FOUND_WITHIN_LIMITS]
+        self._judge(columns, at)
+        # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
+        decided = ~lists.within.any(axis=1) & (lists.free > 0).any(axis=1)
+        columns.status[at[decided]] = _CODE[Verdict.BEYOND_LIMITS]
+        self._refuse(columns, rest.where(_no_row(lists.valid)))
+
+    def _judge(self, columns: Columns, at: NDArray[np.intp]) -> None:
+        """The statuses of poses with solutions."""
+        none, moving = _no_row(columns.within[at]), (columns.free[at] > 0).any(axis=1)
+        status = np.where(none, _CODE[Verdict.BEYOND_LIMITS], _CODE[Verdict.SOLVED])
+        status[~none & moving] = _CODE[Verdict.CONTINUUM]
+        status[none & moving] = _CODE[Verdict.NOT_FOUND_WITHIN_LIMITS]
         columns.status[at] = status
-        self._refuse(columns, rest.where(~found))
 
     def _refuse(self, columns: Columns, rest: _Rest) -> None:
         """The statuses of poses without a solution: what the closed form proves."""
@@ -176,6 +225,21 @@ class _Judged:
         if len(open_poses):
             elsewhere[open_poses] = reached_places(setting, rest.T[open_poses])
         columns.status[at[elsewhere]] = _CODE[Verdict.NOT_OF_THIS_ARM]
+
+
+def _empty(q: JointVector) -> Columns:
+    """Room for the results beside the coordinates; no joint is free."""
+    shape = q.shape[:2]
+    valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
+    codes, free = np.empty(shape, dtype=np.int16), np.zeros(shape, dtype=np.int32)
+    return Columns(q, valid, within, np.empty(shape), codes, free, np.empty(len(q), dtype=np.int8))
+
+
+def _no_row(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(k,) whether none of the rows (k, rows) is true; eight of them are looked at as one number."""
+    if rows.shape[1] == 8 and rows.flags.c_contiguous:
+        return np.asarray(rows.view(np.uint64)[:, 0] == 0, dtype=np.bool_)
+    return np.asarray(~rows.any(axis=1), dtype=np.bool_)
 
 
 def _place(columns: Columns, i: int, answer: SolutionSet) -> None:

@@ -13,6 +13,7 @@ from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered
+from mafsil.mechanics.closed_form.thresholds import APART
 
 POSE = (4, 4)
 
@@ -82,12 +83,22 @@ def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[i
         columns: (rows, 6) facts.
         question: gives the tolerance and which coordinates are angles.
     """
-    turning, tolerance = question.setting.turning.tolist(), question.tolerance
-    kept: list[tuple[int, list[float]]] = []
-    for k, (row, residual) in enumerate(zip(q.tolist(), columns[:, 0].tolist(), strict=True)):
-        if residual <= tolerance and not any(_alike(row, other, turning) for _, other in kept):
-            kept.append((k, row))
-    return [k for k, _ in kept]
+    setting, tolerance = question.setting, question.tolerance
+    turning = setting.turning.tolist()
+    # Elsewhere rows with marks far from zero are distinct.
+    all_may_repeat = setting.quartic or not setting.plain
+    kept: list[int] = []
+    seen: list[list[float]] = []
+    for k, (residual, _, free, _, margin, _) in enumerate(columns.tolist()):
+        if not residual <= tolerance:
+            continue
+        if all_may_repeat or free > 0.0 or margin < APART:
+            row = q[k].tolist()
+            if any(_alike(row, other, turning) for other in seen):
+                continue
+            seen.append(row)
+        kept.append(k)
+    return kept
 
 
 def no_pose(name: str) -> InputError:

@@ -180,7 +180,9 @@ class SolutionSet:
         moving = bool(self.own_free.any()) or (not self._isolated and len(self.families) > 0)
         if self.within.any():
             return Verdict.CONTINUUM if moving else Verdict.SOLVED
-        proven = (self.complete and not moving) or self._question.refuted
+        # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
+        decided = "_facts" in vars(self) and bool((Facts.of(self._facts).free[self._chosen] > 0).any())
+        proven = (self.complete and not moving) or decided or self._question.refuted
         return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
 
     @lazy

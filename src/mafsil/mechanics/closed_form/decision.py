@@ -48,6 +48,7 @@ class Row:
         merged: how many of its marks are within `MERGED`, those counted that the arm does not have.
         merged_shoulder: whether the shoulder's is among them.
         free_first: whether a joint that is found before those of the wrist is free.
+        fixed_excess: by how much a coordinate that stands while the wrist's joints move is beyond its limits.
     """
 
     residual: ca.SX
@@ -60,6 +61,7 @@ class Row:
     merged: ca.SX
     merged_shoulder: ca.SX
     free_first: ca.SX
+    fixed_excess: ca.SX
 
 
 def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ca.SX, tolerance: ca.SX) -> ca.SX:
@@ -77,12 +79,15 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ca.SX, tolerance: 
     solved = sum((2.0**k * one for k, one in enumerate(good)), ca.SX(0))
     # 2. What asks for care.
     exact, most = ca.fmin(CLEAR, tolerance), ca.fmax(candidate(pattern), tolerance)
-    between = [ca.logic_and(row.residual > exact, row.residual <= most) for row in rows]
+    between = [
+        ca.logic_and(ca.logic_and(row.residual > exact, row.residual <= most), ca.logic_not(short))
+        for row, short in zip(rows, _short(pattern, rows, tolerance), strict=True)
+    ]
     meets = [
         ca.logic_and(one, ca.logic_or(row.free > 0, row.margin <= MERGED)) for one, row in zip(good, rows, strict=True)
     ]
     allowed = _any([ca.logic_and(one, row.excess <= INSIDE) for one, row in zip(good, rows, strict=True)])
-    lost = ca.logic_and(ca.logic_not(allowed), _any([row.free > 0 for row in rows]))
+    lost = ca.logic_and(ca.logic_not(allowed), _any([_may_be_inside(pattern, row) for row in rows]))
     nearly = ca.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
     missed = ca.logic_and(ca.logic_not(found), _any([_least_miss(pattern, row) <= nearly for row in rows]))
     refine = _any([*between, *_folded(pattern, rows), lost, missed])
@@ -129,6 +134,27 @@ def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ca.SX]:
         near = ca.logic_and(near, row.residual * row.second**2 <= ROUNDED * pattern.size)
         found.append(ca.logic_and(off, ca.logic_or(merged, near)))
     return found
+
+
+def _short(pattern: ArmPattern, rows: Sequence[Row], tolerance: ca.SX) -> list[ca.SX]:
+    """Which rows fall short by more than rounding explains, as `_folded` says."""
+    if pattern.quartic or pattern.n < pattern.equations:
+        return [ca.SX(0)] * len(rows)
+    found: list[ca.SX] = []
+    for row in rows:
+        misses = ca.logic_and(row.residual > tolerance, row.shortfall >= 0.1 * row.residual)
+        found.append(ca.logic_and(misses, row.residual * row.second**2 > ROUNDED * pattern.size))
+    return found
+
+
+def _may_be_inside(pattern: ArmPattern, row: Row) -> ca.SX:
+    """Whether free joints may be chosen so that a row is within the limits: those that stand while they move are."""
+    free = row.free > 0
+    if pattern.quartic:
+        return free
+    known = ca.logic_and(ca.logic_not(row.free_first), row.free < 2.0**pattern.n)
+    solved = row.residual <= candidate(pattern)
+    return ca.logic_and(free, ca.logic_or(ca.logic_not(known), ca.logic_and(solved, row.fixed_excess <= INSIDE)))
 
 
 def _entangled(pattern: ArmPattern, row: Row) -> ca.SX:

@@ -14,7 +14,7 @@ from mafsil.mechanics.closed_form.arm import Arm, postures
 from mafsil.mechanics.closed_form.decision import Row, decided
 from mafsil.mechanics.closed_form.geometry import Geometry, constants
 from mafsil.mechanics.closed_form.line import Posture
-from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED
+from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS
 
 FACTS = ("residual", "shortfall", "free", "code", "margin", "excess")
 """Columns beside the coordinates; see `mafsil.ik.closed_form`."""
@@ -106,11 +106,14 @@ def _labelled_rows(
         turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
         turning |= {held.joint for held in pattern.held if not held.slides}
         wound = [_wound(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
-        excess = ca.SX(0)
+        wrist = WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))
+        moving = {pattern.joints[k] for k in wrist}
+        excess, fixed = ca.SX(0), ca.SX(0)
         for i, x in enumerate(wound):
-            excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - x, x - wishes.upper[i]))
+            beyond = ca.fmax(wishes.lower[i] - x, x - wishes.upper[i])
+            excess, fixed = ca.fmax(excess, beyond), fixed if i in moving else ca.fmax(fixed, beyond)
         q.append(ca.horzcat(*wound))
-        rows.append(_row(pattern, posture, (miss, free, excess)))
+        rows.append(_row(pattern, posture, (miss, free, excess, fixed)))
     return q, rows, defect
 
 
@@ -182,12 +185,12 @@ def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     return ca.if_else(inside, shifted, moved)
 
 
-def _row(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX]) -> Row:
+def _row(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX, ca.SX]) -> Row:
     """A branch with its name and its marks.
 
     The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a mark.
     """
-    miss, free, excess = facts
+    miss, free, excess, fixed = facts
     code, margin, second = 27 * posture.reason, ca.SX(1), ca.SX(1)
     merged: list[ca.SX] = []
     for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
@@ -206,7 +209,7 @@ def _row(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX
     for one in loose[1:]:
         free_first = ca.logic_or(free_first, one)
     total = merged[0] + merged[1] + merged[2]
-    return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first)
+    return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first, fixed)
 
 
 def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca.SX, ca.SX]:

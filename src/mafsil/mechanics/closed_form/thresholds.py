@@ -29,8 +29,8 @@ NEARLY, BENT = 1e-3, 1e-2
 MERGED = 1e-7
 """Marks up to which two branches are one, and a solution may be a member of a continuum."""
 
-APART = 1e-4
-"""Marks above which two branches are distinct solutions."""
+APART = 1e-5
+"""Marks above which two branches are distinct solutions: their coordinates differ by as much at least."""
 
 SECOND = 1e-2
 """Marks above which a branch takes no part where two others meet: rounding splits four merged roots by so much."""
@@ -49,6 +49,9 @@ INSIDE = 1e-12
 
 FIRST_JOINTS = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}
 """How many joints of a closed form are found before those of the wrist; where they are free, continua may cross."""
+
+WRIST_JOINTS = {Family.SPHERICAL_WRIST: (3, 5), Family.THREE_PARALLEL: (1, 2, 3, 5)}
+"""Which joints of a closed form move while a wrist that stands straight is turned."""
 
 
 def candidate(pattern: ArmPattern) -> float:
