@@ -118,8 +118,8 @@ def test_the_posture_that_made_the_pose_is_found_beside_every_fold(
     for i in range(len(T)):
         if not (batch.free[i] > 0).any():
             apart = turned(batch.q[i][batch.valid[i]], q[i], setting(robot, None, "pose").turning)
-            # Merged roots are known to the square root of the rounding.
-            assert apart.min() <= 1e-6
+            # Merged roots are known to the square root of the rounding, times what the arm makes of it.
+            assert apart.min() <= 1e-5
 
 
 def decided_by_rule(asked: Setting, facts: Facts, tolerance: float) -> np.ndarray:

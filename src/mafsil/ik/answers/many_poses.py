@@ -182,11 +182,13 @@ class _Judged:
         if not len(careful.at):
             return
         clean, _ = clean_poses(careful.T)
-        rows = columns.q[careful.at], careful.facts, self.tolerance
-        lists = refined_lists(self.setting, self.form, clean, self.near, rows)
-        closed = ~lists.open
-        self._write(columns, careful.where(closed), Lists._make(column[closed] for column in lists))
-        for k in np.flatnonzero(lists.open):
+        searched = np.arange(len(clean))
+        if self.setting.arm.general is None:
+            rows = columns.q[careful.at], careful.facts, self.tolerance
+            lists = refined_lists(self.setting, self.form, clean, self.near, rows)
+            closed, searched = ~lists.open, np.flatnonzero(lists.open)
+            self._write(columns, careful.where(closed), Lists._make(column[closed] for column in lists))
+        for k in searched:
             answer = Question(self.setting, clean[k], self.near, self.tolerance).answer()
             _place(columns, int(careful.at[k]), answer)
 

@@ -62,6 +62,9 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
     setting, form = question.setting, question.setting.arm.form
     assert form is not None
     question.T = clean_poses(question.T[None])[0][0]
+    if setting.arm.general is not None:
+        # Roots that merge by three or four may be lost: elimination has candidates too.
+        return question.answer()
     rows = q[None], Facts.of(columns[None]), question.tolerance
     lists = refined_lists(setting, form, question.T[None], question.near, rows)
     if lists.open[0]:

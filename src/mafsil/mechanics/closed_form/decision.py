@@ -26,6 +26,7 @@ from mafsil.mechanics.closed_form.thresholds import (
     MERGED,
     NEARLY,
     ORTHOGONALITY,
+    QUARTIC,
     ROUNDED,
     SECOND,
     SPLIT,
@@ -92,7 +93,8 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ca.SX, tolerance: 
     missed = ca.logic_and(ca.logic_not(found), _any([_least_miss(pattern, row) <= nearly for row in rows]))
     refine = _any([*between, *_folded(pattern, rows), lost, missed])
     if pattern.quartic:
-        refine = _any([refine, ca.logic_not(found), *(row.margin <= FOLD for row in rows)])
+        near = [ca.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
+        refine = _any([refine, ca.logic_not(found), *near, *(row.margin <= FOLD for row in rows)])
     # 3. Rows that may repeat each other.
     close = _any([ca.logic_and(one, row.margin < APART) for one, row in zip(good, rows, strict=True)])
     repeated = ca.SX(1) if pattern.quartic or not pattern.plain else close

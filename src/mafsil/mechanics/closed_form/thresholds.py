@@ -32,6 +32,9 @@ MERGED = 1e-7
 APART = 1e-5
 """Marks above which two branches are distinct solutions: their coordinates differ by as much at least."""
 
+QUARTIC = 1e-4
+"""The same of roots of an equation of fourth degree, which merge by three and four: by elimination below."""
+
 SECOND = 1e-2
 """Marks above which a branch takes no part where two others meet: rounding splits four merged roots by so much."""
 
