@@ -27,8 +27,8 @@ from mafsil.robot import Robot
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
 
-FAR = 1e300
-"""Stands for a limit that is none: compiled code takes finite numbers."""
+FAR = 1e50
+"""Stands for a limit that is none: compiled code takes finite numbers, and beyond 1e60 looks for overflow, slowly."""
 
 
 class Quick:
