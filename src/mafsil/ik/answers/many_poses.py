@@ -1,0 +1,263 @@
+"""The answer to many poses: the rows of the closed form as they are, and the poses that need more care together.
+
+1. The compiled closed form gives rows, facts and a decision for every pose, by chunks whose facts stay in cache.
+2. Where the solutions are exact their rows are merged; where rows have to be refined that is done for all at once.
+3. Poses of which nothing is proven then are searched one by one: free joints that have to be chosen, continua that
+   cross, roots of an equation of fourth degree that are missing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.almost_ideal import one_by_one
+from mafsil.ik.answers.batch import VERDICTS, Columns, SolutionBatch
+from mafsil.ik.answers.continua import moving_joints
+from mafsil.ik.answers.facts import Decision, Facts
+from mafsil.ik.answers.held_batch import held_batch
+from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.refusal import beyond_reach, missed_step, out_of_plane, reached_places
+from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.problem import clean_poses
+from mafsil.kernels import Kernel
+from mafsil.mechanics.arm_pattern import Missed
+from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
+
+CHUNK = 2048
+"""Poses whose facts are held at once; memory beyond the results does not grow with the batch."""
+
+FEW = 256
+"""Poses of a batch whose facts are kept, so that masks, residuals and statuses are made when they are read."""
+
+_WORK: list[Floats] = []
+"""Room for facts, one for each thread that asks: fresh memory takes the system longer than the kernel its numbers."""
+
+_CODE = {verdict: code for code, verdict in enumerate(VERDICTS)}
+
+
+def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance: float) -> SolutionBatch:
+    """All solutions of a batch.
+
+    Args:
+        setting: the arm.
+        T: (*batch, 4, 4) poses.
+        others: (n,) values that free and held joints take, and joints that do not move the frame.
+        tolerance: largest residual of a solution.
+    """
+    near, asked = setting.part.own(others), (setting, T, others, tolerance)
+    flat = np.ascontiguousarray(T.reshape(-1, 4, 4))
+    if setting.kernel is not None:
+        judged = _Judged(setting, setting.kernel, near, tolerance)
+        if len(flat) <= FEW:
+            return SolutionBatch(judged.few(flat), judged.columns, asked, judged.mark_moving)
+        judged.many(flat)
+        return SolutionBatch(judged.columns().q, judged.columns, asked, judged.mark_moving)
+    if setting.holds_one:
+        columns = Columns(*held_batch(setting, flat, near, tolerance))
+    else:
+        columns = one_by_one(setting, flat, near, tolerance)
+    return SolutionBatch(columns.q, lambda: columns, asked)
+
+
+class _Rest(NamedTuple):
+    """Poses of a batch whose lists are not clear.
+
+    Attributes:
+        at: (k,) which they are.
+        T: (k, 4, 4) poses.
+        facts: of their rows.
+        decision: (k,) about each.
+    """
+
+    at: NDArray[np.intp]
+    T: PoseMatrix
+    facts: Facts
+    decision: Floats
+
+    def where(self, which: NDArray[np.bool_]) -> _Rest:
+        """Some of them."""
+        return _Rest(self.at[which], self.T[which], self.facts.at(which), self.decision[which])
+
+
+class _Judged:
+    """A batch by the compiled closed form of one arm."""
+
+    def __init__(self, setting: Setting, kernel: Kernel, near: JointVector, tolerance: float) -> None:
+        assert setting.arm.form is not None
+        self.setting, self.kernel, self.near, self.tolerance = setting, kernel, near, tolerance
+        self.form: ClosedForm = setting.arm.form
+        quick = setting.quick
+        assert quick is not None
+        preferred = quick.wishes if near is setting.middle else (near, turns_of(near), *setting.bounds)
+        self.wishes = *preferred, np.asarray(tolerance)
+        self._pending: list[tuple[_Rest, NDArray[np.bool_]]] = []
+        self._columns: Columns | None = None
+
+    def few(self, T: PoseMatrix) -> JointVector:
+        """The coordinates of a batch so small that its facts are kept until something of them is read."""
+        q, known, decision = self.kernel.ufunc(T, *self.wishes)
+        self._waiting = T, q, Facts.of(known), decision
+        if not (decision > 0.0).all():
+            self.columns()
+        return q
+
+    def columns(self) -> Columns:
+        """The results, made when they are first asked for."""
+        if self._columns is None:
+            T, q, facts, decision = self._waiting
+            self._columns = columns = _empty(q)
+            self._fill(columns, facts)
+            rest = np.flatnonzero(~(decision > 0.0))
+            if len(rest):
+                self._settle(columns, _Rest(rest, T[rest], facts.at(rest), decision[rest]))
+        return self._columns
+
+    def many(self, T: PoseMatrix) -> None:
+        """The results of poses (k, 4, 4), chunk by chunk."""
+        count, rows, n = len(T), self.form.pattern.branches, self.setting.robot.n
+        self._columns = made = _empty(np.empty((count, rows, n)))
+        kept = _WORK.pop() if _WORK else np.empty(0)
+        kept = kept if kept.size >= CHUNK * (6 * rows + 1) else np.empty(CHUNK * (6 * rows + 1))
+        decision, known = kept[:CHUNK], kept[CHUNK : CHUNK * (6 * rows + 1)].reshape(CHUNK, rows, 6)
+        waiting: list[tuple[NDArray[np.intp], Floats, Floats]] = []
+        for begin in range(0, count, CHUNK):
+            end = min(begin + CHUNK, count)
+            facts, decided = known[: end - begin], decision[: end - begin]
+            self.kernel(T[begin:end], *self.wishes, out=(made.q[begin:end], facts, decided))
+            self._fill(Columns._make(column[begin:end] for column in made), Facts.of(facts))
+            rest = np.flatnonzero(~(decided > 0.0))
+            if len(rest):
+                waiting.append((begin + rest, facts[rest], decided[rest]))
+            if waiting and (end == count or sum(len(one[0]) for one in waiting) >= CHUNK):
+                at, columns, decisions = (np.concatenate(parts) for parts in zip(*waiting, strict=True))
+                self._settle(made, _Rest(at, T[at], Facts.of(columns), decisions))
+                waiting = []
+        _WORK.append(kept)
+
+    def _fill(self, columns: Columns, facts: Facts) -> None:
+        """Facts and statuses as if all poses were clear."""
+        columns.residual[...] = facts.residual
+        np.less_equal(columns.residual, self.tolerance, out=columns.valid)
+        np.less_equal(facts.excess, INSIDE, out=columns.within)
+        np.logical_and(columns.within, columns.valid, out=columns.within)
+        with np.errstate(invalid="ignore"):
+            columns.codes[...] = facts.code
+        np.multiply(_no_row(columns.within), _CODE[Verdict.BEYOND_LIMITS], out=columns.status, casting="unsafe")
+
+    def mark_moving(self) -> None:
+        """Free coordinates and statuses of exact solutions that may move though no joint of the closed form is free."""
+        columns = self.columns()
+        for rest, near in self._pending:
+            pose_of, row = np.nonzero(near)
+            if not len(row):
+                continue
+            at = rest.at[pose_of]
+            joint = moving_joints(self.setting, columns.q[at, row], rest.T[pose_of], self.tolerance)
+            columns.free[at, row] = np.where(joint >= 0, 1 << np.maximum(joint, 0), 0)
+            self._judge(columns, at[joint >= 0])
+        self._pending = []
+
+    def _settle(self, columns: Columns, rest: _Rest) -> None:
+        """Poses whose lists are not clear."""
+        columns.codes[rest.at] = np.nan_to_num(rest.facts.code)
+        none = rest.at[rest.decision == Decision.NO_POSE]
+        columns.valid[none], columns.within[none] = False, False
+        columns.status[none] = _CODE[Verdict.NOT_A_POSE]
+        self._refuse(columns, rest.where(rest.decision == Decision.NONE))
+        exact = rest.where((rest.decision == Decision.REPEATED) | (rest.decision == Decision.MEETING))
+        if len(exact.at):
+            lists = exact_lists(self.setting, columns.q[exact.at], exact.facts, self.tolerance)
+            self._write(columns, exact, lists)
+            near = lists.valid & (lists.free == 0) & (exact.facts.margin <= APART)
+            self._pending.append((exact, near))
+        careful = rest.where(rest.decision == Decision.CAREFUL)
+        if not len(careful.at):
+            return
+        clean, _ = clean_poses(careful.T)
+        searched = np.arange(len(clean))
+        if self.setting.arm.general is None:
+            rows = columns.q[careful.at], careful.facts, self.tolerance
+            lists = refined_lists(self.setting, self.form, clean, self.near, rows)
+            closed, searched = ~lists.open, np.flatnonzero(lists.open)
+            self._write(columns, careful.where(closed), Lists._make(column[closed] for column in lists))
+        for k in searched:
+            answer = Question(self.setting, clean[k], self.near, self.tolerance).answer()
+            _place(columns, int(careful.at[k]), answer)
+
+    def _write(self, columns: Columns, rest: _Rest, lists: Lists) -> None:
+        """Lists of some poses into the results."""
+        at = rest.at
+        columns.q[at], columns.residual[at], columns.codes[at] = lists.q, lists.residual, lists.codes
+        columns.valid[at], columns.within[at], columns.free[at] = lists.valid, lists.within, lists.free
+        self._judge(columns, at)
+        # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
+        decided = ~lists.within.any(axis=1) & (lists.free > 0).any(axis=1)
+        columns.status[at[decided]] = _CODE[Verdict.BEYOND_LIMITS]
+        self._refuse(columns, rest.where(_no_row(lists.valid)))
+
+    def _judge(self, columns: Columns, at: NDArray[np.intp]) -> None:
+        """The statuses of poses with solutions."""
+        none, moving = _no_row(columns.within[at]), (columns.free[at] > 0).any(axis=1)
+        status = np.where(none, _CODE[Verdict.BEYOND_LIMITS], _CODE[Verdict.SOLVED])
+        status[~none & moving] = _CODE[Verdict.CONTINUUM]
+        status[none & moving] = _CODE[Verdict.NOT_FOUND_WITHIN_LIMITS]
+        columns.status[at] = status
+
+    def _refuse(self, columns: Columns, rest: _Rest) -> None:
+        """The statuses of poses without a solution: what the closed form proves."""
+        setting, at = self.setting, rest.at
+        columns.valid[at], columns.within[at] = False, False
+        columns.status[at] = _CODE[Verdict.OUT_OF_REACH]
+        if not setting.few or setting.task != "pose" or not len(at):
+            return
+        elsewhere = np.zeros(len(at), dtype=np.bool_)
+        for k in range(len(at)):
+            step = missed_step(rest.facts.at(k))
+            off = step in (Missed.NONE, Missed.ORIENTATION) or out_of_plane(setting, rest.T[k])
+            elsewhere[k] = bool(off) and not beyond_reach(setting, rest.T[k])
+        open_poses = np.flatnonzero(~elsewhere)
+        if len(open_poses):
+            elsewhere[open_poses] = reached_places(setting, rest.T[open_poses])
+        columns.status[at[elsewhere]] = _CODE[Verdict.NOT_OF_THIS_ARM]
+
+
+def _empty(q: JointVector) -> Columns:
+    """Room for the results beside the coordinates; no joint is free."""
+    shape = q.shape[:2]
+    valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
+    codes, free = np.empty(shape, dtype=np.int16), np.zeros(shape, dtype=np.int32)
+    return Columns(q, valid, within, np.empty(shape), codes, free, np.empty(len(q), dtype=np.int8))
+
+
+def _no_row(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(k,) whether none of the rows (k, rows) is true; eight of them are looked at as one number."""
+    if rows.shape[1] == 8 and rows.flags.c_contiguous:
+        return np.asarray(rows.view(np.uint64)[:, 0] == 0, dtype=np.bool_)
+    return np.asarray(~rows.any(axis=1), dtype=np.bool_)
+
+
+def _place(columns: Columns, i: int, answer: SolutionSet) -> None:
+    """The answer to one pose that was searched, into its rows as far as there are enough."""
+    count = columns.valid.shape[1]
+    columns.valid[i], columns.within[i], columns.free[i] = False, False, 0
+    # Solutions found otherwise, and second ones of a row, take the rows that are left; of continua there may be more.
+    rows, left = answer.rows.copy(), np.setdiff1d(np.arange(count), answer.rows)
+    _, first = np.unique(rows, return_index=True)
+    again = np.flatnonzero((rows < 0) | ~np.isin(np.arange(len(rows)), first))
+    rows[again[: len(left)]] = left[: len(again)]
+    kept = np.setdiff1d(np.arange(len(rows)), again[len(left) :])
+    rows = rows[kept]
+    columns.q[i, rows], columns.residual[i, rows] = answer.own[kept], answer.residual[kept]
+    columns.codes[i, rows], columns.free[i, rows] = answer.codes[kept], answer.own_free[kept]
+    for family in answer.families:
+        columns.free[i, rows[kept == family.solution]] |= 1 << answer.own_names.index(family.joint)
+    columns.valid[i, rows], columns.within[i, rows] = True, answer.within[kept]
+    columns.status[i] = _CODE[answer.status]
