@@ -11,11 +11,13 @@ from mafsil.arrays import PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
+from mafsil.ik.answers.held_single import held_single
 from mafsil.ik.answers.question import FOLD, Question
 from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered, with_parameter
+from mafsil.ik.redundant.held_form import holds_joints
 from mafsil.ik.refine import distinct
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
@@ -65,6 +67,8 @@ def inverse_kinematics(
         plain = near is None and free is None and T_sd.dtype == np.float64
         if asked.kernel is not None and plain and type(tolerance) is float and CLEAR <= tolerance < np.inf:
             return _quick(asked, T_sd, tolerance)
+        if plain and holds_joints(asked) and type(tolerance) is float and CLEAR <= tolerance < np.inf:
+            return held_single(asked, T_sd, asked.middle, tolerance)
     robot = as_robot(robot)
     if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
@@ -77,6 +81,8 @@ def inverse_kinematics(
         if free is not None:
             raise InputError("redundant.one_pose", shape=wanted.shape)
         return solved_batch(asked, wanted, others, tolerance)
+    if free is None and holds_joints(asked):
+        return held_single(asked, wanted, start, tolerance, others)
     clean, valid = clean_poses(wanted[None])
     if not valid[0]:
         raise _no_pose()

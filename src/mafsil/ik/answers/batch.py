@@ -23,6 +23,7 @@ from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import FARTHEST, ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.redundant.held_form import holds_joints
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 from mafsil.messages import say
@@ -184,7 +185,7 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
     kernel = setting.kernel
     if kernel is not None and setting.arm.form is not None:
         parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
-    elif setting.holds_one:
+    elif holds_joints(setting):
         parts = held_batch(setting, flat, near, tolerance)
     else:
         parts = _one_by_one(setting, flat, near, tolerance)

@@ -1,4 +1,4 @@
-"""Batches for arms whose closed form holds one joint: its value is chosen for every pose, one kernel does the rest."""
+"""Batches for arms whose closed form holds joints: their values are chosen for all poses, one kernel does the rest."""
 
 from __future__ import annotations
 
@@ -7,38 +7,66 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.question import Question
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.ik.answers.held_single import careful_question
+from mafsil.ik.answers.question import LOOSE
+from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.start import SCAN
 from mafsil.ik.answers.verdict import Verdict
-from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.held import held_values
+from mafsil.ik.problem import FARTHEST, ORTHOGONALITY
+from mafsil.ik.redundant.held_form import held_form
+from mafsil.ik.redundant.held_search import INSIDE, HeldStarts, held_starts
 
 VERDICTS = tuple(Verdict)
 
-CHUNK = 512
+CHUNK = 4096
 """Poses whose facts are held at once."""
 
-FINE = 240
-"""Values of the held joint that are tried before intervals are made."""
 
-MERGED = 1e-7
-"""Marks up to which a solution may be the member of a further continuum."""
+class HeldRows:
+    """The rows of a batch as `SolutionBatch` has them.
 
-APART = 1e-4
-"""Marks below which two rows may be the same solution."""
+    Attributes:
+        q: (k, branches, n) coordinates.
+        valid, within: (k, branches) which rows are solutions, and within the limits.
+        residual: (k, branches) by how much they miss.
+        codes: (k, branches) branches as numbers.
+        free: (k, branches) sum of 2^i over the coordinates that may be chosen.
+        status: (k,) index of the verdict.
+    """
+
+    def __init__(self, count: int, rows: int, n: int) -> None:
+        shape = (count, rows)
+        self.q, self.residual = np.full((*shape, n), np.nan), np.full(shape, np.nan)
+        self.valid, self.within = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+        self.codes, self.free = np.zeros(shape, dtype=np.int16), np.zeros(shape, dtype=np.int32)
+        self.status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
+
+    def write(self, i: int, answer: SolutionSet, names: tuple[str, ...]) -> None:
+        """A careful answer into the rows of its pose, as far as there are any."""
+        k = min(len(answer), self.q.shape[1])
+        self.q[i, :k], self.residual[i, :k], self.codes[i, :k] = answer.own[:k], answer.residual[:k], answer.codes[:k]
+        self.valid[i, :k], self.within[i, :k], self.free[i, :k] = True, answer.within[:k], answer.own_free[:k]
+        for family in answer.families:
+            if family.solution < k:
+                self.free[i, family.solution] |= 1 << names.index(family.joint)
+        self.status[i] = VERDICTS.index(answer.status)
 
 
 def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
-    """All solutions of many poses with the held joint at `near`, or at the nearest tried value that leads to any.
+    """All solutions of many poses with the held joints at `near`, or at the nearest tried values that lead to any.
 
-    Poses without a solution within the limits so far, and those near singular postures, are answered one by one.
+    For each chunk of poses:
+
+    1. Values of the held joints are found, or the proof that there are none.
+    2. The kernel gives all branches there, and says which poses need refinement.
+    3. Regular poses are written as they are: members of continua, or proven to be beyond the limits.
+    4. Poses proven to be out of reach have no rows.
+    5. What is left is answered one by one, with care.
 
     Args:
-        setting: an arm whose exact closed form holds one joint.
+        setting: an arm whose exact closed form holds joints.
         T: (k, 4, 4) poses; rows that are none are told so.
         near: (n,) values that free and held joints take.
         tolerance: largest residual of a solution.
@@ -47,81 +75,46 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         Coordinates, which rows are solutions, which of them are within the limits, residuals, codes, free coordinates,
         and statuses, as `SolutionBatch` has them.
     """
-    form, held, n = setting.arm.form, setting.arm.held[0], setting.robot.n
-    assert form is not None
-    finite = np.isfinite(T).all(axis=(1, 2), keepdims=True)
-    clean, valid = clean_poses(np.where(finite, T, 0.0))
-    rows, count = form.pattern.branches, len(T)
-    q, residual = np.full((count, rows, n), np.nan), np.full((count, rows), np.nan)
-    good, within = np.zeros((count, rows), dtype=np.bool_), np.zeros((count, rows), dtype=np.bool_)
-    codes, loose = np.zeros((count, rows), dtype=np.int16), np.zeros((count, rows), dtype=np.int32)
-    status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
-    for begin in range(0, count, CHUNK):
-        part = np.arange(begin, min(begin + CHUNK, count))
-        part = part[valid[part]]
-        starts, sure = _chosen(setting, form, clean[part], near, held)
-        some = part[sure]
-        out, facts, _ = form.labelled(clean[some], starts[sure], turns_of(starts[sure]), *setting.bounds)
-        plain = ~_odd(setting, facts).any(axis=1)
-        some, out, facts = some[plain], out[plain], facts[plain]
-        q[some], residual[some], codes[some] = out, facts[..., 0], np.nan_to_num(facts[..., 3])
-        good[some] = facts[..., 0] <= tolerance
-        within[some] = good[some] & (facts[..., 5] <= 1e-12)
-        loose[some] = np.where(good[some], 1 << held, 0)
-        status[some] = VERDICTS.index(Verdict.CONTINUUM)
-        for i in np.setdiff1d(part, some):
-            answer = Question(setting, clean[i], near, tolerance).answer()
-            status[i] = VERDICTS.index(answer.status)
-            _written(setting, answer, (q[i], residual[i], codes[i], good[i], within[i], loose[i]))
-    return q, good, within, residual, codes, loose, status
+    form, most, turns = held_form(setting), min(tolerance, setting.candidate), turns_of(near)
+    out = HeldRows(len(T), form.pattern.branches, setting.robot.n)
+    bits, names = sum(1 << joint for joint in form.held), setting.robot.joint_names
+    for begin in range(0, len(T), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        poses = _finite(T[part])
+        # 1.
+        starts = held_starts(setting, form, poses, near, most)
+        # 2.
+        q, facts, summary = form.answers(poses, starts.values, near, turns, *setting.bounds, most)
+        valid = summary[:, 0] <= ORTHOGONALITY
+        # 3.
+        settled = starts.allowed | (starts.refuted & starts.solved)
+        regular = np.flatnonzero(valid & (summary[:, 1] == 0.0) & settled)
+        whole = len(regular) == len(poses)
+        rows = part if whole else begin + regular
+        q, facts = (q, facts) if whole else (q[regular], facts[regular])
+        good = facts[..., 0] <= CLEAR
+        out.q[rows], out.residual[rows], out.valid[rows] = q, facts[..., 0], good
+        out.within[rows] = good & (facts[..., 3] <= INSIDE)
+        out.codes[rows], out.free[rows] = np.nan_to_num(facts[..., 1]), np.where(good, bits, 0)
+        within = starts.allowed[regular]
+        out.status[rows] = np.where(within, VERDICTS.index(Verdict.CONTINUUM), VERDICTS.index(Verdict.BEYOND_LIMITS))
+        # 4.
+        left = np.setdiff1d(np.flatnonzero(valid), regular, assume_unique=True)
+        proven = np.array([_proven(setting, poses[i], starts, int(i), tolerance) for i in left], dtype=np.bool_)
+        out.status[begin + left[proven]] = VERDICTS.index(Verdict.OUT_OF_REACH)
+        # 5.
+        for i in left[~proven]:
+            question = careful_question(setting, form, poses[i], near, tolerance, None, starts, int(i))
+            out.write(begin + int(i), question.answer(), names)
+    return out.q, out.valid, out.within, out.residual, out.codes, out.free, out.status
 
 
-def _chosen(
-    setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, held: int
-) -> tuple[JointVector, NDArray[np.bool_]]:
-    """(k, n) values of free and held joints, and (k,) whether they lead to solutions within the limits."""
-    starts = np.repeat(near[None], len(T), axis=0)
-    sure = _allowed(setting, form, T, starts)
-    low, high = max(setting.lower[held], -np.pi), min(setting.upper[held], np.pi)
-    for count in (SCAN, FINE):
-        values = np.linspace(low, high, count)
-        for value in values[np.argsort(np.abs(values - near[held]), kind="stable")]:
-            rest = np.flatnonzero(~sure)
-            if not len(rest):
-                return starts, sure
-            starts[rest, held] = value
-            sure[rest] = _allowed(setting, form, T[rest], starts[rest])
-    for i in np.flatnonzero(~sure):
-        known = held_values(setting, T[i], float(near[held]))
-        if known is not None and len(known.values):
-            tries = np.repeat(near[None], len(known.values), axis=0)
-            tries[:, held] = known.values
-            good = _allowed(setting, form, np.broadcast_to(T[i], (len(tries), 4, 4)), tries)
-            starts[i], sure[i] = tries[int(good.argmax())], good.any()
-    return starts, sure
+def _proven(setting: Setting, T: PoseMatrix, starts: HeldStarts, i: int, tolerance: float) -> bool:
+    """Whether no posture can be near enough, and not because of what a planar arm cannot do."""
+    return bool(starts.unreachable[i]) and tolerance <= LOOSE and not out_of_plane(setting, T)
 
 
-def _allowed(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector) -> NDArray[np.bool_]:
-    """(k,) which poses have a solution within the limits."""
-    _, facts, _ = form.labelled(T, near, turns_of(near), *setting.bounds)
-    return ((facts[..., 0] <= CLEAR) & (facts[..., 5] <= 1e-12)).any(axis=1)
-
-
-def _odd(setting: Setting, facts: Floats) -> NDArray[np.bool_]:
-    """(k, branches) rows that have to be looked at with care: not quite solutions, merging, or free."""
-    residual, mark = facts[..., 0], facts[..., 4]
-    odd = (residual > CLEAR) & (residual <= setting.candidate)
-    odd |= (residual <= CLEAR) & ((facts[..., 2] > 0) | (mark <= (MERGED if setting.plain else APART)))
-    return odd | setting.folded(facts)
-
-
-def _written(setting: Setting, answer: SolutionSet, rows: tuple[NDArray[Any], ...]) -> None:
-    """A careful answer into the rows of its pose, as far as there is room."""
-    q, residual, codes, good, within, loose = rows
-    k = min(len(answer), len(q))
-    q[:k], residual[:k], codes[:k] = answer.own[:k], answer.residual[:k], answer.codes[:k]
-    good[:k], within[:k], loose[:k] = True, answer.within[:k], answer.own_free[:k]
-    names = setting.robot.joint_names
-    for family in answer.families:
-        if family.solution < k:
-            loose[family.solution] |= 1 << names.index(family.joint)
+def _finite(T: PoseMatrix) -> PoseMatrix:
+    """Rows with NaN, infinities or numbers that would overflow as zeros, which are no poses either."""
+    finite = np.asarray((np.abs(T) < FARTHEST).all(axis=(1, 2)), dtype=np.bool_)
+    return T if finite.all() else np.where(finite[:, None, None], T, 0.0)

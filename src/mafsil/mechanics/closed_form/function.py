@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.closed_form import held
 from mafsil.mechanics.closed_form.geometry import inputs
 from mafsil.mechanics.closed_form.table import Wishes, labelled, raw
 
@@ -47,6 +48,30 @@ def labelled_function(pattern: ArmPattern) -> ca.Function:
     q, facts, defect = labelled(pattern, _pose(T), wishes)
     outputs = ca.cse([_column(q), _column(facts), defect])
     return ca.Function("labelled_closed_form", [T, near, turns, lower, upper], outputs)
+
+
+def held_function(pattern: ArmPattern, kind: str, thresholds: held.Thresholds) -> ca.Function:
+    """Of (T_sd, values, near, turns, lower, upper, most) to what `mafsil.mechanics.closed_form.held` makes of them.
+
+    Args:
+        pattern: of the arm, some joints held.
+        kind: `answers`, `judgement` or `postures`.
+        thresholds: of regular answers.
+    """
+    n = pattern.n
+    T, values, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("values", len(pattern.held)), ca.SX.sym("turns", 2 * n)
+    near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
+    most = ca.SX.sym("most")
+    wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
+    if kind == "answers":
+        q, facts, summary = held.held_answers(pattern, thresholds, _pose(T), values, wishes, most)
+        outputs = [_column(q), _column(facts), summary]
+    elif kind == "judgement":
+        outputs = [held.held_judgement(pattern, _pose(T), values, wishes, most)]
+    else:
+        q, facts, defect = held.held_postures(pattern, _pose(T), values, wishes, most)
+        outputs = [_column(q), _column(facts), defect]
+    return ca.Function(f"held_{kind}", [T, values, near, turns, lower, upper, most], ca.cse(outputs))
 
 
 def _pose(T: ca.SX) -> ca.SX:

@@ -72,22 +72,55 @@ def labelled(
     Returns:
         (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
     """
-    T, defect = _repaired(T)
+    T, defect = repaired(T)
+    rows = judged(pattern, T, wishes, geometry)
+    q = [ca.horzcat(*row.q) for row in rows]
+    facts = [
+        ca.horzcat(row.miss, row.posture.shortfall, row.free, code, margin, row.excess)
+        for row in rows
+        for code, margin in (coded(row.posture),)
+    ]
+    return ca.vertcat(*q), ca.vertcat(*facts), defect
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedBranch:
+    """One branch within limits or not.
+
+    Attributes:
+        posture: with its marks.
+        q: (n,) coordinates, wound into the limits where possible.
+        miss: by how much forward kinematics misses the pose.
+        free: sum of 2^i over the free coordinates i.
+        excess: by how much the worst joint is beyond its limits, zero if none is.
+    """
+
+    posture: Posture
+    q: list[ca.SX]
+    miss: ca.SX
+    free: ca.SX
+    excess: ca.SX
+
+
+def judged(pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None) -> list[JudgedBranch]:
+    """All branches of a pose that is one; arguments as for `labelled`."""
     found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
-    q: list[ca.SX] = []
-    facts: list[ca.SX] = []
+    turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
+    turning |= {held.joint for held in pattern.held if not held.slides}
+    rows: list[JudgedBranch] = []
     for posture, miss in zip(found, misses, strict=True):
         values, free = _coordinates(pattern, posture, wishes.near)
-        turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
-        turning |= {held.joint for held in pattern.held if not held.slides}
-        wound = [_wound(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
-        excess = ca.SX(0)
-        for i, x in enumerate(wound):
-            excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - x, x - wishes.upper[i]))
-        code, margin = _code(posture)
-        q.append(ca.horzcat(*wound))
-        facts.append(ca.horzcat(miss, posture.shortfall, free, code, margin, excess))
-    return ca.vertcat(*q), ca.vertcat(*facts), defect
+        wound = [wound_angle(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
+        rows.append(JudgedBranch(posture, wound, miss, free, excess_of(wound, wishes)))
+    return rows
+
+
+def excess_of(q: Sequence[ca.SX], wishes: Wishes) -> ca.SX:
+    """By how much the worst coordinate is beyond its limits, zero if none is."""
+    excess = ca.SX(0)
+    for i, x in enumerate(q):
+        excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - x, x - wishes.upper[i]))
+    return excess
 
 
 def motions_along(
@@ -146,8 +179,14 @@ def _coordinates(pattern: ArmPattern, posture: Posture, near: ca.SX | None) -> t
     return values, free
 
 
-def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
-    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done."""
+def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
+    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done.
+
+    Args:
+        x: the angle [rad].
+        wishes: of the caller.
+        i: its coordinate.
+    """
     turn = 2 * pi
     lower, upper = wishes.lower[i], wishes.upper[i]
     moved = x - turn * ca.floor((x - wishes.near[i]) / turn + 0.5)
@@ -158,7 +197,7 @@ def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     return ca.if_else(inside, shifted, moved)
 
 
-def _code(posture: Posture) -> tuple[ca.SX, ca.SX]:
+def coded(posture: Posture) -> tuple[ca.SX, ca.SX]:
     """The signs of the marks and the reason in one number, and the smallest mark.
 
     (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each sign -1, 0 or 1.
@@ -181,7 +220,7 @@ def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca
     return (R.T, -R.T @ p) if pattern.reversed else (R, p)
 
 
-def _repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
+def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
     """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
     R = T[:3, :3]
     gram = R.T @ R

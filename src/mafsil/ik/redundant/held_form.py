@@ -1,0 +1,104 @@
+"""The closed form of an arm with held joints as kernels that take the joints' values: nothing is prepared in NumPy."""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from typing import Any
+
+from mafsil import kernels
+from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
+from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_pattern import ArmPattern
+
+MERGING = 1e-7
+"""Marks up to which a solution may be the member of a further continuum."""
+
+APART = 1e-4
+"""Marks below which two branches may be the same solution, where turning joints were added to the arm."""
+
+Numbers = tuple[float, ...]
+
+
+class HeldForm:
+    """Kernels of a pattern with held joints.
+
+    All take (T_sd, values, near, turns, lower, upper, most): pose (4, 4); values (h,) of the held joints by coordinate;
+    coordinates `near` (n,) to which angles are wound and which free joints take, and their cosines and sines (n, 2);
+    limits (n,); the largest residual of a solution.
+
+    Attributes:
+        pattern: what the arm was recognised as.
+        numbers: thresholds of regular answers.
+        held: coordinates of the held joints.
+    """
+
+    def __init__(self, pattern: ArmPattern, numbers: Numbers) -> None:
+        self.pattern, self.numbers = pattern, numbers
+        self.held = sorted(held.joint for held in pattern.held)
+
+    @lazy
+    def answers(self) -> Kernel:
+        """To (branches, n) coordinates, (branches, 4) residual, code, mark and excess, and the summary (3,).
+
+        The summary: how far T is from a pose, whether a branch needs refinement, the least excess of a solution.
+        """
+        rows = self.pattern.branches
+        return self._made("answers", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (3,)))
+
+    @lazy
+    def judgement(self) -> Kernel:
+        """To (2,) the least excess of a solution over the limits, infinite without one, and the least residual."""
+        return self._made("judgement", Port("judgement", (2,)))
+
+    @lazy
+    def postures(self) -> Kernel:
+        """To (branches, n) coordinates, (branches, 2) residual and excess, and how far T is from a pose."""
+        rows = self.pattern.branches
+        return self._made("postures", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 2)), Port("defect"))
+
+    def _made(self, kind: str, *outputs: Port) -> Kernel:
+        return _compiled(self.pattern, kind, self.numbers, outputs)
+
+
+def holds_joints(setting: Setting) -> bool:
+    """Whether the arm has an exact closed form once joints are held, and no equation of fourth degree in it."""
+    arm = setting.arm
+    return bool(arm.held) and arm.exact and not setting.quartic
+
+
+@lru_cache(maxsize=128)
+def held_form(setting: Setting) -> HeldForm:
+    """The kernels for an arm whose exact closed form holds joints.
+
+    Args:
+        setting: the arm.
+    """
+    form = setting.arm.form
+    assert form is not None
+    margin = MERGING if setting.plain else APART
+    return HeldForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
+
+
+def _compiled(pattern: ArmPattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
+    n = pattern.n
+    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    return kernels.compile(
+        Signature(
+            f"held_{kind}",
+            (Port("T_sd", (4, 4)), Port("values", (len(pattern.held),)), *vectors, Port("most")),
+            outputs,
+        ),
+        partial(_build, pattern, kind, numbers),
+        key=f"held {kind} {numbers} {pattern.key}",
+        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+        recipe=(_compiled, (pattern, kind, numbers, outputs)),
+    )
+
+
+def _build(pattern: ArmPattern, kind: str, numbers: Numbers) -> Any:
+    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    from mafsil.mechanics.closed_form.function import held_function
+    from mafsil.mechanics.closed_form.held import Thresholds
+
+    return held_function(pattern, kind, Thresholds(*numbers))

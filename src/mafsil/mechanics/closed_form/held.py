@@ -1,0 +1,147 @@
+"""Closed forms whose held joints are an input: whole answers, the judgement of a value alone, and bare postures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from mafsil.mechanics.arm_pattern import ArmPattern, Family
+from mafsil.mechanics.closed_form.line import Posture
+from mafsil.mechanics.closed_form.table import MERGED, JudgedBranch, Wishes, coded, judged, repaired
+
+NONE = float("nan")
+"""Coordinates and residual of a branch that does not reach the pose."""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What tells a regular answer from one that needs refinement.
+
+    Attributes:
+        exact: residual of a branch that needs no refinement.
+        candidate: residual up to which a branch may become a solution by refinement.
+        margin: marks below which branches may be one, or members of a further continuum.
+        split: residual, in units of the arm, up to which a branch with four merged roots may become a solution.
+        nearly, bent: the same, in units of the arm, where a solution's mark is below `bent`.
+    """
+
+    exact: float
+    candidate: float
+    margin: float
+    split: float
+    nearly: float
+    bent: float
+
+
+def held_answers(
+    pattern: ArmPattern, thresholds: Thresholds, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """All branches at values of the held joints, and whether they are an answer as they are.
+
+    Args:
+        pattern: of the arm, some joints held.
+        thresholds: of regular answers.
+        T: (4, 4) wanted pose; small errors of its rotation are repaired first.
+        values: (h,) of the held joints, by coordinate.
+        wishes: of the caller; the entries of held joints do not count.
+        most: largest residual of a solution.
+
+    Returns:
+        (branches, n) coordinates; (branches, 4) residual, code of the branch, smallest mark, excess over the limits;
+        (3,) how far T is from a pose, one if a branch needs refinement, least excess over the limits of a solution.
+    """
+    T, defect = repaired(T)
+    rows = judged(pattern, T, _with_values(pattern, values, wishes))
+    least = _least([(row.miss <= most, row.excess) for row in rows])
+    marks = [coded(row.posture) for row in rows]
+    bend = _least([(row.miss <= thresholds.exact, margin) for row, (_, margin) in zip(rows, marks, strict=True)])
+    doubtful = ca.SX(0)
+    for row, (_, margin) in zip(rows, marks, strict=True):
+        doubtful = ca.logic_or(doubtful, _needs_refinement(pattern, thresholds, row, margin, bend))
+    facts = [ca.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
+    return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), ca.vertcat(defect, doubtful, least)
+
+
+def held_judgement(pattern: ArmPattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
+    """What values of the held joints lead to: (2,) the least excess over the limits of a solution, the least residual.
+
+    The excess is infinite without a solution. Arguments as for `held_answers`.
+    """
+    rows = judged(pattern, repaired(T)[0], _with_values(pattern, values, wishes))
+    missing = _least([(row.miss < ca.inf, row.miss) for row in rows])
+    return ca.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing)
+
+
+def held_postures(
+    pattern: ArmPattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Branches that reach the pose, NaN where one does not; arguments as for `held_answers`.
+
+    Returns:
+        (branches, n) coordinates, (branches, 2) residual and excess over the limits, infinite without a posture, and
+        how far T is from a pose.
+    """
+    T, defect = repaired(T)
+    q: list[ca.SX] = []
+    facts: list[ca.SX] = []
+    for row in judged(pattern, T, _with_values(pattern, values, wishes)):
+        found = row.miss <= most
+        q.append(ca.horzcat(*[ca.if_else(found, x, NONE) for x in row.q]))
+        facts.append(ca.horzcat(ca.if_else(found, row.miss, NONE), ca.if_else(found, row.excess, ca.inf)))
+    return ca.vertcat(*q), ca.vertcat(*facts), defect
+
+
+def _with_values(pattern: ArmPattern, values: ca.SX, wishes: Wishes) -> Wishes:
+    """The wishes with the held joints at their values, in order of their coordinates."""
+    near, turns = ca.SX(wishes.near), ca.SX(wishes.turns)
+    for k, held in enumerate(sorted(pattern.held, key=lambda one: one.joint)):
+        near[held.joint] = values[k]
+        turns[held.joint, 0], turns[held.joint, 1] = ca.cos(values[k]), ca.sin(values[k])
+    return Wishes(near, turns, wishes.lower, wishes.upper)
+
+
+def _least(rows: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
+    """The least of those numbers whose condition holds; infinite if none does."""
+    least = ca.SX(ca.inf)
+    for condition, x in rows:
+        least = ca.fmin(least, ca.if_else(condition, x, ca.inf))
+    return least
+
+
+def _needs_refinement(
+    pattern: ArmPattern, thresholds: Thresholds, row: JudgedBranch, margin: ca.SX, bend: ca.SX
+) -> ca.SX:
+    """Whether a branch is not quite a solution, merges with another one, is free, or may have been moved by rounding.
+
+    Args:
+        pattern: of the arm.
+        thresholds: of regular answers.
+        row: the branch.
+        margin: its smallest mark.
+        bend: the smallest mark of a solution.
+    """
+    exact = row.miss <= thresholds.exact
+    beside = ca.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
+    merging = ca.logic_and(exact, ca.logic_or(row.free > 0, margin <= thresholds.margin))
+    found = ca.logic_or(beside, merging)
+    if pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+        return found
+    # Beside two pairs of merged roots rounding may move a branch far off.
+    missing, size = ca.logic_not(exact), pattern.size
+    near = ca.logic_and(row.miss <= thresholds.nearly * size, bend <= thresholds.bent)
+    folded = ca.logic_and(_merged_twice(pattern, row.posture), row.miss <= thresholds.split * size)
+    return ca.logic_or(found, ca.logic_and(missing, ca.logic_or(near, folded)))
+
+
+def _merged_twice(pattern: ArmPattern, posture: Posture) -> ca.SX:
+    """Whether the branches of the shoulder are one, and those of elbow or wrist."""
+    if not any(j >= 0 and not slides for j, slides in zip(pattern.joints, pattern.slides, strict=True)):
+        # Slides alone are linear: nothing merges.
+        return ca.SX(0)
+    shoulder, elbow, wrist = (ca.SX(1) if mark is None else _merged(mark) for mark in posture.marks)
+    return ca.logic_and(shoulder, ca.logic_or(elbow, wrist))
+
+
+def _merged(mark: ca.SX) -> ca.SX:
+    return ca.logic_not(ca.logic_or(mark > MERGED, mark < -MERGED))

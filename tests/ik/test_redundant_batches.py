@@ -1,0 +1,173 @@
+"""Batches of arms with held joints, planar arms and partial tasks: pose by pose what the single call says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.geometry import pose
+from mafsil.ik import Verdict
+
+x, y, z = np.eye(3)
+
+
+def arm(axes, points, tip, slides=()):
+    """Axes w through points r; those in `slides` slide along w."""
+    rows = [
+        np.concatenate([np.zeros(3), w]) if k in slides else np.concatenate([w, np.cross(r, w)])
+        for k, (w, r) in enumerate(zip(axes, points, strict=True))
+    ]
+    home = np.eye(4)
+    home[:3, 3] = np.asarray(points[-1]) + np.asarray(tip)
+    return mf.Robot.from_screws(np.array(rows), home)
+
+
+def on_a_rail():
+    """Eight coordinates: a rail, then three axes that meet, an elbow and three that meet."""
+    points = [0 * x] * 4 + [0.4 * z] + [0.8 * z] * 3
+    return arm([x, z, y, z, -y, z, y, z], points, (0.0, 0.0, 0.1), slides=(0,))
+
+
+ARMS = {
+    "panda": lambda: (mf.load("panda"), "pose"),
+    "iiwa7": lambda: (mf.load("iiwa7"), "pose"),
+    "fr3": lambda: (mf.load("fr3"), "pose"),
+    "eight joints": lambda: (on_a_rail(), "pose"),
+    "scara, position": lambda: (mf.load("scara_rrrp"), "position"),
+    "six joints, position": lambda: (mf.load("ur5e"), "position"),
+    "planar two": lambda: (arm([z] * 2, [0 * x, 0.5 * x], (0.4, 0.0, 0.0)), "position"),
+    "planar three": lambda: (arm([z] * 3, [0 * x, 0.5 * x, x], (0.3, 0.0, 0.0)), "pose"),
+    "scara": lambda: (mf.load("scara_rrrp"), "pose"),
+    "three, position": lambda: (arm([z, y, y], [0 * z, 0.3 * z, 0.7 * z], (0.0, 0.0, 0.4)), "position"),
+    "five, axis": lambda: (arm([z, y, y, y, x], [0 * z, 0.3 * z, 0.7 * z, z, z], (0.15, 0.0, 0.0)), "axis"),
+}
+
+
+def configurations(robot, count, seed):
+    low, high = np.maximum(robot.limits.lower, -2.8), np.minimum(robot.limits.upper, 2.8)
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.n))
+
+
+def with_lower_limits(robot, lower):
+    """The same arm with other lower limits."""
+    bounds = iter(lower)
+    joints = [
+        replace(joint, limits=replace(joint.limits, lower=float(next(bounds)))) if joint.moves else joint
+        for joint in robot.mechanism.joints
+    ]
+    return mf.Robot(replace(robot.mechanism, joints=tuple(joints)))
+
+
+def rows_of(batch, i):
+    """Solutions of a pose of a batch, in the order of their coordinates."""
+    rows = np.concatenate([batch.q[i], batch.within[i][:, None], batch.codes[i][:, None]], axis=1)[batch.valid[i]]
+    return rows[np.lexsort(np.round(rows, 6).T)]
+
+
+def rows_of_one(answer):
+    rows = np.concatenate([answer.q, answer.within[:, None], answer.codes[:, None]], axis=1)
+    return rows[np.lexsort(np.round(rows, 6).T)]
+
+
+def agree(robot, task, T, tolerance=1e-9, near=None):
+    """Every pose of a batch as the single call answers it."""
+    many = mf.inverse_kinematics(robot, T, task=task, tolerance=tolerance, near=near)
+    for i, one in enumerate(T):
+        answer = mf.inverse_kinematics(robot, one, task=task, tolerance=tolerance, near=near)
+        assert many.status[i] is answer.status, (i, many.status[i], answer.status)
+        expected, found = rows_of_one(answer), rows_of(many, i)
+        assert expected.shape == found.shape, i
+        assert np.abs(expected - found).max(initial=0.0) < 1e-9, i
+        again = many[i]
+        assert again.status is answer.status
+        assert np.abs(rows_of_one(again) - expected).max(initial=0.0) < 1e-7
+    return many
+
+
+@pytest.mark.capability("07-4", "07-45")
+@pytest.mark.parametrize("name", ARMS)
+def test_a_batch_says_what_the_single_calls_say(name):
+    robot, task = ARMS[name]()
+    q = configurations(robot, 40, 1)
+    many = agree(robot, task, robot.forward_kinematics(q))
+    assert many.solved.all()
+    assert many.residual[many.valid].max() < 1e-9
+    missed = (
+        robot.forward_kinematics(many.q[many.valid])[:, :3, 3]
+        - robot.forward_kinematics(q)[np.nonzero(many.valid)[0], :3, 3]
+    )
+    assert np.abs(missed).max() < 1e-9
+    inside = (many.q >= robot.limits.lower - 1e-12) & (many.q <= robot.limits.upper + 1e-12)
+    assert (many.within == (many.valid & inside.all(axis=-1))).all()
+
+
+@pytest.mark.capability("07-4", "07-45")
+@pytest.mark.parametrize("name", ARMS)
+def test_singular_unreachable_and_no_poses_of_a_batch(name):
+    robot, task = ARMS[name]()
+    q = configurations(robot, 6, 2)
+    q[:2] = np.where(np.isfinite(robot.limits.lower), np.clip(0.0, robot.limits.lower, robot.limits.upper), 0.0)
+    q[1:4, robot.n - 2] = np.clip(0.0, robot.limits.lower[-2], robot.limits.upper[-2])
+    T = robot.forward_kinematics(q)
+    far = T[4:].copy()
+    far[:, :3, 3] += [0.0, 30.0, 0.0] if name != "eight joints" else [0.0, 0.0, 30.0]
+    agree(robot, task, np.concatenate([T, far]))
+    bad = np.stack([T[5], np.full((4, 4), np.nan), np.diag([1.0, 1.0, -1.0, 1.0]), T[4]])
+    many = mf.inverse_kinematics(robot, bad, task=task)
+    assert list(many.status[[1, 2]]) == [Verdict.NOT_A_POSE] * 2
+    assert many.solved[[0, 3]].all()
+    assert not many.valid[[1, 2]].any()
+    for wrong in bad[1:3]:
+        with pytest.raises(mf.InputError):
+            mf.inverse_kinematics(robot, wrong, task=task)
+
+
+@pytest.mark.capability("07-4", "07-45")
+@pytest.mark.parametrize("name", ["panda", "iiwa7"])
+def test_preferred_values_inside_and_outside_the_limits(name):
+    robot = mf.load(name)
+    T = robot.forward_kinematics(configurations(robot, 12, 3))
+    for preferred in (0.3, float(robot.limits.upper[6]), 4.0):
+        near = (robot.limits.lower + robot.limits.upper) / 2
+        near[6] = preferred
+        many = agree(robot, "pose", T, near=near)
+        assert many.solved.all()
+    # The preferred value itself wherever it leads to a solution within the limits.
+    near[6] = 0.3
+    many = mf.inverse_kinematics(robot, T, near=near)
+    kept = [np.abs(many.q[i, many.within[i], 6] - 0.3).max() < 1e-12 for i in range(len(T))]
+    found = mf.ik.redundancy(robot, robot.joint_names[6]).solve(T, np.array([0.3])).within.any(axis=(1, 2))
+    assert (np.array(kept) == found).all()
+    assert found.any()
+
+
+@pytest.mark.capability("07-4", "07-3")
+def test_beyond_the_limits_is_proven_pose_by_pose():
+    whole = mf.load("fr3")
+    lower = whole.limits.lower.copy()
+    lower[3] = -0.6
+    robot = with_lower_limits(whole, lower)
+    q = configurations(whole, 3, 4)
+    q[:, 3] = [-0.3, -1.5, -2.0]
+    T = whole.forward_kinematics(q)
+    many = agree(robot, "pose", T)
+    assert set(many.status) <= {Verdict.BEYOND_LIMITS, Verdict.CONTINUUM}
+    assert Verdict.BEYOND_LIMITS in set(many.status)
+    proven = many.status_codes == list(Verdict).index(Verdict.BEYOND_LIMITS)
+    assert many.valid[proven].any()
+    assert not many.within[proven].any()
+
+
+@pytest.mark.capability("07-4")
+def test_free_coordinates_of_a_batch_are_the_held_ones():
+    robot = on_a_rail()
+    T = robot.forward_kinematics(configurations(robot, 20, 5))
+    many = mf.inverse_kinematics(robot, T)
+    assert (many.free[many.valid] > 0).all()
+    answer = mf.inverse_kinematics(robot, T[0])
+    named = {robot.joint_names[k] for k in range(robot.n) if many.free[0][many.valid[0]][0] >> k & 1}
+    assert named == {family.joint for family in answer.families if family.solution == 0}
+    assert np.isfinite(pose.error(robot.forward_kinematics(answer.families[0].at(0.3)), T[0])).all()
