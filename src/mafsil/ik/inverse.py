@@ -64,11 +64,13 @@ def inverse_kinematics(
     known = type(task) is str and task in MASKS
     if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and known and type(robot) is Robot:
         asked = setting(robot, frame, task)
-        plain = near is None and free is None and T_sd.dtype == np.float64
-        if asked.kernel is not None and plain and type(tolerance) is float and CLEAR <= tolerance < np.inf:
-            return _quick(asked, T_sd, tolerance)
-        if plain and holds_joints(asked) and type(tolerance) is float and CLEAR <= tolerance < np.inf:
-            return held_single(asked, T_sd, asked.middle, tolerance)
+        if near is None and T_sd.dtype == np.float64 and type(tolerance) is float and CLEAR <= tolerance < np.inf:
+            if free is not None:
+                return with_parameter(asked, T_sd, free, tolerance)
+            if asked.kernel is not None:
+                return _quick(asked, T_sd, tolerance)
+            if holds_joints(asked):
+                return held_single(asked, T_sd, asked.middle, tolerance)
     robot = as_robot(robot)
     if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
@@ -83,11 +85,11 @@ def inverse_kinematics(
         return solved_batch(asked, wanted, others, tolerance)
     if free is None and holds_joints(asked):
         return held_single(asked, wanted, start, tolerance, others)
+    if free is not None:
+        return with_parameter(asked, wanted, free, tolerance)
     clean, valid = clean_poses(wanted[None])
     if not valid[0]:
         raise _no_pose()
-    if free is not None:
-        return with_parameter(asked, clean[0], free, tolerance)
     return answered(Question(asked, clean[0], start, tolerance, others))
 
 

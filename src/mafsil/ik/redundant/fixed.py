@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import isfinite
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
+from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.search import Search
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.refine import distinct, refined
+from mafsil.kernels.lazy import preset
 
 TRIED = 24
 """Values of the held joint that are tried before limits are asked."""
@@ -34,7 +39,7 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
 
     Args:
         setting: an arm with seven coordinates, task `pose`.
-        T: (4, 4) wanted pose in {s}.
+        T: (4, 4) wanted pose in {s}, perhaps with small errors of its rotation.
         free: value of the parameter that the arm is counted by, or {name: value} of the `arm angle` or a joint [rad].
         tolerance: largest residual of a solution [rad | m].
 
@@ -46,10 +51,53 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     if isinstance(free, Mapping) and len(free) != 1:
         raise InputError("redundant.one_value", names=", ".join(map(str, free)))
     name, given = next(iter(free.items())) if isinstance(free, Mapping) else (None, free)
-    form, value = redundancy(setting.robot, name), gate("free", given, (), finite=True)
-    if value.ndim:
-        raise InputError("input.shape", name="free", expected="()", got=value.shape, hint="")
-    return fixed(setting, form, T, float(value), tolerance)
+    form = redundancy(setting.robot, name)
+    if type(given) is not float or not isfinite(given):
+        checked = gate("free", given, (), finite=True)
+        if checked.ndim:
+            raise InputError("input.shape", name="free", expected="()", got=checked.shape, hint="")
+        given = float(checked)
+    answer = _regular(setting, form, T, given, tolerance)
+    return fixed(setting, form, _pose(T), given, tolerance) if answer is None else answer
+
+
+def _pose(T: PoseMatrix) -> PoseMatrix:
+    """The pose with its rotation at working precision."""
+    clean, valid = clean_poses(T[None])
+    if not valid[0]:
+        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
+    return clean[0]
+
+
+def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, tolerance: float) -> SolutionSet | None:
+    """The branches at a value of the parameter where none needs refinement, by one kernel; None elsewhere."""
+    if form.regular is None or tolerance < CLEAR:
+        return None
+    near, turns = setting.middle, setting.middle_turns
+    q, facts, summary = form.regular.answers.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
+    if summary[1] or not summary[0] <= ORTHOGONALITY:
+        return None
+    good = facts[:, 0] <= CLEAR
+    q, chosen = q[good], facts[good]
+    if form.held >= 0:
+        near = near.copy()
+        near[form.held] = value
+    none = np.zeros(len(q), dtype=np.int64)
+    answer = SolutionSet(
+        Question(setting, T, near, tolerance),
+        q,
+        chosen[:, 0],
+        chosen[:, 3] <= 1e-12,
+        none - 1,
+        none + UNNAMED,
+        none,
+        method="closed form",
+        complete=False,
+        isolated=False,
+    )
+    if answer.within.any():
+        preset(answer, status=Verdict.CONTINUUM)
+    return answer
 
 
 def answered(question: Question) -> SolutionSet:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from mafsil import kernels
 from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern
 
 MERGING = 1e-7
@@ -17,7 +18,13 @@ MERGING = 1e-7
 APART = 1e-4
 """Marks below which two branches may be the same solution, where turning joints were added to the arm."""
 
+CANDIDATE = 1e-5
+"""Residuals up to which a branch may become a solution by refinement."""
+
 Numbers = tuple[float, ...]
+
+Pattern: TypeAlias = ArmPattern | ArmAnglePattern
+"""Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
 
 
 class HeldForm:
@@ -33,9 +40,9 @@ class HeldForm:
         held: coordinates of the held joints.
     """
 
-    def __init__(self, pattern: ArmPattern, numbers: Numbers) -> None:
+    def __init__(self, pattern: Pattern, numbers: Numbers) -> None:
         self.pattern, self.numbers = pattern, numbers
-        self.held = sorted(held.joint for held in pattern.held)
+        self.held = sorted(held.joint for held in pattern.held) if isinstance(pattern, ArmPattern) else []
 
     @lazy
     def answers(self) -> Kernel:
@@ -48,17 +55,22 @@ class HeldForm:
 
     @lazy
     def judgement(self) -> Kernel:
-        """To (2,) the least excess of a solution over the limits, infinite without one, and the least residual."""
-        return self._made("judgement", Port("judgement", (2,)))
+        """To (3,): least excess of a solution, infinite without one; least residual; how far T is from a pose."""
+        return self._made("judgement", Port("judgement", (3,)))
 
     @lazy
     def postures(self) -> Kernel:
-        """To (branches, n) coordinates, (branches, 2) residual and excess, and how far T is from a pose."""
-        rows = self.pattern.branches
-        return self._made("postures", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 2)), Port("defect"))
+        """To (branches, n) coordinates, (branches,) residuals and excesses, and how far T is from a pose.
+
+        Coordinates and residuals are NaN and the excess infinite where there is no posture.
+        """
+        rows = (self.pattern.branches,)
+        outputs = Port("q", (*rows, self.pattern.n)), Port("residual", rows), Port("excess", rows), Port("defect")
+        return self._made("postures", *outputs)
 
     def _made(self, kind: str, *outputs: Port) -> Kernel:
-        return _compiled(self.pattern, kind, self.numbers, outputs)
+        # Only answers depend on the thresholds: the others are shared.
+        return _compiled(self.pattern, kind, self.numbers if kind == "answers" else (0.0,) * 6, outputs)
 
 
 def holds_joints(setting: Setting) -> bool:
@@ -80,13 +92,23 @@ def held_form(setting: Setting) -> HeldForm:
     return HeldForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
 
 
-def _compiled(pattern: ArmPattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
+@lru_cache(maxsize=128)
+def parameter_form(pattern: Pattern) -> HeldForm:
+    """The kernels of a pattern by itself, made once.
+
+    Args:
+        pattern: with held joints, or counted by its arm angle.
+    """
+    return HeldForm(pattern, (CLEAR, CANDIDATE, APART, SPLIT, NEARLY, BENT))
+
+
+def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
     n = pattern.n
     vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
     return kernels.compile(
         Signature(
             f"held_{kind}",
-            (Port("T_sd", (4, 4)), Port("values", (len(pattern.held),)), *vectors, Port("most")),
+            (Port("T_sd", (4, 4)), Port("values", (pattern.parameters,)), *vectors, Port("most")),
             outputs,
         ),
         partial(_build, pattern, kind, numbers),
@@ -96,7 +118,7 @@ def _compiled(pattern: ArmPattern, kind: str, numbers: Numbers, outputs: tuple[P
     )
 
 
-def _build(pattern: ArmPattern, kind: str, numbers: Numbers) -> Any:
+def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
     """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
     from mafsil.mechanics.closed_form.function import held_function
     from mafsil.mechanics.closed_form.held import Thresholds

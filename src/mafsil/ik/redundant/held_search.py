@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, turns_of
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.problem import ORTHOGONALITY, reach_bound
 from mafsil.ik.redundant.held_form import HeldForm
 
 COARSE, FINE = 24, 240
@@ -57,7 +57,7 @@ def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVect
     Args:
         setting: an arm whose exact closed form holds joints.
         form: its kernels.
-        T: (k, 4, 4) poses.
+        T: (k, 4, 4) poses; of rows that are none nothing is sought.
         near: (n,) preferred values.
         most: largest residual of a solution.
     """
@@ -67,7 +67,7 @@ def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVect
     judged = _judged(setting, form, T, values, near, most)
     allowed, solved = judged[:, 0] <= INSIDE, judged[:, 1] <= most
     found = HeldStarts(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
-    open_rows = np.flatnonzero(~allowed)
+    open_rows = np.flatnonzero(~allowed & (judged[:, 2] <= ORTHOGONALITY))
     if not len(open_rows):
         return found
     # 2.
@@ -98,7 +98,7 @@ def nearest_allowed(setting: Setting, form: HeldForm, T: PoseMatrix, near: Joint
 
 
 def _judged(setting: Setting, form: HeldForm, T: PoseMatrix, values: Floats, near: JointVector, most: float) -> Floats:
-    """(*batch, 2) least excess of a solution, least residual."""
+    """(*batch, 3) least excess of a solution, least residual, how far the pose is from one."""
     turns = setting.middle_turns if near is setting.middle else turns_of(near)
     return form.judgement(T, values, near, turns, *setting.bounds, most)
 

@@ -50,16 +50,16 @@ def labelled_function(pattern: ArmPattern) -> ca.Function:
     return ca.Function("labelled_closed_form", [T, near, turns, lower, upper], outputs)
 
 
-def held_function(pattern: ArmPattern, kind: str, thresholds: held.Thresholds) -> ca.Function:
+def held_function(pattern: held.Pattern, kind: str, thresholds: held.Thresholds) -> ca.Function:
     """Of (T_sd, values, near, turns, lower, upper, most) to what `mafsil.mechanics.closed_form.held` makes of them.
 
     Args:
-        pattern: of the arm, some joints held.
+        pattern: of the arm, some joints held, or counted by its arm angle.
         kind: `answers`, `judgement` or `postures`.
         thresholds: of regular answers.
     """
     n = pattern.n
-    T, values, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("values", len(pattern.held)), ca.SX.sym("turns", 2 * n)
+    T, values, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("values", pattern.parameters), ca.SX.sym("turns", 2 * n)
     near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
     most = ca.SX.sym("most")
     wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
@@ -69,8 +69,8 @@ def held_function(pattern: ArmPattern, kind: str, thresholds: held.Thresholds) -
     elif kind == "judgement":
         outputs = [held.held_judgement(pattern, _pose(T), values, wishes, most)]
     else:
-        q, facts, defect = held.held_postures(pattern, _pose(T), values, wishes, most)
-        outputs = [_column(q), _column(facts), defect]
+        q, residual, excess, defect = held.held_postures(pattern, _pose(T), values, wishes, most)
+        outputs = [_column(q), residual, excess, defect]
     return ca.Function(f"held_{kind}", [T, values, near, turns, lower, upper, most], ca.cse(outputs))
 
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import casadi as ca
 
+from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
+from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
 from mafsil.mechanics.closed_form.line import Posture
 from mafsil.mechanics.closed_form.table import MERGED, JudgedBranch, Wishes, coded, judged, repaired
+
+Pattern: TypeAlias = ArmPattern | ArmAnglePattern
+"""Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
 
 NONE = float("nan")
 """Coordinates and residual of a branch that does not reach the pose."""
@@ -35,15 +41,15 @@ class Thresholds:
 
 
 def held_answers(
-    pattern: ArmPattern, thresholds: Thresholds, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
+    pattern: Pattern, thresholds: Thresholds, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
     """All branches at values of the held joints, and whether they are an answer as they are.
 
     Args:
-        pattern: of the arm, some joints held.
+        pattern: of the arm, some joints held, or counted by its arm angle.
         thresholds: of regular answers.
         T: (4, 4) wanted pose; small errors of its rotation are repaired first.
-        values: (h,) of the held joints, by coordinate.
+        values: (h,) of the held joints, by coordinate; (1,) the arm angle.
         wishes: of the caller; the entries of held joints do not count.
         most: largest residual of a solution.
 
@@ -52,7 +58,7 @@ def held_answers(
         (3,) how far T is from a pose, one if a branch needs refinement, least excess over the limits of a solution.
     """
     T, defect = repaired(T)
-    rows = judged(pattern, T, _with_values(pattern, values, wishes))
+    rows = _branches(pattern, T, values, wishes)
     least = _least([(row.miss <= most, row.excess) for row in rows])
     marks = [coded(row.posture) for row in rows]
     bend = _least([(row.miss <= thresholds.exact, margin) for row, (_, margin) in zip(rows, marks, strict=True)])
@@ -63,33 +69,50 @@ def held_answers(
     return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), ca.vertcat(defect, doubtful, least)
 
 
-def held_judgement(pattern: ArmPattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
-    """What values of the held joints lead to: (2,) the least excess over the limits of a solution, the least residual.
+def held_judgement(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
+    """What values of the held joints lead to.
 
-    The excess is infinite without a solution. Arguments as for `held_answers`.
+    Arguments as for `held_answers`.
+
+    Returns:
+        (3,) the least excess over the limits of a solution, infinite without one; the least residual; how far T is from
+        a pose.
     """
-    rows = judged(pattern, repaired(T)[0], _with_values(pattern, values, wishes))
+    T, defect = repaired(T)
+    rows = _branches(pattern, T, values, wishes)
     missing = _least([(row.miss < ca.inf, row.miss) for row in rows])
-    return ca.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing)
+    return ca.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing, defect)
 
 
 def held_postures(
-    pattern: ArmPattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
-) -> tuple[ca.SX, ca.SX, ca.SX]:
+    pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     """Branches that reach the pose, NaN where one does not; arguments as for `held_answers`.
 
+    With an arm angle a branch that can be made at all is shown, by whatever it misses.
+
     Returns:
-        (branches, n) coordinates, (branches, 2) residual and excess over the limits, infinite without a posture, and
-        how far T is from a pose.
+        (branches, n) coordinates, (branches,) residuals, (branches,) excess over the limits, infinite without a
+        posture, and how far T is from a pose.
     """
     T, defect = repaired(T)
     q: list[ca.SX] = []
-    facts: list[ca.SX] = []
-    for row in judged(pattern, T, _with_values(pattern, values, wishes)):
+    residual: list[ca.SX] = []
+    excess: list[ca.SX] = []
+    for row in _branches(pattern, T, values, wishes):
         found = row.miss <= most
-        q.append(ca.horzcat(*[ca.if_else(found, x, NONE) for x in row.q]))
-        facts.append(ca.horzcat(ca.if_else(found, row.miss, NONE), ca.if_else(found, row.excess, ca.inf)))
-    return ca.vertcat(*q), ca.vertcat(*facts), defect
+        shown = row.miss < ca.inf if isinstance(pattern, ArmAnglePattern) else found
+        q.append(ca.horzcat(*[ca.if_else(shown, x, NONE) for x in row.q]))
+        residual.append(ca.if_else(shown, row.miss, NONE))
+        excess.append(ca.if_else(found, row.excess, ca.inf))
+    return ca.vertcat(*q), ca.vertcat(*residual), ca.vertcat(*excess), defect
+
+
+def _branches(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes) -> list[JudgedBranch]:
+    """All branches of a pose that is one."""
+    if isinstance(pattern, ArmAnglePattern):
+        return arm_angle_branches(pattern, T, values[0], wishes)
+    return judged(pattern, T, _with_values(pattern, values, wishes))
 
 
 def _with_values(pattern: ArmPattern, values: ca.SX, wishes: Wishes) -> Wishes:
@@ -109,9 +132,7 @@ def _least(rows: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
     return least
 
 
-def _needs_refinement(
-    pattern: ArmPattern, thresholds: Thresholds, row: JudgedBranch, margin: ca.SX, bend: ca.SX
-) -> ca.SX:
+def _needs_refinement(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, margin: ca.SX, bend: ca.SX) -> ca.SX:
     """Whether a branch is not quite a solution, merges with another one, is free, or may have been moved by rounding.
 
     Args:
@@ -125,7 +146,7 @@ def _needs_refinement(
     beside = ca.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
     merging = ca.logic_and(exact, ca.logic_or(row.free > 0, margin <= thresholds.margin))
     found = ca.logic_or(beside, merging)
-    if pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
+    if isinstance(pattern, ArmAnglePattern) or pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
         return found
     # Beside two pairs of merged roots rounding may move a branch far off.
     missing, size = ca.logic_not(exact), pattern.size
