@@ -88,7 +88,7 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         valid = summary[:, 0] <= ORTHOGONALITY
         # 3.
         settled = starts.allowed | (starts.refuted & starts.solved)
-        regular = np.flatnonzero(valid & (summary[:, 1] == 0.0) & settled)
+        regular = np.flatnonzero(valid & (summary[:, 1] + summary[:, 2] == 0.0) & settled)
         whole = len(regular) == len(poses)
         rows = part if whole else begin + regular
         q, facts = (q, facts) if whole else (q[regular], facts[regular])

@@ -44,7 +44,7 @@ def held_single(
     # 1.
     values = near[form.held]
     q, facts, summary = form.answers.call(T, values, near, turns, *setting.bounds, most)
-    defect, doubtful, excess = summary.tolist()
+    defect, doubtful, folded, excess = summary.tolist()
     if not defect <= ORTHOGONALITY:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     # 2.
@@ -57,9 +57,9 @@ def held_single(
             other = starts.values[0]
         values = other
         q, facts, summary = form.answers.call(T, values, near, turns, *setting.bounds, most)
-        doubtful = summary[1]
+        doubtful, folded = summary[1], summary[2]
     # 3.
-    if doubtful:
+    if doubtful or folded:
         none = np.zeros(1, dtype=np.bool_)
         known = HeldStarts(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()

@@ -33,6 +33,8 @@ SLACK = 1e-9
 INWARDS: Floats = np.array([1e-2, 1e-4, 1e-6])
 """How far from a posture at a limit the held joint is moved [rad | m]."""
 
+_NO_ROW, _NO_NAME, _NO_FREE = np.full(16, -1), np.full(16, UNNAMED), np.zeros(16, dtype=np.int64)
+
 
 def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, float], tolerance: float) -> SolutionSet:
     """All solutions of one pose with the free parameter fixed, each the member of a continuum.
@@ -48,17 +50,21 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     """
     if setting.task != "pose":
         raise InputError("redundant.only_pose", task=setting.task)
+    name, value = (None, free) if type(free) is float and isfinite(free) else _named(free)
+    form = redundancy(setting.robot, name)
+    answer = _regular(setting, form, T, value, tolerance)
+    return fixed(setting, form, _pose(T), value, tolerance) if answer is None else answer
+
+
+def _named(free: float | Mapping[str, float]) -> tuple[str | None, float]:
+    """Name of the parameter, None for that by which the arm is counted, and its value."""
     if isinstance(free, Mapping) and len(free) != 1:
         raise InputError("redundant.one_value", names=", ".join(map(str, free)))
     name, given = next(iter(free.items())) if isinstance(free, Mapping) else (None, free)
-    form = redundancy(setting.robot, name)
-    if type(given) is not float or not isfinite(given):
-        checked = gate("free", given, (), finite=True)
-        if checked.ndim:
-            raise InputError("input.shape", name="free", expected="()", got=checked.shape, hint="")
-        given = float(checked)
-    answer = _regular(setting, form, T, given, tolerance)
-    return fixed(setting, form, _pose(T), given, tolerance) if answer is None else answer
+    value = gate("free", given, (), finite=True)
+    if value.ndim:
+        raise InputError("input.shape", name="free", expected="()", got=value.shape, hint="")
+    return name, float(value)
 
 
 def _pose(T: PoseMatrix) -> PoseMatrix:
@@ -75,27 +81,28 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         return None
     near, turns = setting.middle, setting.middle_turns
     q, facts, summary = form.regular.answers.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
-    if summary[1] or not summary[0] <= ORTHOGONALITY:
+    defect, doubtful, _, excess = summary.tolist()
+    if doubtful or not defect <= ORTHOGONALITY:
         return None
     good = facts[:, 0] <= CLEAR
     q, chosen = q[good], facts[good]
     if form.held >= 0:
         near = near.copy()
         near[form.held] = value
-    none = np.zeros(len(q), dtype=np.int64)
+    k = len(q)
     answer = SolutionSet(
         Question(setting, T, near, tolerance),
         q,
         chosen[:, 0],
         chosen[:, 3] <= 1e-12,
-        none - 1,
-        none + UNNAMED,
-        none,
+        _NO_ROW[:k],
+        _NO_NAME[:k],
+        _NO_FREE[:k],
         method="closed form",
         complete=False,
         isolated=False,
     )
-    if answer.within.any():
+    if excess <= 1e-12:
         preset(answer, status=Verdict.CONTINUUM)
     return answer
 

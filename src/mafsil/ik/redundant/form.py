@@ -287,7 +287,7 @@ class Redundancy:
         asked = setting(self.robot, None, "pose")
         wishes = asked.middle, asked.middle_turns, *asked.bounds
         q, residual, excess, defect = form.postures(X[..., None, :, :], values[..., None], *wishes, REACHED)
-        if not (defect <= ORTHOGONALITY).all():
+        if not np.less_equal(defect, ORTHOGONALITY).all():
             raise _no_poses()
         return q, residual, excess <= 1e-12
 

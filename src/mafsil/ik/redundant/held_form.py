@@ -46,12 +46,13 @@ class HeldForm:
 
     @lazy
     def answers(self) -> Kernel:
-        """To (branches, n) coordinates, (branches, 4) residual, code, mark and excess, and the summary (3,).
+        """To (branches, n) coordinates, (branches, 4) residual, code, mark and excess, and the summary (4,).
 
-        The summary: how far T is from a pose, whether a branch needs refinement, the least excess of a solution.
+        The summary: how far T is from a pose, whether a branch needs refinement, whether rounding may have moved one
+        far off, the least excess of a solution.
         """
         rows = self.pattern.branches
-        return self._made("answers", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (3,)))
+        return self._made("answers", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (4,)))
 
     @lazy
     def judgement(self) -> Kernel:

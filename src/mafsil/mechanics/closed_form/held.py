@@ -55,18 +55,21 @@ def held_answers(
 
     Returns:
         (branches, n) coordinates; (branches, 4) residual, code of the branch, smallest mark, excess over the limits;
-        (3,) how far T is from a pose, one if a branch needs refinement, least excess over the limits of a solution.
+        (4,) how far T is from a pose, one if a branch needs refinement, one if rounding may have moved a branch far off
+        where two pairs of roots merge, and the least excess over the limits of a solution.
     """
     T, defect = repaired(T)
     rows = _branches(pattern, T, values, wishes)
     least = _least([(row.miss <= most, row.excess) for row in rows])
     marks = [coded(row.posture) for row in rows]
     bend = _least([(row.miss <= thresholds.exact, margin) for row, (_, margin) in zip(rows, marks, strict=True)])
-    doubtful = ca.SX(0)
+    doubtful, folded = ca.SX(0), ca.SX(0)
     for row, (_, margin) in zip(rows, marks, strict=True):
-        doubtful = ca.logic_or(doubtful, _needs_refinement(pattern, thresholds, row, margin, bend))
+        doubtful = ca.logic_or(doubtful, _needs_refinement(thresholds, row, margin))
+        folded = ca.logic_or(folded, _folded(pattern, thresholds, row, bend))
     facts = [ca.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
-    return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), ca.vertcat(defect, doubtful, least)
+    summary = ca.vertcat(defect, doubtful, folded, least)
+    return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), summary
 
 
 def held_judgement(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
@@ -132,27 +135,28 @@ def _least(rows: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
     return least
 
 
-def _needs_refinement(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, margin: ca.SX, bend: ca.SX) -> ca.SX:
-    """Whether a branch is not quite a solution, merges with another one, is free, or may have been moved by rounding.
+def _needs_refinement(thresholds: Thresholds, row: JudgedBranch, margin: ca.SX) -> ca.SX:
+    """Whether a branch is not quite a solution, merges with another one, or is free; `margin` is its smallest mark."""
+    exact = row.miss <= thresholds.exact
+    beside = ca.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
+    return ca.logic_or(beside, ca.logic_and(exact, ca.logic_or(row.free > 0, margin <= thresholds.margin)))
+
+
+def _folded(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: ca.SX) -> ca.SX:
+    """Whether rounding may have moved a branch far off, beside two pairs of merged roots.
 
     Args:
         pattern: of the arm.
         thresholds: of regular answers.
         row: the branch.
-        margin: its smallest mark.
         bend: the smallest mark of a solution.
     """
-    exact = row.miss <= thresholds.exact
-    beside = ca.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
-    merging = ca.logic_and(exact, ca.logic_or(row.free > 0, margin <= thresholds.margin))
-    found = ca.logic_or(beside, merging)
     if isinstance(pattern, ArmAnglePattern) or pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-        return found
-    # Beside two pairs of merged roots rounding may move a branch far off.
-    missing, size = ca.logic_not(exact), pattern.size
+        return ca.SX(0)
+    size = pattern.size
     near = ca.logic_and(row.miss <= thresholds.nearly * size, bend <= thresholds.bent)
-    folded = ca.logic_and(_merged_twice(pattern, row.posture), row.miss <= thresholds.split * size)
-    return ca.logic_or(found, ca.logic_and(missing, ca.logic_or(near, folded)))
+    merged = ca.logic_and(_merged_twice(pattern, row.posture), row.miss <= thresholds.split * size)
+    return ca.logic_and(row.miss > thresholds.exact, ca.logic_or(near, merged))
 
 
 def _merged_twice(pattern: ArmPattern, posture: Posture) -> ca.SX:
