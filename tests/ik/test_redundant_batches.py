@@ -42,6 +42,11 @@ ARMS = {
     "planar three": lambda: (arm([z] * 3, [0 * x, 0.5 * x, x], (0.3, 0.0, 0.0)), "pose"),
     "scara": lambda: (mf.load("scara_rrrp"), "pose"),
     "three, position": lambda: (arm([z, y, y], [0 * z, 0.3 * z, 0.7 * z], (0.0, 0.0, 0.4)), "position"),
+    "planar three, position": lambda: (arm([z] * 3, [0 * x, 0.5 * x, x], (0.3, 0.0, 0.0)), "position"),
+    "planar four": lambda: (arm([z] * 4, [0 * x, 0.5 * x, x, 1.3 * x], (0.2, 0.0, 0.0)), "pose"),
+    "seven joints, position": lambda: (mf.load("panda"), "position"),
+    "six joints, axis": lambda: (mf.load("ur5e"), "axis"),
+    "seven joints, axis": lambda: (mf.load("panda"), "axis"),
     "five, axis": lambda: (arm([z, y, y, y, x], [0 * z, 0.3 * z, 0.7 * z, z, z], (0.15, 0.0, 0.0)), "axis"),
 }
 
@@ -142,6 +147,47 @@ def test_preferred_values_inside_and_outside_the_limits(name):
     found = mf.ik.redundancy(robot, robot.joint_names[6]).solve(T, np.array([0.3])).within.any(axis=(1, 2))
     assert (np.array(kept) == found).all()
     assert found.any()
+
+
+def seven_axes(span):
+    """Seven axes anywhere, each turning as far from zero as `span`: six are found by elimination."""
+    rng = np.random.default_rng(6)
+    w, r = rng.normal(size=(2, 7, 3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    home = pose.exp(rng.normal(size=6))
+    robot = mf.Robot.from_screws(np.concatenate([w, np.cross(r, w)], axis=1), home)
+    joints = [
+        replace(joint, limits=replace(joint.limits, lower=-span, upper=span)) if joint.moves else joint
+        for joint in robot.mechanism.joints
+    ]
+    return mf.Robot(replace(robot.mechanism, joints=tuple(joints)))
+
+
+@pytest.mark.capability("07-45", "07-4")
+def test_a_batch_of_an_arm_of_no_shape_says_what_the_single_calls_say():
+    robot = seven_axes(1.0)
+    rng = np.random.default_rng(7)
+    T = robot.forward_kinematics(np.concatenate([rng.uniform(-1, 1, (5, 7)), rng.uniform(1.5, 3.0, (2, 7))]))
+    far = T[:2].copy()
+    far[:, :3, 3] *= 30.0
+    T = np.concatenate([T, far])
+    many = agree(robot, "pose", T)
+    assert many.solved[:5].all()
+    assert list(many.status[7:]) == [Verdict.OUT_OF_REACH] * 2
+    assert np.abs(robot.forward_kinematics(many.q[many.valid]) - T[np.nonzero(many.valid)[0]]).max() < 1e-8
+
+
+@pytest.mark.capability("07-45", "07-4")
+def test_planar_arms_with_a_joint_more_than_the_task_needs_have_a_closed_form():
+    for count, task, held in ((3, "position", 1), (4, "position", 2), (4, "pose", 1)):
+        robot = arm([z] * count, [0.5 * k * x for k in range(count)], (0.4, 0.0, 0.0))
+        q = configurations(robot, 1, 8)[0]
+        answer = mf.inverse_kinematics(robot, robot.forward_kinematics(q), task=task, near=q)
+        assert answer.method == "closed form"
+        assert answer.status is Verdict.CONTINUUM
+        assert len(answer.q) == 2
+        assert np.abs(answer.q - q).max(axis=1).min() < 1e-9
+        assert len({family.joint for family in answer.families}) == held
 
 
 @pytest.mark.capability("07-4", "07-3")

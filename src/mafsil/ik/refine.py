@@ -19,7 +19,7 @@ def misses(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool
     Args:
         robot: any arm.
         q: (k, n) coordinates.
-        T_sd: (4, 4) wanted pose.
+        T_sd: (4, 4) wanted pose, or (k, 4, 4) one for each.
         mask: (6) components that count.
         frame: name of the link, or None for the tip.
     """
@@ -71,7 +71,7 @@ def refined(
     Args:
         robot: whose joints are sought.
         q: (k, n) starts.
-        T_sd: (4, 4) wanted pose.
+        T_sd: (4, 4) wanted pose, or (k, 4, 4) one for each.
         mask: (6) components of the error that count.
         frame: name of the link, or None for the tip.
         steps: most steps.
@@ -81,7 +81,8 @@ def refined(
         (k, n) and (k,) residuals.
     """
     free = np.array([i not in held for i in range(robot.n)])
-    error = misses(robot, q, T_sd, mask, frame)
+    wanted = np.broadcast_to(T_sd, (len(q), 4, 4))
+    error = misses(robot, q, wanted, mask, frame)
     size = residuals(error)
     for _ in range(steps):
         rows = np.flatnonzero(size > 1e-14)
@@ -91,7 +92,7 @@ def refined(
         step = (np.linalg.pinv(J, rcond=SINGULAR) @ error[rows, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
-        trial_error = misses(robot, trial, T_sd, mask, frame)
+        trial_error = misses(robot, trial, wanted[rows], mask, frame)
         trial_size = residuals(trial_error)
         better = trial_size < size[rows]
         if not better.any():

@@ -17,11 +17,13 @@ from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.question import FOLD, LOOSE, Question
 from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.refusal import beyond_reach, out_of_plane, reached_places
+from mafsil.ik.answers.search_batch import search_batch, searched
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import FARTHEST, ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.fixed import answered
 from mafsil.ik.redundant.held_form import holds_joints
 from mafsil.kernels import Kernel
@@ -187,6 +189,10 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
         parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
     elif holds_joints(setting):
         parts = held_batch(setting, flat, near, tolerance)
+    elif counted_by_elimination(setting):
+        parts = eliminated_batch(setting, flat, near, tolerance)
+    elif searched(setting):
+        parts = search_batch(setting, flat, near, tolerance)
     else:
         parts = _one_by_one(setting, flat, near, tolerance)
     shape = T.shape[:-2]

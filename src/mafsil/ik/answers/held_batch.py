@@ -8,50 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
 from mafsil.ik.answers.held_single import careful_question
 from mafsil.ik.answers.question import LOOSE
 from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
-from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.verdict import Verdict
-from mafsil.ik.problem import FARTHEST, ORTHOGONALITY
+from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.redundant.held_form import held_form
 from mafsil.ik.redundant.held_search import INSIDE, HeldStarts, held_starts
 
-VERDICTS = tuple(Verdict)
-
 CHUNK = 4096
 """Poses whose facts are held at once."""
-
-
-class HeldRows:
-    """The rows of a batch as `SolutionBatch` has them.
-
-    Attributes:
-        q: (k, branches, n) coordinates.
-        valid, within: (k, branches) which rows are solutions, and within the limits.
-        residual: (k, branches) by how much they miss.
-        codes: (k, branches) branches as numbers.
-        free: (k, branches) sum of 2^i over the coordinates that may be chosen.
-        status: (k,) index of the verdict.
-    """
-
-    def __init__(self, count: int, rows: int, n: int) -> None:
-        shape = (count, rows)
-        self.q, self.residual = np.full((*shape, n), np.nan), np.full(shape, np.nan)
-        self.valid, self.within = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
-        self.codes, self.free = np.zeros(shape, dtype=np.int16), np.zeros(shape, dtype=np.int32)
-        self.status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
-
-    def write(self, i: int, answer: SolutionSet, names: tuple[str, ...]) -> None:
-        """A careful answer into the rows of its pose, as far as there are any."""
-        k = min(len(answer), self.q.shape[1])
-        self.q[i, :k], self.residual[i, :k], self.codes[i, :k] = answer.own[:k], answer.residual[:k], answer.codes[:k]
-        self.valid[i, :k], self.within[i, :k], self.free[i, :k] = True, answer.within[:k], answer.own_free[:k]
-        for family in answer.families:
-            if family.solution < k:
-                self.free[i, family.solution] |= 1 << names.index(family.joint)
-        self.status[i] = VERDICTS.index(answer.status)
 
 
 def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
@@ -76,11 +44,11 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         and statuses, as `SolutionBatch` has them.
     """
     form, most, turns = held_form(setting), min(tolerance, setting.candidate), turns_of(near)
-    out = HeldRows(len(T), form.pattern.branches, setting.robot.n)
+    out = BatchRows(len(T), form.pattern.branches, setting.robot.n)
     bits, names = sum(1 << joint for joint in form.held), setting.robot.joint_names
     for begin in range(0, len(T), CHUNK):
         part = slice(begin, begin + CHUNK)
-        poses = _finite(T[part])
+        poses = finite_poses(T[part])
         # 1.
         starts = held_starts(setting, form, poses, near, most)
         # 2.
@@ -96,25 +64,22 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         out.q[rows], out.residual[rows], out.valid[rows] = q, facts[..., 0], good
         out.within[rows] = good & (facts[..., 3] <= INSIDE)
         out.codes[rows], out.free[rows] = np.nan_to_num(facts[..., 1]), np.where(good, bits, 0)
-        within = starts.allowed[regular]
-        out.status[rows] = np.where(within, VERDICTS.index(Verdict.CONTINUUM), VERDICTS.index(Verdict.BEYOND_LIMITS))
+        out.verdicts(begin + regular, Verdict.CONTINUUM)
+        out.verdicts(begin + regular[~starts.allowed[regular]], Verdict.BEYOND_LIMITS)
         # 4.
         left = np.setdiff1d(np.flatnonzero(valid), regular, assume_unique=True)
         proven = np.array([_proven(setting, poses[i], starts, int(i), tolerance) for i in left], dtype=np.bool_)
-        out.status[begin + left[proven]] = VERDICTS.index(Verdict.OUT_OF_REACH)
+        out.verdicts(begin + left[proven], Verdict.OUT_OF_REACH)
         # 5.
         for i in left[~proven]:
             question = careful_question(setting, form, poses[i], near, tolerance, None, starts, int(i))
-            out.write(begin + int(i), question.answer(), names)
-    return out.q, out.valid, out.within, out.residual, out.codes, out.free, out.status
+            answer = question.answer()
+            out.write(begin + int(i), answer)
+            for family in (one for one in answer.families if one.solution < out.q.shape[1]):
+                out.free[begin + int(i), family.solution] |= 1 << names.index(family.joint)
+    return out.columns
 
 
 def _proven(setting: Setting, T: PoseMatrix, starts: HeldStarts, i: int, tolerance: float) -> bool:
     """Whether no posture can be near enough, and not because of what a planar arm cannot do."""
     return bool(starts.unreachable[i]) and tolerance <= LOOSE and not out_of_plane(setting, T)
-
-
-def _finite(T: PoseMatrix) -> PoseMatrix:
-    """Rows with NaN, infinities or numbers that would overflow as zeros, which are no poses either."""
-    finite = np.asarray((np.abs(T) < FARTHEST).all(axis=(1, 2)), dtype=np.bool_)
-    return T if finite.all() else np.where(finite[:, None, None], T, 0.0)

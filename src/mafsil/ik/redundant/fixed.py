@@ -10,14 +10,16 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.start import Start
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
+from mafsil.ik.redundant.held_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import preset
 
@@ -113,7 +115,11 @@ def answered(question: Question) -> SolutionSet:
     Args:
         question: to any arm.
     """
-    arm = question.setting.arm
+    setting, arm = question.setting, question.setting.arm
+    if arm.form is None and question.tolerance <= LOOSE and beyond_sphere(setting, question.T[None], LOOSE)[0]:
+        # Proven before anything is searched.
+        preset(question, start=Start(question.near, refuted=True, unreachable=True))
+        return question.answer()
     if arm.form is not None or arm.general is not None:
         answer = question.answer()
         if answer.within.any() or len(arm.held) != 1 or question.setting.holds_one:

@@ -71,7 +71,7 @@ def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVect
     if not len(open_rows):
         return found
     # 2.
-    beyond = _beyond_sphere(setting, T[open_rows])
+    beyond = beyond_sphere(setting, T[open_rows], most)
     found.refuted[open_rows] = found.unreachable[open_rows] = beyond
     open_rows = open_rows[~beyond]
     # 3.
@@ -103,13 +103,22 @@ def _judged(setting: Setting, form: HeldForm, T: PoseMatrix, values: Floats, nea
     return form.judgement(T, values, near, turns, *setting.bounds, most)
 
 
-def _beyond_sphere(setting: Setting, T: PoseMatrix) -> NDArray[np.bool_]:
-    """(k,) which places are outside the sphere that the frame cannot leave; slides may leave their limits."""
+def beyond_sphere(setting: Setting, T: PoseMatrix, tolerance: float) -> NDArray[np.bool_]:
+    """(k,) which places are farther than a tolerance outside the sphere that the frame cannot leave.
+
+    None of an arm with slides, which may leave their limits.
+
+    Args:
+        setting: the arm.
+        T: (k, 4, 4) poses.
+        tolerance: largest residual of a solution.
+    """
     chain = setting.arm.chain
     if chain is None or any(chain.slides):
         return np.zeros(len(T), dtype=np.bool_)
     centre, radius = _sphere(setting)
-    return np.asarray(np.linalg.norm(T[:, :3, 3] - centre, axis=1) > radius * (1 + INSIDE), dtype=np.bool_)
+    away = np.linalg.norm(T[:, :3, 3] - centre, axis=1)
+    return np.asarray(away > radius * (1 + INSIDE) + tolerance, dtype=np.bool_)
 
 
 @lru_cache(maxsize=128)
