@@ -191,6 +191,17 @@ def test_planar_arms_with_a_joint_more_than_the_task_needs_have_a_closed_form():
 
 
 @pytest.mark.capability("07-4", "07-3")
+def test_what_a_planar_arm_cannot_do_is_said_alike():
+    robot = arm([z] * 4, [0 * x, x, 1.8 * x, 2.3 * x], (0.3, 0.0, 0.0))
+    T = np.repeat(np.eye(4)[None], 3, axis=0)
+    T[:, 0, 3] = [2.59, 5.0, 1.0]
+    T[0, :3, :3] = T[0, :3, :3] @ np.diag([-1.0, -1.0, 1.0])
+    T[2, 2, 3] = 0.1
+    many = agree(robot, "pose", T)
+    assert list(many.status) == [Verdict.NOT_OF_THIS_ARM, Verdict.OUT_OF_REACH, Verdict.NOT_OF_THIS_ARM]
+
+
+@pytest.mark.capability("07-4", "07-3")
 def test_beyond_the_limits_is_proven_pose_by_pose():
     whole = mf.load("fr3")
     lower = whole.limits.lower.copy()

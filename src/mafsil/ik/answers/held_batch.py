@@ -81,5 +81,6 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
 
 
 def _proven(setting: Setting, T: PoseMatrix, starts: HeldStarts, i: int, tolerance: float) -> bool:
-    """Whether no posture can be near enough, and not because of what a planar arm cannot do."""
-    return bool(starts.unreachable[i]) and tolerance <= LOOSE and not out_of_plane(setting, T)
+    """Whether no posture can be near enough, and not because of what a planar arm, or one of few joints, cannot do."""
+    few = setting.few and setting.task == "pose"
+    return bool(starts.unreachable[i]) and tolerance <= LOOSE and not few and not out_of_plane(setting, T)
