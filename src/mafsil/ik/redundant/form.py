@@ -387,7 +387,7 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
     if angle is not None and parameter in (None, ARM_ANGLE):
         return Redundancy(robot, ARM_ANGLE, angle, None, -1)
     if parameter is None:
-        arm = analysis(robot.mechanism)
+        arm = analysis(robot.mechanism, "pose")
         held = arm.held[0] if arm.form is not None and len(arm.held) == 1 else 2
         form = arm.form if len(arm.held) == 1 else None
     else:

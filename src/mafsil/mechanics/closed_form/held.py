@@ -11,7 +11,7 @@ from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
 from mafsil.mechanics.closed_form.line import Posture
-from mafsil.mechanics.closed_form.table import MERGED, JudgedBranch, Wishes, coded, judged, repaired
+from mafsil.mechanics.closed_form.table import MERGED, JudgedBranch, Wishes, coded, judged_branches, repaired
 
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
 """Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
@@ -115,7 +115,7 @@ def _branches(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes) -> list
     """All branches of a pose that is one."""
     if isinstance(pattern, ArmAnglePattern):
         return arm_angle_branches(pattern, T, values[0], wishes)
-    return judged(pattern, T, _with_values(pattern, values, wishes))
+    return judged_branches(pattern, T, _with_values(pattern, values, wishes))
 
 
 def _with_values(pattern: ArmPattern, values: ca.SX, wishes: Wishes) -> Wishes:

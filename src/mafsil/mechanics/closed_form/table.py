@@ -73,7 +73,7 @@ def labelled(
         (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
     """
     T, defect = repaired(T)
-    rows = judged(pattern, T, wishes, geometry)
+    rows = judged_branches(pattern, T, wishes, geometry)
     q = [ca.horzcat(*row.q) for row in rows]
     facts = [
         ca.horzcat(row.miss, row.posture.shortfall, row.free, code, margin, row.excess)
@@ -102,7 +102,9 @@ class JudgedBranch:
     excess: ca.SX
 
 
-def judged(pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None) -> list[JudgedBranch]:
+def judged_branches(
+    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None
+) -> list[JudgedBranch]:
     """All branches of a pose that is one; arguments as for `labelled`."""
     found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
     turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
