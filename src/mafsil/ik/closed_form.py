@@ -88,6 +88,15 @@ class ClosedForm:
         return _compiled_labelled(self.pattern)
 
     @lazy
+    def judged(self) -> Kernel:
+        """Of (T_sd, near, turns, lower, upper, tolerance): as `labelled`, with what is decided in place of the defect.
+
+        The decision is the sum of 2^k over the rows k that are solutions, where these are distinct, isolated and exact
+        and there are no others; else one of `mafsil.ik.answers.facts.Decision`. For arms without held joints.
+        """
+        return _compiled_judged(self.pattern)
+
+    @lazy
     def _kernel(self) -> Kernel:
         return _compiled(self.pattern, False)
 
@@ -151,6 +160,19 @@ def _compiled_labelled(pattern: ArmPattern) -> Kernel:
     )
 
 
+def _compiled_judged(pattern: ArmPattern) -> Kernel:
+    n, rows = pattern.n, pattern.branches
+    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    return _made(
+        "judged_closed_form",
+        (Port("T_sd", (4, 4)), *vectors, Port("tolerance")),
+        (Port("q", (rows, n)), Port("facts", (rows, 6)), Port("decision")),
+        partial(_build_judged, pattern),
+        f"judged {pattern.key}",
+        (_compiled_judged, (pattern,)),
+    )
+
+
 def _made(
     name: str,
     inputs: tuple[Port, ...],
@@ -187,3 +209,10 @@ def _build_labelled(pattern: ArmPattern) -> Any:
     from mafsil.mechanics.closed_form.function import labelled_function
 
     return labelled_function(pattern)
+
+
+def _build_judged(pattern: ArmPattern) -> Any:
+    """The same with the decision."""
+    from mafsil.mechanics.closed_form.function import judged_function
+
+    return judged_function(pattern)

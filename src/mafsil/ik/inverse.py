@@ -7,23 +7,24 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, positive, single
+from mafsil.arrays import gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
-from mafsil.ik.answers.batch import SolutionBatch, solved_batch
+from mafsil.ik.answers.batch import SolutionBatch
 from mafsil.ik.answers.held_single import held_single
-from mafsil.ik.answers.question import FOLD, Question
-from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
-from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.fixed import answered, with_parameter
+from mafsil.ik.answers.many_poses import solved_batch
+from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.setting import MASKS, Quick, setting
+from mafsil.ik.answers.solution_set import SolutionSet, clear_set
+from mafsil.ik.redundant.fixed import with_parameter
 from mafsil.ik.redundant.held_form import holds_joints
-from mafsil.ik.refine import distinct
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
-APART = 1e-4
-"""Marks above which branches are distinct and isolated."""
+_POSE: Task = "pose"
+_KEPT, _UNKNOWN = "closed form of the tip", object()
+"""Where a robot keeps the compiled closed form of its tip: no name that an attribute could have."""
 
 
 def inverse_kinematics(
@@ -31,7 +32,7 @@ def inverse_kinematics(
     T_sd: ArrayLike,
     *,
     frame: str | None = None,
-    task: Task = "pose",
+    task: Task = _POSE,
     near: ArrayLike | None = None,
     free: float | Mapping[str, float] | None = None,
     tolerance: float = 1e-9,
@@ -61,73 +62,58 @@ def inverse_kinematics(
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    known = type(task) is str and task in MASKS
-    if type(T_sd) is np.ndarray and T_sd.shape == (4, 4) and known and type(robot) is Robot:
-        asked = setting(robot, frame, task)
-        if near is None and T_sd.dtype == np.float64 and type(tolerance) is float and CLEAR <= tolerance < np.inf:
+    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and near is None:
+        plain = type(tolerance) is float and 0.0 < tolerance < np.inf and T_sd.dtype == np.float64
+        # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
+        quick = _quick(robot, frame, task) if free is None else None
+        if quick is not None and plain:
+            q, facts, decision = quick.call(T_sd, *quick.wishes, tolerance)
+            if decision > 0.0:
+                chosen = quick.chosen.get(decision)
+                chosen = quick.rows(decision) if chosen is None else chosen
+                return clear_set(quick.setting, q[chosen], facts, chosen)
+            question = Question(quick.setting, T_sd.copy(), quick.setting.middle, tolerance)
+            return judged_pose(question, (q, facts, decision))
+        if plain and type(task) is str and task in MASKS:
+            asked = setting(robot, frame, task)
             if free is not None:
                 return with_parameter(asked, T_sd, free, tolerance)
-            if asked.kernel is not None:
-                return _quick(asked, T_sd, tolerance)
             if holds_joints(asked):
                 return held_single(asked, T_sd, asked.middle, tolerance)
-    robot = as_robot(robot)
-    if not known:
+    return _answered(as_robot(robot), T_sd, frame, task, near, free, tolerance)
+
+
+def _answered(
+    robot: Robot,
+    T_sd: ArrayLike,
+    frame: str | None,
+    task: Task,
+    near: ArrayLike | None,
+    free: float | Mapping[str, float] | None,
+    tolerance: float,
+) -> SolutionSet | SolutionBatch:
+    """The answer to whatever is asked for, all arguments checked."""
+    if type(task) is not str or task not in MASKS:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     tolerance = positive("tolerance", tolerance)
-    wanted = gate("T_sd", T_sd, (4, 4))
+    wanted = gate("T_sd", T_sd, POSE)
     asked = setting(robot, frame, task)
     others = asked.part.middle if near is None else single("near", near, (robot.n,))
-    start = asked.part.own(others)
     if wanted.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=wanted.shape)
         return solved_batch(asked, wanted, others, tolerance)
-    if free is None and holds_joints(asked):
-        return held_single(asked, wanted, start, tolerance, others)
-    if free is not None:
-        return with_parameter(asked, wanted, free, tolerance)
-    clean, valid = clean_poses(wanted[None])
-    if not valid[0]:
-        raise _no_pose()
-    return answered(Question(asked, clean[0], start, tolerance, others))
+    if free is None:
+        start = asked.middle if near is None else asked.part.own(others)
+        return one_pose(asked, wanted, start, tolerance, others)
+    return with_parameter(asked, wanted, free, tolerance)
 
 
-def _no_pose() -> InputError:
-    return InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
-
-
-def _quick(asked: Setting, T: PoseMatrix, tolerance: float) -> SolutionSet:
-    """The rows of the closed form as they are, where all solutions are distinct, isolated and exact; else with care."""
-    kernel = asked.kernel
-    assert kernel is not None
-    q, facts, defect = kernel.call(T, asked.middle, asked.middle_turns, *asked.bounds)
-    if not defect <= ORTHOGONALITY:
-        raise _no_pose()
-    residual = facts[:, 0]
-    good = residual <= CLEAR
-    chosen = facts[good]
-    clear = len(chosen) and asked.plain and not ((residual <= asked.candidate) & ~good).any()
-    clear = clear and not (asked.quartic and facts[:, 4].min() <= FOLD)
-    least = chosen[:, 4].min() if clear else 0.0
-    if clear and asked.quartic:
-        # Where the equation is of lower degree the table repeats roots.
-        clear = len(distinct(q[good], asked.turning)) == len(chosen)
-        least = least if clear else 0.0
-    if least < APART or chosen[:, 2].any() or (least < BENT and asked.folded(facts).any()):
-        clean, valid = clean_poses(T[None])
-        if not valid[0]:
-            raise _no_pose()
-        return Question(asked, clean[0], asked.middle, tolerance).answer()
-    return SolutionSet(
-        Question(asked, T, asked.middle, tolerance),
-        q[good],
-        chosen[:, 0],
-        chosen[:, 5] <= 1e-12,
-        good.nonzero()[0],
-        chosen[:, 3].astype(np.int64),
-        np.zeros(len(chosen), dtype=np.int64),
-        method="closed form",
-        complete=True,
-        isolated=True,
-    )
+def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | None:
+    """The compiled closed form of a robot's tip or of a frame; None where there is none, or no such task."""
+    if frame is None and task is _POSE:
+        known = vars(robot).get(_KEPT, _UNKNOWN)
+        if known is _UNKNOWN:
+            vars(robot)[_KEPT] = known = setting(robot, None, _POSE).quick
+        return known
+    return setting(robot, frame, task).quick if type(task) is str and task in MASKS else None

@@ -6,13 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
+from mafsil.mechanics.closed_form.thresholds import FARTHEST as FARTHEST
+from mafsil.mechanics.closed_form.thresholds import ORTHOGONALITY as ORTHOGONALITY
 from mafsil.model import Joint, JointKind, Mechanism
-
-ORTHOGONALITY = 1e-6
-"""Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
-
-FARTHEST = 1e100
-"""Numbers of a position from here on [m] are refused: squares of distances would soon overflow."""
 
 ROUNDING = 1e-15
 """The same, of matrices that need no repair."""

@@ -9,6 +9,9 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.robot import Robot
 
+EXACT = 1e-14
+"""Errors that no step makes smaller."""
+
 SINGULAR = 1e-7
 """Singular values of the Jacobian, relative to the largest, below which a direction is left alone."""
 
@@ -19,7 +22,7 @@ def misses(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool
     Args:
         robot: any arm.
         q: (k, n) coordinates.
-        T_sd: (4, 4) wanted pose, or (k, 4, 4) one for each.
+        T_sd: (4, 4) wanted pose, or (k, 4, 4).
         mask: (6) components that count.
         frame: name of the link, or None for the tip.
     """
@@ -64,42 +67,47 @@ def refined(
     frame: str | None,
     *,
     steps: int = 8,
-    held: tuple[int, ...] = (),
+    held: tuple[int, ...] | NDArray[np.bool_] = (),
 ) -> tuple[JointVector, Floats]:
-    """Newton steps of least norm that never make the error larger.
+    """Newton steps of least norm that never make the error larger, of rows of one pose or of many.
+
+    1. The error of every row; rows that are exact stand.
+    2. The step J+ e, as long as half a radian at most; joints that are held have no column in J.
+    3. A row is moved where its error becomes smaller; where it does not, it has converged.
 
     Args:
         robot: whose joints are sought.
         q: (k, n) starts.
-        T_sd: (4, 4) wanted pose, or (k, 4, 4) one for each.
+        T_sd: (4, 4) wanted pose, or (k, 4, 4) one of each row.
         mask: (6) components of the error that count.
         frame: name of the link, or None for the tip.
         steps: most steps.
-        held: coordinates that stay.
+        held: coordinates that stay, of all rows, or (k, n) which stay of each.
 
     Returns:
         (k, n) and (k,) residuals.
     """
-    free = np.array([i not in held for i in range(robot.n)])
-    wanted = np.broadcast_to(T_sd, (len(q), 4, 4))
-    error = misses(robot, q, wanted, mask, frame)
+    moving = ~held if isinstance(held, np.ndarray) else np.array([i not in held for i in range(robot.n)])
+    moving, T_sd = np.broadcast_to(moving, q.shape), np.broadcast_to(T_sd, (len(q), 4, 4))
+    # 1.
+    q, error = q.copy(), misses(robot, q, T_sd, mask, frame)
     size = residuals(error)
+    rows = np.flatnonzero(size > EXACT)
     for _ in range(steps):
-        rows = np.flatnonzero(size > 1e-14)
         if not len(rows):
             break
-        J = robot.jacobian_body(q[rows], frame=frame) * mask[:, None] * free
+        # 2.
+        J = robot.jacobian_body(q[rows], frame=frame) * mask[:, None] * moving[rows][:, None]
         step = (np.linalg.pinv(J, rcond=SINGULAR) @ error[rows, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
-        trial_error = misses(robot, trial, wanted[rows], mask, frame)
+        # 3.
+        trial_error = misses(robot, trial, T_sd[rows], mask, frame)
         trial_size = residuals(trial_error)
         better = trial_size < size[rows]
-        if not better.any():
-            break
-        q = q.copy()
-        q[rows[better]], error[rows[better]] = trial[better], trial_error[better]
-        size[rows[better]] = trial_size[better]
+        rows = rows[better]
+        q[rows], error[rows], size[rows] = trial[better], trial_error[better], trial_size[better]
+        rows = rows[size[rows] > EXACT]
     return q, size
 
 
@@ -113,13 +121,14 @@ def least_missing(
     Args:
         robot: whose joints are sought; its tip is asked for.
         q: (k, n) starts.
-        T_sd: (4, 4) wanted pose.
+        T_sd: (4, 4) wanted pose, or (k, 4, 4) one of each row.
         mask: (6) components of the error that count.
         steps: most steps.
 
     Returns:
         (k, n) and (k,) residuals, the larger of angle and distance.
     """
+    T_sd = np.broadcast_to(T_sd, (len(q), 4, 4))
     q, error, unit = q.copy(), misses(robot, q, T_sd, mask, None), np.eye(robot.n)
     cost, damping = (error**2).sum(axis=1), np.full(len(q), 1e-6)
     moving = np.arange(len(q))
@@ -133,7 +142,7 @@ def least_missing(
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ error[moving, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
-        trial_error = misses(robot, trial, T_sd, mask, None)
+        trial_error = misses(robot, trial, T_sd[moving], mask, None)
         trial_cost = (trial_error**2).sum(axis=1)
         better = trial_cost < cost[moving]
         rows = moving[better]

@@ -148,6 +148,19 @@ class ArmPattern:
         return self.family is Family.LINKED or (places and self.road is PointRoad.QUARTIC)
 
     @property
+    def equations(self) -> int:
+        """Of the task: three of a place, five of a place and a direction, six of a pose."""
+        return 3 if self.family is Family.POINT else 5 if -2 in self.joints else 6
+
+    @property
+    def plain(self) -> bool:
+        """Whether rows with marks far from zero are distinct and isolated: no turning joint was added."""
+        if self.road is PointRoad.QUARTIC and any(self.slides[:3]):
+            # Where the equation is of lower degree, the table repeats roots.
+            return False
+        return all(j >= 0 or slides for j, slides in zip(self.joints, self.slides, strict=True))
+
+    @property
     def _roads(self) -> int:
         """Solutions of the first three joints."""
         ends = (self.slides[2], self.slides[0]) if self.road_reversed else (self.slides[0], self.slides[2])

@@ -34,20 +34,21 @@ def straightened(
     Args:
         setting: the arm.
         pattern: of its closed form.
-        T: (4, 4) wanted pose.
+        T: (4, 4) wanted pose, or (k, 4, 4) one of each candidate.
         q: (k, n) candidates.
         free: (k,) sum of 2^i over their free coordinates.
     """
     bend, loose = pattern.joints[4:5], pattern.joints[3 if pattern.family is Family.SPHERICAL_WRIST else 5 : 6]
     if not bend or not len(q) or bend[0] < 0 or loose[0] < 0:
         return q, free
+    poses = np.broadcast_to(T, (len(q), 4, 4))
     for value in _straight(pattern):
         off = (q[:, bend[0]] - value + np.pi) % (2 * np.pi) - np.pi
         rows = np.flatnonzero((np.abs(off) < NEARLY) & ((free >> loose[0]) % 2 == 0))
         if len(rows):
             start = q[rows]
             start[:, bend[0]] -= off[rows]
-            found, residual = refined(setting.robot, start, T, setting.mask, None, held=bend)
+            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, held=bend)
             reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, 1e-3 * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()

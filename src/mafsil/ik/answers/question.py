@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,58 +11,36 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
+from mafsil.ik.answers.continua import SELF_MOTION, moving_joints
+from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.lists import EXACTLY, complete
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
-from mafsil.ik.answers.refusal import Refusal, refusal
+from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.rows import Rows, unlabelled
 from mafsil.ik.answers.search import Search
-from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.start import Start, start_of
-from mafsil.ik.answers.tangents import tangents
+from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_missing, refined
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_pattern import Family
+from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
 
 if TYPE_CHECKING:
-    from mafsil.ik.redundant.intervals import BranchIntervals
-
-SELF_MOTION = 1e-6
-"""Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
-
-FOLD = 1e-6
-"""Marks below which roots of an equation of fourth degree may have merged."""
+    pass
 
 SCAN = 24
 """Values around a least singular value at which it is looked for again."""
 
-
-LOOSE = 1e-8
-"""Tolerances, and misses of the closed form, above which a posture that is near enough is looked for."""
-
-EXACTLY = 1e-9
-"""Residuals above which the pose of an arm of few joints is met in the sense of least squares only."""
-
-STEPS = (0.02, 2e-3, 2e-4)
-"""Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
-
-STRIDE = 0.05
-"""Way along a family that Newton's method goes at once [rad | m]."""
-
 SAME = 1e-4
 """How far a joint that stands still in a family may seem to move [rad | m]."""
 
-PATIENT = 40
-"""Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
-
 CROSSINGS = 181
 """Values of a free joint at which it is looked whether another continuum crosses nearby."""
-
-
-_BEFORE = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}
-"""How many joints of a closed form are found before those of the wrist."""
 
 
 class Question:
@@ -162,9 +139,38 @@ class Question:
         """Whether the nearest posture may be within the tolerance."""
         if self.tolerance > LOOSE or arm.form is None or not self.setting.decisive:
             return self.tolerance > LOOSE
-        facts = self.labelled(arm.form, self.near)[1]
-        missing = np.where(np.isfinite(facts[:, :2]), facts[:, :2], np.inf)
+        facts = self._rows_of(arm.form, self.near)[1]
+        missing = np.nan_to_num(np.fmin(facts.residual, facts.shortfall), nan=np.inf)
         return bool(missing.min(initial=np.inf) <= LOOSE)
+
+    def proven(self, count: int) -> bool:
+        """Whether it is proven otherwise than by the closed form that there are so many solutions and no more."""
+        return self._proven(self.setting.arm, count)
+
+    def free_of(self, q: JointVector, facts: Facts) -> NDArray[np.int64]:
+        """(k,) sum of 2^i over the coordinates that may be chosen, of exact rows of the closed form.
+
+        Args:
+            q: (k, n) coordinates.
+            facts: of them.
+        """
+        free = np.nan_to_num(facts.free).astype(np.int64)
+        near = np.flatnonzero((free == 0) & (facts.margin <= APART))
+        if len(near):
+            joints = moving_joints(self.setting, q[near], np.broadcast_to(self.T, (len(near), 4, 4)), self.tolerance)
+            free[near] = np.where(joints >= 0, 1 << np.maximum(joints, 0), 0)
+        return free
+
+    def list_known(self, facts: Facts) -> bool:
+        """Whether the closed form proves that there are no other solutions than these.
+
+        Args:
+            facts: of exact rows.
+        """
+        if self.setting.quartic:
+            # Roots of an equation of fourth degree that are so far apart have not merged by three or four.
+            return bool(facts.margin.min() >= APART)
+        return complete(self.setting, np.nan_to_num(facts.code).astype(np.int64), facts.residual)
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
@@ -194,16 +200,16 @@ class Question:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
         start = self.start
         near = self.near if start is None else start.near
-        q, facts, _ = self.labelled(arm.form, near[None])
-        usable = np.isfinite(q[0]).all(axis=1)
+        q, facts = self._rows_of(arm.form, near)
+        usable = np.isfinite(q).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-            folded = (facts[0, :, 4] <= FOLD) if self.setting.quartic else self.setting.folded(facts[0])
+            folded = (facts.margin <= FOLD) if self.setting.quartic else self.setting.folded(facts)
             # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
             loose = 1e3 * self.tolerance if self.setting.few else 0.0
-            usable &= (facts[0, :, 0] <= max(self.setting.candidate, loose)) | folded
+            usable &= (facts.residual <= max(self.setting.candidate, loose)) | folded
         rows = np.flatnonzero(usable)
-        found = Rows.of(q[0, rows], facts[0, rows], rows)
+        found = Rows.of(q[rows], facts.at(rows), rows)
         if arm.exact and not arm.held:
             found = self._straightened(arm.form, found)
         if arm.general is not None:
@@ -222,10 +228,10 @@ class Question:
         The Jacobian loses one more rank there. Its least singular value that is not always zero is sought along the
         free joint from many values, and every least one surrounded ever more closely.
         """
-        more = Rows.of(self.setting.nothing, np.zeros((0, 6)), np.zeros(0, dtype=np.int64))
+        more = unlabelled(self.setting.nothing)
         for k, code, posture in zip(found.rows, found.free, found.q, strict=True):
             # Only joints that are found before others can free these.
-            first = form.pattern.joints[: _BEFORE.get(form.pattern.family, 0)]
+            first = form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)]
             for j in (j for j in bits(int(code), self.setting.robot.n) if j in first):
                 # Turning joints all round: solutions beyond limits are listed as well.
                 bounds = (
@@ -237,11 +243,11 @@ class Question:
                 least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
                 for value in values[least]:
                     there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
-                    q, facts, _ = self.labelled(form, there)
-                    member = self._straightened(form, Rows.of(q[0, [k]], facts[0, [k]], np.array([k])))
+                    q, facts = self._rows_of(form, there[0])
+                    member = self._straightened(form, Rows.of(q[[k]], facts.at([k]), np.array([k])))
                     crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
                     crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - posture[j]) > SAME
-                    if facts[0, k, 0] <= self.setting.candidate and crossing:
+                    if facts.residual[k] <= self.setting.candidate and crossing:
                         more = more.and_more(member)
         return more
 
@@ -251,12 +257,12 @@ class Question:
         Infinite off the pose; negative where several joints are free: they take the preferred values, not those to
         which the continuum leads.
         """
-        q, facts, _ = self.labelled(form, near)
-        good = facts[:, row, 0] <= self.setting.candidate
+        q, facts = self._rows_of(form, near)
+        good = facts.residual[:, row] <= self.setting.candidate
         values = np.linalg.svd(self.setting.scaled_jacobians(np.where(good[:, None], q[:, row], 0.0)), compute_uv=False)
         if rank is None:
             rank = int(np.median((values > SELF_MOTION * values[:, :1]).sum(axis=1)[good])) if good.any() else 1
-        several = [len(bits(int(code), self.setting.robot.n)) > 1 for code in np.nan_to_num(facts[:, row, 2])]
+        several = [len(bits(int(code), self.setting.robot.n)) > 1 for code in np.nan_to_num(facts.free[:, row])]
         return rank, np.where(good, np.where(several, -1.0, values[:, max(rank, 1) - 1]), np.inf)
 
     def _weakest(
@@ -269,10 +275,10 @@ class Question:
             width *= 2 / SCAN
         return value
 
-    def labelled(self, form: ClosedForm, near: JointVector) -> tuple[Floats, Floats, Floats]:
+    def _rows_of(self, form: ClosedForm, near: JointVector) -> tuple[JointVector, Facts]:
         """All rows of the closed form with their facts, for one or many vectors of preferred values."""
-        low, high = self.setting.bounds
-        return form.labelled(self.T, near, turns_of(near), low, high)
+        q, columns, _ = form.labelled(self.T, near, turns_of(near), *self.setting.bounds)
+        return q, Facts.of(columns)
 
     @property
     def tried(self) -> Mapping[str, int]:
@@ -280,150 +286,25 @@ class Question:
         return self.search.tried
 
     @lazy
+    def verdict(self) -> Verdict:
+        """What is said where there is no solution; the nearest pose is sought only where it matters for that."""
+        setting = self.setting
+        if setting.few or not setting.decisive:
+            return self.refusal.verdict
+        return verdict_without_solution(setting, self.T, proven=True)
+
+    @lazy
     def refusal(self) -> Refusal:
         """Why there is no solution, and the nearest pose."""
         form = self.setting.arm.form
-        rows = None if form is None else self.labelled(form, self.near)
+        rows = None if form is None else self._rows_of(form, self.near)
         eliminated = self._proven(self.setting.arm, 0) or self.unreachable
         known = rows, self.tolerance
         return refusal(self.setting, self.T, self.near, *known, eliminated=eliminated, tried=self.tried)
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
         """The continuum through each solution that can move while the pose stays."""
-        names, n, held = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.held
-        for k, J in enumerate(self.setting.scaled_jacobians(q)):
-            U, values, Vt = np.linalg.svd(J, full_matrices=True)
-            rank = int((values > SELF_MOTION * values[0]).sum())
-            # A free joint moves, even where merged roots leave the posture a little off its singular surface.
-            rank = min(rank, n - 1) if free[k] else rank
-            null = Vt[rank:]
-            if not len(null):
-                continue
-            cone = tangents(self.setting, q[k], null, U[:, rank:])
-            preferred = [j for j in sorted({*bits(int(free[k]), n), *held}) if np.abs(null[:, j]).max() > 1e-3]
-            strength = np.round(np.linalg.norm(null, axis=0), 3)
-            others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
-            choices: list[tuple[int, Floats]] = []
-            for j in [*preferred, *others]:
-                rates = self._along(q[k], null, cone, j, STEPS if j in preferred else STEPS[:1])
-                if rates is not None:
-                    choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
-                    if j not in preferred[:-1]:
-                        break
-            joints = tuple(names[j] for j, _ in choices)
-            for j, rates in choices:
-                moving = tuple(names[i] for i in np.flatnonzero(rates))
-                follow = partial(self._member, int(rows[k]), j, q[k], rates)
-                within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
-                part = self.setting.part
-                lifted = part.lifted(rates, np.zeros(part.whole.n))
-                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
-
-    def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
-        """The members of a family in coordinates of the whole robot."""
-        part = self.setting.part
-        return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
-
-    def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
-        """Where the held joint keeps a row of the closed form within the limits."""
-        known = self._held_intervals
-        if known is None or len(known.doubtful):
-            return ()
-        mine = known.branch == row
-        return tuple((float(a), float(b)) for a, b in zip(known.low[mine], known.high[mine], strict=True))
-
-    @lazy
-    def _held_intervals(self) -> BranchIntervals | None:
-        from mafsil.ik.redundant.held import branch_intervals
-
-        return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
-
-    def _along(
-        self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]
-    ) -> JointVector | None:
-        """(n,) rates of a continuum through q along which a joint moves, that of the joint one; None without."""
-        directions = (null.T @ null[:, joint])[None] if cone is None else cone[np.argsort(-np.abs(cone[:, joint]))]
-        for direction in directions:
-            rates = direction / direction[joint] if abs(direction[joint]) > 1e-3 else None
-            if rates is not None and any(self._moves(q, rates, joint, step) for step in steps):
-                return rates
-        return None
-
-    def _moves(self, q: JointVector, rates: JointVector, joint: int, step: float) -> bool:
-        """Whether the motion goes on for a step, to one side at least: more than a singular posture."""
-        way = step * rates / np.abs(rates).max()
-        for start in (q + way, q - way):
-            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, held=(joint,))
-            if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
-                return True
-        return False
-
-    def _member(
-        self, row: int, joint: int, start: JointVector, rates: JointVector, values: Mapping[str, float]
-    ) -> JointVector:
-        """The member of a family with joints at values."""
-        setting = self.setting
-        near, names = start.copy(), setting.robot.joint_names
-        chosen = [names.index(name) for name in values]
-        near[chosen] = list(values.values())
-        if setting.arm.form is None or row < 0:
-            return self._traced(chosen, start, near, rates if chosen == [joint] else None)
-        if np.abs(near - start).max() <= STRIDE:
-            member = self._traced(chosen, start, near, rates if chosen == [joint] else None)
-            if np.isfinite(member).all():
-                return member
-        for wish in self._wishes(setting.arm.form, near, chosen):
-            table = setting.arm.form.solve(self.T, wish)
-            q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
-            q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
-            off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
-            # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
-            fixed = (rates == 0.0) & (chosen == [joint])
-            still = np.abs(q - near)[:, fixed].max(axis=1, initial=0.0) <= SAME
-            good = (residual <= self.tolerance) & (off < 1e-9) & still
-            cost = np.where(good, np.abs(q - near).sum(axis=1), np.inf)
-            cost[row] -= 1e3
-            if np.isfinite(cost.min()):
-                return q[int(cost.argmin())]
-        return self._traced(chosen, start, near, rates if chosen == [joint] else None)
-
-    def _wishes(self, form: ClosedForm, near: JointVector, chosen: list[int]) -> Iterator[JointVector]:
-        """Preferred values that may lead the closed form to members with chosen joints at their values."""
-        yield near
-        sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
-        if form.pattern.family in (Family.THREE_PARALLEL, Family.LINKED) and sixth in chosen and second >= 0:
-            # The closed form takes the sum of the turns about the parallel axes from joint 2: joint 6 follows it.
-            off = near[sixth] - form.solve(self.T, near).q[:, sixth]
-            for shift in np.unique(np.round(off[np.isfinite(off)], 12)):
-                for sign in (1.0, -1.0):
-                    yield _with(near, second, np.array([near[second] + sign * shift]))[0]
-
-    def _traced(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
-        """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
-        turns = np.where(self.setting.turning[joints], 2 * np.pi, 0.0)
-        way = goal[joints] - start[joints]
-        short = way - turns * np.round(way / (2 * np.pi))
-        for one in (short, short - turns * np.sign(short)):
-            q = self._walked(joints, start, one, rates)
-            if np.isfinite(q).all():
-                q[joints] = goal[joints]
-                return q
-        return np.full(len(start), np.nan)
-
-    def _walked(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
-        """The member at the end of a way of some joints; NaN where the family does not go so far."""
-        setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / STRIDE)))
-        # Where other joints may move as well, Newton's step of least norm would leave the family: it is led along.
-        ahead = np.zeros(len(q)) if rates is None else rates * way[0] / count
-        for s in np.linspace(0.0, 1.0, count + 1)[1:]:
-            before, q = q, q + ahead
-            q[joints] = start[joints] + s * way
-            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints))
-            if size[0] > self.tolerance:
-                return np.full(len(start), np.nan)
-            q = moved[0]
-            ahead = q - before
-        return q
+        return Continua(self.setting, self.T, self.tolerance, self.others).families(q, rows, free)
 
 
 def _with(near: JointVector, joint: int, values: Floats) -> Floats:
@@ -431,8 +312,3 @@ def _with(near: JointVector, joint: int, values: Floats) -> Floats:
     many = np.repeat(near[None], len(values), axis=0)
     many[:, joint] = values
     return many
-
-
-def bits(code: int, n: int) -> tuple[int, ...]:
-    """The coordinates i for which 2^i is part of a sum."""
-    return tuple(i for i in range(n) if code >> i & 1)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.answers.branch import missed
+from mafsil.ik.answers.facts import Facts
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
@@ -81,7 +82,7 @@ def refusal(
     setting: Setting,
     T: PoseMatrix,
     near: JointVector,
-    rows: tuple[Floats, Floats, Floats] | None,
+    rows: tuple[JointVector, Facts] | None,
     tolerance: float,
     *,
     eliminated: bool,
@@ -100,7 +101,7 @@ def refusal(
     """
     arm, n = setting.arm, setting.robot.n
     exact = arm.exact and not arm.held and rows is not None
-    kind = Missed.NONE if not exact or rows is None else _step(rows[1])
+    kind = Missed.NONE if not exact or rows is None else missed_step(rows[1])
     q = None
     if exact and arm.form is not None and rows is not None and kind in _PLACE:
         q = _nearest_place(setting, arm.form.pattern, T, near, rows)
@@ -119,16 +120,16 @@ def refusal(
     residual = max(position, rotation)
     # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
     proven = setting.decisive or eliminated
+    verdict = verdict_without_solution(setting, T, proven=proven)
     if beyond_reach(setting, T):
-        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
+        return Refusal(verdict, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
     if off := out_of_plane(setting, T):
-        verdict = Verdict.OUT_OF_REACH if setting.task == "position" else Verdict.NOT_OF_THIS_ARM
         return Refusal(verdict, known, q, residual, (f"ik.part_off_{off}",))
     if not proven:
-        return Refusal(Verdict.NOT_FOUND, known, q, residual)
+        return Refusal(verdict, known, q, residual)
     if not few:
         allowed = _PLACE if position > tolerance else (Missed.ORIENTATION,)
-        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, allowed))
+        return Refusal(verdict, known, q, residual, _reasons(kind, allowed))
     if len(places):
         return Refusal(Verdict.NOT_OF_THIS_ARM, known, q, residual, ("ik.part_orientation",))
     if kind in _PLACE:
@@ -140,6 +141,21 @@ def refusal(
 def _reasons(kind: Missed, allowed: Container[Missed]) -> tuple[str, ...]:
     """The sentence of a step of the closed form, where it agrees with what misses."""
     return (STEPS[kind],) if kind in allowed else ()
+
+
+def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -> Verdict:
+    """What is said of a pose without a solution, but that an arm of few joints may reach the place alone.
+
+    Args:
+        setting: the arm.
+        T: (4, 4) wanted pose.
+        proven: whether it is proven that there is none.
+    """
+    if beyond_reach(setting, T):
+        return Verdict.OUT_OF_REACH
+    if out_of_plane(setting, T):
+        return Verdict.OUT_OF_REACH if setting.task == "position" else Verdict.NOT_OF_THIS_ARM
+    return Verdict.OUT_OF_REACH if proven else Verdict.NOT_FOUND
 
 
 def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
@@ -173,15 +189,19 @@ def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
 _PLACE = (Missed.SHOULDER, Missed.FAR, Missed.NEAR, Missed.DIRECTION)
 
 
-def _step(facts: Floats) -> Missed:
-    """The step that misses in the row that misses least."""
-    short = np.where(np.isfinite(facts[:, 1]), facts[:, 1], np.inf)
+def missed_step(facts: Facts) -> Missed:
+    """The step that misses in the row of a pose that misses least.
+
+    Args:
+        facts: of the rows of one pose.
+    """
+    short = np.where(np.isfinite(facts.shortfall), facts.shortfall, np.inf)
     best = int(short.argmin())
-    return missed(int(facts[best, 3])) if short[best] > 1e-12 else Missed.NONE
+    return missed(int(np.nan_to_num(facts.code[best]))) if short[best] > 1e-12 else Missed.NONE
 
 
 def _nearest_place(
-    setting: Setting, pattern: ArmPattern, T: PoseMatrix, near: JointVector, rows: tuple[Floats, Floats, Floats]
+    setting: Setting, pattern: ArmPattern, T: PoseMatrix, near: JointVector, rows: tuple[JointVector, Facts]
 ) -> JointVector | None:
     """The posture that keeps the orientation and brings the placed point as near as possible; None where unknown.
 
@@ -258,9 +278,7 @@ def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
     return q
 
 
-def _nearest(
-    setting: Setting, T: PoseMatrix, near: JointVector, rows: tuple[Floats, Floats, Floats] | None
-) -> JointVector:
+def _nearest(setting: Setting, T: PoseMatrix, near: JointVector, rows: tuple[JointVector, Facts] | None) -> JointVector:
     """The posture nearest to a pose: by least squares from every row, and from where a search comes nearest."""
     from mafsil.ik.numerical import solve_ik
 

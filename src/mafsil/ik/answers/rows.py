@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import JointVector
 from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.facts import Facts
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +42,9 @@ class Rows:
         )
 
     @classmethod
-    def of(cls, q: JointVector, facts: Floats, rows: NDArray[np.int64]) -> Rows:
+    def of(cls, q: JointVector, facts: Facts, rows: NDArray[np.int64]) -> Rows:
         """Rows of the closed form with their facts."""
-        codes, free = (np.nan_to_num(facts[:, i]).astype(np.int64) for i in (3, 2))
+        codes, free = (np.nan_to_num(x).astype(np.int64) for x in (facts.code, facts.free))
         return cls(q, rows, codes, free)
 
 

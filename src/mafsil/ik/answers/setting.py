@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
+from mafsil.ik.answers.facts import Facts
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import Plan, cached_plan
@@ -16,27 +19,43 @@ from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_pattern import Family, PointRoad
+from mafsil.mechanics.closed_form.thresholds import BENT, INSIDE, NEARLY, SPLIT, candidate, folds, merges_twice
+from mafsil.mechanics.closed_form.thresholds import CLEAR as CLEAR
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
 
-SPLIT = 0.5
-"""Residual, in units of the arm, up to which a row with four merged roots may become a solution by refinement.
-
-A merged shoulder lets a straight wrist seem bent, and the turn of its last link is then anything.
-"""
-
-CLEAR = 1e-11
-"""Residual below which a row of the closed form needs no refinement."""
-
-NEARLY, BENT = 1e-3, 1e-2
-"""Residual up to which a row may become a solution by refinement where a solution's mark is that small."""
-
 FAR = 1e300
 """Stands for a limit that is none: compiled code takes finite numbers."""
+
+
+class Quick:
+    """The compiled closed form of an arm with the arguments that do not depend on the pose.
+
+    Attributes:
+        call: of (T_sd, *wishes, tolerance) to coordinates, facts and decision.
+        wishes: preferred values, their cosines and sines, limits.
+        setting: the arm.
+        chosen: decision -> which rows it means, see `rows`.
+    """
+
+    __slots__ = ("call", "chosen", "setting", "wishes")
+
+    def __init__(
+        self, call: Callable[..., Any], wishes: tuple[JointVector, Floats, Floats, Floats], setting: Setting
+    ) -> None:
+        self.call, self.wishes, self.setting = call, wishes, setting
+        self.chosen: dict[float, slice | NDArray[np.intp]] = {}
+
+    def rows(self, decision: float) -> slice | NDArray[np.intp]:
+        """The rows of a clear list: a slice where they follow each other."""
+        found = bits(int(decision), int(decision).bit_length())
+        first, last = found[0], found[-1]
+        together = last - first + 1 == len(found)
+        self.chosen[float(decision)] = chosen = slice(first, last + 1) if together else np.array(found, dtype=np.intp)
+        return chosen
 
 
 class Setting:
@@ -73,7 +92,7 @@ class Setting:
 
     def allowed(self, q: JointVector) -> NDArray[np.bool_]:
         """(k,) which rows are within the limits."""
-        inside = (q >= self.lower - 1e-12) & (q <= self.upper + 1e-12)
+        inside = (q >= self.lower - INSIDE) & (q <= self.upper + INSIDE)
         return np.asarray(inside.all(axis=-1), dtype=np.bool_)
 
     @lazy
@@ -83,9 +102,15 @@ class Setting:
 
     @lazy
     def kernel(self) -> Kernel | None:
-        """The labelled closed form, where it is exact and nothing is held: its rows are the answer."""
+        """The closed form with its decisions, where it is exact and nothing is held: its rows are the answer."""
         arm = self.arm
-        return arm.form.labelled if arm.form is not None and arm.exact and not arm.held else None
+        return arm.form.judged if arm.form is not None and arm.exact and not arm.held else None
+
+    @lazy
+    def quick(self) -> Quick | None:
+        """What the shortest way to all solutions of one pose needs; None without such a kernel."""
+        kernel = self.kernel
+        return None if kernel is None else Quick(kernel.call, (self.middle, self.middle_turns, *self.bounds), self)
 
     @lazy
     def newton(self) -> Plan:
@@ -111,31 +136,27 @@ class Setting:
 
     @lazy
     def candidate(self) -> float:
-        """Residual up to which a row of an exact closed form may become a solution by refinement.
+        """Residual up to which a row of an exact closed form may become a solution by refinement."""
+        form = self.arm.form
+        return 1e-5 if form is None else candidate(form.pattern)
 
-        Rounding splits merged roots: two by its square root, four by its fourth root.
-        """
-        return 1e-2 if self.quartic else 1e-5
-
-    def folded(self, facts: Floats) -> NDArray[np.bool_]:
+    def folded(self, facts: Floats | Facts) -> NDArray[np.bool_]:
         """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.
 
         Args:
-            facts: (*batch, k, 6) of the closed form.
+            facts: of the closed form, by name or as the kernel's (*batch, k, 6).
         """
-        residual = facts[..., 0]
+        known = facts if isinstance(facts, Facts) else Facts.of(facts)
         form = self.arm.form
-        if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-            return np.zeros(residual.shape, dtype=np.bool_)
-        found = np.asarray((residual > CLEAR) & (residual <= SPLIT * form.pattern.size), dtype=np.bool_)
-        where = found.nonzero()
-        code = np.nan_to_num(facts[..., 3][where]).astype(np.int64)
+        if form is None or not folds(form.pattern):
+            return np.zeros(known.residual.shape, dtype=np.bool_)
+        exact = known.residual <= CLEAR
+        off = ~exact & (known.residual <= SPLIT * form.pattern.size)
+        code = np.nan_to_num(known.code).astype(np.int64)
         merged = self.merged_twice(code) & (code % 3 == 1)
-        beside = residual[where] <= NEARLY * form.pattern.size
-        others = facts[tuple(index[beside] for index in where[:-1])]
-        beside[beside] = np.where(others[..., 0] <= CLEAR, others[..., 4], np.inf).min(axis=-1) <= BENT
-        found[where] = merged | beside
-        return found
+        beside = np.where(exact, known.margin, np.inf).min(axis=-1, keepdims=True) <= BENT
+        near = beside & (known.residual <= NEARLY * form.pattern.size)
+        return np.asarray(off & (merged | near), dtype=np.bool_)
 
     def merged_twice(self, codes: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(*batch, k) whether two of shoulder, elbow and wrist have branches that are one.
@@ -143,10 +164,7 @@ class Setting:
         The code's digits in base three say one where two branches are one.
         """
         form = self.arm.form
-        if form is None or form.pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-            return np.zeros(codes.shape, dtype=np.bool_)
-        if not any(j >= 0 and not slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True)):
-            # Slides alone are linear: nothing merges.
+        if form is None or not merges_twice(form.pattern):
             return np.zeros(codes.shape, dtype=np.bool_)
         digits = codes[..., None] // np.array([1, 3, 9]) % 3
         return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
@@ -155,10 +173,7 @@ class Setting:
     def plain(self) -> bool:
         """Whether rows with marks far from zero are distinct and isolated: no turning joint was added."""
         form = self.arm.form
-        if form is None or (form.pattern.road is PointRoad.QUARTIC and any(form.pattern.slides[:3])):
-            # Where the equation is of lower degree, the table repeats roots.
-            return False
-        return all(j >= 0 or slides for j, slides in zip(form.pattern.joints, form.pattern.slides, strict=True))
+        return form is not None and form.pattern.plain
 
     @lazy
     def length(self) -> float:
@@ -184,6 +199,11 @@ class Setting:
 def turns_of(q: JointVector) -> Floats:
     """(*batch, n, 2) cosines and sines."""
     return np.stack([np.cos(q), np.sin(q)], axis=-1)
+
+
+def bits(code: int, n: int) -> tuple[int, ...]:
+    """The coordinates i for which 2^i is part of a sum."""
+    return tuple(i for i in range(n) if code >> i & 1)
 
 
 @lru_cache(maxsize=128)

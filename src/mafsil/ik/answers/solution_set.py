@@ -12,15 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.facts import Facts
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.closed_form.thresholds import INSIDE
 from mafsil.messages import say
 
 if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
+    from mafsil.ik.answers.setting import Setting
 
 TURN = 2 * np.pi
+
+TOLERANCE = 1e-9
+"""Largest residual of a solution where nothing else is asked for [m | rad]."""
 
 DEPENDENT = 1e-6
 """Singular values, relative to the largest, below which joint axes depend on each other."""
@@ -51,18 +57,23 @@ class LimitExcess:
 class SolutionSet:
     """All solutions of one pose.
 
+    What is not read costs nothing: branches, families and reasons are made when they are asked for.
+
     Attributes:
         q: (k, n) solutions, turning joints wound into their limits where possible; joints that do not move the frame
             are where `near` has them [rad | m].
         own: (k, m) the coordinates of the joints that move the frame.
-        residual: (k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger.
-        within: (k,) whether the solution is within the joint limits.
-        complete: whether it is proven that there are no further solutions and families.
-        method: name of the road that was taken: `closed form`, `refined closed form`, `elimination`, `search`.
-        rows: (k,) row of the closed form's table that each solution is; -1 if found otherwise.
-        codes: (k,) branch of each as a number.
-        own_free: (k,) sum of 2^i over those of the part's own coordinates that may be chosen.
+        method: how they were found: `closed form`, `refined closed form`, `elimination`, `search`.
     """
+
+    own: JointVector
+    q: JointVector
+    method = "closed form"
+    # What a clear list is made of, see `clear_set`; sets with another origin carry what is computed from it.
+    _setting: Setting
+    _facts: Floats
+    _chosen: slice | NDArray[np.intp]
+    _isolated = True
 
     def __init__(
         self,
@@ -75,34 +86,79 @@ class SolutionSet:
         free: NDArray[np.int64],
         *,
         method: str,
-        complete: bool,
+        complete: bool | None,
         isolated: bool,
     ) -> None:
         part = question.setting.part
-        self.own, self.residual, self.within = q, residual, within
-        self.q = q if part.places is None else part.lifted(q, question.others)
-        self.rows, self.codes, self.own_free = rows, codes, free
-        self.method, self.complete = method, complete
-        self._question, self._isolated = question, isolated
+        self.own, self.q = q, q if part.places is None else part.lifted(q, question.others)
+        self.method, self._setting, self._isolated = method, question.setting, isolated
+        # Set here, these stand in front of the properties that compute them.
+        vars(self).update(residual=residual, within=within, rows=rows, codes=codes, own_free=free, _question=question)
+        if complete is not None:
+            vars(self)["complete"] = complete
 
     def __len__(self) -> int:
         return len(self.q)
 
     def __bool__(self) -> bool:
-        return self.status.succeeded
+        return bool(self.within.any())
 
     def __repr__(self) -> str:
         return f"<SolutionSet: {len(self.q)} solutions, {self.status.name.lower()}, {self.method}>"
 
     @lazy
+    def residual(self) -> Floats:
+        """(k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger."""
+        return Facts.of(self._facts).residual[self._chosen]
+
+    @lazy
+    def within(self) -> NDArray[np.bool_]:
+        """(k,) whether the solution is within the joint limits."""
+        return np.asarray(Facts.of(self._facts).excess[self._chosen] <= INSIDE, dtype=np.bool_)
+
+    @lazy
+    def rows(self) -> NDArray[np.int64]:
+        """(k,) row of the closed form's table that each solution is; -1 if found otherwise."""
+        return np.arange(len(self._facts))[self._chosen]
+
+    @lazy
+    def codes(self) -> NDArray[np.int64]:
+        """(k,) branch of each as a number."""
+        return Facts.of(self._facts).code[self._chosen].astype(np.int64)
+
+    @lazy
+    def own_free(self) -> NDArray[np.int64]:
+        """(k,) sum of 2^i over those of the part's own coordinates that may be chosen."""
+        if self._isolated or not len(self.own):
+            return np.zeros(len(self.own), dtype=np.int64)
+        return self._question.free_of(self.own, Facts.of(self._facts[self._chosen]))
+
+    @lazy
+    def complete(self) -> bool:
+        """Whether it is proven that there are no further solutions and families."""
+        if self._isolated or not len(self.own):
+            return self._isolated or self._setting.decisive or self._question.proven(0)
+        exact = "_facts" in vars(self)
+        known = exact and self._question.list_known(Facts.of(self._facts[self._chosen]))
+        return known or self._question.proven(len(self.own))
+
+    @lazy
+    def _question(self) -> Question:
+        """The question that a clear list answers: its pose is that of its solutions."""
+        from mafsil.ik.answers.question import Question
+
+        setting = self._setting
+        return Question(setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, TOLERANCE)
+
+    @lazy
     def free(self) -> NDArray[np.int64]:
         """(k,) sum of 2^i over the coordinates that may be chosen."""
-        return np.asarray(self._question.setting.part.lifted_bits(self.own_free), dtype=np.int64)
+        return np.asarray(self._setting.part.lifted_bits(self.own_free), dtype=np.int64)
 
     @lazy
     def branches(self) -> tuple[Branch, ...]:
         """Of each solution."""
-        form = self._question.setting.arm.form
+        form = self._setting.arm.form
         pattern = None if form is None else form.pattern
         return tuple(branch(pattern, int(r), int(c)) for r, c in zip(self.rows, self.codes, strict=True))
 
@@ -120,11 +176,12 @@ class SolutionSet:
     def status(self) -> Verdict:
         """What can be said."""
         if not len(self.q):
-            return self._question.refusal.verdict
-        if not self.within.any():
-            proven = self._question.refuted or (self.complete and not self.families)
-            return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
-        return Verdict.CONTINUUM if self.families else Verdict.SOLVED
+            return self._question.verdict
+        moving = bool(self.own_free.any()) or (not self._isolated and len(self.families) > 0)
+        if self.within.any():
+            return Verdict.CONTINUUM if moving else Verdict.SOLVED
+        proven = (self.complete and not moving) or self._question.refuted
+        return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
 
     @lazy
     def facts(self) -> Mapping[str, object]:
@@ -142,14 +199,14 @@ class SolutionSet:
     def q_nearest(self) -> JointVector:
         """(n,) the best solution; where there is none, the posture of the nearest pose that was found."""
         if not len(self.q):
-            return self._question.setting.part.lifted(self._question.refusal.q, self._question.others)
+            return self._setting.part.lifted(self._question.refusal.q, self._question.others)
         return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
 
     @lazy
     def T_nearest(self) -> PoseMatrix:
         """(4, 4) pose of `q_nearest`."""
-        part = self._question.setting.part
-        return self._question.setting.robot.forward_kinematics(part.own(self.q_nearest))
+        part = self._setting.part
+        return self._setting.robot.forward_kinematics(part.own(self.q_nearest))
 
     @lazy
     def conditioning(self) -> Floats:
@@ -159,24 +216,29 @@ class SolutionSet:
         """
         if not len(self.q):
             return np.zeros(0)
-        setting = self._question.setting
+        setting = self._setting
         values = np.linalg.svd(setting.scaled_jacobians(self.own), compute_uv=False)
         return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], 1e-300)
 
     @property
+    def own_names(self) -> tuple[str, ...]:
+        """Names of the joints that move the frame."""
+        return self._setting.robot.joint_names
+
+    @property
     def lower(self) -> Floats:
         """(n,) limits."""
-        return self._question.setting.part.lower
+        return self._setting.part.lower
 
     @property
     def upper(self) -> Floats:
         """(n,) limits."""
-        return self._question.setting.part.upper
+        return self._setting.part.upper
 
     @property
     def turning(self) -> NDArray[np.bool_]:
         """(n,) which coordinates are angles."""
-        return self._question.setting.part.turning
+        return self._setting.part.turning
 
     def violations(self, k: int) -> tuple[LimitExcess, ...]:
         """The joints that a solution needs beyond their limits; empty if it is within.
@@ -184,7 +246,7 @@ class SolutionSet:
         Args:
             k: index of the solution.
         """
-        setting = self._question.setting
+        setting = self._setting
         found: list[LimitExcess] = []
         for name, x, low, high in zip(
             setting.robot.joint_names, self.own[k], setting.lower, setting.upper, strict=True
@@ -200,7 +262,7 @@ class SolutionSet:
         Args:
             k: index of the solution.
         """
-        setting = self._question.setting
+        setting = self._setting
         _, values, Vt = np.linalg.svd(setting.scaled_jacobians(self.own[k : k + 1])[0])
         null = Vt[int((values > DEPENDENT * values[0]).sum()) :]
         excess = max(0, setting.robot.n - int(setting.mask.sum()))
@@ -239,7 +301,7 @@ class SolutionSet:
             InputError: a wrong shape.
             IndexError: there is no solution.
         """
-        given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._question.setting
+        given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._setting
         start = setting.part.own(given)
         wound = wound_near(self.own, start, setting.lower, setting.upper, setting.turning)
         allowed = ((wound >= setting.lower - 1e-12) & (wound <= setting.upper + 1e-12)).all(axis=1)
@@ -257,12 +319,12 @@ class SolutionSet:
         choices = ([self._turns(float(x), i) for i, x in enumerate(q)] for q in self.own[self.within])
         rows = list(islice((row for one in choices for row in product(*one)), limit))
         own = np.reshape(rows, (-1, self.own.shape[-1]))
-        return self._question.setting.part.lifted(own, self._question.others)
+        return self._setting.part.lifted(own, self._question.others)
 
     @property
     def _least_beyond(self) -> int:
         """The solution that leaves the limits least."""
-        setting = self._question.setting
+        setting = self._setting
         excess = np.maximum(np.maximum(setting.lower - self.own, self.own - setting.upper), 0.0)
         return int(excess.max(axis=1).argmin())
 
@@ -278,12 +340,50 @@ class SolutionSet:
         ]
 
     def _turns(self, x: float, i: int) -> list[float]:
-        setting = self._question.setting
+        setting = self._setting
         low, high = setting.lower[i], setting.upper[i]
         if not setting.turning[i] or not (np.isfinite(low) and np.isfinite(high)):
             return [x]
         first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
         return [x + k * TURN for k in range(first, last + 1)]
+
+
+_new = object.__new__
+
+
+def clear_set(setting: Setting, q: JointVector, facts: Floats, chosen: slice | NDArray[np.intp]) -> SolutionSet:
+    """The solutions of a pose whose list is clear: distinct, isolated, exact rows of the closed form.
+
+    Args:
+        setting: the arm.
+        q: (k, m) their coordinates.
+        facts: (rows, 6) of all rows of the closed form.
+        chosen: which rows they are.
+    """
+    answer = _new(SolutionSet)
+    answer.own = answer.q = q
+    answer._setting, answer._facts, answer._chosen = setting, facts, chosen  # pyright: ignore[reportPrivateUsage]
+    if setting.part.places is not None:
+        answer.q = setting.part.lifted(q, setting.part.middle)
+    return answer
+
+
+def exact_set(question: Question, q: JointVector, facts: Floats, rows: list[int]) -> SolutionSet:
+    """The solutions of a pose whose list is exact, but where branches may meet and joints be free; or there are none.
+
+    Args:
+        question: about the pose.
+        q: (rows, m) coordinates of all rows of the closed form.
+        facts: (rows, 6) of them.
+        rows: which of them are solutions, each of them once.
+    """
+    chosen = np.array(rows, dtype=np.intp)
+    answer = clear_set(question.setting, q[chosen], facts, chosen)
+    if question.setting.part.places is not None:
+        answer.q = question.setting.part.lifted(answer.own, question.others)
+    answer._isolated = False  # pyright: ignore[reportPrivateUsage]
+    vars(answer)["_question"] = question
+    return answer
 
 
 def _listed(numbers: list[int]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, PoseMatrix
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import Setting, bits
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import Branches, ClosedForm
 
@@ -55,7 +55,7 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVecto
     arm, table = setting.arm, form.solve(T, near)
     if (not arm.held and not table.free.any()) or _allowed(setting, near, table, most).any():
         return Start(near)
-    changed = arm.held if arm.held else _free(int(table.free.max()), setting.robot.n)
+    changed = arm.held if arm.held else bits(int(table.free.max()), setting.robot.n)
     if not changed:
         return Start(near)
     generator = np.random.default_rng(0)
@@ -79,8 +79,3 @@ def _allowed(setting: Setting, near: JointVector, table: Branches, most: float) 
     low, high = setting.lower, setting.upper
     q = wound_near(table.q, near, low, high, setting.turning)
     return (table.residual <= most) & ((q >= low) & (q <= high)).all(axis=-1)
-
-
-def _free(code: int, n: int) -> tuple[int, ...]:
-    """The coordinates i for which 2^i is part of a sum."""
-    return tuple(i for i in range(n) if code >> i & 1)

@@ -7,7 +7,7 @@ import casadi as ca
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form import held
 from mafsil.mechanics.closed_form.geometry import inputs
-from mafsil.mechanics.closed_form.table import Wishes, labelled, raw
+from mafsil.mechanics.closed_form.table import Wishes, judged, labelled, raw
 
 
 def table_function(pattern: ArmPattern, near: bool) -> ca.Function:
@@ -41,13 +41,32 @@ def labelled_function(pattern: ArmPattern) -> ca.Function:
     Args:
         pattern: of the arm.
     """
+    inputs, T, wishes = _asked(pattern)
+    q, facts, defect = labelled(pattern, T, wishes)
+    outputs = ca.cse([_column(q), _column(facts), defect])
+    return ca.Function("labelled_closed_form", inputs, outputs)
+
+
+def judged_function(pattern: ArmPattern) -> ca.Function:
+    """Of (T_sd, near, turns, lower, upper, tolerance) to coordinates, facts and what is decided about the pose.
+
+    Args:
+        pattern: of the arm.
+    """
+    inputs, T, wishes = _asked(pattern)
+    tolerance = ca.SX.sym("tolerance")
+    q, facts, decision = judged(pattern, T, wishes, tolerance)
+    outputs = ca.cse([_column(q), _column(facts), decision])
+    return ca.Function("judged_closed_form", [*inputs, tolerance], outputs)
+
+
+def _asked(pattern: ArmPattern) -> tuple[list[ca.SX], ca.SX, Wishes]:
+    """The inputs, and the pose and the wishes that they are."""
     n = pattern.n
     T, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("turns", 2 * n)
     near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
     wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
-    q, facts, defect = labelled(pattern, _pose(T), wishes)
-    outputs = ca.cse([_column(q), _column(facts), defect])
-    return ca.Function("labelled_closed_form", [T, near, turns, lower, upper], outputs)
+    return [T, near, turns, lower, upper], _pose(T), wishes
 
 
 def held_function(pattern: held.Pattern, kind: str, thresholds: held.Thresholds) -> ca.Function:

@@ -11,7 +11,8 @@ from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
 from mafsil.mechanics.closed_form.line import Posture
-from mafsil.mechanics.closed_form.table import MERGED, JudgedBranch, Wishes, coded, judged_branches, repaired
+from mafsil.mechanics.closed_form.table import JudgedBranch, Wishes, judged_branches, repaired
+from mafsil.mechanics.closed_form.thresholds import MERGED
 
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
 """Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
@@ -61,7 +62,7 @@ def held_answers(
     T, defect = repaired(T)
     rows = _branches(pattern, T, values, wishes)
     least = _least([(row.miss <= most, row.excess) for row in rows])
-    marks = [coded(row.posture) for row in rows]
+    marks = [_coded(row.posture) for row in rows]
     bend = _least([(row.miss <= thresholds.exact, margin) for row, (_, margin) in zip(rows, marks, strict=True)])
     doubtful, folded = ca.SX(0), ca.SX(0)
     for row, (_, margin) in zip(rows, marks, strict=True):
@@ -166,6 +167,18 @@ def _merged_twice(pattern: ArmPattern, posture: Posture) -> ca.SX:
         return ca.SX(0)
     shoulder, elbow, wrist = (ca.SX(1) if mark is None else _merged(mark) for mark in posture.marks)
     return ca.logic_and(shoulder, ca.logic_or(elbow, wrist))
+
+
+def _coded(posture: Posture) -> tuple[ca.SX, ca.SX]:
+    """The signs of the marks and the reason in one number, as `Row` has it, and the smallest mark."""
+    code, margin = 27 * posture.reason, ca.SX(1)
+    for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
+        if mark is None:
+            code = code + weight
+            continue
+        code = code + weight * ca.if_else(mark > MERGED, 2, ca.if_else(mark < -MERGED, 0, 1))
+        margin = ca.fmin(margin, ca.fabs(mark))
+    return code, margin
 
 
 def _merged(mark: ca.SX) -> ca.SX:

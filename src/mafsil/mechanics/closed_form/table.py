@@ -11,11 +11,10 @@ import casadi as ca
 from mafsil.algebra.subproblems import Turn, unturned
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, postures
+from mafsil.mechanics.closed_form.decision import Row, decided
 from mafsil.mechanics.closed_form.geometry import Geometry, constants
 from mafsil.mechanics.closed_form.line import Posture
-
-MERGED = 1e-7
-"""Marks below which two branches are one."""
+from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED
 
 FACTS = ("residual", "shortfall", "free", "code", "margin", "excess")
 """Columns beside the coordinates; see `mafsil.ik.closed_form`."""
@@ -72,15 +71,37 @@ def labelled(
     Returns:
         (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
     """
+    q, rows, defect = _labelled_rows(pattern, T, wishes, geometry)
+    return ca.vertcat(*q), ca.vertcat(*map(_facts, rows)), defect
+
+
+def judged(pattern: ArmPattern, T: ca.SX, wishes: Wishes, tolerance: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """The same, with what is decided about the pose in place of how far T is from one.
+
+    Args:
+        pattern: of the arm, none of its joints held.
+        T: (4, 4) wanted pose; small errors of its rotation are repaired first.
+        wishes: of the caller.
+        tolerance: largest residual of a solution.
+    """
+    q, rows, defect = _labelled_rows(pattern, T, wishes, None)
+    return ca.vertcat(*q), ca.vertcat(*map(_facts, rows)), decided(pattern, rows, defect, tolerance)
+
+
+def _facts(row: Row) -> ca.SX:
+    """(1, 6) in the order of `FACTS`."""
+    return ca.horzcat(row.residual, row.shortfall, row.free, row.code, row.margin, row.excess)
+
+
+def _labelled_rows(
+    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None
+) -> tuple[list[ca.SX], list[Row], ca.SX]:
+    """Coordinates and facts of every branch, and how far T is from a pose."""
     T, defect = repaired(T)
-    rows = judged_branches(pattern, T, wishes, geometry)
-    q = [ca.horzcat(*row.q) for row in rows]
-    facts = [
-        ca.horzcat(row.miss, row.posture.shortfall, row.free, code, margin, row.excess)
-        for row in rows
-        for code, margin in (coded(row.posture),)
-    ]
-    return ca.vertcat(*q), ca.vertcat(*facts), defect
+    branches = judged_branches(pattern, T, wishes, geometry)
+    q = [ca.horzcat(*one.q) for one in branches]
+    rows = [row_of(pattern, one.posture, (one.miss, one.free, one.excess)) for one in branches]
+    return q, rows, defect
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,19 +220,36 @@ def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     return ca.if_else(inside, shifted, moved)
 
 
-def coded(posture: Posture) -> tuple[ca.SX, ca.SX]:
-    """The signs of the marks and the reason in one number, and the smallest mark.
+def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX]) -> Row:
+    """A branch with its name and its marks.
 
-    (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each sign -1, 0 or 1.
+    The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a mark.
+
+    Args:
+        pattern: of the arm.
+        posture: with its marks.
+        facts: by how much it misses the pose, which coordinates are free, and by how much it leaves the limits.
     """
-    code, margin = 27 * posture.reason, ca.SX(1)
+    miss, free, excess = facts
+    code, margin, second = 27 * posture.reason, ca.SX(1), ca.SX(1)
+    merged: list[ca.SX] = []
     for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
         if mark is None:
             code = code + weight
+            merged.append(ca.SX(1))
             continue
         code = code + weight * ca.if_else(mark > MERGED, 2, ca.if_else(mark < -MERGED, 0, 1))
-        margin = ca.fmin(margin, ca.fabs(mark))
-    return code, margin
+        size = ca.fabs(mark)
+        second = ca.fmin(second, ca.fmax(margin, size))
+        margin = ca.fmin(margin, size)
+        merged.append(ca.logic_not(size > MERGED))
+    first = FIRST_JOINTS.get(pattern.family, 0)
+    loose = [free > 0 for free, joint in zip(posture.free[:first], pattern.joints[:first], strict=True) if joint != -1]
+    free_first = loose[0] if loose else ca.SX(0)
+    for one in loose[1:]:
+        free_first = ca.logic_or(free_first, one)
+    total = merged[0] + merged[1] + merged[2]
+    return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first)
 
 
 def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -235,7 +273,7 @@ def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
     defect = ca.if_else(ca.det(R) > 0, defect, 2)
     size = ca.sumsqr(T)
     # NaN and infinity pass no comparison.
-    defect = ca.if_else(size < ca.inf, defect, 2)
+    defect = ca.if_else(size < FARTHEST**2, defect, 2)
     for _ in range(2):
         # Newton's iteration for the polar factor: the defect is squared each time.
         R = R @ (1.5 * ca.SX.eye(3) - 0.5 * (R.T @ R))

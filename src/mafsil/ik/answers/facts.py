@@ -1,0 +1,57 @@
+"""What the compiled closed form says of its rows, by name, and what it decides about a pose."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from mafsil.arrays import Floats
+
+
+class Decision(IntEnum):
+    """What the rows of a closed form decide about a pose; positive numbers are the rows of a clear list, as bits.
+
+    The same numbers stand in `mafsil.mechanics.closed_form.decision`.
+    """
+
+    REPEATED = -1
+    """The solutions are exact and isolated, but rows may repeat each other."""
+    MEETING = -2
+    """The solutions are exact, but two branches meet in one of them, or joints of its wrist are free."""
+    CAREFUL = -3
+    """Rows have to be refined before anything can be said."""
+    NONE = -4
+    """There is no solution."""
+    NO_POSE = -5
+    """The matrix is no pose."""
+
+
+class Facts(NamedTuple):
+    """What is known of the rows of a closed form.
+
+    Attributes:
+        residual: (*batch, rows) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
+        shortfall: (*batch, rows) by how much the worst step misses [m | rad].
+        free: (*batch, rows) sum of 2^i over the free coordinates.
+        code: (*batch, rows) branch as a number, see `mafsil.mechanics.closed_form.table`.
+        margin: (*batch, rows) smallest mark of the branch: zero where two branches meet.
+        excess: (*batch, rows) by how much a coordinate is beyond its limits, negative within [rad | m].
+    """
+
+    residual: Floats
+    shortfall: Floats
+    free: Floats
+    code: Floats
+    margin: Floats
+    excess: Floats
+
+    @classmethod
+    def of(cls, columns: Floats) -> Self:
+        """Views of the kernel's (*batch, rows, 6)."""
+        return cls._make(np.moveaxis(columns, -1, 0))
+
+    def at(self, index: object) -> Self:
+        """Those of some poses."""
+        return self._make(column[index] for column in self)  # pyright: ignore[reportArgumentType, reportCallIssue]

@@ -1,0 +1,194 @@
+"""The continua through the solutions of one pose: the joint that may be chosen, and the members at its values.
+
+1. The null space of the Jacobian at a solution, and the directions in it that the second order leaves.
+2. A joint may be chosen where a step of it, to one side at least, can be followed by the others.
+3. A member near by is found by Newton's method in strides, one far away as a row of the closed form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.continua import SELF_MOTION
+from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.setting import Setting, bits
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.answers.tangents import tangents
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.refine import refined
+from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_pattern import Family
+
+if TYPE_CHECKING:
+    from mafsil.ik.redundant.intervals import BranchIntervals
+
+STEPS = (0.02, 2e-3, 2e-4)
+"""Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
+
+STRIDE = 0.05
+"""Way along a family that Newton's method goes at once [rad | m]."""
+
+SAME = 1e-4
+"""How far a joint that stands still in a family may seem to move [rad | m]."""
+
+PATIENT = 40
+"""Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
+
+
+class Continua:
+    """The continua of one pose.
+
+    Attributes:
+        setting: the arm.
+        T: (4, 4) wanted pose.
+        tolerance: largest residual of a solution.
+        others: coordinates of the whole robot, where the joints that do not move the frame are.
+    """
+
+    def __init__(self, setting: Setting, T: PoseMatrix, tolerance: float, others: JointVector) -> None:
+        self.setting, self.T, self.tolerance, self.others = setting, T, tolerance, others
+
+    def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
+        """The continuum through each solution that can move while the pose stays."""
+        names, n, held = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.held
+        for k, J in enumerate(self.setting.scaled_jacobians(q)):
+            U, values, Vt = np.linalg.svd(J, full_matrices=True)
+            rank = int((values > SELF_MOTION * values[0]).sum())
+            # A free joint moves, even where merged roots leave the posture a little off its singular surface.
+            rank = min(rank, n - 1) if free[k] else rank
+            null = Vt[rank:]
+            if not len(null):
+                continue
+            cone = tangents(self.setting, q[k], null, U[:, rank:])
+            preferred = [j for j in sorted({*bits(int(free[k]), n), *held}) if np.abs(null[:, j]).max() > 1e-3]
+            strength = np.round(np.linalg.norm(null, axis=0), 3)
+            others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
+            choices: list[tuple[int, Floats]] = []
+            for j in [*preferred, *others]:
+                rates = self._along(q[k], null, cone, j, STEPS if j in preferred else STEPS[:1])
+                if rates is not None:
+                    choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
+                    if j not in preferred[:-1]:
+                        break
+            joints = tuple(names[j] for j, _ in choices)
+            for j, rates in choices:
+                moving = tuple(names[i] for i in np.flatnonzero(rates))
+                follow = partial(self._member, int(rows[k]), j, q[k], rates)
+                within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
+                part = self.setting.part
+                lifted = part.lifted(rates, np.zeros(part.whole.n))
+                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
+
+    def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
+        """The members of a family in coordinates of the whole robot."""
+        part = self.setting.part
+        return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
+
+    def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
+        """Where the held joint keeps a row of the closed form within the limits."""
+        known = self._held_intervals
+        if known is None or len(known.doubtful):
+            return ()
+        mine = known.branch == row
+        return tuple((float(a), float(b)) for a, b in zip(known.low[mine], known.high[mine], strict=True))
+
+    @lazy
+    def _held_intervals(self) -> BranchIntervals | None:
+        from mafsil.ik.redundant.held import branch_intervals
+
+        return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
+
+    def _along(
+        self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]
+    ) -> JointVector | None:
+        """(n,) rates of a continuum through q along which a joint moves, that of the joint one; None without."""
+        directions = (null.T @ null[:, joint])[None] if cone is None else cone[np.argsort(-np.abs(cone[:, joint]))]
+        for direction in directions:
+            rates = direction / direction[joint] if abs(direction[joint]) > 1e-3 else None
+            if rates is not None and any(self._moves(q, rates, joint, step) for step in steps):
+                return rates
+        return None
+
+    def _moves(self, q: JointVector, rates: JointVector, joint: int, step: float) -> bool:
+        """Whether the motion goes on for a step, to one side at least: more than a singular posture."""
+        way = step * rates / np.abs(rates).max()
+        for start in (q + way, q - way):
+            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, held=(joint,))
+            if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
+                return True
+        return False
+
+    def _member(
+        self, row: int, joint: int, start: JointVector, rates: JointVector, values: Mapping[str, float]
+    ) -> JointVector:
+        """The member of a family with joints at values."""
+        setting = self.setting
+        near, names = start.copy(), setting.robot.joint_names
+        chosen = [names.index(name) for name in values]
+        near[chosen] = list(values.values())
+        if setting.arm.form is None or row < 0:
+            return self._traced(chosen, start, near, rates if chosen == [joint] else None)
+        if np.abs(near - start).max() <= STRIDE:
+            member = self._traced(chosen, start, near, rates if chosen == [joint] else None)
+            if np.isfinite(member).all():
+                return member
+        for preferred in self._preferred(setting.arm.form, near, chosen):
+            table = setting.arm.form.solve(self.T, preferred)
+            q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
+            q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
+            off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
+            # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
+            fixed = (rates == 0.0) & (chosen == [joint])
+            still = np.abs(q - near)[:, fixed].max(axis=1, initial=0.0) <= SAME
+            good = (residual <= self.tolerance) & (off < 1e-9) & still
+            cost = np.where(good, np.abs(q - near).sum(axis=1), np.inf)
+            cost[row] -= 1e3
+            if np.isfinite(cost.min()):
+                return q[int(cost.argmin())]
+        return self._traced(chosen, start, near, rates if chosen == [joint] else None)
+
+    def _preferred(self, form: ClosedForm, near: JointVector, chosen: list[int]) -> Iterator[JointVector]:
+        """Preferred values that may lead the closed form to members with chosen joints at their values."""
+        yield near
+        sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
+        if form.pattern.family in (Family.THREE_PARALLEL, Family.LINKED) and sixth in chosen and second >= 0:
+            # The closed form takes the sum of the turns about the parallel axes from joint 2: joint 6 follows it.
+            off = near[sixth] - form.solve(self.T, near).q[:, sixth]
+            for shift in np.unique(np.round(off[np.isfinite(off)], 12)):
+                for sign in (1.0, -1.0):
+                    moved = near.copy()
+                    moved[second] += sign * shift
+                    yield moved
+
+    def _traced(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
+        """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
+        turns = np.where(self.setting.turning[joints], 2 * np.pi, 0.0)
+        way = goal[joints] - start[joints]
+        short = way - turns * np.round(way / (2 * np.pi))
+        for one in (short, short - turns * np.sign(short)):
+            q = self._walked(joints, start, one, rates)
+            if np.isfinite(q).all():
+                q[joints] = goal[joints]
+                return q
+        return np.full(len(start), np.nan)
+
+    def _walked(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
+        """The member at the end of a way of some joints; NaN where the family does not go so far."""
+        setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / STRIDE)))
+        # Where other joints may move as well, Newton's step of least norm would leave the family: it is led along.
+        ahead = np.zeros(len(q)) if rates is None else rates * way[0] / count
+        for s in np.linspace(0.0, 1.0, count + 1)[1:]:
+            before, q = q, q + ahead
+            q[joints] = start[joints] + s * way
+            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints))
+            if size[0] > self.tolerance:
+                return np.full(len(start), np.nan)
+            q = moved[0]
+            ahead = q - before
+        return q

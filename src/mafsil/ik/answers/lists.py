@@ -1,0 +1,206 @@
+"""The solutions of many poses from the rows of their closed form: candidates, refined, merged, certified.
+
+1. Candidates: rows that are solutions or may become one, wrists straightened that only rounding bends.
+2. Refined by Newton's method on the arm itself, all rows of all poses at once; arms of few joints by least squares.
+3. Merged: rows that repeat an earlier solution of their pose are left out.
+4. Certified: a solution may move where a joint is free, or where the Jacobian loses rank and a step along its null
+   space can be followed; and a pose stays open where nothing is proven yet.
+
+Every row keeps its place, so that rows are the same root of the closed form in all poses.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.alignment import straightened
+from mafsil.ik.answers.continua import moving_joints
+from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.setting import CLEAR, Setting
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.refine import least_missing, refined
+from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, INSIDE, LOOSE
+
+SAME = 1e-6
+"""Difference of coordinates up to which rows are one solution [rad | m]."""
+
+EXACTLY = 1e-9
+"""Residuals above which the pose of an arm of few joints is met in the sense of least squares only."""
+
+PATIENT = 40
+"""Newton steps where an equation of fourth degree has roots that merge by three or four."""
+
+
+class Lists(NamedTuple):
+    """Rows of many poses.
+
+    Attributes:
+        q: (k, rows, n) coordinates.
+        residual: (k, rows) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
+        valid: (k, rows) which rows are solutions, each of them once.
+        within: (k, rows) which of them are within the joint limits.
+        codes: (k, rows) branches as numbers.
+        free: (k, rows) sum of 2^i over the coordinates that may be chosen; zero in rows that are no solutions.
+        open: (k,) poses of which nothing is proven yet: they are searched one by one.
+    """
+
+    q: JointVector
+    residual: Floats
+    valid: NDArray[np.bool_]
+    within: NDArray[np.bool_]
+    codes: NDArray[np.int64]
+    free: NDArray[np.int64]
+    open: NDArray[np.bool_]
+
+
+def exact_lists(setting: Setting, T: PoseMatrix, q: JointVector, facts: Facts, tolerance: float) -> Lists:
+    """Lists of poses whose solutions are exact as they stand: steps 3 and 4 only.
+
+    Args:
+        setting: the arm.
+        T: (k, 4, 4) clean poses.
+        q: (k, rows, n) of the closed form.
+        facts: of the rows.
+        tolerance: largest residual of a solution.
+    """
+    valid = unrepeated(q, facts.residual <= tolerance, setting.turning)
+    within = valid & (facts.excess <= INSIDE)
+    codes, free = _whole(facts.code), np.where(valid, _whole(facts.free), 0)
+    _mark_moving(setting, T, q, free, valid & (free == 0) & (facts.margin <= APART), tolerance)
+    return Lists(q, facts.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
+
+
+def refined_lists(
+    setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, lists: tuple[JointVector, Facts, float]
+) -> Lists:
+    """Lists of poses whose rows have to be refined: all steps.
+
+    Args:
+        setting: the arm.
+        form: its exact closed form, no joint held.
+        T: (k, 4, 4) clean poses.
+        near: (n,) values that free joints take and to which angles are wound.
+        lists: coordinates and facts of the closed form, and the largest residual of a solution.
+    """
+    q, facts, tolerance = lists
+    # 1. Candidates.
+    usable = _candidates(setting, q, facts, tolerance)
+    pose_of, row = np.nonzero(usable)
+    start, loose, poses = q[pose_of, row], _whole(facts.free)[pose_of, row], T[pose_of]
+    moved, loose = straightened(setting, form.pattern, poses, start, loose)
+    # 2. Refined.
+    exact = (facts.residual[pose_of, row] <= min(CLEAR, tolerance)) & (moved == start).all(axis=1)
+    rest = np.flatnonzero(~exact)
+    missed = facts.residual[pose_of, row]
+    if setting.few:
+        moved[rest], missed[rest] = least_missing(setting.robot, moved[rest], poses[rest], setting.mask)
+    else:
+        steps = PATIENT if setting.quartic else 8
+        moved[rest], missed[rest] = refined(setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps)
+    moved[rest] = wound_near(moved[rest], near, setting.lower, setting.upper, setting.turning)
+    q, residual, free = q.copy(), facts.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
+    q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, missed, loose
+    # 3. Merged.
+    valid = unrepeated(q, usable & (residual <= tolerance), setting.turning)
+    within = valid & setting.allowed(q)
+    free[~valid] = 0
+    # 4. Certified.
+    codes = _whole(facts.code)
+    unproven = _open(setting, form, (q, facts, usable), valid, within, tolerance)
+    doubtful = valid & (free == 0) & ((facts.margin <= APART) | (np.abs(residual - facts.residual) > 0.0))
+    _mark_moving(setting, T, q, free, doubtful & ~unproven[:, None], tolerance)
+    return Lists(q, residual, valid, within, codes, free, unproven)
+
+
+def unrepeated(q: JointVector, good: NDArray[np.bool_], turning: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(k, rows) rows that are good and repeat no earlier good row of their pose, up to whole turns.
+
+    Args:
+        q: (k, rows, n) coordinates.
+        good: (k, rows) which of them are solutions.
+        turning: (n,) which coordinates are angles.
+    """
+    good, count = good.copy(), good.shape[1]
+    first, second = np.triu_indices(count, 1)
+    pose_of, pair = np.nonzero(good[:, first] & good[:, second])
+    for i in range(q.shape[2]):
+        apart = q[pose_of, first[pair], i] - q[pose_of, second[pair], i]
+        if turning[i]:
+            apart -= 2 * np.pi * np.round(apart / (2 * np.pi))
+        alike = np.abs(apart) <= SAME
+        pose_of, pair = pose_of[alike], pair[alike]
+    if len(pair):
+        same = np.zeros((len(q), count, count), dtype=np.bool_)
+        same[pose_of, second[pair], first[pair]] = True
+        for k in range(1, count):
+            good[:, k] &= ~(same[:, k, :k] & good[:, :k]).any(axis=1)
+    return good
+
+
+def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bool:
+    """Whether the closed form proves that there are no further solutions of a pose.
+
+    Beside two folds at once the coordinates are known to the fourth root of the rounding: rows may be missing.
+
+    Args:
+        setting: the arm.
+        codes: (k,) branches of its solutions.
+        residual: (k,) of them.
+    """
+    if setting.quartic or setting.merged_twice(codes).any():
+        return False
+    return not setting.few or bool((residual <= EXACTLY).all())
+
+
+def _candidates(setting: Setting, q: JointVector, facts: Facts, tolerance: float) -> NDArray[np.bool_]:
+    """(k, rows) solutions and what may become one."""
+    # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
+    folded = facts.margin <= FOLD if setting.quartic else setting.folded(facts)
+    # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
+    most = max(setting.candidate, 1e3 * tolerance if setting.few else 0.0)
+    return np.isfinite(q).all(axis=-1) & ((facts.residual <= most) | folded)
+
+
+def _open(
+    setting: Setting,
+    form: ClosedForm,
+    rows: tuple[JointVector, Facts, NDArray[np.bool_]],
+    valid: NDArray[np.bool_],
+    within: NDArray[np.bool_],
+    tolerance: float,
+) -> NDArray[np.bool_]:
+    """(k,) poses whose free joints have to be chosen, where continua may cross, or where nothing was found so far."""
+    q, facts, usable = rows
+    loose = _whole(facts.free)
+    inside = ((q >= setting.lower) & (q <= setting.upper)).all(axis=-1) & (facts.residual <= setting.candidate)
+    chosen = (loose > 0).any(axis=1) & ~inside.any(axis=1)
+    first = sum(1 << j for j in form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)] if j >= 0)
+    crossing = (usable & (loose & first > 0)).any(axis=1)
+    found = valid.any(axis=1)
+    least = np.fmin(facts.residual, facts.shortfall)
+    nearly = np.nan_to_num(least, nan=np.inf).min(axis=1) <= LOOSE
+    missing = ~found & (nearly | (not setting.decisive) | (tolerance > LOOSE))
+    unsettled = (valid & (loose > 0)).any(axis=1) | setting.quartic
+    unsettled |= (valid & setting.merged_twice(_whole(facts.code))).any(axis=1)
+    if setting.few:
+        unsettled |= (valid & (facts.residual > EXACTLY)).any(axis=1)
+    return chosen | crossing | missing | (found & ~within.any(axis=1) & unsettled)
+
+
+def _mark_moving(
+    setting: Setting, T: PoseMatrix, q: JointVector, free: NDArray[np.int64], rows: NDArray[np.bool_], tolerance: float
+) -> None:
+    """Add to the free coordinates of some rows the one along which they can move while the pose stays."""
+    pose_of, row = np.nonzero(rows)
+    if len(row):
+        joint = moving_joints(setting, q[pose_of, row], T[pose_of], tolerance)
+        free[pose_of, row] = np.where(joint >= 0, 1 << np.maximum(joint, 0), 0)
+
+
+def _whole(x: Floats) -> NDArray[np.int64]:
+    return np.nan_to_num(x).astype(np.int64)

@@ -1,0 +1,114 @@
+"""The answer to one pose: the rows of its closed form where they decide, else with as much care as it needs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.errors import InputError
+from mafsil.ik.answers.facts import Decision, Facts
+from mafsil.ik.answers.held_single import held_single
+from mafsil.ik.answers.lists import SAME, complete, refined_lists
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.redundant.held_form import holds_joints
+
+POSE = (4, 4)
+
+
+def one_pose(
+    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+) -> SolutionSet:
+    """All solutions of one pose.
+
+    Args:
+        setting: the arm.
+        T: (4, 4) wanted pose.
+        near: (m,) values that free and held joints take, and to which angles are wound.
+        tolerance: largest residual of a solution.
+        others: coordinates of the whole robot, where the joints that do not move the frame are.
+
+    Raises:
+        InputError: no pose.
+    """
+    kernel = setting.kernel
+    if kernel is not None and np.isfinite(T).all():
+        rows = kernel.call(T, near, turns_of(near), *setting.bounds, tolerance)
+        return judged_pose(Question(setting, T.copy(), near, tolerance, others), rows)
+    if holds_joints(setting):
+        return held_single(setting, T, near, tolerance, others)
+    clean, valid = clean_poses(T[None])
+    if not valid[0]:
+        raise no_pose("T_sd")
+    return answered(Question(setting, clean[0], near, tolerance, others))
+
+
+def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:
+    """The answer from the rows of the closed form.
+
+    Args:
+        question: to an arm whose closed form is exact and holds no joint; its pose is a copy of the caller's.
+        judged: (rows, m) coordinates, (rows, 6) facts, and the decision about the pose.
+
+    Raises:
+        InputError: no pose.
+    """
+    q, columns, decision = judged
+    if decision != Decision.CAREFUL:
+        if decision == Decision.NO_POSE:
+            raise no_pose("T_sd")
+        rows = [] if decision == Decision.NONE else distinct_rows(q, columns, question)
+        return exact_set(question, q, columns, rows)
+    setting, form = question.setting, question.setting.arm.form
+    assert form is not None
+    question.T = clean_poses(question.T[None])[0][0]
+    rows = q[None], Facts.of(columns[None]), question.tolerance
+    lists = refined_lists(setting, form, question.T[None], question.near, rows)
+    if lists.open[0]:
+        return question.answer()
+    found = np.flatnonzero(lists.valid[0])
+    codes, residual = lists.codes[0, found], lists.residual[0, found]
+    known = True if complete(setting, codes, residual) else None
+    rest = lists.within[0, found], found, codes, lists.free[0, found]
+    return SolutionSet(
+        question, lists.q[0, found], residual, *rest, method="closed form", complete=known, isolated=False
+    )
+
+
+def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[int]:
+    """The rows of one pose that are solutions, each of them once; of so few numbers Python makes the least work.
+
+    Args:
+        q: (rows, m) coordinates.
+        columns: (rows, 6) facts.
+        question: gives the tolerance and which coordinates are angles.
+    """
+    turning, tolerance = question.setting.turning.tolist(), question.tolerance
+    kept: list[tuple[int, list[float]]] = []
+    for k, (row, residual) in enumerate(zip(q.tolist(), columns[:, 0].tolist(), strict=True)):
+        if residual <= tolerance and not any(_alike(row, other, turning) for _, other in kept):
+            kept.append((k, row))
+    return [k for k, _ in kept]
+
+
+def no_pose(name: str) -> InputError:
+    """The error that a matrix is no pose.
+
+    Args:
+        name: of the argument.
+    """
+    return InputError("ik.no_pose", name=name, limit=ORTHOGONALITY)
+
+
+def _alike(one: list[float], other: list[float], turning: list[bool]) -> bool:
+    """Whether coordinates are equal up to whole turns."""
+    for a, b, turns in zip(one, other, turning, strict=True):
+        apart = a - b
+        if turns:
+            apart -= TURN * round(apart / TURN)
+        if abs(apart) > SAME:
+            return False
+    return True

@@ -1,0 +1,70 @@
+"""From which numbers on a row of a closed form is a solution, may become one, or is one with another: no casadi here.
+
+The same numbers stand in the compiled decision (`mafsil.mechanics.closed_form.decision`) and in inverse kinematics,
+which refines what the decision leaves open.
+"""
+
+from __future__ import annotations
+
+from mafsil.mechanics.arm_pattern import ArmPattern, Family
+
+ORTHOGONALITY = 1e-6
+"""Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
+
+FARTHEST = 1e100
+"""Numbers of a position from here on [m] are refused: squares of distances would soon overflow."""
+
+CLEAR = 1e-11
+"""Residual below which a row of the closed form needs no refinement [m | rad]."""
+
+SPLIT = 0.5
+"""Residual, in units of the arm, up to which a row with four merged roots may become a solution by refinement.
+
+A merged shoulder lets a straight wrist seem bent, and the turn of its last link is then anything.
+"""
+
+NEARLY, BENT = 1e-3, 1e-2
+"""Residual up to which a row may become a solution by refinement where a solution's mark is that small."""
+
+MERGED = 1e-7
+"""Marks up to which two branches are one, and a solution may be a member of a continuum."""
+
+APART = 1e-4
+"""Marks above which two branches are distinct solutions."""
+
+SECOND = 1e-2
+"""Marks above which a branch takes no part where two others meet: rounding splits four merged roots by so much."""
+
+ROUNDED = 1e-10
+"""Residuals, in units of the arm and times the square of the second mark, that rounding may explain, amply."""
+
+FOLD = 1e-6
+"""Marks below which roots of an equation of fourth degree may have merged."""
+
+LOOSE = 1e-8
+"""Tolerances, and misses of the closed form, above which a configuration that is near enough is looked for."""
+
+INSIDE = 1e-12
+"""By how much a joint may seem beyond its limit by rounding [rad | m]."""
+
+FIRST_JOINTS = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}
+"""How many joints of a closed form are found before those of the wrist; where they are free, continua may cross."""
+
+
+def candidate(pattern: ArmPattern) -> float:
+    """Residual up to which a row of an exact closed form may become a solution by refinement.
+
+    Rounding splits merged roots: two by its square root, four by its fourth root.
+    """
+    return 1e-2 if pattern.quartic else 1e-5
+
+
+def folds(pattern: ArmPattern) -> bool:
+    """Whether two pairs of roots may merge at once, so that rounding moves rows far off."""
+    return pattern.family in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL)
+
+
+def merges_twice(pattern: ArmPattern) -> bool:
+    """Whether two of shoulder, elbow and wrist may do so; slides alone are linear: nothing merges."""
+    turning = (j >= 0 and not slides for j, slides in zip(pattern.joints, pattern.slides, strict=True))
+    return folds(pattern) and any(turning)
