@@ -57,6 +57,7 @@ def main() -> None:
     rows = [_seven(name, arguments.poses) for name in arguments.seven] if find_spec("ssik") else []
     rows += [_fixed(arguments.poses)] if find_spec("frankik") else []
     rows += [_kind(name, made, arguments.poses) for name, made in KINDS.items()]
+    rows.append(_without_shape())
     facts = machine("numpy", *(["ssik"] if find_spec("ssik") else []))
     print(", ".join(f"{key} {value}" for key, value in facts.items()))
     print(f"targets: ssik single {SINGLE:g} times, batch {BATCH:g} times; frankik batch {FIXED:g} times")
@@ -168,6 +169,42 @@ def _kind(name: str, made: Callable[[], tuple[Robot, str]], poses: int) -> dict[
     facts = {"arm": name, "task": task, "joints": str(robot.n), "solved": f"{int(found.solved.sum())} of {poses}"}  # pyright: ignore[reportAttributeAccessIssue]
     each = {key: f"{_per_pose(key, time, poses):.2f} us" for key, time in times.items()}
     return facts | {"batch differs": str(different)} | each
+
+
+def _without_shape() -> dict[str, str]:
+    """Seven axes anywhere: one held, six by elimination; poses within the limits, beyond them and out of reach."""
+    robot = _narrow(_arm_of(np.random.default_rng(6)))
+    rng = np.random.default_rng(3)
+    spans = {"within the limits": (-1.0, 1.0), "beyond them": (1.5, 3.0), "out of reach": (-1.0, 1.0)}
+    row = {"arm": "seven axes anywhere", "task": "pose", "joints": "7"}
+    for name, span in spans.items():
+        T = robot.forward_kinematics(rng.uniform(*span, (2 * FEW, 7)))
+        T[:, :3, 3] *= 30.0 if name == "out of reach" else 1.0
+        ring = _ring(8)
+        tasks: dict[str, Callable[[], Any]] = {
+            "single": lambda T=T, ring=ring: inverse_kinematics(robot, T[ring()]),
+            "few": lambda T=T: inverse_kinematics(robot, T[:FEW]),
+        }
+        times = race(tasks, repeats=3, seconds=0.01)
+        each = ", ".join(f"{key} {_per_pose(key, time, 1) / 1e3:.2f} ms" for key, time in times.items())
+        solved = int(np.sum(inverse_kinematics(robot, T[:FEW]).solved))  # pyright: ignore[reportAttributeAccessIssue]
+        row[name] = f"{each}, solved {solved} of {FEW}"
+    return row
+
+
+def _arm_of(rng: np.random.Generator) -> Robot:
+    w, r = rng.normal(size=(2, 7, 3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    return Robot.from_screws(np.concatenate([w, np.cross(r, w)], axis=1), pose.exp(rng.normal(size=6)))
+
+
+def _narrow(robot: Robot) -> Robot:
+    """The same arm, no joint turning farther than one radian."""
+    joints = [
+        replace(joint, limits=replace(joint.limits, lower=-1.0, upper=1.0)) if joint.moves else joint
+        for joint in robot.mechanism.joints
+    ]
+    return Robot(replace(robot.mechanism, joints=tuple(joints)))
 
 
 def _per_pose(key: str, time: Timing, poses: int) -> float:

@@ -190,6 +190,22 @@ def test_planar_arms_with_a_joint_more_than_the_task_needs_have_a_closed_form():
         assert len({family.joint for family in answer.families}) == held
 
 
+@pytest.mark.capability("07-4")
+@pytest.mark.parametrize("free", [None, 0.3])
+def test_an_answer_keeps_its_pose_and_its_tolerance(free):
+    robot = mf.load("panda")
+    q = np.array([0.1, 0.4, 0.2, -1.5, 0.3, 1.2, 0.3])
+    T = robot.forward_kinematics(q)
+    kept = T.copy()
+    answer = mf.inverse_kinematics(robot, T, free=free)
+    T[:3, 3] += 1.0
+    assert np.abs(robot.forward_kinematics(answer.families[0].at(0.4)) - kept).max() < 1e-9
+    strict = mf.inverse_kinematics(robot, kept, free=free, tolerance=1e-14)
+    assert (strict.residual <= 1e-14).all()
+    if free is None:
+        agree(robot, "pose", np.repeat(kept[None], 2, axis=0), tolerance=1e-14)
+
+
 @pytest.mark.capability("07-4", "07-3")
 def test_what_a_planar_arm_cannot_do_is_said_alike():
     robot = arm([z] * 4, [0 * x, x, 1.8 * x, 2.3 * x], (0.3, 0.0, 0.0))

@@ -55,7 +55,7 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         q, facts, summary = form.answers(poses, starts.values, near, turns, *setting.bounds, most)
         valid = summary[:, 0] <= ORTHOGONALITY
         # 3.
-        settled = starts.allowed | (starts.refuted & starts.solved)
+        settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
         regular = np.flatnonzero(valid & (summary[:, 1] + summary[:, 2] == 0.0) & settled)
         whole = len(regular) == len(poses)
         rows = part if whole else begin + regular

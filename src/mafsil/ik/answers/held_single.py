@@ -59,14 +59,14 @@ def held_single(
         q, facts, summary = form.answers.call(T, values, near, turns, *setting.bounds, most)
         doubtful, folded = summary[1], summary[2]
     # 3.
-    if doubtful or folded:
+    if doubtful or folded or tolerance < CLEAR:
         none = np.zeros(1, dtype=np.bool_)
         known = HeldStarts(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()
     good = facts[:, 0] <= CLEAR
     chosen, rows = facts[good], good.nonzero()[0]
     return regular_answer(
-        Question(setting, T, near, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
+        Question(setting, T.copy(), near, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
     )
 
 

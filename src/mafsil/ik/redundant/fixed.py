@@ -93,7 +93,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         near[form.held] = value
     k = len(q)
     answer = SolutionSet(
-        Question(setting, T, near, tolerance),
+        Question(setting, T.copy(), near, tolerance),
         q,
         chosen[:, 0],
         chosen[:, 3] <= 1e-12,
