@@ -11,13 +11,13 @@ from mafsil.arrays import PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch, solved_batch
-from mafsil.ik.answers.held_single import held_single
 from mafsil.ik.answers.question import FOLD, Question
+from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import BENT, CLEAR, MASKS, Setting, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered, with_parameter
-from mafsil.ik.redundant.held_form import holds_joints
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.refine import distinct
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
@@ -69,8 +69,8 @@ def inverse_kinematics(
                 return with_parameter(asked, T_sd, free, tolerance)
             if asked.kernel is not None:
                 return _quick(asked, T_sd, tolerance)
-            if holds_joints(asked):
-                return held_single(asked, T_sd, asked.middle, tolerance)
+            if has_redundant_joints(asked):
+                return redundant_single(asked, T_sd, asked.middle, tolerance)
     robot = as_robot(robot)
     if not known:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
@@ -83,8 +83,8 @@ def inverse_kinematics(
         if free is not None:
             raise InputError("redundant.one_pose", shape=wanted.shape)
         return solved_batch(asked, wanted, others, tolerance)
-    if free is None and holds_joints(asked):
-        return held_single(asked, wanted, start, tolerance, others)
+    if free is None and has_redundant_joints(asked):
+        return redundant_single(asked, wanted, start, tolerance, others)
     if free is not None:
         return with_parameter(asked, wanted, free, tolerance)
     clean, valid = clean_poses(wanted[None])

@@ -13,8 +13,8 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED, Branch, branch, missed
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
-from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.question import FOLD, LOOSE, Question
+from mafsil.ik.answers.redundant_batch import redundant_batch
 from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.refusal import beyond_reach, out_of_plane, reached_places
 from mafsil.ik.answers.search_batch import search_batch, searched
@@ -25,7 +25,7 @@ from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import FARTHEST, ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.fixed import answered
-from mafsil.ik.redundant.held_form import holds_joints
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 from mafsil.messages import say
@@ -187,8 +187,8 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
     kernel = setting.kernel
     if kernel is not None and setting.arm.form is not None:
         parts = _compiled(setting, kernel, setting.arm.form.pattern.branches, flat, near, tolerance)
-    elif holds_joints(setting):
-        parts = held_batch(setting, flat, near, tolerance)
+    elif has_redundant_joints(setting):
+        parts = redundant_batch(setting, flat, near, tolerance)
     elif counted_by_elimination(setting):
         parts = eliminated_batch(setting, flat, near, tolerance)
     elif searched(setting):
