@@ -11,14 +11,14 @@ from mafsil.arrays import gate, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch
-from mafsil.ik.answers.held_single import held_single
 from mafsil.ik.answers.many_poses import solved_batch
 from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import MASKS, Quick, setting
 from mafsil.ik.answers.solution_set import SolutionSet, clear_set
 from mafsil.ik.redundant.fixed import with_parameter
-from mafsil.ik.redundant.held_form import holds_joints
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -78,8 +78,8 @@ def inverse_kinematics(
             asked = setting(robot, frame, task)
             if free is not None:
                 return with_parameter(asked, T_sd, free, tolerance)
-            if holds_joints(asked):
-                return held_single(asked, T_sd, asked.middle, tolerance)
+            if has_redundant_joints(asked):
+                return redundant_single(asked, T_sd, asked.middle, tolerance)
     return _answered(as_robot(robot), T_sd, frame, task, near, free, tolerance)
 
 

@@ -20,7 +20,7 @@ from mafsil.ik.problem import clean_poses
 from mafsil.ik.refine import misses, refined, residuals
 
 SAMPLES = 16
-"""Random postures from which the rank of the Jacobian at regular ones is read."""
+"""Random configurations from which the rank of the Jacobian at regular ones is read."""
 
 CHUNK = 4096
 """Poses that are worked on at once."""
@@ -40,9 +40,9 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
 
     1. A solution within the limits is sought by the search with which the single answer begins.
     2. It is brought to working precision where that leaves no limit.
-    3. Where the Jacobian has the rank of regular postures, less than the number of joints, the solution is the member
-       of a continuum (constant rank theorem); with as many joints it is isolated.
-    4. Other poses are answered one by one: not found so, or at a singular posture.
+    3. Where the Jacobian has the rank of regular configurations, less than the number of joints, the solution is the
+       member of a continuum (constant rank theorem); with as many joints it is isolated.
+    4. Other poses are answered one by one: not found so, or at a singular configuration.
 
     Args:
         setting: an arm without closed form and without elimination.
@@ -51,7 +51,7 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
         tolerance: largest residual of a solution.
 
     Returns:
-        As `held_batch`, one row for every pose where no careful answer has more.
+        As `redundant_batch`, one row for every pose where no careful answer has more.
     """
     clean, valid = clean_poses(finite_poses(T))
     n = setting.robot.n
@@ -107,7 +107,7 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
 
 
 def regular(setting: Setting, q: JointVector) -> NDArray[np.bool_]:
-    """(k,) at which postures (k, n) the Jacobian of the task has the rank that it has at random ones."""
+    """(k,) at which configurations (k, n) the Jacobian of the task has the rank that it has at random ones."""
     if not len(q):
         return np.zeros(0, dtype=np.bool_)
     return _ranks(setting, q) == regular_rank(setting)
@@ -115,7 +115,7 @@ def regular(setting: Setting, q: JointVector) -> NDArray[np.bool_]:
 
 @lru_cache(maxsize=128)
 def regular_rank(setting: Setting) -> int:
-    """The largest rank that the Jacobian of the task has at random postures."""
+    """The largest rank that the Jacobian of the task has at random configurations."""
     return int(_ranks(setting, np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, setting.robot.n))).max())
 
 

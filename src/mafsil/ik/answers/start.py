@@ -41,16 +41,16 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVecto
         near: (n,) preferred values.
         tolerance: largest residual of a solution.
     """
-    from mafsil.ik.redundant.held_form import held_form, holds_joints
-    from mafsil.ik.redundant.held_search import held_starts
+    from mafsil.ik.redundant.parameter_search import parameter_values
+    from mafsil.ik.redundant.parametric_form import has_redundant_joints, parametric_form
 
     most = setting.candidate
-    if holds_joints(setting):
+    if has_redundant_joints(setting):
         # A row that almost solves the pose at one value of a held joint is not made a solution by refinement.
-        held = held_form(setting)
-        found = held_starts(setting, held, T[None], near, min(tolerance, most))
+        form_of_arm = parametric_form(setting)
+        found = parameter_values(setting, form_of_arm, T[None], near, min(tolerance, most))
         moved = near.copy()
-        moved[held.held] = found.values[0]
+        moved[form_of_arm.joints] = found.values[0]
         return Start(moved, bool(found.refuted[0]), bool(found.unreachable[0]))
     arm, table = setting.arm, form.solve(T, near)
     if (not arm.held and not table.free.any()) or _allowed(setting, near, table, most).any():

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.answers.setting import FAR, turns_of
 from mafsil.ik.chain import Chain, common_point
-from mafsil.ik.redundant.held_form import HeldForm, parameter_form
+from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 
@@ -44,11 +44,11 @@ class ArmAngleForm:
     wrist: Floats
 
     @lazy
-    def kernels(self) -> HeldForm:
+    def kernels(self) -> ParametricForm:
         """Of poses and arm angles to postures."""
         chain = self.chain
         pattern = ArmAnglePattern(np.array(chain.axes), chain.home, self.shoulder, self.elbow, self.wrist)
-        return parameter_form(pattern)
+        return form_of_pattern(pattern)
 
     def solve(self, T: ArrayLike, angle: ArrayLike) -> JointVector:
         """(*batch, m, 8, 7) postures, elbow, shoulder and wrist each with its two roots; NaN where out of reach.
@@ -58,7 +58,9 @@ class ArmAngleForm:
             angle: (*batch, m) arm angles [rad].
         """
         X, psi = np.asarray(T, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        return self.kernels.postures(X[..., None, :, :], psi[..., None], _ZERO, _UNTURNED, -_WIDE, _WIDE, np.inf)[0]
+        return self.kernels.configurations(X[..., None, :, :], psi[..., None], _ZERO, _UNTURNED, -_WIDE, _WIDE, np.inf)[
+            0
+        ]
 
     def breaks(self, T: PoseMatrix, lower: Floats, upper: Floats) -> list[Floats]:
         """Of each elbow all arm angles at which a posture of one pose may come within the limits or leave them.

@@ -19,7 +19,7 @@ from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.fixed import BESIDE, SLACK, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
-from mafsil.ik.redundant.held_search import beyond_sphere
+from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
 
 ROWS = 16
@@ -64,18 +64,18 @@ def eliminated_batch(setting: Setting, T: PoseMatrix, near: JointVector, toleran
     2. A pose beyond the sphere that the frame cannot leave has no solution.
     3. For the others a search looks for a solution within the limits: the spread values beside its own are tried.
     4. All spread values are tried, the nearest first.
-    5. Poses without a solution within the limits for which a posture with a joint at its limit may lead to one, and
-       those without any, are answered one by one. The others keep the first solutions that were found.
+    5. Poses without a solution within the limits for which a configuration with a joint at its limit may lead to one,
+       and those without any, are answered one by one. The others keep the first solutions that were found.
     6. A solution whose Jacobian has full rank is the member of a continuum; without one the pose is answered alone.
 
     Args:
         setting: an arm for which `counted_by_elimination` holds.
         T: (k, 4, 4) poses; rows that are none are told so.
-        near: (7,) values that the held joint takes, and to which angles are wound.
+        near: (7,) values that the redundant joint takes, and to which angles are wound.
         tolerance: largest residual of a solution.
 
     Returns:
-        As `held_batch`.
+        As `redundant_batch`.
     """
     form, out = redundancy(setting.robot), BatchRows(len(T), ROWS, 7)
     out.codes[:] = UNNAMED
@@ -156,7 +156,7 @@ def _try(
     tolerance: float,
     found: _Found,
 ) -> None:
-    """Solutions of some poses with the held joint at values (one for each), kept if better than what is known."""
+    """Solutions of some poses with the redundant joint at values (one for each), kept if better than what is known."""
     if not len(rows):
         return
     # As `fixed` does it for one pose.
@@ -194,7 +194,7 @@ def _keep_first(setting: Setting, q: JointVector, good: NDArray[np.bool_]) -> No
 
 
 def _may_end_at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> NDArray[np.bool_]:
-    """(k,) for which poses a posture with one joint at a limit has the others within theirs."""
+    """(k,) for which poses a configuration with one joint at a limit has the others within theirs."""
     found = np.zeros(len(T), dtype=np.bool_)
     if not len(T):
         return found

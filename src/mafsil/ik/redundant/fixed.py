@@ -19,7 +19,7 @@ from mafsil.ik.answers.start import Start
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
-from mafsil.ik.redundant.held_search import beyond_sphere
+from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
 from mafsil.kernels.lazy import preset
 
@@ -82,7 +82,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
     if form.regular is None or tolerance < CLEAR:
         return None
     near, turns = setting.middle, setting.middle_turns
-    q, facts, summary = form.regular.answers.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
+    q, facts, summary = form.regular.solutions.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
     defect, doubtful, _, excess = summary.tolist()
     if doubtful or not defect <= ORTHOGONALITY:
         return None

@@ -24,8 +24,8 @@ from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
-from mafsil.ik.redundant.held_form import HeldForm, held_form, holds_joints, parameter_form
 from mafsil.ik.redundant.intervals import certified, range_of
+from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
@@ -265,28 +265,28 @@ class Redundancy:
         return Postures(values, q, residual, within, self.kernels is not None)
 
     @lazy
-    def kernels(self) -> HeldForm | None:
+    def kernels(self) -> ParametricForm | None:
         """Of poses and values to postures; None where the other joints are solved by elimination."""
         if self.angle_form is not None:
             return self.angle_form.kernels
-        return None if self.closed is None else parameter_form(self.closed.pattern)
+        return None if self.closed is None else form_of_pattern(self.closed.pattern)
 
     @lazy
-    def regular(self) -> HeldForm | None:
+    def regular(self) -> ParametricForm | None:
         """The kernels that also say whether an answer is regular; None where an equation of fourth degree is solved."""
         if self.closed is None or self.closed.pattern.quartic:
             return None if self.angle_form is None else self.angle_form.kernels
         asked = setting(self.robot, None, "pose")
-        shared = asked.arm.form is self.closed and holds_joints(asked)
-        return held_form(asked) if shared else parameter_form(self.closed.pattern)
+        shared = asked.arm.form is self.closed and has_redundant_joints(asked)
+        return parametric_form(asked) if shared else form_of_pattern(self.closed.pattern)
 
     def _labelled_rows(
-        self, form: HeldForm, X: PoseMatrix, values: Floats
+        self, form: ParametricForm, X: PoseMatrix, values: Floats
     ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
         """Postures, their residuals, and which are within the limits: all by one kernel."""
         asked = setting(self.robot, None, "pose")
         wishes = asked.middle, asked.middle_turns, *asked.bounds
-        q, residual, excess, defect = form.postures(X[..., None, :, :], values[..., None], *wishes, REACHED)
+        q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *wishes, REACHED)
         if not np.less_equal(defect, ORTHOGONALITY).all():
             raise _no_poses()
         return q, residual, excess <= 1e-12

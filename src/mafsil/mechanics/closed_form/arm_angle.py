@@ -1,4 +1,4 @@
-"""Eight postures of an arm with spherical shoulder and wrist for an arm angle, as expressions.
+"""Eight configurations of an arm with spherical shoulder and wrist for an arm angle, as expressions.
 
 Reference: Kreutz-Delgado, Long and Seraji, Kinematic analysis of 7-DOF manipulators, 1992 (the arm angle); Shimizu et
 al., Analytical inverse kinematic computation for 7-DOF redundant manipulators with joint limits, 2008.

@@ -13,15 +13,15 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.held_form import HeldForm, held_form
-from mafsil.ik.redundant.held_search import INSIDE, HeldStarts, held_starts, nearest_allowed
+from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, nearest_allowed, parameter_values
+from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
 from mafsil.kernels.lazy import preset
 
 
-def held_single(
+def redundant_single(
     setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
 ) -> SolutionSet:
-    """All solutions of one pose with the held joints at `near`, or at the nearest tried values that lead to any.
+    """All solutions of one pose with the redundant joints at `near`, or at the nearest tried values that lead to any.
 
     1. The kernel gives every branch at the preferred values, and says whether one is within the limits and whether
        one needs refinement.
@@ -30,20 +30,20 @@ def held_single(
        Anything else is answered with care.
 
     Args:
-        setting: an arm for which `holds_joints` holds.
+        setting: an arm for which `has_redundant_joints` holds.
         T: (4, 4) pose.
-        near: (n,) values that free and held joints take.
+        near: (n,) values that free and redundant joints take.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
 
     Raises:
         InputError: no pose.
     """
-    form, most = held_form(setting), min(tolerance, setting.candidate)
+    form, most = parametric_form(setting), min(tolerance, setting.candidate)
     turns = setting.middle_turns if near is setting.middle else turns_of(near)
     # 1.
-    values = near[form.held]
-    q, facts, summary = form.answers.call(T, values, near, turns, *setting.bounds, most)
+    values = near[form.joints]
+    q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
     defect, doubtful, folded, excess = summary.tolist()
     if not defect <= ORTHOGONALITY:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
@@ -51,17 +51,17 @@ def held_single(
     if not excess <= INSIDE:
         other = nearest_allowed(setting, form, T, near, most)
         if other is None:
-            starts = held_starts(setting, form, T[None], near, most)
+            starts = parameter_values(setting, form, T[None], near, most)
             if not starts.allowed[0]:
                 return careful_question(setting, form, T, near, tolerance, others, starts, 0).answer()
             other = starts.values[0]
         values = other
-        q, facts, summary = form.answers.call(T, values, near, turns, *setting.bounds, most)
+        q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
         doubtful, folded = summary[1], summary[2]
     # 3.
     if doubtful or folded or tolerance < CLEAR:
         none = np.zeros(1, dtype=np.bool_)
-        known = HeldStarts(values[None], ~none, ~none, none, none)
+        known = ParameterValues(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()
     good = facts[:, 0] <= CLEAR
     chosen, rows = facts[good], good.nonzero()[0]
@@ -104,26 +104,26 @@ def regular_answer(
 
 def careful_question(
     setting: Setting,
-    form: HeldForm,
+    form: ParametricForm,
     T: PoseMatrix,
     near: JointVector,
     tolerance: float,
     others: JointVector | None,
-    starts: HeldStarts,
+    starts: ParameterValues,
     i: int,
 ) -> Question:
-    """The question to one pose, with what is known of its held joints.
+    """The question to one pose, with what is known of its redundant joints.
 
     Args:
         setting, form: the arm and its kernels.
         T: (4, 4) pose.
-        near, tolerance, others: as for `held_single`.
+        near, tolerance, others: as for `redundant_single`.
         starts: known of some poses.
         i: place of the pose among those.
     """
     question = Question(setting, clean_poses(T[None])[0][0], near, tolerance, others)
     moved = near.copy()
-    moved[form.held] = starts.values[i]
+    moved[form.joints] = starts.values[i]
     start = Start(moved, bool(starts.refuted[i]), bool(starts.unreachable[i]))
     preset(question, start=start)
     return question

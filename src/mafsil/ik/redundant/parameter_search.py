@@ -1,4 +1,4 @@
-"""Values of held joints that lead to solutions: the preferred ones, or the nearest that were found, for many poses."""
+"""Values of redundant joints that lead to solutions, for many poses: the preferred ones, or the nearest found."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY, reach_bound
-from mafsil.ik.redundant.held_form import HeldForm
+from mafsil.ik.redundant.parametric_form import ParametricForm
 
 COARSE, FINE = 24, 240
-"""Values of one held joint that are tried, first and then."""
+"""Values of one redundant joint that are tried, first and then."""
 
 MOST_JOINTS = 3
 """Held joints up to which the number of tried vectors grows by a factor of eight for each."""
@@ -27,11 +27,11 @@ INSIDE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class HeldStarts:
+class ParameterValues:
     """What is known of each of k poses.
 
     Attributes:
-        values: (k, h) of the held joints, by coordinate.
+        values: (k, h) of the redundant joints, by coordinate.
         allowed: (k,) whether they lead to a solution within the limits.
         solved: (k,) whether they lead to any.
         refuted: (k,) whether it is proven that no value leads to a solution within the limits.
@@ -45,14 +45,16 @@ class HeldStarts:
     unreachable: NDArray[np.bool_]
 
 
-def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVector, most: float) -> HeldStarts:
+def parameter_values(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, near: JointVector, most: float
+) -> ParameterValues:
     """The preferred values, or the nearest tried ones that lead to solutions within the limits, or else to any.
 
     1. The preferred values are judged for all poses.
     2. A pose beyond the sphere that the frame cannot leave has no solution.
-    3. For the others values spread over the ranges of the held joints are tried, the nearest first, until each pose has
-       a solution within the limits; the nearest that lead to any solution are remembered.
-    4. Of one held joint, interval arithmetic then finds values or proves that there are none; see `held_values`.
+    3. For the others values spread over the ranges of the redundant joints are tried, the nearest first, until each
+       pose has a solution within the limits; the nearest that lead to any solution are remembered.
+    4. Of one redundant joint, interval arithmetic then finds values or proves that there are none; see `held_values`.
 
     Args:
         setting: an arm whose exact closed form holds joints.
@@ -66,7 +68,7 @@ def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVect
     values = np.repeat(near[held][None], count, axis=0)
     judged = _judged(setting, form, T, values, near, most)
     allowed, solved = judged[:, 0] <= INSIDE, judged[:, 1] <= most
-    found = HeldStarts(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
+    found = ParameterValues(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
     open_rows = np.flatnonzero(~allowed & (judged[:, 2] <= ORTHOGONALITY))
     if not len(open_rows):
         return found
@@ -84,10 +86,12 @@ def held_starts(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVect
     return found
 
 
-def nearest_allowed(setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVector, most: float) -> Floats | None:
+def nearest_allowed(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, near: JointVector, most: float
+) -> Floats | None:
     """(h,) the nearest of the first tried values that lead one pose (4, 4) to a solution within the limits, or None.
 
-    The same values as `held_starts` finds where the preferred ones lead to none; arguments as there.
+    The same values as `parameter_values` finds where the preferred ones lead to none; arguments as there.
     """
     tries = _tries(setting, near)[0]
     if len(tries) > TOGETHER:
@@ -97,10 +101,12 @@ def nearest_allowed(setting: Setting, form: HeldForm, T: PoseMatrix, near: Joint
     return tries[first] if allowed[first] else None
 
 
-def _judged(setting: Setting, form: HeldForm, T: PoseMatrix, values: Floats, near: JointVector, most: float) -> Floats:
+def _judged(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, values: Floats, near: JointVector, most: float
+) -> Floats:
     """(*batch, 3) least excess of a solution, least residual, how far the pose is from one."""
     turns = setting.middle_turns if near is setting.middle else turns_of(near)
-    return form.judgement(T, values, near, turns, *setting.bounds, most)
+    return form.check(T, values, near, turns, *setting.bounds, most)
 
 
 def beyond_sphere(setting: Setting, T: PoseMatrix, tolerance: float) -> NDArray[np.bool_]:
@@ -138,7 +144,7 @@ def _middle_tries(setting: Setting) -> tuple[Floats, ...]:
 
 
 def _ordered_tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
-    """Values over the ranges of the held joints, the nearest to the preferred ones first."""
+    """Values over the ranges of the redundant joints, the nearest to the preferred ones first."""
     held = sorted(setting.arm.held)
     low, high = np.maximum(setting.lower[held], -np.pi), np.minimum(setting.upper[held], np.pi)
     if len(held) == 1:
@@ -154,12 +160,12 @@ def _nearest_first(values: Floats, preferred: Floats) -> Floats:
 
 def _tried(
     setting: Setting,
-    form: HeldForm,
+    form: ParametricForm,
     T: PoseMatrix,
     near: JointVector,
     most: float,
     tries: Floats,
-    found: HeldStarts,
+    found: ParameterValues,
     open_rows: NDArray[np.intp],
 ) -> NDArray[np.intp]:
     """Write what the first successful try of each open pose is; the poses that are open still."""
@@ -179,9 +185,15 @@ def _tried(
 
 
 def _by_intervals(
-    setting: Setting, form: HeldForm, T: PoseMatrix, near: JointVector, most: float, found: HeldStarts, i: int
+    setting: Setting,
+    form: ParametricForm,
+    T: PoseMatrix,
+    near: JointVector,
+    most: float,
+    found: ParameterValues,
+    i: int,
 ) -> None:
-    """The held joint of one pose where intervals prove that there are solutions within the limits, or else any."""
+    """The redundant joint of one pose where intervals prove that there are solutions within the limits, or else any."""
     from mafsil.ik.redundant.held import held_values
 
     for limits, marked, proven in ((True, found.allowed, found.refuted), (False, found.solved, found.unreachable)):

@@ -1,4 +1,4 @@
-"""Closed forms whose held joints are an input: whole answers, the judgement of a value alone, and bare postures."""
+"""Closed forms whose redundant joints are an input: solutions, a check of values alone, and bare configurations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mafsil.mechanics.closed_form.table import JudgedBranch, Wishes, judged_bran
 from mafsil.mechanics.closed_form.thresholds import MERGED
 
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
-"""Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
+"""Of arms that are solved once a parameter is given: values of redundant joints, or the arm angle."""
 
 NONE = float("nan")
 """Coordinates and residual of a branch that does not reach the pose."""
@@ -41,17 +41,17 @@ class Thresholds:
     bent: float
 
 
-def held_answers(
+def parametric_solutions(
     pattern: Pattern, thresholds: Thresholds, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """All branches at values of the held joints, and whether they are an answer as they are.
+    """All branches at values of the redundant joints, and whether they are an answer as they are.
 
     Args:
-        pattern: of the arm, some joints held, or counted by its arm angle.
+        pattern: of the arm, some joints redundant, or counted by its arm angle.
         thresholds: of regular answers.
         T: (4, 4) wanted pose; small errors of its rotation are repaired first.
-        values: (h,) of the held joints, by coordinate; (1,) the arm angle.
-        wishes: of the caller; the entries of held joints do not count.
+        values: (h,) of the redundant joints, by coordinate; (1,) the arm angle.
+        wishes: of the caller; the entries of redundant joints do not count.
         most: largest residual of a solution.
 
     Returns:
@@ -73,10 +73,10 @@ def held_answers(
     return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), summary
 
 
-def held_judgement(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
-    """What values of the held joints lead to.
+def parametric_check(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
+    """What values of the redundant joints lead to.
 
-    Arguments as for `held_answers`.
+    Arguments as for `parametric_solutions`.
 
     Returns:
         (3,) the least excess over the limits of a solution, infinite without one; the least residual; how far T is from
@@ -88,16 +88,16 @@ def held_judgement(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, mo
     return ca.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing, defect)
 
 
-def held_postures(
+def parametric_configurations(
     pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    """Branches that reach the pose, NaN where one does not; arguments as for `held_answers`.
+    """Branches that reach the pose, NaN where one does not; arguments as for `parametric_solutions`.
 
     With an arm angle a branch that can be made at all is shown, by whatever it misses.
 
     Returns:
         (branches, n) coordinates, (branches,) residuals, (branches,) excess over the limits, infinite without a
-        posture, and how far T is from a pose.
+        configuration, and how far T is from a pose.
     """
     T, defect = repaired(T)
     q: list[ca.SX] = []
@@ -120,7 +120,7 @@ def _branches(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes) -> list
 
 
 def _with_values(pattern: ArmPattern, values: ca.SX, wishes: Wishes) -> Wishes:
-    """The wishes with the held joints at their values, in order of their coordinates."""
+    """The wishes with the redundant joints at their values, in order of their coordinates."""
     near, turns = ca.SX(wishes.near), ca.SX(wishes.turns)
     for k, held in enumerate(sorted(pattern.held, key=lambda one: one.joint)):
         near[held.joint] = values[k]

@@ -9,25 +9,25 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
-from mafsil.ik.answers.held_single import careful_question
 from mafsil.ik.answers.question import LOOSE
+from mafsil.ik.answers.redundant_single import careful_question
 from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.redundant.held_form import held_form
-from mafsil.ik.redundant.held_search import INSIDE, HeldStarts, held_starts
+from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, parameter_values
+from mafsil.ik.redundant.parametric_form import parametric_form
 
 CHUNK = 4096
 """Poses whose facts are held at once."""
 
 
-def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
-    """All solutions of many poses with the held joints at `near`, or at the nearest tried values that lead to any.
+def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
+    """All solutions of many poses with the redundant joints at `near`, or at the nearest tried values that lead to any.
 
     For each chunk of poses:
 
-    1. Values of the held joints are found, or the proof that there are none.
+    1. Values of the redundant joints are found, or the proof that there are none.
     2. The kernel gives all branches there, and says which poses need refinement.
     3. Regular poses are written as they are: members of continua, or proven to be beyond the limits.
     4. Poses proven to be out of reach have no rows.
@@ -36,23 +36,23 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
     Args:
         setting: an arm whose exact closed form holds joints.
         T: (k, 4, 4) poses; rows that are none are told so.
-        near: (n,) values that free and held joints take.
+        near: (n,) values that free and redundant joints take.
         tolerance: largest residual of a solution.
 
     Returns:
         Coordinates, which rows are solutions, which of them are within the limits, residuals, codes, free coordinates,
         and statuses, as `SolutionBatch` has them.
     """
-    form, most, turns = held_form(setting), min(tolerance, setting.candidate), turns_of(near)
+    form, most, turns = parametric_form(setting), min(tolerance, setting.candidate), turns_of(near)
     out = BatchRows(len(T), form.pattern.branches, setting.robot.n)
-    bits, names = sum(1 << joint for joint in form.held), setting.robot.joint_names
+    bits, names = sum(1 << joint for joint in form.joints), setting.robot.joint_names
     for begin in range(0, len(T), CHUNK):
         part = slice(begin, begin + CHUNK)
         poses = finite_poses(T[part])
         # 1.
-        starts = held_starts(setting, form, poses, near, most)
+        starts = parameter_values(setting, form, poses, near, most)
         # 2.
-        q, facts, summary = form.answers(poses, starts.values, near, turns, *setting.bounds, most)
+        q, facts, summary = form.solutions(poses, starts.values, near, turns, *setting.bounds, most)
         valid = summary[:, 0] <= ORTHOGONALITY
         # 3.
         settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
@@ -80,7 +80,7 @@ def held_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
     return out.columns
 
 
-def _proven(setting: Setting, T: PoseMatrix, starts: HeldStarts, i: int, tolerance: float) -> bool:
-    """Whether no posture can be near enough, and not because of what a planar arm, or one of few joints, cannot do."""
+def _proven(setting: Setting, T: PoseMatrix, starts: ParameterValues, i: int, tolerance: float) -> bool:
+    """Whether nothing can be near enough, and not because of what a planar arm, or one of few joints, cannot do."""
     few = setting.few and setting.task == "pose"
     return bool(starts.unreachable[i]) and tolerance <= LOOSE and not few and not out_of_plane(setting, T)

@@ -1,4 +1,4 @@
-"""The closed form of an arm with held joints as kernels that take the joints' values: nothing is prepared in NumPy."""
+"""The closed form of an arm with redundant joints as kernels that take these joints' values as an input."""
 
 from __future__ import annotations
 
@@ -24,64 +24,66 @@ CANDIDATE = 1e-5
 Numbers = tuple[float, ...]
 
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
-"""Of arms that are solved once a parameter is given: values of held joints, or the arm angle."""
+"""Of arms that are solved once a parameter is given: values of redundant joints, or the arm angle."""
 
 
-class HeldForm:
-    """Kernels of a pattern with held joints.
+class ParametricForm:
+    """Kernels of a pattern with redundant joints.
 
-    All take (T_sd, values, near, turns, lower, upper, most): pose (4, 4); values (h,) of the held joints by coordinate;
-    coordinates `near` (n,) to which angles are wound and which free joints take, and their cosines and sines (n, 2);
-    limits (n,); the largest residual of a solution.
+    All take (T_sd, values, near, turns, lower, upper, most): pose (4, 4); values (h,) of the redundant joints by
+    coordinate; coordinates `near` (n,) to which angles are wound and which free joints take, and their cosines and
+    sines (n, 2); limits (n,); the largest residual of a solution.
 
     Attributes:
         pattern: what the arm was recognised as.
         numbers: thresholds of regular answers.
-        held: coordinates of the held joints.
+        joints: coordinates of the redundant joints.
     """
 
     def __init__(self, pattern: Pattern, numbers: Numbers) -> None:
         self.pattern, self.numbers = pattern, numbers
-        self.held = sorted(held.joint for held in pattern.held) if isinstance(pattern, ArmPattern) else []
+        self.joints = sorted(held.joint for held in pattern.held) if isinstance(pattern, ArmPattern) else []
 
     @lazy
-    def answers(self) -> Kernel:
+    def solutions(self) -> Kernel:
         """To (branches, n) coordinates, (branches, 4) residual, code, mark and excess, and the summary (4,).
 
         The summary: how far T is from a pose, whether a branch needs refinement, whether rounding may have moved one
         far off, the least excess of a solution.
         """
         rows = self.pattern.branches
-        return self._made("answers", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (4,)))
+        return self._made(
+            "solutions", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (4,))
+        )
 
     @lazy
-    def judgement(self) -> Kernel:
+    def check(self) -> Kernel:
         """To (3,): least excess of a solution, infinite without one; least residual; how far T is from a pose."""
-        return self._made("judgement", Port("judgement", (3,)))
+        return self._made("check", Port("check", (3,)))
 
     @lazy
-    def postures(self) -> Kernel:
+    def configurations(self) -> Kernel:
         """To (branches, n) coordinates, (branches,) residuals and excesses, and how far T is from a pose.
 
-        Coordinates and residuals are NaN and the excess infinite where there is no posture.
+        Coordinates and residuals are NaN and the excess infinite where there is no configuration.
         """
         rows = (self.pattern.branches,)
         outputs = Port("q", (*rows, self.pattern.n)), Port("residual", rows), Port("excess", rows), Port("defect")
-        return self._made("postures", *outputs)
+        return self._made("configurations", *outputs)
 
     def _made(self, kind: str, *outputs: Port) -> Kernel:
         # Only answers depend on the thresholds: the others are shared.
-        return _compiled(self.pattern, kind, self.numbers if kind == "answers" else (0.0,) * 6, outputs)
+        return _compiled(self.pattern, kind, self.numbers if kind == "solutions" else (0.0,) * 6, outputs)
 
 
-def holds_joints(setting: Setting) -> bool:
+def has_redundant_joints(setting: Setting) -> bool:
     """Whether the arm has an exact closed form once joints are held, and no equation of fourth degree in it."""
     arm = setting.arm
     return bool(arm.held) and arm.exact and not setting.quartic
 
 
 @lru_cache(maxsize=128)
-def held_form(setting: Setting) -> HeldForm:
+def parametric_form(setting: Setting) -> ParametricForm:
     """The kernels for an arm whose exact closed form holds joints.
 
     Args:
@@ -90,17 +92,17 @@ def held_form(setting: Setting) -> HeldForm:
     form = setting.arm.form
     assert form is not None
     margin = MERGING if setting.plain else APART
-    return HeldForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
+    return ParametricForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
 
 
 @lru_cache(maxsize=128)
-def parameter_form(pattern: Pattern) -> HeldForm:
+def form_of_pattern(pattern: Pattern) -> ParametricForm:
     """The kernels of a pattern by itself, made once.
 
     Args:
-        pattern: with held joints, or counted by its arm angle.
+        pattern: with redundant joints, or counted by its arm angle.
     """
-    return HeldForm(pattern, (CLEAR, CANDIDATE, APART, SPLIT, NEARLY, BENT))
+    return ParametricForm(pattern, (CLEAR, CANDIDATE, APART, SPLIT, NEARLY, BENT))
 
 
 def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
@@ -108,12 +110,12 @@ def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port
     vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
     return kernels.compile(
         Signature(
-            f"held_{kind}",
+            f"parametric_{kind}",
             (Port("T_sd", (4, 4)), Port("values", (pattern.parameters,)), *vectors, Port("most")),
             outputs,
         ),
         partial(_build, pattern, kind, numbers),
-        key=f"held {kind} {numbers} {pattern.key}",
+        key=f"parametric {kind} {numbers} {pattern.key}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
         recipe=(_compiled, (pattern, kind, numbers, outputs)),
     )
@@ -121,7 +123,7 @@ def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port
 
 def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
     """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
-    from mafsil.mechanics.closed_form.function import held_function
-    from mafsil.mechanics.closed_form.held import Thresholds
+    from mafsil.mechanics.closed_form.function import parametric_function
+    from mafsil.mechanics.closed_form.parametric import Thresholds
 
-    return held_function(pattern, kind, Thresholds(*numbers))
+    return parametric_function(pattern, kind, Thresholds(*numbers))
