@@ -51,5 +51,6 @@ def test_the_same_values_of_the_held_joint_are_tried_for_all_poses(robot):
     before = _locked.cache_info()
     inverse_kinematics(robot, T)
     after = _locked.cache_info()
-    assert after.hits - before.hits > 10
+    # One elimination for all poses of a value.
+    assert 1 <= after.hits - before.hits < 24
     assert after.misses - before.misses <= 5

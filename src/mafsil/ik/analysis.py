@@ -5,15 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, islice
 from typing import Literal
+
+import numpy as np
 
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.recognise import EXACT, recognise, recognise_holding
+from mafsil.ik.recognise import EXACT, recognise_holding
+from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
+
+MOST_SETS = 100
+"""Choices of held joints that are looked at: each takes some milliseconds."""
 
 Task = Literal["pose", "position", "axis"]
 
@@ -54,20 +60,43 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
     n, orientation, seen = mechanism.n, task != "position", chain
     if task == "axis":
         seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
-    excess = max(0, len(seen) - (6 if orientation else 3))
+    excess = max(0, len(seen) - _equations(seen, orientation))
+    quartic: tuple[ArmPattern, tuple[int, ...]] | None = None
     for held in _held_sets(seen, excess):
-        pattern = (
-            recognise_holding(seen, n, held, orientation=orientation)
-            if held
-            else recognise(seen, n, orientation=orientation)
-        )
-        if pattern is not None:
-            # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
-            near = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not held
-            general = GeneralSix(seen) if near and 3 <= len(seen) <= 6 else None
-            return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in held))
+        pattern = recognise_holding(seen, n, held, orientation=orientation)
+        if pattern is not None and held and pattern.quartic:
+            # Another choice may do without an equation of fourth degree.
+            quartic = quartic or (pattern, held)
+        elif pattern is not None:
+            return _recognised(chain, seen, pattern, held, task)
+    if quartic is not None:
+        return _recognised(chain, seen, *quartic, task)
     general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
+
+
+def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, held: tuple[int, ...], task: Task) -> Analysis:
+    """An arm with a closed form.
+
+    Args:
+        chain: of the arm.
+        seen: the same with the joint that a task adds.
+        pattern: the closed form's.
+        held: places of the held joints in the chain.
+        task: as for `analysis`.
+    """
+    # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
+    near = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not held
+    general = GeneralSix(seen) if near and 3 <= len(seen) <= 6 else None
+    return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in held))
+
+
+def _equations(chain: Chain, orientation: bool) -> int:
+    """How many equations a task has: in space, or in the plane of an arm whose joints all turn about parallel axes."""
+    along = np.linalg.norm(np.cross(chain.axes, chain.axes[0]), axis=1)
+    if not any(chain.slides) and (along <= EXACT).all():
+        return 3 if orientation else 2
+    return 6 if orientation else 3
 
 
 @of_robot
@@ -100,10 +129,7 @@ def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:
 
 
 def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
-    """Which joints to hold, by position: the last ones first for wrists, else any."""
-    if excess > 3:
-        yield tuple(range(len(chain) - excess, len(chain)))
-        return
+    """Which joints to hold, by position: the last ones first for wrists, else any; of very many the first."""
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
-    for held in combinations(reversed(real), excess):
+    for held in islice(combinations(reversed(real), excess), MOST_SETS):
         yield tuple(sorted(held))

@@ -12,12 +12,13 @@ from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch
 from mafsil.ik.answers.many_poses import solved_batch
-from mafsil.ik.answers.one_pose import POSE, judged_pose, no_pose, one_pose
+from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import MASKS, Quick, setting
 from mafsil.ik.answers.solution_set import SolutionSet, clear_set
-from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.fixed import with_parameter
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -61,10 +62,11 @@ def inverse_kinematics(
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and near is None and free is None:
+    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and near is None:
+        plain = type(tolerance) is float and 0.0 < tolerance < np.inf and T_sd.dtype == np.float64
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
-        quick = _quick(robot, frame, task)
-        if quick is not None and type(tolerance) is float and 0.0 < tolerance < np.inf and T_sd.dtype == np.float64:
+        quick = _quick(robot, frame, task) if free is None else None
+        if quick is not None and plain:
             q, facts, decision = quick.call(T_sd, *quick.wishes, tolerance)
             if decision > 0.0:
                 chosen = quick.chosen.get(decision)
@@ -72,6 +74,12 @@ def inverse_kinematics(
                 return clear_set(quick.setting, q[chosen], facts, chosen)
             question = Question(quick.setting, T_sd.copy(), quick.setting.middle, tolerance)
             return judged_pose(question, (q, facts, decision))
+        if plain and type(task) is str and task in MASKS:
+            asked = setting(robot, frame, task)
+            if free is not None:
+                return with_parameter(asked, T_sd, free, tolerance)
+            if has_redundant_joints(asked):
+                return redundant_single(asked, T_sd, asked.middle, tolerance)
     return _answered(as_robot(robot), T_sd, frame, task, near, free, tolerance)
 
 
@@ -96,11 +104,9 @@ def _answered(
             raise InputError("redundant.one_pose", shape=wanted.shape)
         return solved_batch(asked, wanted, others, tolerance)
     if free is None:
-        return one_pose(asked, wanted, asked.part.own(others), tolerance, others)
-    clean, valid = clean_poses(wanted[None])
-    if not valid[0]:
-        raise no_pose("T_sd")
-    return with_parameter(asked, clean[0], free, tolerance)
+        start = asked.middle if near is None else asked.part.own(others)
+        return one_pose(asked, wanted, start, tolerance, others)
+    return with_parameter(asked, wanted, free, tolerance)
 
 
 def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | None:

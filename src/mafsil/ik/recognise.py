@@ -97,7 +97,7 @@ def _split(pattern: ArmPattern, chain: Chain, held: tuple[int, ...]) -> bool:
     elif pattern.road is not PointRoad.QUARTIC:
         pair = (0, 1) if (pattern.road is PointRoad.MEET) != pattern.road_reversed else (1, 2)
         groups.append(pair)
-    added = any(j < 0 for j in pattern.joints) and pattern.family is not Family.POINT
+    added = any(j < 0 for j in pattern.joints) and pattern.family not in (Family.POINT, Family.PLANAR)
     places = [[j for i in group if (j := pattern.joints[i]) >= 0] for group in groups]
     return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in held)
 

@@ -27,3 +27,13 @@ class lazy(Generic[Value]):
         if instance is None:
             return self
         return vars(instance).setdefault(self._name, self._compute(instance))
+
+
+def preset(instance: object, **values: object) -> None:
+    """Give lazy properties values that are known already: they are not computed then.
+
+    Args:
+        instance: whose properties.
+        values: by the names of the properties.
+    """
+    vars(instance).update(values)

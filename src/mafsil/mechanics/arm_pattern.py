@@ -137,6 +137,11 @@ class ArmPattern:
                 return self._roads
 
     @property
+    def parameters(self) -> int:
+        """Number of values that have to be given: of the held joints."""
+        return len(self.held)
+
+    @property
     def quartic(self) -> bool:
         """Whether an equation of fourth degree is solved, whose roots may merge by three or four."""
         places = self.family in (Family.SPHERICAL_WRIST, Family.POINT)

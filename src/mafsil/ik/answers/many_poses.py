@@ -18,15 +18,18 @@ from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import VERDICTS, Columns, SolutionBatch
 from mafsil.ik.answers.continua import moving_joints
 from mafsil.ik.answers.facts import Decision, Facts
-from mafsil.ik.answers.held_batch import held_batch
 from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
 from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.redundant_batch import redundant_batch
 from mafsil.ik.answers.refusal import beyond_reach, missed_step, out_of_plane, reached_places
+from mafsil.ik.answers.search_batch import search_batch, searched
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.problem import clean_poses
+from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
@@ -60,8 +63,12 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
             return SolutionBatch(judged.few(flat), judged.columns, asked, judged.mark_moving)
         judged.many(flat)
         return SolutionBatch(judged.columns().q, judged.columns, asked, judged.mark_moving)
-    if setting.holds_one:
-        columns = Columns(*held_batch(setting, flat, near, tolerance))
+    if has_redundant_joints(setting):
+        columns = Columns(*redundant_batch(setting, flat, near, tolerance))
+    elif counted_by_elimination(setting):
+        columns = Columns(*eliminated_batch(setting, flat, near, tolerance))
+    elif searched(setting):
+        columns = Columns(*search_batch(setting, flat, near, tolerance))
     else:
         columns = one_by_one(setting, flat, near, tolerance)
     return SolutionBatch(columns.q, lambda: columns, asked)

@@ -9,10 +9,12 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.facts import Decision, Facts
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.mechanics.closed_form.thresholds import APART
 
 POSE = (4, 4)
@@ -37,6 +39,8 @@ def one_pose(
     if kernel is not None and np.isfinite(T).all():
         rows = kernel.call(T, near, turns_of(near), *setting.bounds, tolerance)
         return judged_pose(Question(setting, T.copy(), near, tolerance, others), rows)
+    if has_redundant_joints(setting):
+        return redundant_single(setting, T, near, tolerance, others)
     clean, valid = clean_poses(T[None])
     if not valid[0]:
         raise no_pose("T_sd")

@@ -41,8 +41,17 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVecto
         near: (n,) preferred values.
         tolerance: largest residual of a solution.
     """
-    # A row that almost solves the pose at one value of a held joint is not made a solution by refinement.
-    most = min(tolerance, setting.candidate) if setting.holds_one else setting.candidate
+    from mafsil.ik.redundant.parameter_search import parameter_values
+    from mafsil.ik.redundant.parametric_form import has_redundant_joints, parametric_form
+
+    most = setting.candidate
+    if has_redundant_joints(setting):
+        # A row that almost solves the pose at one value of a held joint is not made a solution by refinement.
+        form_of_arm = parametric_form(setting)
+        found = parameter_values(setting, form_of_arm, T[None], near, min(tolerance, most))
+        moved = near.copy()
+        moved[form_of_arm.joints] = found.values[0]
+        return Start(moved, bool(found.refuted[0]), bool(found.unreachable[0]))
     arm, table = setting.arm, form.solve(T, near)
     if (not arm.held and not table.free.any()) or _allowed(setting, near, table, most).any():
         return Start(near)
@@ -58,32 +67,11 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVecto
         )
     found = form.solve(T, tries)
     count = _allowed(setting, near, found, most).sum(axis=1)
-    if not count.max() and setting.holds_one:
-        return _by_intervals(setting, form, T, near, most)
     if not count.max():
         if (table.residual <= setting.candidate).any():
             return Start(near)
         count = (found.residual <= setting.candidate).sum(axis=1)
     return Start(tries[int(np.where(count == count.max(), -np.abs(tries - near).max(axis=1), -np.inf).argmax())])
-
-
-def _by_intervals(setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, most: float) -> Start:
-    """The held joint where intervals prove that there are postures within the limits, or else any at all."""
-    from mafsil.ik.redundant.held import held_values
-
-    joint, proven = setting.arm.held[0], {True: False, False: False}
-    for limits in (True, False):
-        known = held_values(setting, T, float(near[joint]), limits=limits)
-        if known is None:
-            break
-        proven[limits] = known.none
-        tries = np.repeat(near[None], len(known.values), axis=0)
-        tries[:, joint] = known.values
-        table = form.solve(T, tries)
-        good = _allowed(setting, near, table, most) if limits else table.residual <= most
-        if good.any():
-            return Start(tries[int(good.any(axis=1).argmax())], proven[True])
-    return Start(near, proven[True], proven[False])
 
 
 def _allowed(setting: Setting, near: JointVector, table: Branches, most: float) -> NDArray[np.bool_]:

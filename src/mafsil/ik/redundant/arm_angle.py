@@ -9,7 +9,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
+from mafsil.ik.answers.setting import FAR, turns_of
 from mafsil.ik.chain import Chain, common_point
+from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern
+from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 
 EXACT = 1e-9
 """Misfit of axes that should meet or be normal to each other that counts as rounding [rad, relative to the size]."""
@@ -18,6 +22,8 @@ _ANGLES: Floats = 2 * np.pi / 3 * np.arange(3.0)
 
 THIRDS: Floats = np.stack([np.ones(3), 2 * np.cos(_ANGLES), 2 * np.sin(_ANGLES)]) / 3
 """From values at three thirds of a turn to a, b and c of a + b cos + c sin."""
+
+_ZERO, _WIDE, _UNTURNED = np.zeros(7), np.full(7, FAR), turns_of(np.zeros(7))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +43,13 @@ class ArmAngleForm:
     elbow: Floats
     wrist: Floats
 
+    @lazy
+    def kernels(self) -> ParametricForm:
+        """Of poses and arm angles to postures."""
+        chain = self.chain
+        pattern = ArmAnglePattern(np.array(chain.axes), chain.home, self.shoulder, self.elbow, self.wrist)
+        return form_of_pattern(pattern)
+
     def solve(self, T: ArrayLike, angle: ArrayLike) -> JointVector:
         """(*batch, m, 8, 7) postures, elbow, shoulder and wrist each with its two roots; NaN where out of reach.
 
@@ -44,22 +57,10 @@ class ArmAngleForm:
             T: (*batch, 4, 4) poses of the tip in {s}.
             angle: (*batch, m) arm angles [rad].
         """
-        from mafsil.ik.redundant.arm_angle_loops import BRANCHES, postures
-
         X, psi = np.asarray(T, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        batch = np.broadcast_shapes(X.shape[:-2], psi.shape[:-1])
-        count, m = int(np.prod(batch)), psi.shape[-1]
-        P = np.ascontiguousarray(np.broadcast_to(X @ pose.inverse(self.chain.home), (*batch, 4, 4))).reshape(
-            count, 4, 4
-        )
-        angles = np.ascontiguousarray(np.broadcast_to(psi, (*batch, m))).reshape(count, m)
-        q = np.empty((*angles.shape, BRANCHES, 7))
-        axes = np.ascontiguousarray(self.chain.axes)
-        frames = np.array([_frame(axes[:3]), _frame(axes[4:])])
-        turns = np.array([_turn(axes[:3]), _turn(axes[4:])])
-        places = np.array([self.shoulder, self.elbow, self.wrist])
-        postures(P, angles, axes, places, np.ascontiguousarray(axes[:2]), frames, turns, q)
-        return q.reshape(*batch, m, BRANCHES, 7)
+        return self.kernels.configurations(X[..., None, :, :], psi[..., None], _ZERO, _UNTURNED, -_WIDE, _WIDE, np.inf)[
+            0
+        ]
 
     def breaks(self, T: PoseMatrix, lower: Floats, upper: Floats) -> list[Floats]:
         """Of each elbow all arm angles at which a posture of one pose may come within the limits or leave them.

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import isfinite
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
-from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.search import Search
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.start import Start
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
+from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
+from mafsil.kernels.lazy import preset
 
 TRIED = 24
 """Values of the held joint that are tried before limits are asked."""
@@ -28,13 +35,15 @@ SLACK = 1e-9
 INWARDS: Floats = np.array([1e-2, 1e-4, 1e-6])
 """How far from a posture at a limit the held joint is moved [rad | m]."""
 
+_NO_ROW, _NO_NAME, _NO_FREE = np.full(16, -1), np.full(16, UNNAMED), np.zeros(16, dtype=np.int64)
+
 
 def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, float], tolerance: float) -> SolutionSet:
     """All solutions of one pose with the free parameter fixed, each the member of a continuum.
 
     Args:
         setting: an arm with seven coordinates, task `pose`.
-        T: (4, 4) wanted pose in {s}.
+        T: (4, 4) wanted pose in {s}, perhaps with small errors of its rotation.
         free: value of the parameter that the arm is counted by, or {name: value} of the `arm angle` or a joint [rad].
         tolerance: largest residual of a solution [rad | m].
 
@@ -43,13 +52,61 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     """
     if setting.task != "pose":
         raise InputError("redundant.only_pose", task=setting.task)
+    name, value = (None, free) if type(free) is float and isfinite(free) else _named(free)
+    form = redundancy(setting.robot, name)
+    answer = _regular(setting, form, T, value, tolerance)
+    return fixed(setting, form, _pose(T), value, tolerance) if answer is None else answer
+
+
+def _named(free: float | Mapping[str, float]) -> tuple[str | None, float]:
+    """Name of the parameter, None for that by which the arm is counted, and its value."""
     if isinstance(free, Mapping) and len(free) != 1:
         raise InputError("redundant.one_value", names=", ".join(map(str, free)))
     name, given = next(iter(free.items())) if isinstance(free, Mapping) else (None, free)
-    form, value = redundancy(setting.robot, name), gate("free", given, (), finite=True)
+    value = gate("free", given, (), finite=True)
     if value.ndim:
         raise InputError("input.shape", name="free", expected="()", got=value.shape, hint="")
-    return fixed(setting, form, T, float(value), tolerance)
+    return name, float(value)
+
+
+def _pose(T: PoseMatrix) -> PoseMatrix:
+    """The pose with its rotation at working precision."""
+    clean, valid = clean_poses(T[None])
+    if not valid[0]:
+        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
+    return clean[0]
+
+
+def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, tolerance: float) -> SolutionSet | None:
+    """The branches at a value of the parameter where none needs refinement, by one kernel; None elsewhere."""
+    if form.regular is None or tolerance < CLEAR:
+        return None
+    near, turns = setting.middle, setting.middle_turns
+    q, facts, summary = form.regular.solutions.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
+    defect, doubtful, _, excess = summary.tolist()
+    if doubtful or not defect <= ORTHOGONALITY:
+        return None
+    good = facts[:, 0] <= CLEAR
+    q, chosen = q[good], facts[good]
+    if form.held >= 0:
+        near = near.copy()
+        near[form.held] = value
+    k = len(q)
+    answer = SolutionSet(
+        Question(setting, T.copy(), near, tolerance),
+        q,
+        chosen[:, 0],
+        chosen[:, 3] <= 1e-12,
+        _NO_ROW[:k],
+        _NO_NAME[:k],
+        _NO_FREE[:k],
+        method="closed form",
+        complete=False,
+        isolated=False,
+    )
+    if excess <= 1e-12:
+        preset(answer, status=Verdict.CONTINUUM)
+    return answer
 
 
 def answered(question: Question) -> SolutionSet:
@@ -58,7 +115,11 @@ def answered(question: Question) -> SolutionSet:
     Args:
         question: to any arm.
     """
-    arm = question.setting.arm
+    setting, arm = question.setting, question.setting.arm
+    if arm.form is None and question.tolerance <= LOOSE and beyond_sphere(setting, question.T[None], LOOSE)[0]:
+        # Proven before anything is searched.
+        preset(question, start=Start(question.near, refuted=True, unreachable=True))
+        return question.answer()
     if arm.form is not None or arm.general is not None:
         answer = question.answer()
         if answer.within.any() or len(arm.held) != 1 or question.setting.holds_one:

@@ -25,6 +25,7 @@ from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
+from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
@@ -113,7 +114,7 @@ class Redundancy:
         Raises:
             InputError: a wrong shape, or no poses.
         """
-        X = gate("T", T, (4, 4)) if self._by_kernel else _poses(T)
+        X = gate("T", T, (4, 4)) if self.kernels is not None else _poses(T)
         given = np.atleast_1d(gate("values", values, (), finite=True))
         if given.ndim > 1 and given.shape[:-1] != X.shape[:-2]:
             expected = str((*X.shape[:-2], "m")).replace("'", "")
@@ -127,7 +128,7 @@ class Redundancy:
             T: (*batch, 4, 4) poses of the tip in {s}.
             count: of values.
         """
-        return self.solve(T, self.spread(count))
+        return self.solve(T, _spread(self, count))
 
     def value(self, q: ArrayLike) -> Floats:
         """(*batch,) the parameter of configurations (*batch, 7) [rad | m]."""
@@ -161,7 +162,7 @@ class Redundancy:
             return []
         asked = setting(self.robot, None, "pose")
         given = programs(self.closed.pattern, self.held, tuple(map(float, asked.middle)))
-        domain = self._domain(X)
+        domain = self.domain(X)
         if given is None or self.closed.pattern.quartic:
             return [(*one, False) for one in self._sampled(X, np.linspace(*domain, GRID))]
         found = certified(given, X, self.held, domain, asked.lower, asked.upper, ~asked.turning)
@@ -191,8 +192,8 @@ class Redundancy:
                     found.append((low, high + 2 * np.pi * (high < low), branch, True))
         return found
 
-    def _domain(self, X: PoseMatrix) -> tuple[float, float]:
-        """Values of the held joint that have to be looked at."""
+    def domain(self, X: PoseMatrix) -> tuple[float, float]:
+        """Ends of the values of the held joint that have to be looked at for a pose (4, 4)."""
         limits = self.robot.limits
         ends = float(limits.lower[self.held]), float(limits.upper[self.held])
         return range_of(self._chain, self.held, *ends, limits, X)
@@ -231,7 +232,7 @@ class Redundancy:
 
     def _member(self, X: PoseMatrix, branch: int, value: float) -> JointVector:
         one = self._judged(X, np.array([value]))
-        if one.residual[0, branch] <= REACHED or self.closed is None or not self._by_kernel:
+        if one.residual[0, branch] <= REACHED or self.closed is None:
             return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
         # At the end of an interval two branches may merge: the table is off by the square root of the rounding.
         asked = setting(self.robot, None, "pose")
@@ -251,61 +252,57 @@ class Redundancy:
             inside, outside = np.where(fits, middle, inside), np.where(fits, outside, middle)
         return inside
 
-    @property
-    def _by_kernel(self) -> bool:
-        """Whether the kernel of a closed form gives the postures."""
-        return self.closed is not None and self.angle_form is None
-
-    @property
-    def _around(self) -> bool:
-        """Whether the parameter comes back to where it was after a turn."""
-        return self.angle_form is not None
-
     def spread(self, count: int) -> Floats:
         """Evenly spread values of the parameter, (count,): over the turn, or the range of the joint [rad]."""
-        if self._around:
-            return np.linspace(-np.pi, np.pi, count, endpoint=False)
-        return np.linspace(*self._domain(np.eye(4)), count)
+        return _spread(self, count).copy()
 
     def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
-        if self._by_kernel and self.closed is not None:
-            q, residual, within = self._labelled_rows(self.closed, X, values)
+        if self.kernels is not None:
+            q, residual, within = self._labelled_rows(self.kernels, X, values)
         else:
-            q = self.angle_form.solve(X, values) if self.angle_form is not None else self._eliminated(X, values)
+            q = self._eliminated(X, values)
             residual, within = self._checked(X, values, q)
-        return Postures(values, q, residual, within, self.closed is not None or self.angle_form is not None)
+        return Postures(values, q, residual, within, self.kernels is not None)
+
+    @lazy
+    def kernels(self) -> ParametricForm | None:
+        """Of poses and values to postures; None where the other joints are solved by elimination."""
+        if self.angle_form is not None:
+            return self.angle_form.kernels
+        return None if self.closed is None else form_of_pattern(self.closed.pattern)
+
+    @lazy
+    def regular(self) -> ParametricForm | None:
+        """The kernels that also say whether an answer is regular; None where an equation of fourth degree is solved."""
+        if self.closed is None or self.closed.pattern.quartic:
+            return None if self.angle_form is None else self.angle_form.kernels
+        asked = setting(self.robot, None, "pose")
+        shared = asked.arm.form is self.closed and has_redundant_joints(asked)
+        return parametric_form(asked) if shared else form_of_pattern(self.closed.pattern)
 
     def _labelled_rows(
-        self, closed: ClosedForm, X: PoseMatrix, values: Floats
+        self, form: ParametricForm, X: PoseMatrix, values: Floats
     ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
-        """Postures, their residuals, and which are within the limits: all in the kernel of the closed form."""
+        """Postures, their residuals, and which are within the limits: all by one kernel."""
         asked = setting(self.robot, None, "pose")
-        near, turns = np.empty((*values.shape, 7)), np.empty((*values.shape, 7, 2))
-        near[...], turns[...] = asked.middle, asked.middle_turns
-        near[..., self.held] = values
-        turns[..., self.held, 0], turns[..., self.held, 1] = np.cos(values), np.sin(values)
-        poses = np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4))
-        q, facts, defect = closed.labelled(poses, near, turns, *asked.bounds)
-        if not (defect <= ORTHOGONALITY).all():
+        wishes = asked.middle, asked.middle_turns, *asked.bounds
+        q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *wishes, REACHED)
+        if not np.less_equal(defect, ORTHOGONALITY).all():
             raise _no_poses()
-        found = facts[..., 0] <= REACHED
-        q[~found] = np.nan
-        return q, np.where(found, facts[..., 0], np.nan), found & (facts[..., 5] <= 1e-12)
+        return q, residual, excess <= 1e-12
 
     def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
         """Residuals of postures, and which are within the limits, into which they are wound in place."""
-        from mafsil.ik.redundant.arm_angle_loops import checked
-
         asked = setting(self.robot, None, "pose")
-        rows = np.ascontiguousarray(q).reshape(-1, q.shape[-2], 7)
-        T = self.robot.forward_kinematics(rows)
-        residual, within = np.empty(rows.shape[:2]), np.empty(rows.shape[:2], dtype=np.bool_)
-        held = np.ascontiguousarray(values).reshape(-1)
-        poses = np.ascontiguousarray(X).reshape(-1, 4, 4)
-        limits = asked.middle, asked.lower, asked.upper
-        checked(rows, T, poses, held, self.held, asked.turning, *limits, REACHED, residual, within)
-        q[...] = rows.reshape(q.shape)
-        return residual.reshape(q.shape[:-1]), within.reshape(q.shape[:-1])
+        off = self.robot.forward_kinematics(q) - X[..., None, None, :, :]
+        distance, chord = (off[..., :3, 3] ** 2).sum(axis=-1), (off[..., :3, :3] ** 2).sum(axis=(-2, -1))
+        angle = 2 * np.arcsin(np.minimum(1.0, np.sqrt(chord / 8)))
+        residual = np.maximum(np.sqrt(distance), angle)
+        wound = wound_near(q, asked.middle, asked.lower, asked.upper, asked.turning)
+        wound[..., self.held] = np.where(np.isnan(residual), np.nan, values[..., None])
+        q[...] = wound
+        inside = (q >= asked.lower - 1e-12) & (q <= asked.upper + 1e-12)
+        return residual, (residual <= REACHED) & inside.all(axis=-1)
 
     def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:
         """Every value gives another arm of six joints; poses with the same value are solved together."""
@@ -337,6 +334,17 @@ class Redundancy:
         chain = chain_of(self.robot.mechanism)
         assert chain is not None
         return chain
+
+
+@lru_cache(maxsize=256)
+def _spread(form: Redundancy, count: int) -> Floats:
+    """The values of `Redundancy.spread`, made once."""
+    if form.angle_form is not None:
+        values = np.linspace(-np.pi, np.pi, count, endpoint=False)
+    else:
+        values = np.linspace(*form.domain(np.eye(4)), count)
+    values.setflags(write=False)
+    return values
 
 
 def _runs(good: NDArray[np.bool_], *, around: bool = True) -> list[tuple[int, int]]:
@@ -379,7 +387,7 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
     if angle is not None and parameter in (None, ARM_ANGLE):
         return Redundancy(robot, ARM_ANGLE, angle, None, -1)
     if parameter is None:
-        arm = analysis(robot.mechanism)
+        arm = analysis(robot.mechanism, "pose")
         held = arm.held[0] if arm.form is not None and len(arm.held) == 1 else 2
         form = arm.form if len(arm.held) == 1 else None
     else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.closed_form import parametric
 from mafsil.mechanics.closed_form.geometry import inputs
 from mafsil.mechanics.closed_form.table import Wishes, judged, labelled, raw
 
@@ -66,6 +67,30 @@ def _asked(pattern: ArmPattern) -> tuple[list[ca.SX], ca.SX, Wishes]:
     near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
     wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
     return [T, near, turns, lower, upper], _pose(T), wishes
+
+
+def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: parametric.Thresholds) -> ca.Function:
+    """Of (T_sd, values, near, turns, lower, upper, most) to what `parametric` makes of them.
+
+    Args:
+        pattern: of the arm, some joints held, or counted by its arm angle.
+        kind: `solutions`, `check` or `configurations`.
+        thresholds: of regular answers.
+    """
+    n = pattern.n
+    T, values, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("values", pattern.parameters), ca.SX.sym("turns", 2 * n)
+    near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
+    most = ca.SX.sym("most")
+    wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
+    if kind == "solutions":
+        q, facts, summary = parametric.parametric_solutions(pattern, thresholds, _pose(T), values, wishes, most)
+        outputs = [_column(q), _column(facts), summary]
+    elif kind == "check":
+        outputs = [parametric.parametric_check(pattern, _pose(T), values, wishes, most)]
+    else:
+        q, residual, excess, defect = parametric.parametric_configurations(pattern, _pose(T), values, wishes, most)
+        outputs = [_column(q), residual, excess, defect]
+    return ca.Function(f"parametric_{kind}", [T, values, near, turns, lower, upper, most], ca.cse(outputs))
 
 
 def _pose(T: ca.SX) -> ca.SX:

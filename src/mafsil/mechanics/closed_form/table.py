@@ -97,24 +97,58 @@ def _labelled_rows(
     pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None
 ) -> tuple[list[ca.SX], list[Row], ca.SX]:
     """Coordinates and facts of every branch, and how far T is from a pose."""
-    T, defect = _repaired(T)
+    T, defect = repaired(T)
+    branches = judged_branches(pattern, T, wishes, geometry)
+    q = [ca.horzcat(*one.q) for one in branches]
+    rows = [row_of(pattern, one.posture, (one.miss, one.free, one.excess, one.fixed)) for one in branches]
+    return q, rows, defect
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedBranch:
+    """One branch within limits or not.
+
+    Attributes:
+        posture: with its marks.
+        q: (n,) coordinates, wound into the limits where possible.
+        miss: by how much forward kinematics misses the pose.
+        free: sum of 2^i over the free coordinates i.
+        excess: by how much the worst joint is beyond its limits, zero if none is.
+        fixed: the same of the joints that are not the wrist's, which stay where they are when the wrist turns.
+    """
+
+    posture: Posture
+    q: list[ca.SX]
+    miss: ca.SX
+    free: ca.SX
+    excess: ca.SX
+    fixed: ca.SX
+
+
+def judged_branches(
+    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None
+) -> list[JudgedBranch]:
+    """All branches of a pose that is one; arguments as for `labelled`."""
     found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
-    q: list[ca.SX] = []
-    rows: list[Row] = []
+    turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
+    turning |= {held.joint for held in pattern.held if not held.slides}
+    wrist = WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))
+    moving = {pattern.joints[k] for k in wrist}
+    rows: list[JudgedBranch] = []
     for posture, miss in zip(found, misses, strict=True):
         values, free = _coordinates(pattern, posture, wishes.near)
-        turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
-        turning |= {held.joint for held in pattern.held if not held.slides}
-        wound = [_wound(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
-        wrist = WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))
-        moving = {pattern.joints[k] for k in wrist}
-        excess, fixed = ca.SX(0), ca.SX(0)
-        for i, x in enumerate(wound):
-            beyond = ca.fmax(wishes.lower[i] - x, x - wishes.upper[i])
-            excess, fixed = ca.fmax(excess, beyond), fixed if i in moving else ca.fmax(fixed, beyond)
-        q.append(ca.horzcat(*wound))
-        rows.append(_row(pattern, posture, (miss, free, excess, fixed)))
-    return q, rows, defect
+        wound = [wound_angle(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
+        rest = [i for i in range(len(wound)) if i not in moving]
+        rows.append(JudgedBranch(posture, wound, miss, free, excess_of(wound, wishes), excess_of(wound, wishes, rest)))
+    return rows
+
+
+def excess_of(q: Sequence[ca.SX], wishes: Wishes, which: Sequence[int] | None = None) -> ca.SX:
+    """By how much the worst coordinate, of all or of some, is beyond its limits, zero if none is."""
+    excess = ca.SX(0)
+    for i in range(len(q)) if which is None else which:
+        excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - q[i], q[i] - wishes.upper[i]))
+    return excess
 
 
 def motions_along(
@@ -173,8 +207,14 @@ def _coordinates(pattern: ArmPattern, posture: Posture, near: ca.SX | None) -> t
     return values, free
 
 
-def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
-    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done."""
+def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
+    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done.
+
+    Args:
+        x: the angle [rad].
+        wishes: of the caller.
+        i: its coordinate.
+    """
     turn = 2 * pi
     lower, upper = wishes.lower[i], wishes.upper[i]
     moved = x - turn * ca.floor((x - wishes.near[i]) / turn + 0.5)
@@ -185,10 +225,16 @@ def _wound(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     return ca.if_else(inside, shifted, moved)
 
 
-def _row(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX, ca.SX]) -> Row:
+def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX, ca.SX]) -> Row:
     """A branch with its name and its marks.
 
     The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a mark.
+
+    Args:
+        pattern: of the arm.
+        posture: with its marks.
+        facts: by how much it misses the pose, which coordinates are free, by how much it leaves the limits, and by how
+            much its joints beside the wrist do.
     """
     miss, free, excess, fixed = facts
     code, margin, second = 27 * posture.reason, ca.SX(1), ca.SX(1)
@@ -220,7 +266,7 @@ def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca
     return (R.T, -R.T @ p) if pattern.reversed else (R, p)
 
 
-def _repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
+def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
     """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
     R = T[:3, :3]
     gram = R.T @ R

@@ -1,0 +1,86 @@
+"""Batches for arms whose closed form holds joints: their values are chosen for all poses, one kernel does the rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
+from mafsil.ik.answers.question import LOOSE
+from mafsil.ik.answers.redundant_single import careful_question
+from mafsil.ik.answers.refusal import out_of_plane
+from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import ORTHOGONALITY
+from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, parameter_values
+from mafsil.ik.redundant.parametric_form import parametric_form
+
+CHUNK = 4096
+"""Poses whose facts are held at once."""
+
+
+def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
+    """All solutions of many poses with the redundant joints at `near`, or at the nearest tried values that lead to any.
+
+    For each chunk of poses:
+
+    1. Values of the redundant joints are found, or the proof that there are none.
+    2. The kernel gives all branches there, and says which poses need refinement.
+    3. Regular poses are written as they are: members of continua, or proven to be beyond the limits.
+    4. Poses proven to be out of reach have no rows.
+    5. What is left is answered one by one, with care.
+
+    Args:
+        setting: an arm whose exact closed form holds joints.
+        T: (k, 4, 4) poses; rows that are none are told so.
+        near: (n,) values that free and redundant joints take.
+        tolerance: largest residual of a solution.
+
+    Returns:
+        Coordinates, which rows are solutions, which of them are within the limits, residuals, codes, free coordinates,
+        and statuses, as `SolutionBatch` has them.
+    """
+    form, most, turns = parametric_form(setting), min(tolerance, setting.candidate), turns_of(near)
+    out = BatchRows(len(T), form.pattern.branches, setting.robot.n)
+    bits, names = sum(1 << joint for joint in form.joints), setting.robot.joint_names
+    for begin in range(0, len(T), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        poses = finite_poses(T[part])
+        # 1.
+        starts = parameter_values(setting, form, poses, near, most)
+        # 2.
+        q, facts, summary = form.solutions(poses, starts.values, near, turns, *setting.bounds, most)
+        valid = summary[:, 0] <= ORTHOGONALITY
+        # 3.
+        settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
+        regular = np.flatnonzero(valid & (summary[:, 1] + summary[:, 2] == 0.0) & settled)
+        whole = len(regular) == len(poses)
+        rows = part if whole else begin + regular
+        q, facts = (q, facts) if whole else (q[regular], facts[regular])
+        good = facts[..., 0] <= CLEAR
+        out.q[rows], out.residual[rows], out.valid[rows] = q, facts[..., 0], good
+        out.within[rows] = good & (facts[..., 3] <= INSIDE)
+        out.codes[rows], out.free[rows] = np.nan_to_num(facts[..., 1]), np.where(good, bits, 0)
+        out.verdicts(begin + regular, Verdict.CONTINUUM)
+        out.verdicts(begin + regular[~starts.allowed[regular]], Verdict.BEYOND_LIMITS)
+        # 4.
+        left = np.setdiff1d(np.flatnonzero(valid), regular, assume_unique=True)
+        proven = np.array([_proven(setting, poses[i], starts, int(i), tolerance) for i in left], dtype=np.bool_)
+        out.verdicts(begin + left[proven], Verdict.OUT_OF_REACH)
+        # 5.
+        for i in left[~proven]:
+            question = careful_question(setting, form, poses[i], near, tolerance, None, starts, int(i))
+            answer = question.answer()
+            out.write(begin + int(i), answer)
+            for family in (one for one in answer.families if one.solution < out.q.shape[1]):
+                out.free[begin + int(i), family.solution] |= 1 << names.index(family.joint)
+    return out.columns
+
+
+def _proven(setting: Setting, T: PoseMatrix, starts: ParameterValues, i: int, tolerance: float) -> bool:
+    """Whether nothing can be near enough, and not because of what a planar arm, or one of few joints, cannot do."""
+    few = setting.few and setting.task == "pose"
+    return bool(starts.unreachable[i]) and tolerance <= LOOSE and not few and not out_of_plane(setting, T)

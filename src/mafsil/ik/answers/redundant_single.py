@@ -1,0 +1,129 @@
+"""One pose of an arm whose closed form holds joints: the kernel's rows where they are regular, else with care."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.errors import InputError
+from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
+from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.answers.start import Start
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, nearest_allowed, parameter_values
+from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
+from mafsil.kernels.lazy import preset
+
+
+def redundant_single(
+    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+) -> SolutionSet:
+    """All solutions of one pose with the redundant joints at `near`, or at the nearest tried values that lead to any.
+
+    1. The kernel gives every branch at the preferred values, and says whether one is within the limits and whether
+       one needs refinement.
+    2. Where none is within the limits other values are sought, and the kernel asked again.
+    3. Regular branches are the answer; each is a member of a continuum, for the other joints follow the held ones.
+       Anything else is answered with care.
+
+    Args:
+        setting: an arm for which `has_redundant_joints` holds.
+        T: (4, 4) pose.
+        near: (n,) values that free and redundant joints take.
+        tolerance: largest residual of a solution.
+        others: coordinates of the whole robot, where the joints that do not move the frame are.
+
+    Raises:
+        InputError: no pose.
+    """
+    form, most = parametric_form(setting), min(tolerance, setting.candidate)
+    turns = setting.middle_turns if near is setting.middle else turns_of(near)
+    # 1.
+    values = near[form.joints]
+    q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+    defect, doubtful, folded, excess = summary.tolist()
+    if not defect <= ORTHOGONALITY:
+        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
+    # 2.
+    if not excess <= INSIDE:
+        other = nearest_allowed(setting, form, T, near, most)
+        if other is None:
+            starts = parameter_values(setting, form, T[None], near, most)
+            if not starts.allowed[0]:
+                return careful_question(setting, form, T, near, tolerance, others, starts, 0).answer()
+            other = starts.values[0]
+        values = other
+        q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+        doubtful, folded = summary[1], summary[2]
+    # 3.
+    if doubtful or folded or tolerance < CLEAR:
+        none = np.zeros(1, dtype=np.bool_)
+        known = ParameterValues(values[None], ~none, ~none, none, none)
+        return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()
+    good = facts[:, 0] <= CLEAR
+    chosen, rows = facts[good], good.nonzero()[0]
+    return regular_answer(
+        Question(setting, T.copy(), near, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
+    )
+
+
+def regular_answer(
+    question: Question,
+    q: JointVector,
+    residual: Floats,
+    excess: Floats,
+    rows: NDArray[np.int64],
+    codes: Floats,
+) -> SolutionSet:
+    """Regular solutions, each the member of a continuum.
+
+    Args:
+        question: that they answer.
+        q: (k, n) coordinates.
+        residual, excess: (k,) by which they miss the pose, and leave the limits.
+        rows, codes: (k,) row of the closed form's table, and branch as a number.
+    """
+    answer = SolutionSet(
+        question,
+        q,
+        residual,
+        excess <= INSIDE,
+        rows,
+        codes.astype(np.int64),
+        np.zeros(len(q), dtype=np.int64),
+        method="closed form",
+        complete=False,
+        isolated=False,
+    )
+    preset(answer, status=Verdict.CONTINUUM)
+    return answer
+
+
+def careful_question(
+    setting: Setting,
+    form: ParametricForm,
+    T: PoseMatrix,
+    near: JointVector,
+    tolerance: float,
+    others: JointVector | None,
+    starts: ParameterValues,
+    i: int,
+) -> Question:
+    """The question to one pose, with what is known of its redundant joints.
+
+    Args:
+        setting, form: the arm and its kernels.
+        T: (4, 4) pose.
+        near, tolerance, others: as for `redundant_single`.
+        starts: known of some poses.
+        i: place of the pose among those.
+    """
+    question = Question(setting, clean_poses(T[None])[0][0], near, tolerance, others)
+    moved = near.copy()
+    moved[form.joints] = starts.values[i]
+    start = Start(moved, bool(starts.refuted[i]), bool(starts.unreachable[i]))
+    preset(question, start=start)
+    return question

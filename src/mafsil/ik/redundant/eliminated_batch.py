@@ -1,0 +1,209 @@
+"""Batches for arms with seven coordinates without closed form: values of one joint, the others by elimination."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
+from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.question import LOOSE, Question
+from mafsil.ik.answers.search_batch import regular, sought_within_limits
+from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.solution_set import wound_near
+from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.problem import clean_poses
+from mafsil.ik.redundant.fixed import BESIDE, SLACK, TRIED, answered
+from mafsil.ik.redundant.form import Redundancy, redundancy
+from mafsil.ik.redundant.parameter_search import beyond_sphere
+from mafsil.ik.refine import refined
+
+ROWS = 16
+"""Most solutions of six joints."""
+
+CHUNK = 1024
+"""Poses that are worked on at once."""
+
+SAME = 1e-6
+"""Difference of coordinates up to which rows are one solution [rad | m]."""
+
+
+def counted_by_elimination(setting: Setting) -> bool:
+    """Whether the arm has seven coordinates and no closed form: one is held, six are found by elimination."""
+    arm = setting.arm
+    return setting.task == "pose" and arm.form is None and arm.chain is not None and len(arm.chain) == 7
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """The first solutions of k poses that were found, and those within the limits.
+
+    Attributes:
+        q: (k, ROWS, 7) coordinates.
+        residual: (k, ROWS) of solutions, NaN elsewhere.
+        listed: (k,) whether there is a solution.
+        within: (k,) whether one is within the limits.
+    """
+
+    q: JointVector
+    residual: Floats
+    listed: NDArray[np.bool_]
+    within: NDArray[np.bool_]
+
+
+def eliminated_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
+    """Solutions of many poses with one joint held, at values that are tried as for one pose.
+
+    For each chunk of poses:
+
+    1. The preferred value is tried for all poses.
+    2. A pose beyond the sphere that the frame cannot leave has no solution.
+    3. For the others a search looks for a solution within the limits: the spread values beside its own are tried.
+    4. All spread values are tried, the nearest first.
+    5. Poses without a solution within the limits for which a configuration with a joint at its limit may lead to one,
+       and those without any, are answered one by one. The others keep the first solutions that were found.
+    6. A solution whose Jacobian has full rank is the member of a continuum; without one the pose is answered alone.
+
+    Args:
+        setting: an arm for which `counted_by_elimination` holds.
+        T: (k, 4, 4) poses; rows that are none are told so.
+        near: (7,) values that the redundant joint takes, and to which angles are wound.
+        tolerance: largest residual of a solution.
+
+    Returns:
+        As `redundant_batch`.
+    """
+    form, out = redundancy(setting.robot), BatchRows(len(T), ROWS, 7)
+    out.codes[:] = UNNAMED
+    clean, valid = clean_poses(finite_poses(T))
+    for begin in range(0, len(T), CHUNK):
+        part = begin + np.flatnonzero(valid[begin : begin + CHUNK])
+        if len(part):
+            _answer(setting, form, clean, part, near, tolerance, out)
+    used = max(1, int(out.valid.sum(axis=1).max(initial=0)))
+    columns = (out.q, out.valid, out.within, out.residual, out.codes, out.free)
+    return (*(one[:, :used] for one in columns), out.status)
+
+
+def _answer(
+    setting: Setting,
+    form: Redundancy,
+    T: PoseMatrix,
+    part: NDArray[np.intp],
+    near: JointVector,
+    tolerance: float,
+    out: BatchRows,
+) -> None:
+    """The rows `part` of a batch."""
+    poses, count = T[part], len(part)
+    found = _Found(
+        np.full((count, ROWS, 7), np.nan),
+        np.full((count, ROWS), np.nan),
+        np.zeros(count, dtype=np.bool_),
+        np.zeros(count, dtype=np.bool_),
+    )
+    spread = form.spread(TRIED)
+    # 1.
+    every = np.arange(count)
+    _try(setting, form, poses, every, np.full(count, near[form.held]), tolerance, found)
+    # 2.
+    beyond = ~found.listed & beyond_sphere(setting, poses, tolerance) & (tolerance <= LOOSE)
+    # 3.
+    rows = np.flatnonzero(~found.within & ~beyond)
+    if len(rows):
+        q, residual = sought_within_limits(setting, poses[rows], tolerance)
+        rows, own = rows[np.isfinite(residual)], form.value(q[np.isfinite(residual)])
+        order = np.argsort(np.abs(spread - own[:, None]), axis=1, kind="stable")
+        for values in (*spread[order[:, :BESIDE]].T, own):
+            left = ~found.within[rows]
+            _try(setting, form, poses, rows[left], values[left], tolerance, found)
+    # 4.
+    for value in spread[np.argsort(np.abs(spread - near[form.held]), kind="stable")]:
+        rows = np.flatnonzero(~found.within & ~beyond)
+        _try(setting, form, poses, rows, np.full(len(rows), value), tolerance, found)
+    # 5.
+    alone = ~found.listed & ~beyond
+    rows = np.flatnonzero(found.listed & ~found.within)
+    alone[rows] = _may_end_at_limits(setting, form, poses[rows])
+    # 6.
+    settled = np.flatnonzero(~alone & ~beyond)
+    smooth = np.zeros((count, ROWS), dtype=np.bool_)
+    solutions = np.isfinite(found.residual) & ~alone[:, None]
+    smooth[solutions] = regular(setting, found.q[solutions])
+    alone[settled] |= found.within[settled] & ~smooth[settled].any(axis=1)
+    settled = settled[~alone[settled]]
+    places = part[settled]
+    out.q[places], out.residual[places] = found.q[settled], found.residual[settled]
+    out.valid[places] = np.isfinite(found.residual[settled])
+    out.within[places] = out.valid[places] & setting.allowed(found.q[settled])
+    out.verdicts(places, Verdict.CONTINUUM)
+    out.verdicts(places[~found.within[settled]], Verdict.NOT_FOUND_WITHIN_LIMITS)
+    out.verdicts(part[beyond], Verdict.OUT_OF_REACH)
+    for i in np.flatnonzero(alone):
+        out.write(int(part[i]), answered(Question(setting, poses[i], near, tolerance)))
+
+
+def _try(
+    setting: Setting,
+    form: Redundancy,
+    T: PoseMatrix,
+    rows: NDArray[np.intp],
+    values: Floats,
+    tolerance: float,
+    found: _Found,
+) -> None:
+    """Solutions of some poses with the redundant joint at values (one for each), kept if better than what is known."""
+    if not len(rows):
+        return
+    # As `fixed` does it for one pose.
+    poses = T[rows]
+    table = form.solve(poses, values[:, None])
+    q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
+    pose, place = np.nonzero(table.residual[:, 0] <= 1e-5)
+    q[pose, place], residual[pose, place] = refined(
+        setting.robot, q[pose, place], poses[pose], setting.mask, None, held=(form.held,)
+    )
+    good = residual <= tolerance
+    _keep_first(setting, q, good)
+    # Solutions in front, in their order.
+    order = np.argsort(~good, axis=1, kind="stable")
+    q, good = np.take_along_axis(q, order[..., None], axis=1), np.take_along_axis(good, order, axis=1)
+    residual = np.where(good, np.take_along_axis(residual, order, axis=1), np.nan)
+    q[~good] = np.nan
+    listed = np.asarray(good.any(axis=1), dtype=np.bool_)
+    within = np.asarray((good & setting.allowed(q)).any(axis=1), dtype=np.bool_)
+    better = within | (listed & ~found.listed[rows])
+    chosen = rows[better]
+    found.q[chosen], found.residual[chosen] = q[better], residual[better]
+    found.listed[chosen], found.within[chosen] = True, within[better]
+
+
+def _keep_first(setting: Setting, q: JointVector, good: NDArray[np.bool_]) -> None:
+    """Rows that repeat an earlier solution of their pose are no longer good."""
+    for k in range(1, ROWS):
+        for j in range(k):
+            both = np.flatnonzero(good[:, k] & good[:, j])
+            if len(both):
+                d = q[both, k] - q[both, j]
+                d = np.where(setting.turning, (d + np.pi) % (2 * np.pi) - np.pi, d)
+                good[both, k] = np.abs(d).max(axis=1) > SAME
+
+
+def _may_end_at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> NDArray[np.bool_]:
+    """(k,) for which poses a configuration with one joint at a limit has the others within theirs."""
+    found = np.zeros(len(T), dtype=np.bool_)
+    if not len(T):
+        return found
+    for joint, limit, method in form.limited:
+        others = method.solve_all(T).q
+        q = wound_near(
+            np.insert(others, joint, limit, axis=-1), setting.middle, setting.lower, setting.upper, setting.turning
+        )
+        q[..., joint] = np.where(np.isnan(q[..., joint]), np.nan, limit)
+        inside = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
+        found |= np.any(np.all(inside, axis=-1), axis=1)
+    return found

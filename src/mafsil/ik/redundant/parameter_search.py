@@ -1,0 +1,213 @@
+"""Values of redundant joints that lead to solutions, for many poses: the preferred ones, or the nearest found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.problem import ORTHOGONALITY, reach_bound
+from mafsil.ik.redundant.parametric_form import ParametricForm
+
+COARSE, FINE = 24, 240
+"""Values of one redundant joint that are tried, first and then."""
+
+MOST_JOINTS = 3
+"""Held joints up to which the number of tried vectors grows by a factor of eight for each."""
+
+TOGETHER = 128
+"""Evaluations that are made at once though one of them may be enough: a call of a kernel costs as much."""
+
+INSIDE = 1e-12
+"""Excess over a limit that is rounding [rad | m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterValues:
+    """What is known of each of k poses.
+
+    Attributes:
+        values: (k, h) of the redundant joints, by coordinate.
+        allowed: (k,) whether they lead to a solution within the limits.
+        solved: (k,) whether they lead to any.
+        refuted: (k,) whether it is proven that no value leads to a solution within the limits.
+        unreachable: (k,) whether it is proven that none leads to any.
+    """
+
+    values: Floats
+    allowed: NDArray[np.bool_]
+    solved: NDArray[np.bool_]
+    refuted: NDArray[np.bool_]
+    unreachable: NDArray[np.bool_]
+
+
+def parameter_values(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, near: JointVector, most: float
+) -> ParameterValues:
+    """The preferred values, or the nearest tried ones that lead to solutions within the limits, or else to any.
+
+    1. The preferred values are judged for all poses.
+    2. A pose beyond the sphere that the frame cannot leave has no solution.
+    3. For the others values spread over the ranges of the redundant joints are tried, the nearest first, until each
+       pose has a solution within the limits; the nearest that lead to any solution are remembered.
+    4. Of one redundant joint, interval arithmetic then finds values or proves that there are none; see `held_values`.
+
+    Args:
+        setting: an arm whose exact closed form holds joints.
+        form: its kernels.
+        T: (k, 4, 4) poses; of rows that are none nothing is sought.
+        near: (n,) preferred values.
+        most: largest residual of a solution.
+    """
+    count, held = len(T), sorted(setting.arm.held)
+    # 1.
+    values = np.repeat(near[held][None], count, axis=0)
+    judged = _judged(setting, form, T, values, near, most)
+    allowed, solved = judged[:, 0] <= INSIDE, judged[:, 1] <= most
+    found = ParameterValues(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
+    open_rows = np.flatnonzero(~allowed & (judged[:, 2] <= ORTHOGONALITY))
+    if not len(open_rows):
+        return found
+    # 2.
+    beyond = beyond_sphere(setting, T[open_rows], most)
+    found.refuted[open_rows] = found.unreachable[open_rows] = beyond
+    open_rows = open_rows[~beyond]
+    # 3.
+    for tries in _tries(setting, near):
+        open_rows = _tried(setting, form, T, near, most, tries, found, open_rows)
+    # 4.
+    if setting.holds_one:
+        for i in open_rows:
+            _by_intervals(setting, form, T[i], near, most, found, int(i))
+    return found
+
+
+def nearest_allowed(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, near: JointVector, most: float
+) -> Floats | None:
+    """(h,) the nearest of the first tried values that lead one pose (4, 4) to a solution within the limits, or None.
+
+    The same values as `parameter_values` finds where the preferred ones lead to none; arguments as there.
+    """
+    tries = _tries(setting, near)[0]
+    if len(tries) > TOGETHER:
+        return None
+    allowed = _judged(setting, form, T, tries, near, most)[:, 0] <= INSIDE
+    first = int(allowed.argmax())
+    return tries[first] if allowed[first] else None
+
+
+def _judged(
+    setting: Setting, form: ParametricForm, T: PoseMatrix, values: Floats, near: JointVector, most: float
+) -> Floats:
+    """(*batch, 3) least excess of a solution, least residual, how far the pose is from one."""
+    turns = setting.middle_turns if near is setting.middle else turns_of(near)
+    return form.check(T, values, near, turns, *setting.bounds, most)
+
+
+def beyond_sphere(setting: Setting, T: PoseMatrix, tolerance: float) -> NDArray[np.bool_]:
+    """(k,) which places are farther than a tolerance outside the sphere that the frame cannot leave.
+
+    None of an arm with slides, which may leave their limits.
+
+    Args:
+        setting: the arm.
+        T: (k, 4, 4) poses.
+        tolerance: largest residual of a solution.
+    """
+    chain = setting.arm.chain
+    if chain is None or any(chain.slides):
+        return np.zeros(len(T), dtype=np.bool_)
+    centre, radius = _sphere(setting)
+    away = np.linalg.norm(T[:, :3, 3] - centre, axis=1)
+    return np.asarray(away > radius * (1 + INSIDE) + tolerance, dtype=np.bool_)
+
+
+@lru_cache(maxsize=128)
+def _sphere(setting: Setting) -> tuple[Floats, float]:
+    """Centre and radius of the sphere that the frame cannot leave [m]."""
+    return reach_bound(setting.robot.mechanism, None)
+
+
+def _tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
+    """(m, h) values that are tried one after the other, in one or two lists."""
+    return _middle_tries(setting) if near is setting.middle else _ordered_tries(setting, near)
+
+
+@lru_cache(maxsize=128)
+def _middle_tries(setting: Setting) -> tuple[Floats, ...]:
+    return _ordered_tries(setting, setting.middle)
+
+
+def _ordered_tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
+    """Values over the ranges of the redundant joints, the nearest to the preferred ones first."""
+    held = sorted(setting.arm.held)
+    low, high = np.maximum(setting.lower[held], -np.pi), np.minimum(setting.upper[held], np.pi)
+    if len(held) == 1:
+        return tuple(_nearest_first(np.linspace(low, high, count), near[held]) for count in (COARSE, FINE))
+    generator, count = np.random.default_rng(0), COARSE * 8 ** min(len(held) - 1, MOST_JOINTS - 1)
+    values = [generator.uniform(a, b, count) for a, b in zip(low, high, strict=True)]
+    return (_nearest_first(np.stack(values, axis=1), near[held]),)
+
+
+def _nearest_first(values: Floats, preferred: Floats) -> Floats:
+    return values[np.argsort(np.abs(values - preferred).max(axis=1), kind="stable")]
+
+
+def _tried(
+    setting: Setting,
+    form: ParametricForm,
+    T: PoseMatrix,
+    near: JointVector,
+    most: float,
+    tries: Floats,
+    found: ParameterValues,
+    open_rows: NDArray[np.intp],
+) -> NDArray[np.intp]:
+    """Write what the first successful try of each open pose is; the poses that are open still."""
+    begin = 0
+    while begin < len(tries) and len(open_rows):
+        some = tries[begin : begin + max(1, TOGETHER // len(open_rows))]
+        begin += len(some)
+        judged = _judged(setting, form, T[open_rows][:, None], some, near, most)
+        for good, marked in ((judged[..., 1] <= most, found.solved), (judged[..., 0] <= INSIDE, found.allowed)):
+            # Where any solution is known already only one within the limits is better.
+            new = good.any(axis=1) & ~marked[open_rows]
+            rows = open_rows[new]
+            found.values[rows] = some[good[new].argmax(axis=1)]
+            marked[rows] = True
+        open_rows = open_rows[~found.allowed[open_rows]]
+    return open_rows
+
+
+def _by_intervals(
+    setting: Setting,
+    form: ParametricForm,
+    T: PoseMatrix,
+    near: JointVector,
+    most: float,
+    found: ParameterValues,
+    i: int,
+) -> None:
+    """The redundant joint of one pose where intervals prove that there are solutions within the limits, or else any."""
+    from mafsil.ik.redundant.held import held_values
+
+    for limits, marked, proven in ((True, found.allowed, found.refuted), (False, found.solved, found.unreachable)):
+        if not limits and found.solved[i]:
+            return
+        known = held_values(setting, T, float(near[setting.arm.held[0]]), limits=limits)
+        if known is None:
+            return
+        proven[i] = known.none
+        if not len(known.values):
+            continue
+        judged = _judged(setting, form, T, known.values[:, None], near, most)
+        good = judged[:, 0] <= INSIDE if limits else judged[:, 1] <= most
+        if good.any():
+            found.values[i], marked[i] = known.values[int(good.argmax())], True
+            found.solved[i] = True
+            return

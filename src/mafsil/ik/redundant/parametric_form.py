@@ -1,0 +1,129 @@
+"""The closed form of an arm with redundant joints as kernels that take these joints' values as an input."""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from typing import Any, TypeAlias
+
+from mafsil import kernels
+from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
+from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
+from mafsil.mechanics.arm_pattern import ArmPattern
+
+MERGING = 1e-7
+"""Marks up to which a solution may be the member of a further continuum."""
+
+APART = 1e-4
+"""Marks below which two branches may be the same solution, where turning joints were added to the arm."""
+
+CANDIDATE = 1e-5
+"""Residuals up to which a branch may become a solution by refinement."""
+
+Numbers = tuple[float, ...]
+
+Pattern: TypeAlias = ArmPattern | ArmAnglePattern
+"""Of arms that are solved once a parameter is given: values of redundant joints, or the arm angle."""
+
+
+class ParametricForm:
+    """Kernels of a pattern with redundant joints.
+
+    All take (T_sd, values, near, turns, lower, upper, most): pose (4, 4); values (h,) of the redundant joints by
+    coordinate; coordinates `near` (n,) to which angles are wound and which free joints take, and their cosines and
+    sines (n, 2); limits (n,); the largest residual of a solution.
+
+    Attributes:
+        pattern: what the arm was recognised as.
+        numbers: thresholds of regular answers.
+        joints: coordinates of the redundant joints.
+    """
+
+    def __init__(self, pattern: Pattern, numbers: Numbers) -> None:
+        self.pattern, self.numbers = pattern, numbers
+        self.joints = sorted(held.joint for held in pattern.held) if isinstance(pattern, ArmPattern) else []
+
+    @lazy
+    def solutions(self) -> Kernel:
+        """To (branches, n) coordinates, (branches, 4) residual, code, mark and excess, and the summary (4,).
+
+        The summary: how far T is from a pose, whether a branch needs refinement, whether rounding may have moved one
+        far off, the least excess of a solution.
+        """
+        rows = self.pattern.branches
+        return self._made(
+            "solutions", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (4,))
+        )
+
+    @lazy
+    def check(self) -> Kernel:
+        """To (3,): least excess of a solution, infinite without one; least residual; how far T is from a pose."""
+        return self._made("check", Port("check", (3,)))
+
+    @lazy
+    def configurations(self) -> Kernel:
+        """To (branches, n) coordinates, (branches,) residuals and excesses, and how far T is from a pose.
+
+        Coordinates and residuals are NaN and the excess infinite where there is no configuration.
+        """
+        rows = (self.pattern.branches,)
+        outputs = Port("q", (*rows, self.pattern.n)), Port("residual", rows), Port("excess", rows), Port("defect")
+        return self._made("configurations", *outputs)
+
+    def _made(self, kind: str, *outputs: Port) -> Kernel:
+        # Only answers depend on the thresholds: the others are shared.
+        return _compiled(self.pattern, kind, self.numbers if kind == "solutions" else (0.0,) * 6, outputs)
+
+
+def has_redundant_joints(setting: Setting) -> bool:
+    """Whether the arm has an exact closed form once joints are held, and no equation of fourth degree in it."""
+    arm = setting.arm
+    return bool(arm.held) and arm.exact and not setting.quartic
+
+
+@lru_cache(maxsize=128)
+def parametric_form(setting: Setting) -> ParametricForm:
+    """The kernels for an arm whose exact closed form holds joints.
+
+    Args:
+        setting: the arm.
+    """
+    form = setting.arm.form
+    assert form is not None
+    margin = MERGING if setting.plain else APART
+    return ParametricForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
+
+
+@lru_cache(maxsize=128)
+def form_of_pattern(pattern: Pattern) -> ParametricForm:
+    """The kernels of a pattern by itself, made once.
+
+    Args:
+        pattern: with redundant joints, or counted by its arm angle.
+    """
+    return ParametricForm(pattern, (CLEAR, CANDIDATE, APART, SPLIT, NEARLY, BENT))
+
+
+def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
+    n = pattern.n
+    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    return kernels.compile(
+        Signature(
+            f"parametric_{kind}",
+            (Port("T_sd", (4, 4)), Port("values", (pattern.parameters,)), *vectors, Port("most")),
+            outputs,
+        ),
+        partial(_build, pattern, kind, numbers),
+        key=f"parametric {kind} {numbers} {pattern.key}",
+        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+        recipe=(_compiled, (pattern, kind, numbers, outputs)),
+    )
+
+
+def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
+    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    from mafsil.mechanics.closed_form.function import parametric_function
+    from mafsil.mechanics.closed_form.parametric import Thresholds
+
+    return parametric_function(pattern, kind, Thresholds(*numbers))

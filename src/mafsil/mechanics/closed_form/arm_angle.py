@@ -1,0 +1,203 @@
+"""Eight configurations of an arm with spherical shoulder and wrist for an arm angle, as expressions.
+
+Reference: Kreutz-Delgado, Long and Seraji, Kinematic analysis of 7-DOF manipulators, 1992 (the arm angle); Shimizu et
+al., Analytical inverse kinematic computation for 7-DOF redundant manipulators with joint limits, 2008.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from mafsil.algebra.spatial import cross
+from mafsil.algebra.subproblems import Turn
+from mafsil.arrays import Floats
+from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
+from mafsil.mechanics.closed_form.line import Posture, across, aside, norm
+from mafsil.mechanics.closed_form.table import JudgedBranch, Wishes, excess_of, wound_angle
+
+ALONG = 1e-9
+"""Sine of the angle between the first axis and the line to the wrist up to which the second axis is measured from."""
+
+STRAIGHT = 1e-12
+"""The elbow's distance from the line, the same relative to one metre, below which any side of it will do [m]."""
+
+FLAT = 1e-12
+"""Sine of the middle joint of three below which only the sum of the others is known."""
+
+ROUNDING = 1e-12
+"""By how much the cosine of the elbow's opening may exceed one."""
+
+Columns = tuple[ca.SX, ca.SX, ca.SX]
+"""Three orthonormal vectors."""
+
+ThreeTurns = tuple[Turn, Turn, Turn]
+"""Of three joints with a common point."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Triple:
+    """Two ways in which three joints with a common point make a rotation.
+
+    Attributes:
+        turns: of both ways, each of three joints.
+        mark: sine of the middle joint: both ways are one where it vanishes.
+    """
+
+    turns: tuple[ThreeTurns, ThreeTurns]
+    mark: ca.SX
+
+
+def arm_angle_branches(pattern: ArmAnglePattern, T: ca.SX, angle: ca.SX, wishes: Wishes) -> list[JudgedBranch]:
+    """All branches, elbow, shoulder and wrist each with its two roots; coordinates NaN where the wrist is out of reach.
+
+    1. The distance from shoulder to wrist gives the elbow: two openings about where the links are in line.
+    2. The frame of (line to the wrist, side of the elbow) before the turn of the shoulder, and the frame wanted: its
+       side is that of the first axis, turned about the line by the arm angle. One onto the other is the shoulder's
+       rotation.
+    3. Shoulder and wrist are three turns about axes normal to their neighbours: two ways each.
+    4. Forward kinematics of the wrist's centre, and of two unit vectors of the tip, says by how much a branch misses.
+
+    Args:
+        pattern: of the arm.
+        T: (4, 4) wanted pose of the tip in {s}.
+        angle: arm angle [rad].
+        wishes: of the caller: to where angles are wound, and their limits.
+    """
+    home = ca.SX(np.linalg.inv(pattern.home))
+    P = T @ home
+    R, p = P[:3, :3], P[:3, 3]
+    axes = [ca.SX(w) for w in pattern.axes]
+    shoulder, elbow, wrist = (ca.SX(x) for x in (pattern.shoulder, pattern.elbow, pattern.wrist))
+    target = R @ wrist + p - shoulder
+    distance = ca.fmax(norm(target), 1e-300)
+    # 1.
+    centre, cosine = _opening(pattern, distance)
+    reached = ca.fabs(cosine) <= 1 + ROUNDING
+    cosine = ca.fmax(-1, ca.fmin(1, cosine))
+    sine = ca.sqrt(1 - cosine * cosine)
+    turn = Turn(ca.cos(angle), ca.sin(angle))
+    want = _side_turned(_frame_along(target / distance, axes[0], axes[1], ALONG), turn)
+    side = aside(axes[6], axes[5])
+    goals = [R @ axes[6], R @ side]
+    rows: list[JudgedBranch] = []
+    for sign in (1.0, -1.0):
+        bend = centre.then(Turn(cosine, sign * sine))
+        link = bend.about(axes[3], wrist - elbow)
+        # 2.
+        seen = elbow - shoulder + link
+        have = _frame_along(seen / ca.fmax(norm(seen), 1e-300), elbow - shoulder, axes[3], STRAIGHT)
+        S = ca.horzcat(*want) @ ca.horzcat(*have).T
+        # 3.
+        first = _triple(pattern.axes[:3], S)
+        rest = _columns_turned(bend.back(), axes[3], S.T @ R)
+        last = _triple(pattern.axes[4:], rest)
+        # 4.
+        moved = [_applied(axes[4:], turns, [axes[6], side]) for turns in last.turns]
+        for before in first.turns:
+            place = _applied(axes[:3], before, [seen])[0] - target
+            left = [bend.back().about(axes[3], x) for x in _taken_off(axes[:3], before, goals)]
+            for after, vectors in zip(last.turns, moved, strict=True):
+                squares = [ca.sumsqr(place), *(ca.sumsqr(x - y) for x, y in zip(left, vectors, strict=True))]
+                miss = ca.sqrt(ca.fmax(squares[0], ca.fmax(squares[1], squares[2])))
+                motions = (*before, bend, *after)
+                marks = (first.mark, sine, last.mark)
+                rows.append(_judged(motions, ca.if_else(reached, miss, float("nan")), marks, wishes))
+    return rows
+
+
+def _judged(motions: tuple[Turn, ...], miss: ca.SX, marks: tuple[ca.SX, ca.SX, ca.SX], wishes: Wishes) -> JudgedBranch:
+    """The branch with its angles wound into the limits."""
+    known = miss < ca.inf
+    q = [ca.if_else(known, wound_angle(one.angle, wishes, i), float("nan")) for i, one in enumerate(motions)]
+    posture = Posture(motions, (ca.SX(0),) * len(motions), ca.SX(0), ca.SX(0), marks)
+    return JudgedBranch(posture, q, miss, ca.SX(0), excess_of(q, wishes))
+
+
+def _opening(pattern: ArmAnglePattern, distance: ca.SX) -> tuple[Turn, ca.SX]:
+    """The turn of axis 4 that brings the wrist farthest, and the cosine of how far the elbow is from there.
+
+    |Rot(w4, q4) u + v| = distance: u from axis 4 to the wrist, v from the shoulder to axis 4.
+    """
+    w = pattern.axes[3]
+    u, v = pattern.wrist - pattern.elbow, pattern.elbow - pattern.shoulder
+    height = float(w @ u + w @ v)
+    u, v = u - (w @ u) * w, v - (w @ v) * w
+    x, y = float(u @ v), float(np.cross(w, u) @ v)
+    size = float(np.hypot(x, y))
+    cosine = (distance * distance - height * height - float(u @ u) - float(v @ v)) / (2 * size)
+    return Turn(ca.SX(x / size), ca.SX(y / size)), cosine
+
+
+def _frame_along(w: ca.SX, side: ca.SX, other: ca.SX, least: float) -> Columns:
+    """The unit vector w, the part of `side` across it, of `other` if that is nearly none, and the normal to both."""
+    one, two = across(w, side), across(w, other)
+    usable = norm(one) >= least
+    chosen = ca.vertcat(*[ca.if_else(usable, one[k], two[k]) for k in range(3)])
+    # Of a short part across w rounding leaves some along w: it is taken off again.
+    chosen = across(w, chosen / norm(chosen))
+    chosen = chosen / norm(chosen)
+    return w, chosen, cross(w, chosen)
+
+
+def _side_turned(frame: Columns, turn: Turn) -> Columns:
+    """The frame turned about its first vector."""
+    w, side, normal = frame
+    return w, turn.c * side + turn.s * normal, turn.c * normal - turn.s * side
+
+
+def _columns_turned(turn: Turn, w: ca.SX, R: ca.SX) -> ca.SX:
+    """Rot(w, angle) R."""
+    return ca.horzcat(*[turn.about(w, R[:, k]) for k in range(3)])
+
+
+def _triple(axes: Floats, R: ca.SX) -> _Triple:
+    """Turns about three axes, the second normal to the others, whose product is R.
+
+    F' R F Rot(y, b0) = Rot(z, a) Rot(y, b + b0) Rot(z, c): F has z along the first axis and y along the second, b0 is
+    the angle from the first to the third about the second.
+    """
+    F, (c0, s0) = _axes_frame(axes)
+    Q = ca.SX(F.T) @ R @ ca.SX(F @ np.array([[c0, 0.0, s0], [0.0, 1.0, 0.0], [-s0, 0.0, c0]]))
+    size = norm(ca.vertcat(Q[0, 2], Q[1, 2]))
+    flat = size < FLAT
+    divisor = ca.if_else(flat, 1, size)
+    # Where the middle joint does not bend, all is in the third.
+    a = Turn(ca.if_else(flat, 1, Q[0, 2] / divisor), ca.if_else(flat, 0, Q[1, 2] / divisor))
+    c = Turn(ca.if_else(flat, Q[1, 1], -Q[2, 0] / divisor), ca.if_else(flat, Q[1, 0], Q[2, 1] / divisor))
+    sine = ca.if_else(flat, 0, size)
+    back = Turn(ca.SX(c0), ca.SX(-s0))
+    one = (a, Turn(Q[2, 2], sine).then(back), c)
+    half = ca.if_else(flat, 1, -1)
+    two = (_times(half, a), Turn(Q[2, 2], -sine).then(back), _times(half, c))
+    return _Triple((one, two), size)
+
+
+def _axes_frame(axes: Floats) -> tuple[Floats, tuple[float, float]]:
+    """(3, 3) z along the first axis and y along the second; cosine and sine from the first to the third about it."""
+    y = axes[1] - (axes[1] @ axes[0]) * axes[0]
+    y = y / np.linalg.norm(y)
+    c, s = float(axes[0] @ axes[2]), float(axes[1] @ np.cross(axes[0], axes[2]))
+    size = float(np.hypot(c, s))
+    return np.stack([np.cross(y, axes[0]), y, axes[0]], axis=1), (c / size, s / size)
+
+
+def _times(sign: ca.SX, turn: Turn) -> Turn:
+    """The turn, or that by half a turn more where the sign is negative."""
+    return Turn(sign * turn.c, sign * turn.s)
+
+
+def _applied(axes: list[ca.SX], turns: ThreeTurns, vectors: list[ca.SX]) -> list[ca.SX]:
+    """Vectors carried by three joints."""
+    for w, turn in reversed(list(zip(axes, turns, strict=True))):
+        vectors = [turn.about(w, x) for x in vectors]
+    return vectors
+
+
+def _taken_off(axes: list[ca.SX], turns: ThreeTurns, vectors: list[ca.SX]) -> list[ca.SX]:
+    """Vectors as seen before the motions of three joints."""
+    for w, turn in zip(axes, turns, strict=True):
+        vectors = [turn.back().about(w, x) for x in vectors]
+    return vectors
