@@ -24,6 +24,7 @@ from mafsil.messages import say
 
 PART = 64
 """Grasps handed to a core at once."""
+_MEMBERS: NDArray[np.object_] = np.array([Verdict.NO, Verdict.YES], dtype=np.object_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +65,11 @@ class ClosureBatch:
 
     def __getitem__(self, index: int | tuple[int, ...] | slice) -> Closure | ClosureBatch:
         """One grasp's verdict with columns, weights and margin; or some of the batch."""
-        if self.verdicts[index].__class__ is Verdict:
+        chosen: Any = self.verdicts[index]
+        if isinstance(chosen, Verdict):
             return Grasp(_contacts_of(self.contacts[index])).closure()
-        rows = (getattr(self, name)[index] for name in ("verdicts", "forces", "torsions", "certificate"))
-        return ClosureBatch(*rows, self.asked_again, self.contacts[index])
+        forces, torsions, certificate = self.forces[index], self.torsions[index], self.certificate[index]
+        return ClosureBatch(chosen, forces, torsions, certificate, self.asked_again, self.contacts[index])
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """The verdict on one grasp as a sentence; without an index how many grasps are closed."""
@@ -109,7 +111,7 @@ def contact_closures(
     forces, torsions = np.full((count, k, d), np.nan), np.full((count, k), np.nan)
     certificate, state = np.full((count, m), np.nan), np.empty(count, dtype=np.int8)
     _spans(flat, forces, torsions, certificate, state)
-    verdicts = np.where(state == 1, Verdict.YES, Verdict.NO)
+    verdicts = _MEMBERS[(state == 1).astype(np.intp)]
     doubtful = np.flatnonzero(state < 0)
     for i in doubtful:
         contacts = _contacts_of(flat[i])
@@ -118,8 +120,10 @@ def contact_closures(
         if found.combination is not None:
             forces[i], torsions[i] = _forces_of(contacts, found)
         certificate[i] = np.nan if found.certificate is None else found.certificate
-    rest = (one.reshape((*batch, *one.shape[1:])) for one in (verdicts, forces, torsions, certificate))
-    return ClosureBatch(*rest, len(doubtful), given)
+    forces, torsions = forces.reshape(*batch, k, d), torsions.reshape(*batch, k)
+    return ClosureBatch(
+        verdicts.reshape(batch), forces, torsions, certificate.reshape(*batch, m), len(doubtful), given
+    )  # fmt: skip
 
 
 def _gathered(points: ArrayLike, normals: ArrayLike, mu: ArrayLike, gamma: ArrayLike) -> Floats:

@@ -113,7 +113,8 @@ def _judged(motions: tuple[Turn, ...], miss: ca.SX, marks: tuple[ca.SX, ca.SX, c
     known = miss < ca.inf
     q = [ca.if_else(known, wound_angle(one.angle, wishes, i), float("nan")) for i, one in enumerate(motions)]
     posture = Posture(motions, (ca.SX(0),) * len(motions), ca.SX(0), ca.SX(0), marks)
-    return JudgedBranch(posture, q, miss, ca.SX(0), excess_of(q, wishes))
+    excess = excess_of(q, wishes)
+    return JudgedBranch(posture, q, miss, ca.SX(0), excess, excess)
 
 
 def _opening(pattern: ArmAnglePattern, distance: ca.SX) -> tuple[Turn, ca.SX]:
