@@ -83,6 +83,14 @@ def ne(x: Node, y: Node) -> Node:
     return ZERO if same(x, y) else binary("ne", x, y)
 
 
+def and_(x: Node, y: Node) -> Node:
+    """1 where neither is zero, else 0."""
+    for known in (x, y):
+        if known.op == CONSTANT and known.value == 0.0:
+            return ZERO
+    return binary("and", x, y)
+
+
 def fmin(x: Node, y: Node) -> Node:
     """The lesser of both."""
     return _extreme("fmin", math.inf, x, y)
@@ -132,9 +140,10 @@ BINARY: dict[str, Rule] = {
     "le": le,
     "eq": eq,
     "ne": ne,
+    "and": and_,
     "fmin": fmin,
     "fmax": fmax,
     "if_else_zero": arithmetic.if_else_zero,
-    **{op: _plain(op, two=True) for op in ("and", "or", "atan2", "hypot", "fmod", "remainder", "copysign")},
+    **{op: _plain(op, two=True) for op in ("or", "atan2", "hypot", "fmod", "remainder", "copysign")},
 }
 """Simplifying constructors of two operands, by operation."""

@@ -60,30 +60,44 @@ def rebuilt(order: Iterable[Node], known: dict[int, Node], shared: bool = False)
         known: replacements of some nodes; extended and returned.
         shared: equal values become one node.
     """
-    table: dict[tuple[object, ...], Node] = {}
+    table = _Table()
     for node in order:
         if id(node) in known:
             continue
         op = node.op
-        if op == SYMBOL:
-            known[id(node)] = node
-            continue
-        if op == CONSTANT:
+        if op in (SYMBOL, CONSTANT):
             new = node
         elif node.b is LEAF:
             new = UNARY[op](known[id(node.a)])
         else:
             new = BINARY[op](known[id(node.a)], known[id(node.b)])
-        known[id(node)] = _one(new, table) if shared else new
+        known[id(node)] = table.one(new) if shared else new
     return known
 
 
-def _one(node: Node, table: dict[tuple[object, ...], Node]) -> Node:
-    """The node of the table that is this operation on these operands; itself if there is none yet."""
-    if node.op == SYMBOL:
-        return node
-    key = (CONSTANT, node.value.hex()) if node.op == CONSTANT else (node.op, id(node.a), id(node.b))
-    return table.setdefault(key, node)
+class _Table:
+    """One node for every value: an operation on nodes that are one themselves."""
+
+    def __init__(self) -> None:
+        self._nodes: dict[tuple[object, ...], Node] = {}
+        self._ones: set[int] = {id(LEAF)}
+
+    def one(self, node: Node) -> Node:
+        """The node of this value; what a rule built below it is shared too."""
+        if id(node) in self._ones:
+            return node
+        if node.op == SYMBOL:
+            key: tuple[object, ...] = (SYMBOL, id(node))
+        elif node.op == CONSTANT:
+            key = (CONSTANT, node.value.hex())
+        else:
+            a, b = self.one(node.a), self.one(node.b)
+            if a is not node.a or b is not node.b:
+                node = Node(node.op, a, b)
+            key = (node.op, id(a), id(b))
+        found = self._nodes.setdefault(key, node)
+        self._ones.add(id(found))
+        return found
 
 
 @overload
