@@ -77,6 +77,12 @@ class Function:
         return [matrix(x.rows, x.columns, [found[id(node)] for node in x.entries]) for x in self.outputs]
 
     def __call__(self, *arguments: Convertible) -> Expression:
-        """The only output for these inputs."""
-        (found,) = self.call(arguments)
-        return found
+        """The output for these inputs, of a function with one.
+
+        Raises:
+            OperandError: there are several outputs, or a size differs from that of its input.
+        """
+        found = self.call(arguments)
+        if len(found) != 1:
+            raise OperandError("expression.outputs", name=self.name, count=len(found))
+        return found[0]

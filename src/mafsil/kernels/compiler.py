@@ -31,7 +31,7 @@ class Order:
     Attributes:
         key: content key, hexadecimal.
         signature: ports.
-        build: makes the casadi.Function; not called on a hit.
+        build: makes the function; not called on a hit.
         target: machine; None is this one.
         store: where compiled code is kept.
     """

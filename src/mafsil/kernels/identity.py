@@ -1,4 +1,4 @@
-"""What decides the bits of compiled code, as text for the cache key; found without importing LLVM or CasADi."""
+"""What decides the bits of compiled code, as text for the cache key; found without importing LLVM."""
 
 from __future__ import annotations
 
@@ -29,7 +29,14 @@ def content_key(description: str, signature: Signature, machine: str, fingerprin
         machine: target identity.
         fingerprints: of the sources, beyond this package, that shape the expression.
     """
-    parts = (description, repr(signature), machine, fingerprint("mafsil.kernels"), toolchain(), *fingerprints)
+    parts = (
+        description,
+        repr(signature),
+        machine,
+        fingerprint("mafsil.kernels", "mafsil.expression"),
+        toolchain(),
+        *fingerprints,
+    )
     hashed = hashlib.blake2b(digest_size=32)
     for part in parts:
         text = part.encode()
@@ -55,8 +62,8 @@ def fingerprint(*packages: str) -> str:
 
 @cache
 def toolchain() -> str:
-    """Releases of llvmlite (which carries its LLVM) and CasADi, by the files that are installed."""
-    return " ".join((_stamp("llvmlite", "_version.py", "binding"), _stamp("casadi", "casadi.py"), sys.byteorder))
+    """Release of llvmlite, which carries its LLVM, by the files that are installed."""
+    return " ".join((_stamp("llvmlite", "_version.py", "binding"), sys.byteorder))
 
 
 def machine() -> str:

@@ -14,8 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion, body_motion, composites
 from mafsil.mechanics.forward_dynamics import forward_dynamics, solved
@@ -40,7 +39,7 @@ def inverse_dynamics_derivatives(
 
     Reference: as the module.
     """
-    return ca.vertcat(*matrices(tree, q, qd, qdd, F_tip))
+    return ex.vertcat(*matrices(tree, q, qd, qdd, F_tip))
 
 
 def forward_dynamics_derivatives(
@@ -64,8 +63,8 @@ def forward_dynamics_derivatives(
     n = tree.n
     qdd = forward_dynamics(tree, q, qd, tau, F_tip)
     stacked = inverse_dynamics_derivatives(tree, q, qd, qdd, F_tip)
-    inverse = solved(stacked[2 * n :, :], ca.SX(ca.DM.eye(n)))
-    return ca.vertcat(-inverse @ stacked[:n, :], -inverse @ stacked[n : 2 * n, :], inverse)
+    inverse = solved(stacked[2 * n :, :], ex.eye(n))
+    return ex.vertcat(-inverse @ stacked[:n, :], -inverse @ stacked[n : 2 * n, :], inverse)
 
 
 def matrices(
@@ -99,8 +98,8 @@ class _Matrix:
         self.entries[key] = self.entries[key] + scaled if key in self.entries else scaled
 
     def full(self) -> Expression:
-        n, zero = self.tree.n, ca.SX(0)
-        return ca.vertcat(*(ca.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
+        n, zero = self.tree.n, ex.Expression(0)
+        return ex.vertcat(*(ex.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +122,8 @@ class _Pairs:
             at = self.steps[j]
             drift, jump = self.motion.drift[j], self.motion.jump[j]
             t_z, drifted = at.omega * turning[2], at.omega * unit.m + at.v * unit.f
-            by_qd.add(i, j, t_z + ca.dot(drifted, 2 * drift))
-            by_q.add(i, j, at.omega * ca.dot(turning, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
+            by_qd.add(i, j, t_z + ex.dot(drifted, 2 * drift))
+            by_q.add(i, j, at.omega * ex.dot(turning, drift) + ex.dot(unit.m, jump[0]) + ex.dot(unit.f, jump[1]))
             effort = unit.along(at)
             M.add(i, j, effort + body.armature if i == j else effort)
             if i != j:
@@ -132,5 +131,5 @@ class _Pairs:
                 by_qd.add(j, i, rate.along(at))
                 M.add(j, i, effort)
             unit, rate, shift = unit.in_parent(at), rate.in_parent(at), shift.in_parent(at)
-            turning = at.to_parent(turning) + ca.cross(self.motion.gain[j], unit.f)
+            turning = at.to_parent(turning) + ex.cross(self.motion.gain[j], unit.f)
             j = self.tree.bodies[j].parent

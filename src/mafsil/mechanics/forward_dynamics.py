@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import nan
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
@@ -64,9 +64,9 @@ def _require_inertia(tree: BodyTree) -> None:
 
 def _require_definite(tree: BodyTree, M: Expression) -> None:
     """No joint's share of the mass matrix is taken away by the others: two coaxial joints with nothing in between."""
-    coordinates = ca.vertcat(ca.SX(0, 1), *ca.symvar(M))
+    coordinates = ex.vertcat(ex.zeros(0, 1), *ex.symvar(M))
     anywhere = 0.3 + 0.7 * np.arange(coordinates.shape[0])
-    values = ca.Function("M", [coordinates], [ca.densify(M)])(anywhere).full()
+    values = ex.Function("M", [coordinates], [M])(anywhere).full()
     size = np.sqrt(np.maximum(np.diag(values), 0.0))
     joints = {body.coordinate: body.joint for _, body in tree.moving}
     if not size.all():
@@ -85,7 +85,7 @@ def by_mass_matrix(
 
     Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.5 (M = L' D L keeps the tree's zeros).
     """
-    load = tau - inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
+    load = tau - inverse_dynamics(tree, q, qd, ex.zeros(tree.n, 1))
     if F_tip is not None:
         load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
     M = mass_matrix(tree, q)
@@ -104,7 +104,7 @@ def solved(M: Expression, b: Expression) -> Expression:
     x = [b[i, :] for i in range(n)]
     for k in reversed(range(n)):
         before = [i for i in range(k) if (k, i) in entry]
-        inverse_pivot = ca.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
+        inverse_pivot = ex.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
         for i in before:
             factor = entry[k, i] * inverse_pivot
             for j in (j for j in before if j <= i):
@@ -117,4 +117,4 @@ def solved(M: Expression, b: Expression) -> Expression:
     for k in range(n):
         for i in (i for i in range(k) if (k, i) in entry):
             x[k] = x[k] - entry[k, i] * x[i]
-    return ca.vertcat(*x)
+    return ex.vertcat(*x)

@@ -1,7 +1,7 @@
 """The catalogue of quantities: one row for each algorithm, read by Robot, CLI, documentation, tests and benchmarks.
 
 A new algorithm is one function of a `BodyTree` and expressions, plus one row here. Builders are named, not imported:
-the catalogue is read at every start, CasADi is needed only when a kernel has to be built.
+the catalogue is read at every start, expressions are needed only when a kernel has to be built.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a mechanism and rows of the catalogue to a CasADi function: the only place where joint symbols are made."""
+"""From a mechanism and rows of the catalogue to a function: the only place where joint symbols are made."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def joint_signature(mechanism: Mechanism, quantities: Sequence[Quantity], option
 
 
 def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Any:
-    """The quantity as a casadi.Function of columns, results in row-major order.
+    """The quantity as a function of columns, results in row-major order.
 
     Args:
         mechanism: its numbers become constants of the expression.
@@ -55,9 +55,8 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
 def trace_together(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
 ) -> Any:
-    """Several quantities as one casadi.Function: what they have in common is there once; arguments as in `trace`."""
-    import casadi as ca
-
+    """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
+    import mafsil.expression as ex
     from mafsil.mechanics.body_tree import lumped
     from mafsil.mechanics.gauge import regauged
     from mafsil.mechanics.regrouping import regrouped
@@ -65,7 +64,7 @@ def trace_together(
     tree = regauged(lumped(mechanism))
     light = regrouped(tree)
     ports = joint_signature(mechanism, quantities, optional)
-    symbols = {port.name: ca.SX.sym(port.name, port.size) for port in ports.inputs}
+    symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]
     columns: list[Any] = []
     for row in quantities:
@@ -73,6 +72,6 @@ def trace_together(
         arguments: list[Any] = [symbols.get(name) for name in (*row.inputs, *row.optional)]
         if row.framed:
             arguments.append(chosen.tip if frame is None else chosen.frames[frame])
-        columns.append(ca.vec(ca.SX(row.build(names)(chosen, *arguments)).T))
-    shared: Any = ca.cse(columns)
-    return ca.Function(ports.name, list(symbols.values()), shared)
+        columns.append(ex.vec(ex.Expression(row.build(names)(chosen, *arguments)).T))
+    shared: Any = ex.cse(columns)
+    return ex.Function(ports.name, list(symbols.values()), shared)
