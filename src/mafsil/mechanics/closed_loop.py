@@ -159,13 +159,12 @@ class _Plant:
     def _splitting(
         self, kicks: Row, drifts: Row, q: Expression, v: Expression, h: Expression
     ) -> tuple[Expression, Expression, Expression]:
-        first = None
+        slopes: list[Expression] = []
         for kick, drift in zip(kicks, drifts, strict=True):
-            slope = self._acceleration(q, v)
-            first = slope if first is None else first
-            v = v + (kick * h) * slope
+            slopes.append(self._acceleration(q, v))
+            v = v + (kick * h) * slopes[-1]
             q = q + (drift * h) * v
-        return q, v, first
+        return q, v, slopes[0]
 
     def _acceleration(self, q: Expression, v: Expression) -> Expression:
         load = self.effort

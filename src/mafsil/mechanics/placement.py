@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.model import JointKind
 
-Expression: TypeAlias = Any
-"""A column vector or matrix of `mafsil.expression`; a scalar may be a number."""
+Expression: TypeAlias = ex.Expression
+"""A scalar, column vector or matrix."""
 
 QUARTER_DUST = 1e-11
 """Joint offsets closer than this to a quarter turn [rad] are exact quarter turns."""
@@ -66,12 +66,12 @@ def placements(tree: BodyTree, q: Expression) -> list[Placement]:
         tree: the bodies.
         q: (n,) joint coordinates [rad | m].
     """
-    return [_placement(tree.bodies[0], 0.0), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
+    return [_placement(tree.bodies[0], ex.zeros(1)), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
 
 
 def joint_values(tree: BodyTree, x: Expression) -> list[Expression]:
     """Rates or accelerations of the joints (base first) from those of the coordinates (n,)."""
-    return [0.0, *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
+    return [ex.zeros(1), *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
 
 
 def coordinate_efforts(tree: BodyTree, efforts: Sequence[Expression]) -> Expression:
@@ -134,7 +134,7 @@ def _placement(body: Body, q: Expression) -> Placement:
     origin = ex.Expression(body.p)
     match body.kind:
         case JointKind.PRISMATIC:
-            return Placement(constant(body.R), 1.0, 0.0, origin + along_z * (x + body.offset), 0.0, 1.0)
+            return Placement(constant(body.R), ex.ones(1), ex.zeros(1), origin + along_z * (x + body.offset), 0.0, 1.0)
         case JointKind.HELICAL:
             cosine, sine = _cosine_sine(x, body.offset)
             advance = along_z * (body.pitch * (x + body.offset))

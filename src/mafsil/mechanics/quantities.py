@@ -10,9 +10,12 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mafsil.errors import InputError
+
+if TYPE_CHECKING:
+    from mafsil.expression import Expression
 
 INPUTS: Mapping[str, tuple[str | int, ...]] = MappingProxyType(
     {
@@ -75,7 +78,7 @@ class Quantity:
     expressed_in: str = ""
     beside: tuple[tuple[str, ...], str] = ((), "")
 
-    def build(self, others: Collection[str] = ()) -> Callable[..., Any]:
+    def build(self, others: Collection[str] = ()) -> Callable[..., Expression]:
         """The builder function.
 
         Args:

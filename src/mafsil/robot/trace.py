@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mafsil.kernels.layout import Port, Signature
 from mafsil.mechanics.quantities import INPUTS, Quantity
 from mafsil.model import Mechanism
+
+if TYPE_CHECKING:
+    from mafsil.expression import Expression, Function
 
 
 def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...] = ()) -> Signature:
@@ -40,7 +43,7 @@ def joint_signature(mechanism: Mechanism, quantities: Sequence[Quantity], option
     return Signature("_and_".join(row.name for row in quantities), inputs, outputs, finite=True)
 
 
-def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Any:
+def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Function:
     """The quantity as a function of columns, results in row-major order.
 
     Args:
@@ -54,7 +57,7 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
 
 def trace_together(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
-) -> Any:
+) -> Function:
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
     import mafsil.expression as ex
     from mafsil.mechanics.body_tree import lumped
@@ -66,12 +69,11 @@ def trace_together(
     ports = joint_signature(mechanism, quantities, optional)
     symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]
-    columns: list[Any] = []
+    columns: list[Expression] = []
     for row in quantities:
         chosen = light if row.regrouped else tree
         arguments: list[Any] = [symbols.get(name) for name in (*row.inputs, *row.optional)]
         if row.framed:
             arguments.append(chosen.tip if frame is None else chosen.frames[frame])
-        columns.append(ex.vec(ex.Expression(row.build(names)(chosen, *arguments)).T))
-    shared: Any = ex.cse(columns)
-    return ex.Function(ports.name, list(symbols.values()), shared)
+        columns.append(ex.vec(row.build(names)(chosen, *arguments).T))
+    return ex.Function(ports.name, list(symbols.values()), columns, cse=True)
