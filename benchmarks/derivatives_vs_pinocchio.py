@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS), choices=(*ROBOTS, "chain30"))
     parser.add_argument("--quick", action="store_true", help="a quarter of the repeats")
     options = parser.parse_args()
-    print(" | ".join(f"{key} {value}" for key, value in machine("mafsil", "numpy", "casadi", "pin").items()))
+    print(" | ".join(f"{key} {value}" for key, value in machine("mafsil", "numpy", "llvmlite", "pin").items()))
     head = f"{'robot':9}{'quantity':30}{'operations':>11}{'batch ns':>10}{'times':>7}"
     print(head + f"{'call ns':>9}{'pin ns':>8}{'times':>7}")
     batches: list[float] = []

@@ -61,7 +61,7 @@ def mechanism_named(name: str) -> Mechanism:
 
 def main() -> None:
     options = _parsed()
-    facts = machine("mafsil", "numpy", "casadi", "llvmlite", "pin")
+    facts = machine("mafsil", "numpy", "llvmlite", "pin")
     print(" | ".join(f"{key} {value}" for key, value in facts.items()), flush=True)
     repeats = 3 if options.quick else 9
     rows: list[dict[str, Any]] = []
@@ -200,8 +200,9 @@ def first_calls(name: str) -> dict[str, float]:
     mechanism = mechanism_named(name)
     state = sample(mechanism, 1, np.random.default_rng(1))
     if not any(Path(os.environ["MAFSIL_CACHE"]).rglob("*.kernel")):
-        import casadi  # noqa: F401
         import llvmlite.binding  # noqa: F401
+
+        import mafsil.expression  # noqa: F401
     robot = Robot(mechanism)
     robot.potential_energy(state.q[0])
     seconds: dict[str, float] = {}

@@ -14,9 +14,9 @@ import platform
 import time
 from collections.abc import Callable
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.kernels import lower, reduce, tape, target
 from mafsil.kernels.layout import Port, Signature
 
@@ -40,47 +40,48 @@ INERTIA = [
 GRAVITY = 9.81
 
 
-def expression() -> ca.Function:
+def expression() -> ex.Function:
     """Inverse dynamics tau(q, qd, qdd) as an SX function of three columns."""
-    q, qd, qdd = (ca.SX.sym(name, JOINTS) for name in ("q", "qd", "qdd"))
-    z = ca.SX([0, 0, 1])
-    omega, alpha, acceleration = ca.SX.zeros(3), ca.SX.zeros(3), ca.SX([0, 0, GRAVITY])
-    poses: list[tuple[ca.SX, ca.SX]] = []
-    forces: list[tuple[ca.SX, ca.SX]] = []
+    q, qd, qdd = (ex.symbol(name, JOINTS) for name in ("q", "qd", "qdd"))
+    z = ex.Expression([0, 0, 1])
+    omega, alpha, acceleration = ex.zeros(3), ex.zeros(3), ex.Expression([0, 0, GRAVITY])
+    poses: list[tuple[ex.Expression, ex.Expression]] = []
+    forces: list[tuple[ex.Expression, ex.Expression]] = []
     for i in range(JOINTS):
         R, p = _pose(i, q[i])
-        acceleration = R.T @ (acceleration + ca.cross(alpha, p) + ca.cross(omega, ca.cross(omega, p)))
+        acceleration = R.T @ (acceleration + ex.cross(alpha, p) + ex.cross(omega, ex.cross(omega, p)))
         omega, alpha = R.T @ omega, R.T @ alpha
-        alpha = alpha + ca.cross(omega, z * qd[i]) + z * qdd[i]
+        alpha = alpha + ex.cross(omega, z * qd[i]) + z * qdd[i]
         omega = omega + z * qd[i]
-        h, m = ca.SX(MASS[i] * np.array(CENTRE[i])), MASS[i]
+        h, m = ex.Expression(MASS[i] * np.array(CENTRE[i])), MASS[i]
         I = _inertia_at_joint(i)
-        force = m * acceleration + ca.cross(alpha, h) + ca.cross(omega, ca.cross(omega, h))
-        moment = I @ alpha + ca.cross(omega, I @ omega) + ca.cross(h, acceleration)
+        force = m * acceleration + ex.cross(alpha, h) + ex.cross(omega, ex.cross(omega, h))
+        moment = I @ alpha + ex.cross(omega, I @ omega) + ex.cross(h, acceleration)
         poses.append((R, p))
         forces.append((force, moment))
-    tau = ca.SX.zeros(JOINTS)
-    f, n = ca.SX.zeros(3), ca.SX.zeros(3)
+    tau = ex.zeros(JOINTS)
+    f, n = ex.zeros(3), ex.zeros(3)
     for i in reversed(range(JOINTS)):
         if i + 1 < JOINTS:
             R, p = poses[i + 1]
             f = R @ f
-            n = R @ n + ca.cross(p, f)
+            n = R @ n + ex.cross(p, f)
         f, n = f + forces[i][0], n + forces[i][1]
         tau[i] = n[2]
-    return ca.Function("inverse_dynamics", [q, qd, qdd], ca.cse([tau]))
+    return ex.Function("inverse_dynamics", [q, qd, qdd], ex.cse([tau]))
 
 
-def _pose(i: int, angle: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _pose(i: int, angle: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """Pose of joint frame i in frame i - 1; the right angles of the chain are exact."""
     a, d, turn = CHAIN[i]
-    c, s, ca_, sa = ca.cos(angle), ca.sin(angle), float(turn == 0), float(turn)
-    R = ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s * ca_, c * ca_, -sa), ca.horzcat(s * sa, c * sa, ca_))
-    return R, ca.SX([a, -sa * d, ca_ * d])
+    c, s, ca_, sa = ex.cos(angle), ex.sin(angle), float(turn == 0), float(turn)
+    R = ex.vertcat(ex.horzcat(c, -s, 0), ex.horzcat(s * ca_, c * ca_, -sa), ex.horzcat(s * sa, c * sa, ca_))
+    return R, ex.Expression([a, -sa * d, ca_ * d])
 
 
-def _inertia_at_joint(i: int) -> ca.SX:
-    return ca.SX(_inertia(i) + MASS[i] * (np.dot(CENTRE[i], CENTRE[i]) * np.eye(3) - np.outer(CENTRE[i], CENTRE[i])))
+def _inertia_at_joint(i: int) -> ex.Expression:
+    c = np.array(CENTRE[i])
+    return ex.Expression(_inertia(i) + MASS[i] * (c @ c * np.eye(3) - np.outer(c, c)))
 
 
 def _inertia(i: int) -> np.ndarray:

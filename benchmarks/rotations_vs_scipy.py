@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=4096)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    found: dict[str, Any] = {"machine": machine("numpy", "scipy", "pin", "casadi", "llvmlite")}
+    found: dict[str, Any] = {"machine": machine("numpy", "scipy", "pin", "llvmlite")}
     for rows in (options.rows, 0):
         print(f"{'batch of ' + str(rows) if rows else 'one call':20}" + "ns, and how many times ours")
         for name, rivals in operations(rows).items():

@@ -162,6 +162,6 @@ def test_help_is_quick() -> None:
 
 
 def test_help_loads_nothing_heavy() -> None:
-    code = "import sys; from mafsil.cli.main import main; main(['--help']); print([m for m in ('numpy', 'casadi', 'llvmlite', 'scipy', 'msgspec', 'matplotlib') if m in sys.modules])"  # noqa: E501
+    code = "import sys; from mafsil.cli.main import main; main(['--help']); print([m for m in ('numpy', 'mafsil.expression', 'llvmlite', 'scipy', 'msgspec', 'matplotlib') if m in sys.modules])"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

@@ -105,22 +105,23 @@ def test_names_that_c_refuses(name: str) -> None:
 
 def kitchen() -> tuple[Signature, object]:
     """One function with every operation of a tape."""
-    import casadi as ca
+    import mafsil.expression as ex
 
-    x, y = ca.SX.sym("x", 3), ca.SX.sym("unused", 2)
+    x, y = ex.symbol("x", 3), ex.symbol("unused", 2)
     a, b, c = x[0], x[1], x[2]
     values = [
-        ca.sin(a), ca.cos(a), ca.tan(a), ca.asin(a / 4), ca.acos(b / 4), ca.atan(c), ca.atan2(a, b), ca.exp(a),
-        ca.log(1 + a * a), ca.sqrt(1 + b * b), ca.floor(a * 3.3), ca.ceil(a * 3.3), ca.fabs(b), ca.sign(b),
-        ca.fmod(a, 0.7), ca.remainder(a, 0.7), ca.fmin(a, b), ca.fmax(a, b), ca.sinh(a), ca.cosh(b), ca.tanh(c),
-        ca.asinh(a), ca.acosh(1 + c * c), ca.atanh(a / 4), ca.log1p(a * a), ca.expm1(a), ca.hypot(a, b),
-        ca.constpow(1 + a * a, 1.5), ca.copysign(a, b), a / (1 + b * b), -a, ca.if_else(a < b, a, c),
-        ca.if_else(ca.logic_and(a <= b, b != c), a, 0), ca.if_else(ca.logic_or(a == b, ca.logic_not(c)), 1, 2), a < b,
-        ca.SX(1e300), ca.SX(float("inf")), -ca.SX(float("inf")), ca.SX(float("nan")), a, 2 * a * b - c, c - a * b,
+        ex.sin(a), ex.cos(a), ex.tan(a), ex.asin(a / 4), ex.acos(b / 4), ex.atan(c), ex.atan2(a, b), ex.exp(a),
+        ex.log(1 + a * a), ex.sqrt(1 + b * b), ex.floor(a * 3.3), ex.ceil(a * 3.3), ex.fabs(b), ex.sign(b),
+        ex.fmod(a, 0.7), ex.remainder(a, 0.7), ex.fmin(a, b), ex.fmax(a, b), ex.sinh(a), ex.cosh(b), ex.tanh(c),
+        ex.asinh(a), ex.acosh(1 + c * c), ex.atanh(a / 4), ex.log1p(a * a), ex.expm1(a), ex.hypot(a, b),
+        (1 + a * a) ** 1.5, ex.copysign(a, b), a / (1 + b * b), -a, ex.if_else(a < b, a, c),
+        ex.if_else(ex.logic_and(a <= b, ex.unequal(b, c)), a, 0), a < b,
+        ex.if_else(ex.logic_or(ex.equal(a, b), ex.logic_not(c)), 1, 2),
+        1e300, float("inf"), -float("inf"), float("nan"), a, 2 * a * b - c, c - a * b,
         -(a * b) - c,
     ]  # fmt: skip
     signature = Signature("kitchen", (Port("double", (3,)), Port("t1", (2,))), (Port("double", (len(values),)),))
-    return signature, ca.Function("kitchen", [x, y], [ca.vertcat(*values)])
+    return signature, ex.Function("kitchen", [x, y], [ex.vertcat(*values)])
 
 
 @needs_compiler

@@ -57,11 +57,11 @@ def folder(tmp_path, monkeypatch):
 
 
 def scaled(factor: float):
-    import casadi as ca
+    import mafsil.expression as ex
 
     builds.append(factor)
-    x = ca.SX.sym("x", 4)
-    return ca.Function("scaled", [x], [factor * x + ca.sin(x)], ["x"], ["y"])
+    x = ex.symbol("x", 4)
+    return ex.Function("scaled", [x], [factor * x + ex.sin(x)], ["x"], ["y"])
 
 
 def scaled_kernel(factor: float) -> Kernel:
@@ -108,14 +108,14 @@ def test_the_cache_spares_the_builder(folder):
     )  # the single entry, and what is the same for all kernels of this shape
 
 
-def test_a_start_from_the_cache_imports_neither_llvm_nor_casadi(folder):
+def test_a_start_from_the_cache_imports_neither_llvm_nor_expressions(folder):
     specimens.kernel(2)(np.zeros(2), 0.0)
     code = """
 import sys
 from tests.reliability import specimens
 k = specimens.kernel(2)
 k([0.0, 0.0], 0.0)
-print(k.provenance.cached, "casadi" in sys.modules, "llvmlite" in sys.modules)
+print(k.provenance.cached, "mafsil.expression" in sys.modules, "llvmlite" in sys.modules)
 """
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
@@ -124,7 +124,7 @@ print(k.provenance.cached, "casadi" in sys.modules, "llvmlite" in sys.modules)
 
 
 def test_importing_kernels_is_light():
-    heavy = ("casadi", "llvmlite", "scipy", "numba", "matplotlib")
+    heavy = ("mafsil.expression", "llvmlite", "scipy", "numba", "matplotlib")
     code = f"import sys, mafsil.kernels; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.strip() == "[]"

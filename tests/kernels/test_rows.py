@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 import pytest
 
+import mafsil.expression as ex
 from mafsil.kernels import target
 from mafsil.kernels.audit import Program
 from mafsil.kernels.layout import Port, Signature
@@ -17,12 +17,12 @@ from mafsil.kernels.tape import read
 LEVELS = {8: "", 4: "-avx512f", 2: "-sse3,-ssse3,-sse4.1,-sse4.2,-avx"}
 
 
-def mixed(size: int) -> tuple[ca.Function, Signature]:
+def mixed(size: int) -> tuple[ex.Function, Signature]:
     """An output of that size with constants, inputs, equal values and values of every depth."""
-    x = ca.SX.sym("x", 5)
-    parts = [x[0], 0.0, ca.sin(x[1]), 1.0, x[2] * x[3], x[2] * x[3], ca.sqrt(x[4] ** 2 + 1)]
+    x = ex.symbol("x", 5)
+    parts = [x[0], 0.0, ex.sin(x[1]), 1.0, x[2] * x[3], x[2] * x[3], ex.sqrt(x[4] ** 2 + 1)]
     rows = [parts[k % 7] if k < 7 or k % 7 in (0, 1, 3) else parts[k % 7] * (k + 1) for k in range(size)]
-    return ca.Function("mixed", [x], [ca.vertcat(*rows)]), Signature("mixed", (Port("x", (5,)),), (Port("y", (size,)),))
+    return ex.Function("mixed", [x], [ex.vertcat(*rows)]), Signature("mixed", (Port("x", (5,)),), (Port("y", (size,)),))
 
 
 @pytest.mark.parametrize("width", [1, 2, 4, 8])

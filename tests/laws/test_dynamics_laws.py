@@ -15,6 +15,7 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import trace
 from tests.oracles import subjects
+from tests.oracles.casadi_expression import as_casadi
 from tests.oracles.natural_scale import NaturalScale, natural_scale
 from tests.oracles.random_tree import random_tree
 from tests.oracles.states import States, sample
@@ -71,7 +72,7 @@ def times(A: np.ndarray, x: np.ndarray) -> np.ndarray:
 def derivative(name: str, quantity: str, values: States, rates: np.ndarray) -> np.ndarray:
     """d/dt of a quantity of q along qd, exact: by CasADi's differentiation of the traced expression."""
     mechanism = robot(name).mechanism
-    function = trace(mechanism, CATALOGUE[quantity], None)
+    function = as_casadi(trace(mechanism, CATALOGUE[quantity], None))
     q, qd = ca.SX.sym("q", mechanism.n), ca.SX.sym("qd", mechanism.n)
     shape = getattr(robot(name), quantity)(values.q).shape
     if 0 in shape:

@@ -1,10 +1,10 @@
 """Each number of dynamics by two roads that share no algorithm: Lagrange, twists, stacked matrices, recursions."""
 
-import casadi as ca
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import mafsil.expression as ex
 from mafsil.errors import InputError
 from mafsil.geometry import pose, twist
 from mafsil.mechanics.body_tree import lumped
@@ -63,8 +63,8 @@ def close(a, b, limit=1e-12):
 
 
 def evaluated(mechanism, build, *values):
-    symbols = [ca.SX.sym(f"x{k}", len(value)) for k, value in enumerate(values)]
-    return ca.Function("f", symbols, [ca.densify(build(*symbols))])(*values).full()
+    symbols = [ex.symbol(f"x{k}", len(value)) for k, value in enumerate(values)]
+    return ex.Function("f", symbols, [build(*symbols)])(*values).full()
 
 
 @pytest.mark.capability("09-9", "09-13", "09-19", "09-42", "09-48")
@@ -83,7 +83,7 @@ def test_christoffel_symbols_by_derivatives_and_by_unit_rates(robot, s):
     """From dM/dq; and 2 Gamma_ijk = c_i(e_j + e_k) - c_i(e_j) - c_i(e_k); symmetric; C and c are their sums."""
     n, q, Gamma = robot.n, s.q[0], robot.christoffel_symbols(s.q)[0]
     M = trace(robot.mechanism, quantity("mass_matrix"), None)
-    reference = evaluated(robot.mechanism, lambda x: ca.vertcat(*christoffel_of(ca.reshape(M(x), n, n), x)), q).reshape(
+    reference = evaluated(robot.mechanism, lambda x: ex.vertcat(*christoffel_of(ex.reshape(M(x), n, n), x)), q).reshape(
         n, n, n
     )
     close(Gamma, reference)
@@ -192,10 +192,10 @@ def test_wrenches_at_the_centres_of_mass_are_those_of_the_textbook_recursion(s):
     s = sample(robot.mechanism, 1, np.random.default_rng(1))
     chain = TwistChain.of(lumped(robot.mechanism))
     values = (s.q[0], s.qd[0], s.qdd[0], s.tip_wrench[0])
-    symbols = [ca.SX.sym(f"x{k}", len(value)) for k, value in enumerate(values)]
+    symbols = [ex.symbol(f"x{k}", len(value)) for k, value in enumerate(values)]
     rec = newton_euler(chain, *symbols)
     V, dV, F = (
-        x.full() for x in ca.Function("r", symbols, [ca.horzcat(*x).T for x in (rec.V, rec.dV, rec.F)])(*values)
+        x.full() for x in ex.Function("r", symbols, [ex.horzcat(*x).T for x in (rec.V, rec.dV, rec.F)]).call(values)
     )
     carried = slice(1, 8)
     close(robot.com_twists(s.q[0], s.qd[0])[carried], V)
@@ -257,7 +257,7 @@ def test_home_poses_and_screws_give_the_relative_poses(robot, s):
     """X_i = Ad(T_ip) from the exponential of the joint screw, held against scipy's matrix exponential."""
     chain = TwistChain.of(lumped(robot.mechanism))
     theta = chain.coupling @ s.q[0]
-    X = evaluated(robot.mechanism, lambda q: ca.vertcat(*chain.adjoints(q)), s.q[0]).reshape(-1, 6, 6)
+    X = evaluated(robot.mechanism, lambda q: ex.vertcat(*chain.adjoints(q)), s.q[0]).reshape(-1, 6, 6)
     for i, home in enumerate(chain.home):
         w, v = chain.A[i, :3], chain.A[i, 3:]
         bracket = np.array([[0, -w[2], w[1], v[0]], [w[2], 0, -w[0], v[1]], [-w[1], w[0], 0, v[2]], [0, 0, 0, 0]])

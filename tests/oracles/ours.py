@@ -12,6 +12,7 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.quantities import CATALOGUE
 from mafsil.model import Mechanism
 from mafsil.robot.trace import signature, trace
+from tests.oracles.casadi_expression import as_casadi
 from tests.oracles.oracle import Answers
 from tests.oracles.states import States
 
@@ -64,9 +65,9 @@ def _answered(names: Iterable[str], evaluated: Callable[[str], Floats]) -> Answe
 
 
 def function(mechanism: Mechanism, name: str) -> Any:
-    """The casadi.Function of a quantity."""
+    """The function of a quantity, for CasADi to evaluate."""
     row, *optional = name.split()
-    return trace(mechanism, CATALOGUE[row], None, tuple(optional))
+    return as_casadi(trace(mechanism, CATALOGUE[row], None, tuple(optional)))
 
 
 def _inputs(name: str, states: States) -> list[Floats]:

@@ -25,6 +25,7 @@ from mafsil.verification.references import States, random_states
 from mafsil.verification.sizes import Sizes
 from mafsil.verification.textbook import Textbook, along, gradient, inverse
 from mafsil.verification.verify import Judge, call
+from tests.oracles.casadi_expression import as_casadi
 from tests.oracles.random_tree import random_tree
 from tests.reliability import figures
 
@@ -79,7 +80,7 @@ def _modes(mechanism: Mechanism, routine: str) -> Any:
     """A casadi.Function of the routine's inputs: [0] its Jacobians by forward mode, [1] by reverse mode, (3 n, n)."""
     row = quantity(routine)
     symbols = [ca.SX.sym(name, mechanism.n) for name in row.inputs]
-    value = trace(mechanism, row, None)(*symbols)
+    value = as_casadi(trace(mechanism, row, None))(*symbols)
     modes = [
         ca.vertcat(*(ca.densify(ca.jacobian(value, x, {"helper_options": {"ad_weight": weight}})) for x in symbols))
         for weight in (0, 1)

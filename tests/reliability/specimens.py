@@ -15,20 +15,20 @@ def lengths(links: int, seed: int) -> np.ndarray:
 
 def planar_arm(links: int, seed: int):
     """Tip pose (4, 4), Jacobian of the tip (2, n) and reach of a planar chain."""
-    import casadi as ca
+    import mafsil.expression as ex
 
-    q, shift = ca.SX.sym("q", links), ca.SX.sym("shift")
-    angle, x, y = ca.SX(0), shift, ca.SX(0)
+    q, shift = ex.symbol("q", links), ex.symbol("shift")
+    angle, x, y = ex.Expression(0), shift, ex.Expression(0)
     for joint, length in enumerate(lengths(links, seed)):
         angle += q[joint]
-        x += length * ca.cos(angle)
-        y += length * ca.sin(angle)
-    c, s = ca.cos(angle), ca.sin(angle)
-    pose = ca.vertcat(c, -s, 0, x, s, c, 0, y, 0, 0, 1, 0, 0, 0, 0, 1)
-    jacobian = ca.jacobian(ca.vertcat(x, y), q)
-    reach = ca.sqrt(x * x + y * y)
-    rows = ca.reshape(jacobian.T, 2 * links, 1)
-    return ca.Function("planar_arm", [q, shift], [pose, rows, reach], ["q", "shift"], ["T", "J", "reach"])
+        x += length * ex.cos(angle)
+        y += length * ex.sin(angle)
+    c, s = ex.cos(angle), ex.sin(angle)
+    pose = ex.vertcat(c, -s, 0, x, s, c, 0, y, 0, 0, 1, 0, 0, 0, 0, 1)
+    jacobian = ex.jacobian(ex.vertcat(x, y), q)
+    reach = ex.sqrt(x * x + y * y)
+    rows = ex.reshape(jacobian.T, 2 * links, 1)
+    return ex.Function("planar_arm", [q, shift], [pose, rows, reach], ["q", "shift"], ["T", "J", "reach"])
 
 
 def kernel(links: int = 3, seed: int = 0, features: str | None = None, version: str = "") -> Kernel:

@@ -6,11 +6,11 @@ import importlib.util
 import json
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 
 import mafsil as mf
+import mafsil.expression as ex
 from mafsil.cli.main import main
 from mafsil.errors import InputError, ModelError
 from mafsil.mechanics import articulated_body, inverse_dynamics, jacobian, link_motion
@@ -77,7 +77,7 @@ SHARED_SLIPS = {
     "gravity": (inverse_dynamics, "gravity_torque", lambda f: lambda tree, q: -f(tree, q)),
     "tip wrench": (inverse_dynamics, "_add_tip_wrench", lambda f: lambda tree, F, *lists: f(tree, -F, *lists)),
     "bracket": (jacobian, "bracket", lambda f: lambda a, b: -f(a, b)),
-    "centripetal": (link_motion, "spin_acceleration", lambda f: lambda omega, alpha: f(ca.SX(3, 1), alpha)),
+    "centripetal": (link_motion, "spin_acceleration", lambda f: lambda omega, alpha: f(ex.zeros(3, 1), alpha)),
 }
 """Slips in the builders that many routines share."""
 

@@ -1,1 +1,1 @@
-"""Rigid motion as CasADi expressions: written once, compiled by `mafsil.kernels`; knows no robot and no arrays."""
+"""Rigid motion as expressions: written once, compiled by `mafsil.kernels`; knows no robot and no arrays."""

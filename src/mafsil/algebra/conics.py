@@ -10,8 +10,7 @@ References: Richter-Gebert, Perspectives on Projective Geometry, 2011, section 1
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.subproblems import Root, Turn
 
 POLISH = 2
@@ -24,7 +23,7 @@ NOTHING = 1e-12
 """Coefficients, relative to those they are made of, below which an equation says nothing."""
 
 
-def turns_on_conic(C: ca.SX, preferred: Turn, scale: ca.SX) -> tuple[Root, Root, Root, Root]:
+def turns_on_conic(C: ex.Expression, preferred: Turn, scale: ex.Expression) -> tuple[Root, Root, Root, Root]:
     """The turns with x' C x = 0, x = (cos q, sin q, 1).
 
     Args:
@@ -34,21 +33,23 @@ def turns_on_conic(C: ca.SX, preferred: Turn, scale: ca.SX) -> tuple[Root, Root,
     """
     C, free = _scaled(C, scale)
     roots: list[Root] = []
-    for line in _lines(C, ca.SX([[1, 0, 0], [0, 1, 0], [0, 0, -1]]), -1.0):
-        size = ca.sqrt(line[0] ** 2 + line[1] ** 2)
+    for line in _lines(C, ex.Expression([[1, 0, 0], [0, 1, 0], [0, 0, -1]]), -1.0):
+        size = ex.sqrt(line[0] ** 2 + line[1] ** 2)
         known = size > 0
-        factor = 1 / ca.if_else(known, size, 1.0)
-        middle = Turn(ca.if_else(known, line[0] * factor, 1.0), ca.if_else(known, line[1] * factor, 0.0))
-        along = ca.fmin(ca.fmax(-line[2] * factor, -1), 1)
-        aside = ca.sqrt((1 - along) * (1 + along))
+        factor = 1 / ex.if_else(known, size, 1.0)
+        middle = Turn(ex.if_else(known, line[0] * factor, 1.0), ex.if_else(known, line[1] * factor, 0.0))
+        along = ex.fmin(ex.fmax(-line[2] * factor, -1), 1)
+        aside = ex.sqrt((1 - along) * (1 + along))
         for side in (1.0, -1.0):
-            turn = _polished(C, middle.then(Turn(along, side * aside)), ca.fabs(line[2]) <= size * (1 + NEARLY))
-            turn = Turn(ca.if_else(free, preferred.c, turn.c), ca.if_else(free, preferred.s, turn.s))
-            roots.append(Root(turn, free, ca.SX(0)))
+            turn = _polished(C, middle.then(Turn(along, side * aside)), ex.fabs(line[2]) <= size * (1 + NEARLY))
+            turn = Turn(ex.if_else(free, preferred.c, turn.c), ex.if_else(free, preferred.s, turn.s))
+            roots.append(Root(turn, free, ex.Expression(0)))
     return roots[0], roots[1], roots[2], roots[3]
 
 
-def lengths_on_conic(C: ca.SX, scale: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+def lengths_on_conic(
+    C: ex.Expression, scale: ex.Expression
+) -> tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]:
     """The lengths with x' C x = 0, x = (d, d^2, 1).
 
     Args:
@@ -56,138 +57,140 @@ def lengths_on_conic(C: ca.SX, scale: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX
         scale: as for `turns_on_conic`.
     """
     C, _ = _scaled(C, scale)
-    roots: list[ca.SX] = []
-    for line in _lines(C, ca.SX([[1, 0, 0], [0, 0, -0.5], [0, -0.5, 0]]), -0.25):
+    roots: list[ex.Expression] = []
+    for line in _lines(C, ex.Expression([[1, 0, 0], [0, 0, -0.5], [0, -0.5, 0]]), -0.25):
         # line: a d + b d^2 + c = 0
         b, a, c = line[0] / 2, line[1], line[2]
-        far = -(b + ca.if_else(b < 0, -1, 1) * ca.sqrt(ca.fmax(b * b - a * c, 0)))
+        far = -(b + ex.if_else(b < 0, -1, 1) * ex.sqrt(ex.fmax(b * b - a * c, 0)))
         real = b * b * (1 + NEARLY) >= a * c
         for top, below in ((far, a), (c, far)):
-            d = top / ca.if_else(below == 0, 1e-300, below)
+            d = top / ex.if_else(ex.equal(below, 0), 1e-300, below)
             roots.append(_polished_length(C, d, real))
     return roots[0], roots[1], roots[2], roots[3]
 
 
-def _scaled(C: ca.SX, scale: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _scaled(C: ex.Expression, scale: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """The conic with its largest coefficient one, and whether it says nothing."""
-    largest = ca.SX(0)
+    largest = ex.Expression(0)
     for i in range(3):
         for j in range(i, 3):
-            largest = ca.fmax(largest, ca.fabs(C[i, j]))
+            largest = ex.fmax(largest, ex.fabs(C[i, j]))
     free = largest <= NOTHING * scale
-    return C / ca.if_else(free, 1.0, largest), free
+    return C / ex.if_else(free, 1.0, largest), free
 
 
-def _lines(C: ca.SX, D: ca.SX, det_D: float) -> tuple[ca.SX, ca.SX]:
+def _lines(C: ex.Expression, D: ex.Expression, det_D: float) -> tuple[ex.Expression, ex.Expression]:
     """(3,) and (3,) lines that carry the common points of two conics."""
     k = _parameter(C, D, det_D)
     A = C + k * D
     B = _adjugate(A)
-    p, strength = ca.SX.zeros(3), ca.SX(-1)
+    p, strength = ex.zeros(3), ex.Expression(-1)
     for i in range(3):
         better = -B[i, i] > strength
-        root = ca.sqrt(ca.fmax(-B[i, i], 0))
-        column = B[:, i] / ca.if_else(root > 0, root, 1.0)
+        root = ex.sqrt(ex.fmax(-B[i, i], 0))
+        column = B[:, i] / ex.if_else(root > 0, root, 1.0)
         p, strength = (
-            _chosen(better, ca.if_else(root > 0, 1.0, 0.0) * column, p),
-            ca.if_else(better, -B[i, i], strength),
+            _chosen(better, ex.if_else(root > 0, 1.0, 0.0) * column, p),
+            ex.if_else(better, -B[i, i], strength),
         )
     N = A + _hat(p)
-    row, column = ca.SX.zeros(3), ca.SX.zeros(3)
-    best_row, best_column = ca.SX(-1), ca.SX(-1)
+    row, column = ex.zeros(3), ex.zeros(3)
+    best_row, best_column = ex.Expression(-1), ex.Expression(-1)
     for i in range(3):
         r, c = N[i, :].T, N[:, i]
-        size_r, size_c = ca.sumsqr(r), ca.sumsqr(c)
-        row, best_row = _chosen(size_r > best_row, r, row), ca.fmax(size_r, best_row)
-        column, best_column = _chosen(size_c > best_column, c, column), ca.fmax(size_c, best_column)
+        size_r, size_c = ex.sumsqr(r), ex.sumsqr(c)
+        row, best_row = _chosen(size_r > best_row, r, row), ex.fmax(size_r, best_row)
+        column, best_column = _chosen(size_c > best_column, c, column), ex.fmax(size_c, best_column)
     return row, column
 
 
-def _parameter(C: ca.SX, D: ca.SX, det_D: float) -> ca.SX:
+def _parameter(C: ex.Expression, D: ex.Expression, det_D: float) -> ex.Expression:
     """The k for which C + k D is a pair of real lines, and det(C + k D) = 0 a root as simple as possible."""
     adj_C, adj_D = _adjugate(C), _adjugate(D)
-    a = ca.trace(C @ adj_D) / det_D
-    b = ca.trace(adj_C @ D) / det_D
-    c = ca.dot(C[0, :].T, adj_C[:, 0]) / det_D
-    best, quality = ca.SX(0), ca.SX(-1e300)
+    a = ex.trace(C @ adj_D) / det_D
+    b = ex.trace(adj_C @ D) / det_D
+    c = ex.dot(C[0, :].T, adj_C[:, 0]) / det_D
+    best, quality = ex.Expression(0), ex.Expression(-1e300)
     for k in _cubic_roots(a, b, c):
         for _ in range(2):
             slope = (3 * k + 2 * a) * k + b
-            step = (((k + a) * k + b) * k + c) / ca.if_else(slope == 0, 1.0, slope)
-            k = k - ca.if_else(ca.fabs(step) < 1e-3 * (1 + ca.fabs(k)), step, 0.0)
+            step = (((k + a) * k + b) * k + c) / ex.if_else(ex.equal(slope, 0), 1.0, slope)
+            k = k - ex.if_else(ex.fabs(step) < 1e-3 * (1 + ex.fabs(k)), step, 0.0)
         A = C + k * D
-        real = -ca.trace(_adjugate(A))
-        size = 1 + ca.fabs(k)
-        slope = ca.fabs((3 * k + 2 * a) * k + b)
-        worth = ca.if_else(real >= -1e-9 * size**2, slope, -1 + real / size**2)
-        best, quality = ca.if_else(worth > quality, k, best), ca.fmax(worth, quality)
+        real = -ex.trace(_adjugate(A))
+        size = 1 + ex.fabs(k)
+        slope = ex.fabs((3 * k + 2 * a) * k + b)
+        worth = ex.if_else(real >= -1e-9 * size**2, slope, -1 + real / size**2)
+        best, quality = ex.if_else(worth > quality, k, best), ex.fmax(worth, quality)
     return best
 
 
-def _cubic_roots(a: ca.SX, b: ca.SX, c: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _cubic_roots(
+    a: ex.Expression, b: ex.Expression, c: ex.Expression
+) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """Real roots of k^3 + a k^2 + b k + c; three times the same where there is only one."""
     shift = a / 3
     P, Q = b / 3 - shift**2, shift * (shift**2 - b / 2) + c / 2  # t^3 + 3 P t + 2 Q
     discriminant = Q * Q + P * P * P
     three = discriminant <= 0
-    angle = ca.atan2(ca.sqrt(ca.fmax(-discriminant, 0)), -Q) / 3
-    radius = 2 * ca.sqrt(ca.fmax(-P, 0))
-    size = ca.fabs(Q) + ca.sqrt(ca.fmax(discriminant, 0))
-    u = ca.exp(ca.log(ca.fmax(size, 1e-300)) / 3) * ca.if_else(Q > 0, -1, 1)
+    angle = ex.atan2(ex.sqrt(ex.fmax(-discriminant, 0)), -Q) / 3
+    radius = 2 * ex.sqrt(ex.fmax(-P, 0))
+    size = ex.fabs(Q) + ex.sqrt(ex.fmax(discriminant, 0))
+    u = ex.exp(ex.log(ex.fmax(size, 1e-300)) / 3) * ex.if_else(Q > 0, -1, 1)
     only = u - P / u
     third = 2.0943951023931953
-    roots = [ca.if_else(three, radius * ca.cos(angle + i * third), only) - shift for i in (-1, 0, 1)]
+    roots = [ex.if_else(three, radius * ex.cos(angle + i * third), only) - shift for i in (-1, 0, 1)]
     return roots[0], roots[1], roots[2]
 
 
-def _polished(C: ca.SX, turn: Turn, real: ca.SX) -> Turn:
+def _polished(C: ex.Expression, turn: Turn, real: ex.Expression) -> Turn:
     """Newton steps for x' C x = 0 along the circle, kept only where they help and the line meets the circle.
 
     Else they would lead to a root that another line has.
     """
-    miss = _value(C, ca.vertcat(turn.c, turn.s, 1))
+    miss = _value(C, ex.vertcat(turn.c, turn.s, 1))
     for _ in range(POLISH):
-        x = ca.vertcat(turn.c, turn.s, 1)
-        slope = 2 * ca.dot(C @ x, ca.vertcat(-turn.s, turn.c, 0))
-        step = -miss / ca.if_else(slope == 0, 1.0, slope)
-        step = ca.fmin(ca.fmax(step, -0.1), 0.1)
+        x = ex.vertcat(turn.c, turn.s, 1)
+        slope = 2 * ex.dot(C @ x, ex.vertcat(-turn.s, turn.c, 0))
+        step = -miss / ex.if_else(ex.equal(slope, 0), 1.0, slope)
+        step = ex.fmin(ex.fmax(step, -0.1), 0.1)
         half = step / 2
         rotated = turn.then(Turn((1 - half * half) / (1 + half * half), step / (1 + half * half)))
-        after = _value(C, ca.vertcat(rotated.c, rotated.s, 1))
-        better = ca.logic_and(real, ca.fabs(after) < ca.fabs(miss))
-        turn = Turn(ca.if_else(better, rotated.c, turn.c), ca.if_else(better, rotated.s, turn.s))
-        miss = ca.if_else(better, after, miss)
+        after = _value(C, ex.vertcat(rotated.c, rotated.s, 1))
+        better = ex.logic_and(real, ex.fabs(after) < ex.fabs(miss))
+        turn = Turn(ex.if_else(better, rotated.c, turn.c), ex.if_else(better, rotated.s, turn.s))
+        miss = ex.if_else(better, after, miss)
     return turn
 
 
-def _polished_length(C: ca.SX, d: ca.SX, real: ca.SX) -> ca.SX:
+def _polished_length(C: ex.Expression, d: ex.Expression, real: ex.Expression) -> ex.Expression:
     """The same along the parabola."""
-    miss = _value(C, ca.vertcat(d, d * d, 1))
+    miss = _value(C, ex.vertcat(d, d * d, 1))
     for _ in range(POLISH):
-        slope = 2 * ca.dot(C @ ca.vertcat(d, d * d, 1), ca.vertcat(1, 2 * d, 0))
-        moved = d - miss / ca.if_else(slope == 0, 1.0, slope)
-        after = _value(C, ca.vertcat(moved, moved * moved, 1))
-        better = ca.logic_and(real, ca.fabs(after) < ca.fabs(miss))
-        d, miss = ca.if_else(better, moved, d), ca.if_else(better, after, miss)
+        slope = 2 * ex.dot(C @ ex.vertcat(d, d * d, 1), ex.vertcat(1, 2 * d, 0))
+        moved = d - miss / ex.if_else(ex.equal(slope, 0), 1.0, slope)
+        after = _value(C, ex.vertcat(moved, moved * moved, 1))
+        better = ex.logic_and(real, ex.fabs(after) < ex.fabs(miss))
+        d, miss = ex.if_else(better, moved, d), ex.if_else(better, after, miss)
     return d
 
 
-def _value(C: ca.SX, x: ca.SX) -> ca.SX:
-    return ca.dot(x, C @ x)
+def _value(C: ex.Expression, x: ex.Expression) -> ex.Expression:
+    return ex.dot(x, C @ x)
 
 
-def _adjugate(A: ca.SX) -> ca.SX:
+def _adjugate(A: ex.Expression) -> ex.Expression:
     """(3, 3) of a symmetric matrix: A adj(A) = det(A) I."""
     a, b, c, d, e, f = A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2]
     xx, xy, xz = d * f - e * e, c * e - b * f, b * e - c * d
     yy, yz, zz = a * f - c * c, b * c - a * e, a * d - b * b
-    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    return ex.vertcat(ex.horzcat(xx, xy, xz), ex.horzcat(xy, yy, yz), ex.horzcat(xz, yz, zz))
 
 
-def _hat(p: ca.SX) -> ca.SX:
-    return ca.vertcat(ca.horzcat(0, -p[2], p[1]), ca.horzcat(p[2], 0, -p[0]), ca.horzcat(-p[1], p[0], 0))
+def _hat(p: ex.Expression) -> ex.Expression:
+    return ex.vertcat(ex.horzcat(0, -p[2], p[1]), ex.horzcat(p[2], 0, -p[0]), ex.horzcat(-p[1], p[0], 0))
 
 
-def _chosen(condition: ca.SX, yes: ca.SX, no: ca.SX) -> ca.SX:
+def _chosen(condition: ex.Expression, yes: ex.Expression, no: ex.Expression) -> ex.Expression:
     """Elementwise choice by one condition."""
-    return ca.vertcat(*(ca.if_else(condition, yes[i], no[i]) for i in range(3)))
+    return ex.vertcat(*(ex.if_else(condition, yes[i], no[i]) for i in range(3)))

@@ -2,48 +2,48 @@
 
 from __future__ import annotations
 
-import casadi as ca
+import mafsil.expression as ex
 
 SWEEPS = 6
 """Cyclic sweeps; convergence is quadratic, sizes 3 and 4 are converged to rounding after four to five."""
 
 
-def symmetric(K: ca.SX, sweeps: int = SWEEPS) -> tuple[ca.SX, ca.SX]:
+def symmetric(K: ex.Expression, sweeps: int = SWEEPS) -> tuple[ex.Expression, ex.Expression]:
     """Eigenvalues (n,) in no order and eigenvectors, the columns of (n, n), of a symmetric (n, n) matrix.
 
     Reference: Golub & Van Loan, Matrix Computations, sec. 8.5 (Jacobi methods).
     """
     n = K.shape[0]
     A = [[K[i, j] for j in range(n)] for i in range(n)]
-    V = [[ca.SX(float(i == j)) for j in range(n)] for i in range(n)]
+    V = [[ex.Expression(float(i == j)) for j in range(n)] for i in range(n)]
     for _ in range(sweeps):
         for p in range(n - 1):
             for q in range(p + 1, n):
                 _annihilate(A, V, p, q)
-    return ca.vertcat(*(A[i][i] for i in range(n))), ca.blockcat(V)
+    return ex.vertcat(*(A[i][i] for i in range(n))), ex.blockcat(V)
 
 
-def dominant_vector(K: ca.SX) -> ca.SX:
+def dominant_vector(K: ex.Expression) -> ex.Expression:
     """(n,) unit eigenvector of the largest eigenvalue of a symmetric matrix."""
     values, vectors = symmetric(K)
     best, largest = vectors[:, 0], values[0]
     for k in range(1, K.shape[0]):
         better = values[k] > largest
-        best, largest = ca.if_else(better, vectors[:, k], best), ca.if_else(better, values[k], largest)
+        best, largest = ex.if_else(better, vectors[:, k], best), ex.if_else(better, values[k], largest)
     return best
 
 
-def _annihilate(A: list[list[ca.SX]], V: list[list[ca.SX]], p: int, q: int) -> None:
+def _annihilate(A: list[list[ex.Expression]], V: list[list[ex.Expression]], p: int, q: int) -> None:
     """One Jacobi rotation in the plane (p, q), in place; the identity where the entry is zero already."""
     apq = A[p][q]
-    zero = ca.fabs(apq) <= 2.0**-56 * ca.sqrt(A[p][p] ** 2 + A[q][q] ** 2)
-    tau = (A[q][q] - A[p][p]) / (2 * ca.if_else(zero, 1.0, apq))
-    t = ca.if_else(tau < 0, -1.0, 1.0) / (ca.fabs(tau) + ca.sqrt(1 + tau**2))
-    t = ca.if_else(zero, 0.0, t)
-    c = 1 / ca.sqrt(1 + t**2)
+    zero = ex.fabs(apq) <= 2.0**-56 * ex.sqrt(A[p][p] ** 2 + A[q][q] ** 2)
+    tau = (A[q][q] - A[p][p]) / (2 * ex.if_else(zero, 1.0, apq))
+    t = ex.if_else(tau < 0, -1.0, 1.0) / (ex.fabs(tau) + ex.sqrt(1 + tau**2))
+    t = ex.if_else(zero, 0.0, t)
+    c = 1 / ex.sqrt(1 + t**2)
     s = t * c
     A[p][p], A[q][q] = A[p][p] - t * apq, A[q][q] + t * apq
-    A[p][q] = A[q][p] = ca.SX(0)
+    A[p][q] = A[q][p] = ex.Expression(0)
     for k in range(len(A)):
         if k not in (p, q):
             a, b = A[k][p], A[k][q]

@@ -1,4 +1,4 @@
-"""An algebra function by its name, as a casadi.Function with one column per port, elements in C order."""
+"""An algebra function by its name, as a function with one column per port, elements in C order."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from math import nan
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.membership import is_member
 
 Shape = tuple[int, ...]
@@ -19,8 +18,8 @@ def function(
     outputs: Sequence[tuple[str, Shape]],
     conditions: Mapping[str, str] | None = None,
     constants: Sequence[object] = (),
-) -> ca.Function:
-    """The function as CasADi sees it.
+) -> ex.Function:
+    """The function of symbols.
 
     Args:
         source: `module.function` of this package.
@@ -30,25 +29,25 @@ def function(
             result is NaN.
         constants: further arguments, after the expressions.
     """
-    columns = [ca.SX.sym(name, max(1, _size(shape))) for name, shape in inputs]
+    columns = [ex.symbol(name, max(1, _size(shape))) for name, shape in inputs]
     arguments = [_shaped(column, shape) for column, (_, shape) in zip(columns, inputs, strict=True)]
     answer = _found(source)(*arguments, *constants)
     results = list(answer) if isinstance(answer, tuple) else [answer]
     names = [name for name, _ in inputs]
     for name, condition in (conditions or {}).items():
         met = is_member(condition, arguments[names.index(name)])
-        results = [ca.if_else(met, result, nan) for result in results]
-    flat = [ca.vec(ca.densify(ca.SX(result)).T) for result in results]
-    return ca.Function(source.replace(".", "_"), columns, flat, names, [name for name, _ in outputs], {"cse": True})
+        results = [ex.if_else(met, result, nan) for result in results]
+    flat = [ex.vec(ex.Expression(result).T) for result in results]
+    return ex.Function(source.replace(".", "_"), columns, flat, names, [name for name, _ in outputs], cse=True)
 
 
-def _found(source: str) -> Callable[..., ca.SX | tuple[ca.SX, ...]]:
+def _found(source: str) -> Callable[..., ex.Expression | tuple[ex.Expression, ...]]:
     module, _, name = source.partition(".")
     return getattr(import_module(f"mafsil.algebra.{module}"), name)
 
 
-def _shaped(column: ca.SX, shape: Shape) -> ca.SX:
-    return ca.reshape(column, shape[1], shape[0]).T if len(shape) == 2 else column
+def _shaped(column: ex.Expression, shape: Shape) -> ex.Expression:
+    return ex.reshape(column, shape[1], shape[0]).T if len(shape) == 2 else column
 
 
 def _size(shape: Shape) -> int:

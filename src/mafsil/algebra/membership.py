@@ -7,100 +7,99 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.spatial import angular, cross, length, linear
 from mafsil.algebra.tolerance import LIMITS
 
 
-def rotation(M: ca.SX) -> ca.SX:
+def rotation(M: ex.Expression) -> ex.Expression:
     """Frobenius norm of M'M - I of a (3, 3) matrix; infinite where det M <= 0."""
     a, b, c = M[:, 0], M[:, 1], M[:, 2]
-    norms = (ca.dot(a, a) - 1) ** 2 + (ca.dot(b, b) - 1) ** 2 + (ca.dot(c, c) - 1) ** 2
-    angles = ca.dot(a, b) ** 2 + ca.dot(a, c) ** 2 + ca.dot(b, c) ** 2
-    return ca.if_else(ca.dot(a, cross(b, c)) > 0, ca.sqrt(norms + 2 * angles), ca.inf)
+    norms = (ex.dot(a, a) - 1) ** 2 + (ex.dot(b, b) - 1) ** 2 + (ex.dot(c, c) - 1) ** 2
+    angles = ex.dot(a, b) ** 2 + ex.dot(a, c) ** 2 + ex.dot(b, c) ** 2
+    return ex.if_else(ex.dot(a, cross(b, c)) > 0, ex.sqrt(norms + 2 * angles), ex.inf)
 
 
-def pose(T: ca.SX) -> ca.SX:
+def pose(T: ex.Expression) -> ex.Expression:
     """Norm of that of the rotation of a (4, 4) matrix and of what its last row misses to (0, 0, 0, 1)."""
     return _with_last_row(T, rotation(T[:3, :3]))
 
 
-def unit_quaternion(q: ca.SX) -> ca.SX:
+def unit_quaternion(q: ex.Expression) -> ex.Expression:
     """| |q| - 1 | of four numbers."""
-    return ca.fabs(ca.sqrt(ca.dot(q, q)) - 1)
+    return ex.fabs(ex.sqrt(ex.dot(q, q)) - 1)
 
 
-def axis(x: ca.SX) -> ca.SX:
+def axis(x: ex.Expression) -> ex.Expression:
     """Zero where three numbers have a direction; infinite where their squares vanish or overflow."""
-    s = ca.dot(x, x)
-    return ca.if_else(ca.logic_and(s >= 1e-300, s < ca.inf), 0.0, ca.inf)
+    s = ex.dot(x, x)
+    return ex.if_else(ex.logic_and(s >= 1e-300, s < ex.inf), 0.0, ex.inf)
 
 
-def quaternion(q: ca.SX) -> ca.SX:
+def quaternion(q: ex.Expression) -> ex.Expression:
     """Zero where four numbers can be scaled to unit length; infinite where they are all zero."""
-    return ca.if_else(ca.fabs(q[0]) + ca.fabs(q[1]) + ca.fabs(q[2]) + ca.fabs(q[3]) > 0, 0.0, ca.inf)
+    return ex.if_else(ex.fabs(q[0]) + ex.fabs(q[1]) + ex.fabs(q[2]) + ex.fabs(q[3]) > 0, 0.0, ex.inf)
 
 
-def unit_screw(S: ca.SX) -> ca.SX:
+def unit_screw(S: ex.Expression) -> ex.Expression:
     """| |omega| - 1 | of a screw (omega, v), or | |v| - 1 | where omega is zero."""
     omega, v = angular(S), linear(S)
-    return ca.fabs(ca.if_else(ca.dot(omega, omega) > 0, length(omega), length(v)) - 1)
+    return ex.fabs(ex.if_else(ex.dot(omega, omega) > 0, length(omega), length(v)) - 1)
 
 
-def axis_triple(axes: ca.SX) -> ca.SX:
+def axis_triple(axes: ex.Expression) -> ex.Expression:
     """Frobenius norm of what three rows miss to be unit and the second to be orthogonal to the other two."""
-    total = ca.SX(0)
+    total = ex.Expression(0)
     for k in range(3):
-        total += (ca.dot(axes[k, :], axes[k, :]) - 1) ** 2
+        total += (ex.dot(axes[k, :], axes[k, :]) - 1) ** 2
     for k in (0, 2):
-        total += ca.dot(axes[1, :], axes[k, :]) ** 2
-    return ca.sqrt(total)
+        total += ex.dot(axes[1, :], axes[k, :]) ** 2
+    return ex.sqrt(total)
 
 
-def rotation_vector(r: ca.SX) -> ca.SX:
+def rotation_vector(r: ex.Expression) -> ex.Expression:
     """Square of the length of three numbers; infinite where it overflows."""
-    return ca.dot(r, r)
+    return ex.dot(r, r)
 
 
-def exponential_coordinates(V: ca.SX) -> ca.SX:
+def exponential_coordinates(V: ex.Expression) -> ex.Expression:
     """That of the angular half of six numbers (omega, v)."""
     return rotation_vector(angular(V))
 
 
-def planar_coordinates(V: ca.SX) -> ca.SX:
+def planar_coordinates(V: ex.Expression) -> ex.Expression:
     """That of the angle of three numbers (omega, v_x, v_y)."""
     return V[0] ** 2
 
 
-def amount(x: ca.SX) -> ca.SX:
+def amount(x: ex.Expression) -> ex.Expression:
     """Square of one number, an angle or a length."""
     return x**2
 
 
-def duration(t: ca.SX) -> ca.SX:
+def duration(t: ex.Expression) -> ex.Expression:
     """What a velocity over this time is multiplied by, 1 / |t|: infinite at zero."""
-    return 1 / ca.fabs(t)
+    return 1 / ex.fabs(t)
 
 
-def part_turn(theta: ca.SX) -> ca.SX:
+def part_turn(theta: ex.Expression) -> ex.Expression:
     """How much of an angle's digits is lost where it is a whole number of turns, none included: infinite there."""
-    return (1 + ca.fabs(theta)) / ca.fabs(ca.sin(theta / 2))
+    return (1 + ex.fabs(theta)) / ex.fabs(ex.sin(theta / 2))
 
 
-def planar_rotation(R: ca.SX) -> ca.SX:
+def planar_rotation(R: ex.Expression) -> ex.Expression:
     """Frobenius norm of R'R - I of a (2, 2) matrix; infinite where det R <= 0."""
     a, b = R[:, 0], R[:, 1]
-    defect = (ca.dot(a, a) - 1) ** 2 + (ca.dot(b, b) - 1) ** 2 + 2 * ca.dot(a, b) ** 2
-    return ca.if_else(a[0] * b[1] - a[1] * b[0] > 0, ca.sqrt(defect), ca.inf)
+    defect = (ex.dot(a, a) - 1) ** 2 + (ex.dot(b, b) - 1) ** 2 + 2 * ex.dot(a, b) ** 2
+    return ex.if_else(a[0] * b[1] - a[1] * b[0] > 0, ex.sqrt(defect), ex.inf)
 
 
-def planar_pose(T: ca.SX) -> ca.SX:
+def planar_pose(T: ex.Expression) -> ex.Expression:
     """Norm of that of the rotation of a (3, 3) matrix and of what its last row misses to (0, 0, 1)."""
     return _with_last_row(T, planar_rotation(T[:2, :2]))
 
 
-MEASURES: dict[str, Callable[[ca.SX], ca.SX]] = {
+MEASURES: dict[str, Callable[[ex.Expression], ex.Expression]] = {
     "rotation": rotation,
     "pose": pose,
     "unit_quaternion": unit_quaternion,
@@ -120,14 +119,14 @@ MEASURES: dict[str, Callable[[ca.SX], ca.SX]] = {
 """Measures by the name under which declarations, limits and error sentences know them."""
 
 
-def is_member(kind: str, value: ca.SX) -> ca.SX:
+def is_member(kind: str, value: ex.Expression) -> ex.Expression:
     """1 where the measure is within its limit, else 0 (also for NaN)."""
     return MEASURES[kind](value) <= LIMITS[kind]
 
 
-def _with_last_row(T: ca.SX, distance: ca.SX) -> ca.SX:
+def _with_last_row(T: ex.Expression, distance: ex.Expression) -> ex.Expression:
     last = T.shape[0] - 1
     missed = distance**2 + (T[last, last] - 1) ** 2
     for k in range(last):
         missed += T[last, k] ** 2
-    return ca.sqrt(missed)
+    return ex.sqrt(missed)

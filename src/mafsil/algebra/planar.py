@@ -2,45 +2,44 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import series
 
 
-def rotation(theta: ca.SX) -> ca.SX:
+def rotation(theta: ex.Expression) -> ex.Expression:
     """(2, 2) [[cos, -sin], [sin, cos]]."""
-    c, s = ca.cos(theta), ca.sin(theta)
-    return ca.blockcat([[c, -s], [s, c]])
+    c, s = ex.cos(theta), ex.sin(theta)
+    return ex.blockcat([[c, -s], [s, c]])
 
 
-def angle(R: ca.SX) -> ca.SX:
+def angle(R: ex.Expression) -> ex.Expression:
     """Angle theta in (-pi, pi] [rad] of a planar rotation."""
-    return ca.atan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
+    return ex.atan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
 
 
-def pose(theta: ca.SX, p: ca.SX) -> ca.SX:
+def pose(theta: ex.Expression, p: ex.Expression) -> ex.Expression:
     """(3, 3) homogeneous matrix of (theta [rad], p [m])."""
-    return ca.vertcat(ca.horzcat(rotation(theta), p), ca.SX([[0, 0, 1]]))
+    return ex.vertcat(ex.horzcat(rotation(theta), p), ex.Expression([[0, 0, 1]]))
 
 
-def coordinates(T: ca.SX) -> ca.SX:
+def coordinates(T: ex.Expression) -> ex.Expression:
     """(3,) (theta, p_x, p_y) [rad, m], theta in (-pi, pi]."""
-    return ca.vertcat(angle(T[:2, :2]), T[0, 2], T[1, 2])
+    return ex.vertcat(angle(T[:2, :2]), T[0, 2], T[1, 2])
 
 
-def inverse(T: ca.SX) -> ca.SX:
+def inverse(T: ex.Expression) -> ex.Expression:
     """(3, 3) T^-1 = (R', -R'p)."""
     R = T[:2, :2]
-    return ca.vertcat(ca.horzcat(R.T, -(R.T @ T[:2, 2])), ca.SX([[0, 0, 1]]))
+    return ex.vertcat(ex.horzcat(R.T, -(R.T @ T[:2, 2])), ex.Expression([[0, 0, 1]]))
 
 
-def compose(T_ab: ca.SX, T_bc: ca.SX) -> ca.SX:
+def compose(T_ab: ex.Expression, T_bc: ex.Expression) -> ex.Expression:
     """(3, 3) T_ac = (PQ, p + P q)."""
     P = T_ab[:2, :2]
-    return ca.vertcat(ca.horzcat(P @ T_bc[:2, :2], T_ab[:2, 2] + P @ T_bc[:2, 2]), ca.SX([[0, 0, 1]]))
+    return ex.vertcat(ex.horzcat(P @ T_bc[:2, :2], T_ab[:2, 2] + P @ T_bc[:2, 2]), ex.Expression([[0, 0, 1]]))
 
 
-def exp(V: ca.SX) -> ca.SX:
+def exp(V: ex.Expression) -> ex.Expression:
     """(3, 3) exp of a planar twist times time (omega, v_x, v_y) [rad, m].
 
     p = sin(omega)/omega v + (1 - cos(omega))/omega J v, J = [[0, -1], [1, 0]]
@@ -51,57 +50,57 @@ def exp(V: ca.SX) -> ca.SX:
     return pose(V[0], series.sinc(s) * v + V[0] * series.versinc(s) * _quarter(v))
 
 
-def log(T: ca.SX) -> ca.SX:
+def log(T: ex.Expression) -> ex.Expression:
     """(3,) planar twist (omega, v_x, v_y), omega in (-pi, pi]: v = (omega/2) cot(omega/2) p - (omega/2) J p."""
     theta, p = angle(T[:2, :2]), T[:2, 2]
     v = (1 - theta**2 * series.cotangent_defect(theta**2)) * p - theta / 2 * _quarter(p)
-    return ca.vertcat(theta, v)
+    return ex.vertcat(theta, v)
 
 
-def pole(T: ca.SX) -> ca.SX:
+def pole(T: ex.Expression) -> ex.Expression:
     """(3,) homogeneous point (x, y, w) that the displacement keeps: (x, y) / w, or a direction where w is zero.
 
     (p + cot(psi/2) J p) / 2, multiplied by sin(psi/2): a translation by p has its pole at infinity across p.
     """
     half = angle(T[:2, :2]) / 2
     p = T[:2, 2]
-    s, c = ca.sin(half), ca.cos(half)
-    return ca.vertcat((s * p + c * _quarter(p)) / 2, s)
+    s, c = ex.sin(half), ex.cos(half)
+    return ex.vertcat((s * p + c * _quarter(p)) / 2, s)
 
 
-def about_pole(psi: ca.SX, point: ca.SX) -> ca.SX:
+def about_pole(psi: ex.Expression, point: ex.Expression) -> ex.Expression:
     """(3, 3) displacement by psi [rad] about a point s [m]: d = (I - Rot(psi)) s, by half angles."""
-    s, c = ca.sin(psi / 2), ca.cos(psi / 2)
+    s, c = ex.sin(psi / 2), ex.cos(psi / 2)
     return pose(psi, 2 * s * (s * point - c * _quarter(point)))
 
 
-def twist_of_pole(omega: ca.SX, point: ca.SX) -> ca.SX:
+def twist_of_pole(omega: ex.Expression, point: ex.Expression) -> ex.Expression:
     """(3,) omega (1, q_y, -q_x) of a rotation about the point q."""
-    return omega * ca.vertcat(1, point[1], -point[0])
+    return omega * ex.vertcat(1, point[1], -point[0])
 
 
-def adjoint(T: ca.SX) -> ca.SX:
+def adjoint(T: ex.Expression) -> ex.Expression:
     """(3, 3) for planar twists: V_a = Ad(T_ab) V_b, v_a = R v - omega J p."""
     R, p = T[:2, :2], T[:2, 2]
-    return ca.blockcat([[ca.SX([[1]]), ca.SX.zeros(1, 2)], [-_quarter(p), R]])
+    return ex.blockcat([[ex.Expression([[1]]), ex.zeros(1, 2)], [-_quarter(p), R]])
 
 
-def spatial_rotation(R: ca.SX) -> ca.SX:
+def spatial_rotation(R: ex.Expression) -> ex.Expression:
     """(3, 3) the planar rotation about z in space."""
-    return ca.blockcat([[R, ca.SX.zeros(2, 1)], [ca.SX.zeros(1, 2), ca.SX([[1]])]])
+    return ex.blockcat([[R, ex.zeros(2, 1)], [ex.zeros(1, 2), ex.Expression([[1]])]])
 
 
-def spatial_pose(T: ca.SX) -> ca.SX:
+def spatial_pose(T: ex.Expression) -> ex.Expression:
     """(4, 4) the planar motion in the x-y plane of space."""
-    top = ca.horzcat(spatial_rotation(T[:2, :2]), ca.vertcat(T[:2, 2], 0))
-    return ca.vertcat(top, ca.SX([[0, 0, 0, 1]]))
+    top = ex.horzcat(spatial_rotation(T[:2, :2]), ex.vertcat(T[:2, 2], 0))
+    return ex.vertcat(top, ex.Expression([[0, 0, 0, 1]]))
 
 
-def spatial_twist(V: ca.SX) -> ca.SX:
+def spatial_twist(V: ex.Expression) -> ex.Expression:
     """(6,) (0, 0, omega, v_x, v_y, 0): axis parallel to z, pitch zero."""
-    return ca.vertcat(0, 0, V[0], V[1], V[2], 0)
+    return ex.vertcat(0, 0, V[0], V[1], V[2], 0)
 
 
-def _quarter(x: ca.SX) -> ca.SX:
+def _quarter(x: ex.Expression) -> ex.Expression:
     """J x, a quarter turn to the left."""
-    return ca.vertcat(-x[1], x[0])
+    return ex.vertcat(-x[1], x[0])

@@ -2,45 +2,44 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import quaternion, series, so3
 from mafsil.algebra.spatial import angular, linear, skew, skew_square
 
 
-def pose(R: ca.SX, p: ca.SX) -> ca.SX:
+def pose(R: ex.Expression, p: ex.Expression) -> ex.Expression:
     """(4, 4) T = [[R, p], [0, 1]]."""
-    return ca.vertcat(ca.horzcat(R, p), ca.SX([[0, 0, 0, 1]]))
+    return ex.vertcat(ex.horzcat(R, p), ex.Expression([[0, 0, 0, 1]]))
 
 
-def rotation(T: ca.SX) -> ca.SX:
+def rotation(T: ex.Expression) -> ex.Expression:
     """(3, 3) R of T."""
     return T[:3, :3]
 
 
-def translation(T: ca.SX) -> ca.SX:
+def translation(T: ex.Expression) -> ex.Expression:
     """(3,) p of T [m]."""
     return T[:3, 3]
 
 
-def compose(T_ab: ca.SX, T_bc: ca.SX) -> ca.SX:
+def compose(T_ab: ex.Expression, T_bc: ex.Expression) -> ex.Expression:
     """(4, 4) T_ac = T_ab T_bc = (R_ab R_bc, R_ab p_bc + p_ab)."""
     R, p = rotation(T_ab), translation(T_ab)
     return pose(R @ rotation(T_bc), R @ translation(T_bc) + p)
 
 
-def inverse(T: ca.SX) -> ca.SX:
+def inverse(T: ex.Expression) -> ex.Expression:
     """(4, 4) T^-1 = (R', -R'p)."""
     R = rotation(T)
     return pose(R.T, -(R.T @ translation(T)))
 
 
-def act(T: ca.SX, x: ca.SX) -> ca.SX:
+def act(T: ex.Expression, x: ex.Expression) -> ex.Expression:
     """(3,) R x + p: a point x_b seen from {a}, or a point displaced by T."""
     return rotation(T) @ x + translation(T)
 
 
-def exp(V: ca.SX) -> ca.SX:
+def exp(V: ex.Expression) -> ex.Expression:
     """(4, 4) T = (exp(omega), J(omega) v) of exponential coordinates V = (omega, v) [rad, m].
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.25, with omega any length.
@@ -49,7 +48,7 @@ def exp(V: ca.SX) -> ca.SX:
     return pose(so3.exp(r), so3.apply_left_jacobian(r, v))
 
 
-def log(T: ca.SX) -> ca.SX:
+def log(T: ex.Expression) -> ex.Expression:
     """(6,) V = (omega, v) with exp(V) = T, |omega| in [0, pi].
 
     omega = log R, v = J(omega)^-1 p
@@ -58,29 +57,29 @@ def log(T: ca.SX) -> ca.SX:
     """
     q = quaternion.proportional_to_matrix(rotation(T))
     r = quaternion.log(q)
-    return ca.vertcat(r, so3.apply_left_jacobian_inverse(r, translation(T)))
+    return ex.vertcat(r, so3.apply_left_jacobian_inverse(r, translation(T)))
 
 
-def adjoint(T: ca.SX) -> ca.SX:
+def adjoint(T: ex.Expression) -> ex.Expression:
     """(6, 6) Ad(T) = [[R, 0], [[p] R, R]] for twists (omega, v).
 
     Reference: Lynch & Park, Modern Robotics, def. 3.20.
     """
     R = rotation(T)
-    return ca.blockcat([[R, ca.SX.zeros(3, 3)], [skew(translation(T)) @ R, R]])
+    return ex.blockcat([[R, ex.zeros(3, 3)], [skew(translation(T)) @ R, R]])
 
 
-def body_error(T_sb: ca.SX, T_sd: ca.SX) -> ca.SX:
+def body_error(T_sb: ex.Expression, T_sd: ex.Expression) -> ex.Expression:
     """(6,) body twist log(T_sb^-1 T_sd) that takes {b} to {d} in unit time."""
     return log(compose(inverse(T_sb), T_sd))
 
 
-def space_error(T_sb: ca.SX, T_sd: ca.SX) -> ca.SX:
+def space_error(T_sb: ex.Expression, T_sd: ex.Expression) -> ex.Expression:
     """(6,) space twist log(T_sd T_sb^-1) that takes {b} to {d} in unit time."""
     return log(compose(T_sd, inverse(T_sb)))
 
 
-def left_jacobian(V: ca.SX) -> ca.SX:
+def left_jacobian(V: ex.Expression) -> ex.Expression:
     """(6, 6) J with V_s = J(V) Vdot for T = exp(V): [[J, 0], [Q, J]], Q the slope of J(omega) along v.
 
     The blocks are those of an analytic function of ad(V) = [[ [omega], 0 ], [ [v], [omega] ]], which acts like the
@@ -89,47 +88,56 @@ def left_jacobian(V: ca.SX) -> ca.SX:
     Reference: Barfoot, State Estimation for Robotics, eq. 7.85.
     """
     r, v = angular(V), linear(V)
-    s = ca.dot(r, r)
+    s = ex.dot(r, r)
     Q = _slope(r, v, series.versinc(s), series.sinc_defect(s), series.versinc_slope(s), series.sinc_defect_slope(s))
     return _lower_block(so3.left_jacobian(r), Q)
 
 
-def left_jacobian_inverse(V: ca.SX) -> ca.SX:
+def left_jacobian_inverse(V: ex.Expression) -> ex.Expression:
     """(6, 6) inverse of the left Jacobian, for |omega| < 2 pi: [[J^-1, 0], [slope of J^-1 along v, J^-1]]."""
     r, v = angular(V), linear(V)
-    s = ca.dot(r, r)
-    slope = _slope(r, v, ca.SX(-0.5), series.cotangent_defect(s), ca.SX(0), series.cotangent_defect_slope(s))
+    s = ex.dot(r, r)
+    slope = _slope(
+        r, v, ex.Expression(-0.5), series.cotangent_defect(s), ex.Expression(0), series.cotangent_defect_slope(s)
+    )
     return _lower_block(so3.left_jacobian_inverse(r), slope)
 
 
-def right_jacobian(V: ca.SX) -> ca.SX:
+def right_jacobian(V: ex.Expression) -> ex.Expression:
     """(6, 6) J(-V), with V_b = J_r(V) Vdot for T = exp(V)."""
     return left_jacobian(-V)
 
 
-def right_jacobian_inverse(V: ca.SX) -> ca.SX:
+def right_jacobian_inverse(V: ex.Expression) -> ex.Expression:
     """(6, 6) inverse of the right Jacobian, for |omega| < 2 pi."""
     return left_jacobian_inverse(-V)
 
 
-def interpolate_screw(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
+def interpolate_screw(T_0: ex.Expression, T_1: ex.Expression, t: ex.Expression) -> ex.Expression:
     """(4, 4) T_0 exp(t log(T_0^-1 T_1)): one screw motion from T_0 (t = 0) to T_1 (t = 1)."""
     return compose(T_0, exp(t * body_error(T_0, T_1)))
 
 
-def interpolate_decoupled(T_0: ca.SX, T_1: ca.SX, t: ca.SX) -> ca.SX:
+def interpolate_decoupled(T_0: ex.Expression, T_1: ex.Expression, t: ex.Expression) -> ex.Expression:
     """(4, 4) from T_0 (t = 0) to T_1 (t = 1): rotation at constant angular velocity, origin along the straight line."""
     R = rotation(T_0) @ so3.exp(t * so3.log(rotation(T_0).T @ rotation(T_1)))
     return pose(R, translation(T_0) + t * (translation(T_1) - translation(T_0)))
 
 
-def _slope(r: ca.SX, v: ca.SX, b: ca.SX, c: ca.SX, b_slope: ca.SX, c_slope: ca.SX) -> ca.SX:
+def _slope(
+    r: ex.Expression,
+    v: ex.Expression,
+    b: ex.Expression,
+    c: ex.Expression,
+    b_slope: ex.Expression,
+    c_slope: ex.Expression,
+) -> ex.Expression:
     """(3, 3) derivative along v of I + b [r] + c [r]^2, b and c functions of s = r.r with the slopes given."""
-    inner = ca.dot(r, v)
+    inner = ex.dot(r, v)
     outer = v @ r.T
-    mixed = outer + outer.T - 2 * inner * ca.SX.eye(3)
+    mixed = outer + outer.T - 2 * inner * ex.eye(3)
     return b * skew(v) + c * mixed + 2 * inner * (b_slope * skew(r) + c_slope * skew_square(r))
 
 
-def _lower_block(diagonal: ca.SX, corner: ca.SX) -> ca.SX:
-    return ca.blockcat([[diagonal, ca.SX.zeros(3, 3)], [corner, diagonal]])
+def _lower_block(diagonal: ex.Expression, corner: ex.Expression) -> ex.Expression:
+    return ex.blockcat([[diagonal, ex.zeros(3, 3)], [corner, diagonal]])

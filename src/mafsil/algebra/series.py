@@ -11,53 +11,53 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import comb, factorial
 
-import casadi as ca
+import mafsil.expression as ex
 
 EPS = 2.0**-52
 """Distance of 1 to the next double."""
 
 
-def half_sine(s: ca.SX) -> ca.SX:
+def half_sine(s: ex.Expression) -> ex.Expression:
     """sin(theta / 2) / theta."""
-    return _joined(s, _HALF_SINE, lambda safe: ca.sin(ca.sqrt(safe) / 2) / ca.sqrt(safe), _HALF_SWITCH)
+    return _joined(s, _HALF_SINE, lambda safe: ex.sin(ex.sqrt(safe) / 2) / ex.sqrt(safe), _HALF_SWITCH)
 
 
-def half_cosine(s: ca.SX) -> ca.SX:
+def half_cosine(s: ex.Expression) -> ex.Expression:
     """cos(theta / 2)."""
-    return _joined(s, _HALF_COSINE, lambda safe: ca.cos(ca.sqrt(safe) / 2), _HALF_SWITCH)
+    return _joined(s, _HALF_COSINE, lambda safe: ex.cos(ex.sqrt(safe) / 2), _HALF_SWITCH)
 
 
-def sinc(s: ca.SX) -> ca.SX:
+def sinc(s: ex.Expression) -> ex.Expression:
     """sin(theta) / theta, by half angles."""
     return 2 * half_sine(s) * half_cosine(s)
 
 
-def versinc(s: ca.SX) -> ca.SX:
+def versinc(s: ex.Expression) -> ex.Expression:
     """(1 - cos(theta)) / theta**2, by half angles: nothing cancels."""
     return 2 * half_sine(s) ** 2
 
 
-def sinc_defect(s: ca.SX) -> ca.SX:
+def sinc_defect(s: ex.Expression) -> ex.Expression:
     """(theta - sin(theta)) / theta**3."""
     return _joined(s, _SINC_DEFECT, lambda safe: (1 - sinc(s)) / safe)
 
 
-def versinc_slope(s: ca.SX) -> ca.SX:
+def versinc_slope(s: ex.Expression) -> ex.Expression:
     """Derivative of versinc by s, (theta sin(theta) - 2 (1 - cos(theta))) / (2 theta**4)."""
     return _joined(s, _VERSINC_SLOPE, lambda safe: (sinc(s) / 2 - versinc(s)) / safe)
 
 
-def sinc_defect_slope(s: ca.SX) -> ca.SX:
+def sinc_defect_slope(s: ex.Expression) -> ex.Expression:
     """Derivative of sinc_defect by s, (theta (1 - cos(theta)) - 3 (theta - sin(theta))) / (2 theta**5)."""
     return _joined(s, _SINC_DEFECT_SLOPE, lambda safe: (versinc(s) - 3 * (1 - sinc(s)) / safe) / (2 * safe))
 
 
-def cotangent_defect(s: ca.SX) -> ca.SX:
+def cotangent_defect(s: ex.Expression) -> ex.Expression:
     """(1 - (theta / 2) cot(theta / 2)) / theta**2, for theta < 2 pi."""
     return _joined(s, _COTANGENT_DEFECT, lambda safe: (1 - half_cosine(s) / (2 * half_sine(s))) / safe)
 
 
-def cotangent_defect_slope(s: ca.SX) -> ca.SX:
+def cotangent_defect_slope(s: ex.Expression) -> ex.Expression:
     """Derivative of cotangent_defect by s, for theta < 2 pi.
 
     (1 / sin(x)^2 + x cot(x) - 2) / (2 theta^4), x = theta / 2, with the sine's square taken over x^2
@@ -66,12 +66,12 @@ def cotangent_defect_slope(s: ca.SX) -> ca.SX:
     return _joined(s, _COTANGENT_DEFECT_SLOPE, lambda safe: (1 / (4 * a**2) + c / (2 * a) - 2) / (2 * safe**2))
 
 
-def arctangent_ratio(y2: ca.SX, x: ca.SX) -> ca.SX:
+def arctangent_ratio(y2: ex.Expression, x: ex.Expression) -> ex.Expression:
     """atan2(y, x) / y with y = sqrt(y2) >= 0, for x >= 0, not both zero; 1 / x at y = 0."""
     near = y2 < _switch(_ARCTANGENT) * x**2
-    y = ca.sqrt(ca.if_else(near, 1.0, y2))
-    x_near = ca.if_else(near, x, 1.0)
-    return ca.if_else(near, _horner(_ARCTANGENT, y2 / x_near**2) / x_near, ca.atan2(y, x) / y)
+    y = ex.sqrt(ex.if_else(near, 1.0, y2))
+    x_near = ex.if_else(near, x, 1.0)
+    return ex.if_else(near, _horner(_ARCTANGENT, y2 / x_near**2) / x_near, ex.atan2(y, x) / y)
 
 
 def bernoulli_numbers(count: int) -> list[Fraction]:
@@ -90,15 +90,20 @@ def _switch(taylor: Sequence[float]) -> float:
     return (EPS * abs(taylor[0] / taylor[-1])) ** (1 / (len(taylor) - 1))
 
 
-def _joined(s: ca.SX, taylor: Sequence[float], closed: Callable[[ca.SX], ca.SX], switch: float | None = None) -> ca.SX:
+def _joined(
+    s: ex.Expression,
+    taylor: Sequence[float],
+    closed: Callable[[ex.Expression], ex.Expression],
+    switch: float | None = None,
+) -> ex.Expression:
     """Taylor polynomial below the switch point; above it the closed form, whose divisors are `safe` from zero below."""
     near = s < (switch or _switch(taylor))
-    return ca.if_else(near, _horner(taylor, s), closed(ca.if_else(near, 1.0, s)))
+    return ex.if_else(near, _horner(taylor, s), closed(ex.if_else(near, 1.0, s)))
 
 
-def _horner(taylor: Sequence[float], s: ca.SX) -> ca.SX:
+def _horner(taylor: Sequence[float], s: ex.Expression) -> ex.Expression:
     """All coefficients but the last, which only served to place the switch point."""
-    value = ca.SX(taylor[-2])
+    value = ex.Expression(taylor[-2])
     for coefficient in reversed(taylor[:-2]):
         value = coefficient + s * value
     return value

@@ -2,38 +2,37 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import eigen, quaternion, series
 from mafsil.algebra.spatial import cross, length, skew, skew_square
 
 
-def hat(w: ca.SX) -> ca.SX:
+def hat(w: ex.Expression) -> ex.Expression:
     """(3, 3) skew matrix [w] with [w] x = w x x."""
     return skew(w)
 
 
-def vee(W: ca.SX) -> ca.SX:
+def vee(W: ex.Expression) -> ex.Expression:
     """(3,) w with [w] = (W - W') / 2."""
-    return ca.vertcat(W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]) / 2
+    return ex.vertcat(W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]) / 2
 
 
-def compose(R_ab: ca.SX, R_bc: ca.SX) -> ca.SX:
+def compose(R_ab: ex.Expression, R_bc: ex.Expression) -> ex.Expression:
     """(3, 3) R_ac = R_ab R_bc."""
     return R_ab @ R_bc
 
 
-def inverse(R: ca.SX) -> ca.SX:
+def inverse(R: ex.Expression) -> ex.Expression:
     """(3, 3) R' = R^-1."""
     return R.T
 
 
-def act(R: ca.SX, x: ca.SX) -> ca.SX:
+def act(R: ex.Expression, x: ex.Expression) -> ex.Expression:
     """(3,) R x: a free vector x_b seen from {a}, or a vector turned by R."""
     return R @ x
 
 
-def exp(r: ca.SX) -> ca.SX:
+def exp(r: ex.Expression) -> ex.Expression:
     """(3, 3) R = I + sin(theta)/theta [r] + (1 - cos(theta))/theta^2 [r]^2, |r| = theta [rad].
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.11 (Rodrigues' formula), by half angles.
@@ -41,7 +40,7 @@ def exp(r: ca.SX) -> ca.SX:
     return quaternion.to_matrix_rounded(quaternion.exp(r))
 
 
-def log(R: ca.SX) -> ca.SX:
+def log(R: ex.Expression) -> ex.Expression:
     """(3,) r with exp(r) = R, |r| = theta in [0, pi] [rad]; at half turns one of the two answers +-r.
 
     r = 2 atan2(|u|, w) u / |u|, (w, u) the quaternion of R: accurate from 0 to pi, both ends included.
@@ -49,64 +48,64 @@ def log(R: ca.SX) -> ca.SX:
     return quaternion.log(quaternion.proportional_to_matrix(R))
 
 
-def angle(R: ca.SX) -> ca.SX:
+def angle(R: ex.Expression) -> ex.Expression:
     """Angle theta of a rotation [rad], in [0, pi]."""
     return quaternion.angle(quaternion.proportional_to_matrix(R))
 
 
-def axis_angle(axis: ca.SX, theta: ca.SX) -> ca.SX:
+def axis_angle(axis: ex.Expression, theta: ex.Expression) -> ex.Expression:
     """(3, 3) Rot(axis, theta [rad]) about an axis of any length but zero."""
-    u = axis / ca.sqrt(ca.dot(axis, axis))
-    return quaternion.to_matrix_rounded(ca.vertcat(ca.cos(theta / 2), ca.sin(theta / 2) * u))
+    u = axis / ex.sqrt(ex.dot(axis, axis))
+    return quaternion.to_matrix_rounded(ex.vertcat(ex.cos(theta / 2), ex.sin(theta / 2) * u))
 
 
-def left_jacobian(r: ca.SX) -> ca.SX:
+def left_jacobian(r: ex.Expression) -> ex.Expression:
     """(3, 3) J with omega_s = J(r) rdot for R = exp(r), and exp(r + dr) ~ exp(J dr) exp(r).
 
     J = I + (1 - cos)/theta^2 [r] + (theta - sin)/theta^3 [r]^2
 
     Reference: Barfoot, State Estimation for Robotics, eq. 7.77.
     """
-    s = ca.dot(r, r)
+    s = ex.dot(r, r)
     return _polynomial(r, 1.0, series.versinc(s), series.sinc_defect(s))
 
 
-def left_jacobian_inverse(r: ca.SX) -> ca.SX:
+def left_jacobian_inverse(r: ex.Expression) -> ex.Expression:
     """(3, 3) J^-1 = I - [r]/2 + (1 - (theta/2) cot(theta/2))/theta^2 [r]^2, for theta < 2 pi."""
-    return _polynomial(r, 1.0, ca.SX(-0.5), series.cotangent_defect(ca.dot(r, r)))
+    return _polynomial(r, 1.0, ex.Expression(-0.5), series.cotangent_defect(ex.dot(r, r)))
 
 
-def apply_left_jacobian(r: ca.SX, v: ca.SX) -> ca.SX:
+def apply_left_jacobian(r: ex.Expression, v: ex.Expression) -> ex.Expression:
     """(3,) J(r) v, without forming the matrix."""
-    s = ca.dot(r, r)
+    s = ex.dot(r, r)
     a = cross(r, v)
     return v + series.versinc(s) * a + series.sinc_defect(s) * cross(r, a)
 
 
-def apply_left_jacobian_inverse(r: ca.SX, p: ca.SX) -> ca.SX:
+def apply_left_jacobian_inverse(r: ex.Expression, p: ex.Expression) -> ex.Expression:
     """(3,) J(r)^-1 p, without forming the matrix."""
     a = cross(r, p)
-    return p - a / 2 + series.cotangent_defect(ca.dot(r, r)) * cross(r, a)
+    return p - a / 2 + series.cotangent_defect(ex.dot(r, r)) * cross(r, a)
 
 
-def right_jacobian(r: ca.SX) -> ca.SX:
+def right_jacobian(r: ex.Expression) -> ex.Expression:
     """(3, 3) J(-r), with omega_b = J_r(r) rdot for R = exp(r)."""
     return left_jacobian(-r)
 
 
-def right_jacobian_inverse(r: ca.SX) -> ca.SX:
+def right_jacobian_inverse(r: ex.Expression) -> ex.Expression:
     """(3, 3) inverse of the right Jacobian, for theta < 2 pi."""
     return left_jacobian_inverse(-r)
 
 
-def residuals(M: ca.SX) -> ca.SX:
+def residuals(M: ex.Expression) -> ex.Expression:
     """(7,): the six entries of M'M - I on and above the diagonal (11, 22, 33, 12, 13, 23), then det M - 1."""
     a, b, c = M[:, 0], M[:, 1], M[:, 2]
-    norms = ca.vertcat(ca.dot(a, a), ca.dot(b, b), ca.dot(c, c)) - 1
-    return ca.vertcat(norms, ca.dot(a, b), ca.dot(a, c), ca.dot(b, c), ca.dot(a, cross(b, c)) - 1)
+    norms = ex.vertcat(ex.dot(a, a), ex.dot(b, b), ex.dot(c, c)) - 1
+    return ex.vertcat(norms, ex.dot(a, b), ex.dot(a, c), ex.dot(b, c), ex.dot(a, cross(b, c)) - 1)
 
 
-def project(M: ca.SX) -> ca.SX:
+def project(M: ex.Expression) -> ex.Expression:
     """(3, 3) the rotation nearest to M in the Frobenius norm: the R that maximises tr(R'M).
 
     R is that of the unit quaternion that maximises q'K q, K = Horn's symmetric matrix of M.
@@ -116,32 +115,32 @@ def project(M: ca.SX) -> ca.SX:
     return quaternion.to_matrix(eigen.dominant_vector(horn_matrix(M)))
 
 
-def horn_matrix(M: ca.SX) -> ca.SX:
+def horn_matrix(M: ex.Expression) -> ex.Expression:
     """(4, 4) symmetric K with q'K q = tr(R(q)'M) for unit quaternions q."""
     trace = M[0, 0] + M[1, 1] + M[2, 2]
-    u = ca.vertcat(M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1])
-    return ca.blockcat([[trace, u.T], [u, M + M.T - trace * ca.SX.eye(3)]])
+    u = ex.vertcat(M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1])
+    return ex.blockcat([[trace, u.T], [u, M + M.T - trace * ex.eye(3)]])
 
 
-def _polynomial(r: ca.SX, a: float, b: ca.SX, c: ca.SX) -> ca.SX:
+def _polynomial(r: ex.Expression, a: float, b: ex.Expression, c: ex.Expression) -> ex.Expression:
     """(3, 3) a I + b [r] + c [r]^2."""
-    return a * ca.SX.eye(3) + b * skew(r) + c * skew_square(r)
+    return a * ex.eye(3) + b * skew(r) + c * skew_square(r)
 
 
-def angle_between(R_0: ca.SX, R_1: ca.SX) -> ca.SX:
+def angle_between(R_0: ex.Expression, R_1: ex.Expression) -> ex.Expression:
     """Angle of R_0' R_1 [rad], in [0, pi]."""
     return angle(R_0.T @ R_1)
 
 
-def to_axis_angle(R: ca.SX) -> tuple[ca.SX, ca.SX]:
+def to_axis_angle(R: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """Unit axis (3,) and angle in [0, pi] [rad]; the axis of the identity is x by convention."""
     r = log(R)
     theta = length(r)
     turning = theta > 0
-    axis = ca.if_else(turning, r / ca.if_else(turning, theta, 1.0), ca.SX([1, 0, 0]))
+    axis = ex.if_else(turning, r / ex.if_else(turning, theta, 1.0), ex.Expression([1, 0, 0]))
     return axis, theta
 
 
-def slerp(R_0: ca.SX, R_1: ca.SX, t: ca.SX) -> ca.SX:
+def slerp(R_0: ex.Expression, R_1: ex.Expression, t: ex.Expression) -> ex.Expression:
     """(3, 3) R_0 exp(t log(R_0' R_1))."""
     return R_0 @ exp(t * log(R_0.T @ R_1))

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.conics import lengths_on_conic, turns_on_conic
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Root, Turn, turn_onto
@@ -27,50 +26,52 @@ class Course(NamedTuple):
         size: a length the terms were made of [m].
     """
 
-    point: ca.SX
-    square: ca.SX
+    point: ex.Expression
+    square: ex.Expression
     slides: bool
-    size: ca.SX
+    size: ex.Expression
 
-    def solutions(self, C: ca.SX, scale: ca.SX, preferred: Turn) -> list[tuple[Turn | ca.SX, ca.SX, ca.SX]]:
+    def solutions(
+        self, C: ex.Expression, scale: ex.Expression, preferred: Turn
+    ) -> list[tuple[Turn | ex.Expression, ex.Expression, ex.Expression]]:
         """The four motions with x' C x = 0, each as (motion, x, free)."""
         if self.slides:
-            return [(d, ca.vertcat(d, d * d, 1), ca.SX(0)) for d in lengths_on_conic(C, scale)]
+            return [(d, ex.vertcat(d, d * d, 1), ex.Expression(0)) for d in lengths_on_conic(C, scale)]
         roots = turns_on_conic(C, preferred, scale)
-        return [(root.turn, ca.vertcat(root.turn.c, root.turn.s, 1), root.free) for root in roots]
+        return [(root.turn, ex.vertcat(root.turn.c, root.turn.s, 1), root.free) for root in roots]
 
 
-def turning(k: ca.SX, p: ca.SX, offset: ca.SX) -> Course:
+def turning(k: ex.Expression, p: ex.Expression, offset: ex.Expression) -> Course:
     """The course of `offset + Rot(k, q) p`."""
-    along = ca.dot(k, p) * k
+    along = ex.dot(k, p) * k
     A, B, rest = p - along, cross(k, p), offset + along
-    square = ca.vertcat(2 * ca.dot(rest, A), 2 * ca.dot(rest, B), ca.dot(A, A) + ca.dot(rest, rest))
-    return Course(ca.horzcat(A, B, rest), square, False, ca.sqrt(ca.sumsqr(p)) + ca.sqrt(ca.sumsqr(offset)))
+    square = ex.vertcat(2 * ex.dot(rest, A), 2 * ex.dot(rest, B), ex.dot(A, A) + ex.dot(rest, rest))
+    return Course(ex.horzcat(A, B, rest), square, False, ex.sqrt(ex.sumsqr(p)) + ex.sqrt(ex.sumsqr(offset)))
 
 
-def sliding(w: ca.SX, offset: ca.SX) -> Course:
+def sliding(w: ex.Expression, offset: ex.Expression) -> Course:
     """The course of `offset + d w`, w a unit vector."""
-    square = ca.vertcat(2 * ca.dot(w, offset), 1, ca.dot(offset, offset))
-    return Course(ca.horzcat(w, ca.SX.zeros(3), offset), square, True, ca.sqrt(ca.sumsqr(offset)))
+    square = ex.vertcat(2 * ex.dot(w, offset), 1, ex.dot(offset, offset))
+    return Course(ex.horzcat(w, ex.zeros(3), offset), square, True, ex.sqrt(ex.sumsqr(offset)))
 
 
 class Triple(NamedTuple):
     """Two further motions with the one that was found from the conic, and the largest shortfall."""
 
-    first: Root | ca.SX
-    second: Root | ca.SX
-    third: Turn | ca.SX
-    free: ca.SX
+    first: Root | ex.Expression
+    second: Root | ex.Expression
+    third: Turn | ex.Expression
+    free: ex.Expression
 
 
 def two_turns(
-    k1: ca.SX,
-    k2: ca.SX,
-    p0: ca.SX,
-    p1: ca.SX,
+    k1: ex.Expression,
+    k2: ex.Expression,
+    p0: ex.Expression,
+    p1: ex.Expression,
     course: Course,
     preferred: tuple[Turn, Turn, Turn],
-    scale: ca.SX | float = 1.0,
+    scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
     """Subproblem 5: p0 + Rot(k1, q1) p1 = Rot(k2, q2) v, v on a course; axes neither parallel nor meeting.
 
@@ -84,28 +85,28 @@ def two_turns(
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
-    k = ca.dot(k1, k2)
+    k = ex.dot(k1, k2)
     sine2 = 1 - k * k
-    sine = ca.sqrt(sine2)
-    a, b = ca.dot(p0, k1), ca.dot(p0, k2)
+    sine = ex.sqrt(sine2)
+    a, b = ex.dot(p0, k1), ex.dot(p0, k2)
     # p0 = alpha k1 + beta k2 + m n; its parts along the axes move with them.
     alpha, beta = (a - k * b) / sine2, (b - k * a) / sine2
     p1 = p1 + alpha * k1
-    V = course.point - ca.horzcat(ca.SX.zeros(3, 2), beta * k2)
-    square = course.square - 2 * beta * (k2.T @ course.point).T + ca.vertcat(0, 0, beta * beta)
+    V = course.point - ex.horzcat(ex.zeros(3, 2), beta * k2)
+    square = course.square - 2 * beta * (k2.T @ course.point).T + ex.vertcat(0, 0, beta * beta)
     e1 = (k1 - k * k2) / sine
     e2 = cross(k2, e1)
-    m = ca.dot(p0, e2)
-    one = ca.SX([0, 0, 1])
+    m = ex.dot(p0, e2)
+    one = ex.Expression([0, 0, 1])
     height = (k2.T @ V).T
-    X1 = (ca.dot(k1, p1) * one - k * height) / sine
-    X2m = (square + (m * m - ca.dot(p1, p1)) * one) / 2
+    X1 = (ex.dot(k1, p1) * one - k * height) / sine
+    X2m = (square + (m * m - ex.dot(p1, p1)) * one) / 2
     C = m * m * (_outer(X1) + _outer(height) - _squares(V)) + _outer(X2m)
-    size = course.size + ca.sqrt(ca.sumsqr(p1)) + ca.sqrt(ca.sumsqr(p0))
+    size = course.size + ex.sqrt(ex.sumsqr(p1)) + ex.sqrt(ex.sumsqr(p0))
     triples: list[Triple] = []
     for motion, x, free in course.solutions(C, size**4, preferred[2]):
         v = V @ x
-        X = ca.dot(X1, x) * e1 + ca.dot(X2m, x) / m * e2 + ca.dot(height, x) * k2
+        X = ex.dot(X1, x) * e1 + ex.dot(X2m, x) / m * e2 + ex.dot(height, x) * k2
         second = turn_onto(k2, v, X, preferred[1], scale)
         reached = second.turn.about(k2, v)
         first = turn_onto(k1, p1, reached - m * e2, preferred[0], scale)
@@ -114,7 +115,12 @@ def two_turns(
 
 
 def slide_then_turn(
-    w1: ca.SX, k2: ca.SX, goal: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: ca.SX | float = 1.0
+    w1: ex.Expression,
+    k2: ex.Expression,
+    goal: ex.Expression,
+    course: Course,
+    preferred: tuple[Turn, Turn, Turn],
+    scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
     """Goal - d w1 = Rot(k2, q2) v, v on a course; w1 not normal to k2.
 
@@ -125,21 +131,26 @@ def slide_then_turn(
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
-    k = ca.dot(w1, k2)
-    one = ca.SX([0, 0, 1])
+    k = ex.dot(w1, k2)
+    one = ex.Expression([0, 0, 1])
     height = (k2.T @ course.point).T
-    kd = ca.dot(k2, goal) * one - height
+    kd = ex.dot(k2, goal) * one - height
     X = k * (goal @ one.T) - w1 @ kd.T
     C = _squares(X) - k * k * _squares(course.point)
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, (course.size + ca.sqrt(ca.sumsqr(goal))) ** 2, preferred[2]):
+    for motion, x, free in course.solutions(C, (course.size + ex.sqrt(ex.sumsqr(goal))) ** 2, preferred[2]):
         second = turn_onto(k2, course.point @ x, X @ x / k, preferred[1], scale)
-        triples.append(Triple(ca.dot(kd, x) / k, second, motion, free))
+        triples.append(Triple(ex.dot(kd, x) / k, second, motion, free))
     return triples
 
 
 def turn_then_slide(
-    k1: ca.SX, w2: ca.SX, p1: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn], scale: ca.SX | float = 1.0
+    k1: ex.Expression,
+    w2: ex.Expression,
+    p1: ex.Expression,
+    course: Course,
+    preferred: tuple[Turn, Turn, Turn],
+    scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
     """Rot(k1, q1) p1 = v + d w2, v on a course; w2 not normal to k1.
 
@@ -150,19 +161,21 @@ def turn_then_slide(
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
-    k = ca.dot(k1, w2)
-    one = ca.SX([0, 0, 1])
-    kd = ca.dot(k1, p1) * one - (k1.T @ course.point).T
+    k = ex.dot(k1, w2)
+    one = ex.Expression([0, 0, 1])
+    kd = ex.dot(k1, p1) * one - (k1.T @ course.point).T
     X = k * course.point + w2 @ kd.T
-    C = _squares(X) - k * k * ca.dot(p1, p1) * _outer(one)
+    C = _squares(X) - k * k * ex.dot(p1, p1) * _outer(one)
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, (course.size + ca.sqrt(ca.sumsqr(p1))) ** 2, preferred[2]):
+    for motion, x, free in course.solutions(C, (course.size + ex.sqrt(ex.sumsqr(p1))) ** 2, preferred[2]):
         first = turn_onto(k1, p1, X @ x / k, preferred[0], scale)
-        triples.append(Triple(first, ca.dot(kd, x) / k, motion, free))
+        triples.append(Triple(first, ex.dot(kd, x) / k, motion, free))
     return triples
 
 
-def two_slides(w1: ca.SX, w2: ca.SX, goal: ca.SX, course: Course, preferred: tuple[Turn, Turn, Turn]) -> list[Triple]:
+def two_slides(
+    w1: ex.Expression, w2: ex.Expression, goal: ex.Expression, course: Course, preferred: tuple[Turn, Turn, Turn]
+) -> list[Triple]:
     """Goal - d1 w1 = v + d2 w2, v on a course: only the height across both slides counts.
 
     Args:
@@ -172,15 +185,15 @@ def two_slides(w1: ca.SX, w2: ca.SX, goal: ca.SX, course: Course, preferred: tup
         preferred: the turns taken where every one solves.
     """
     normal = cross(w1, w2)
-    one = ca.SX([0, 0, 1])
-    line = (normal.T @ course.point).T - ca.dot(normal, goal) * one
+    one = ex.Expression([0, 0, 1])
+    line = (normal.T @ course.point).T - ex.dot(normal, goal) * one
     # The line times that at infinity, which meets no point of the curve that counts.
     C = (line @ one.T + one @ line.T) / 2
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, course.size + ca.sqrt(ca.sumsqr(goal)), preferred[2]):
+    for motion, x, free in course.solutions(C, course.size + ex.sqrt(ex.sumsqr(goal)), preferred[2]):
         rest = goal - course.point @ x
-        k = ca.dot(w1, w2)
-        a, b = ca.dot(w1, rest), ca.dot(w2, rest)
+        k = ex.dot(w1, w2)
+        a, b = ex.dot(w1, rest), ex.dot(w2, rest)
         triples.append(Triple((a - k * b) / (1 - k * k), (b - k * a) / (1 - k * k), motion, free))
     return triples
 
@@ -192,7 +205,7 @@ class Linked(NamedTuple):
     second: Root
 
 
-def linked_circles(A: ca.SX, B: ca.SX, b: ca.SX, preferred: tuple[Turn, Turn]) -> list[Linked]:
+def linked_circles(A: ex.Expression, B: ex.Expression, b: ex.Expression, preferred: tuple[Turn, Turn]) -> list[Linked]:
     """Subproblem 6: A (cos q1, sin q1) + B (cos q2, sin q2) = b; B regular, up to four solutions.
 
     (cos q2, sin q2) = B^-1 (b - A (cos q1, sin q1)) is of length one.
@@ -203,28 +216,28 @@ def linked_circles(A: ca.SX, B: ca.SX, b: ca.SX, preferred: tuple[Turn, Turn]) -
         preferred: the turns taken where every one solves.
     """
     det = B[0, 0] * B[1, 1] - B[0, 1] * B[1, 0]
-    adj = ca.vertcat(ca.horzcat(B[1, 1], -B[0, 1]), ca.horzcat(-B[1, 0], B[0, 0]))
-    X = adj @ ca.horzcat(-A, b)
-    C = _squares(X) - det * det * _outer(ca.SX([0, 0, 1]))
-    scale = ca.sumsqr(adj) * (ca.sumsqr(A) + ca.sumsqr(b)) + det * det
+    adj = ex.vertcat(ex.horzcat(B[1, 1], -B[0, 1]), ex.horzcat(-B[1, 0], B[0, 0]))
+    X = adj @ ex.horzcat(-A, b)
+    C = _squares(X) - det * det * _outer(ex.Expression([0, 0, 1]))
+    scale = ex.sumsqr(adj) * (ex.sumsqr(A) + ex.sumsqr(b)) + det * det
     found: list[Linked] = []
     for root in turns_on_conic(C, preferred[0], scale):
-        y = X @ ca.vertcat(root.turn.c, root.turn.s, 1) * ca.sign(det)
-        size = ca.sqrt(ca.sumsqr(y))
+        y = X @ ex.vertcat(root.turn.c, root.turn.s, 1) * ex.sign(det)
+        size = ex.sqrt(ex.sumsqr(y))
         known = size > 0
-        factor = 1 / ca.if_else(known, size, 1.0)
+        factor = 1 / ex.if_else(known, size, 1.0)
         second = Turn(
-            ca.if_else(known, y[0] * factor, preferred[1].c), ca.if_else(known, y[1] * factor, preferred[1].s)
+            ex.if_else(known, y[0] * factor, preferred[1].c), ex.if_else(known, y[1] * factor, preferred[1].s)
         )
-        found.append(Linked(root, Root(second, ca.logic_not(known), ca.SX(0))))
+        found.append(Linked(root, Root(second, ex.logic_not(known), ex.Expression(0))))
     return found
 
 
-def _outer(x: ca.SX) -> ca.SX:
+def _outer(x: ex.Expression) -> ex.Expression:
     """(3, 3) the square of a linear form."""
     return x @ x.T
 
 
-def _squares(V: ca.SX) -> ca.SX:
+def _squares(V: ex.Expression) -> ex.Expression:
     """(3, 3) the squared length of linear forms, one a row."""
     return V.T @ V

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 
 FREE = 1e-9
@@ -22,12 +21,12 @@ FREE = 1e-9
 class Turn(NamedTuple):
     """Cosine and sine of an angle."""
 
-    c: ca.SX
-    s: ca.SX
+    c: ex.Expression
+    s: ex.Expression
 
-    def about(self, w: ca.SX, x: ca.SX) -> ca.SX:
+    def about(self, w: ex.Expression, x: ex.Expression) -> ex.Expression:
         """(3,) vector x turned about the unit axis w through the origin."""
-        along = ca.dot(w, x) * w
+        along = ex.dot(w, x) * w
         return along + self.c * (x - along) + self.s * cross(w, x)
 
     def then(self, other: Turn) -> Turn:
@@ -39,9 +38,9 @@ class Turn(NamedTuple):
         return Turn(self.c, -self.s)
 
     @property
-    def angle(self) -> ca.SX:
+    def angle(self) -> ex.Expression:
         """The angle in (-pi, pi]."""
-        return ca.atan2(self.s, self.c)
+        return ex.atan2(self.s, self.c)
 
 
 class Root(NamedTuple):
@@ -56,17 +55,19 @@ class Root(NamedTuple):
     """
 
     turn: Turn
-    free: ca.SX
-    shortfall: ca.SX
-    inside: ca.SX | float = 0.0
+    free: ex.Expression
+    shortfall: ex.Expression
+    inside: ex.Expression | float = 0.0
 
 
 def unturned() -> Turn:
     """The angle zero."""
-    return Turn(ca.SX(1), ca.SX(0))
+    return Turn(ex.Expression(1), ex.Expression(0))
 
 
-def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0) -> Root:
+def turn_onto(
+    w: ex.Expression, p: ex.Expression, z: ex.Expression, preferred: Turn, scale: ex.Expression | float = 1.0
+) -> Root:
     """Subproblem 1: the turn about w that brings p nearest to z; any turn where one of them lies on the axis.
 
     Args:
@@ -75,26 +76,31 @@ def turn_onto(w: ca.SX, p: ca.SX, z: ca.SX, preferred: Turn, scale: ca.SX | floa
         preferred: the turn taken where all are equal.
         scale: size of p and z, for telling whether they lie on the axis.
     """
-    c = ca.dot(p, z) - ca.dot(w, p) * ca.dot(w, z)
-    s = ca.dot(w, cross(p, z))
+    c = ex.dot(p, z) - ex.dot(w, p) * ex.dot(w, z)
+    s = ex.dot(w, cross(p, z))
     return _direction(c, s, preferred, (FREE * scale) ** 2)
 
 
-def turn_between(w: ca.SX, p: ca.SX, z: ca.SX) -> Turn:
+def turn_between(w: ex.Expression, p: ex.Expression, z: ex.Expression) -> Turn:
     """The turn about w that brings p onto z, unit vectors normal to w but for rounding.
 
     Args:
         w: (3,) unit axis.
         p, z: (3,) start and goal.
     """
-    c, s = ca.dot(p, z), ca.dot(cross(w, p), z)
+    c, s = ex.dot(p, z), ex.dot(cross(w, p), z)
     # Newton's step towards length one; of vectors that are not normal to w only the direction of (c, s) counts.
     factor = 1.5 - 0.5 * (c * c + s * s)
     return Turn(factor * c, factor * s)
 
 
 def turns_to_distance(
-    w: ca.SX, p: ca.SX, o: ca.SX, square: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0
+    w: ex.Expression,
+    p: ex.Expression,
+    o: ex.Expression,
+    square: ex.Expression,
+    preferred: Turn,
+    scale: ex.Expression | float = 1.0,
 ) -> tuple[Root, Root]:
     """Subproblem 3: the turns about w that bring p to a given distance from o, both seen along the axis.
 
@@ -111,17 +117,22 @@ def turns_to_distance(
     p, o = _normal(w, p), _normal(w, o)
     a, b = _norm(p), _norm(o)
     far, near = (a + b) ** 2 - square, square - (a - b) ** 2
-    distance = ca.sqrt(ca.fmax(square, 0))
-    shortfall = ca.fmax(ca.fmax(distance - (a + b), ca.fabs(a - b) - distance), 0) + ca.sqrt(ca.fmax(-square, 0))
-    off_axis = ca.fmin(a, b) > FREE * scale
+    distance = ex.sqrt(ex.fmax(square, 0))
+    shortfall = ex.fmax(ex.fmax(distance - (a + b), ex.fabs(a - b) - distance), 0) + ex.sqrt(ex.fmax(-square, 0))
+    off_axis = ex.fmin(a, b) > FREE * scale
     middle = _direction(
-        ca.if_else(off_axis, ca.dot(p, o), 0), ca.if_else(off_axis, ca.dot(w, cross(p, o)), 0), preferred, 0.0
+        ex.if_else(off_axis, ex.dot(p, o), 0), ex.if_else(off_axis, ex.dot(w, cross(p, o)), 0), preferred, 0.0
     )
-    return _both(middle, near, far, shortfall, ca.if_else(near < 0, ca.if_else(a > b, 2.0, 1.0), 0.0))
+    return _both(middle, near, far, shortfall, ex.if_else(near < 0, ex.if_else(a > b, 2.0, 1.0), 0.0))
 
 
 def turns_to_height(
-    w: ca.SX, h: ca.SX, p: ca.SX, height: ca.SX, preferred: Turn, scale: ca.SX | float = 1.0
+    w: ex.Expression,
+    h: ex.Expression,
+    p: ex.Expression,
+    height: ex.Expression,
+    preferred: Turn,
+    scale: ex.Expression | float = 1.0,
 ) -> tuple[Root, Root]:
     """Subproblem 4: the turns about w that bring p to a given height along h: h . Rot(w, q) p = height.
 
@@ -133,12 +144,12 @@ def turns_to_height(
         preferred: the turn taken where all are equal.
         scale: size of the arm [m].
     """
-    along = ca.dot(h, w) * ca.dot(w, p)
-    c, s = ca.dot(h, p) - along, ca.dot(h, cross(w, p))
-    amplitude = ca.sqrt(c * c + s * s)
+    along = ex.dot(h, w) * ex.dot(w, p)
+    c, s = ex.dot(h, p) - along, ex.dot(h, cross(w, p))
+    amplitude = ex.sqrt(c * c + s * s)
     middle = _direction(c, s, preferred, FREE * scale)
     rest = height - along
-    shortfall = ca.fmax(ca.fabs(rest) - amplitude, 0)
+    shortfall = ex.fmax(ex.fabs(rest) - amplitude, 0)
     return _both(middle, amplitude - rest, amplitude + rest, shortfall)
 
 
@@ -150,7 +161,12 @@ class Pair(NamedTuple):
 
 
 def turns_about_two_axes(
-    w1: ca.SX, w2: ca.SX, p: ca.SX, z: ca.SX, preferred: tuple[Turn, Turn], scale: ca.SX | float = 1.0
+    w1: ex.Expression,
+    w2: ex.Expression,
+    p: ex.Expression,
+    z: ex.Expression,
+    preferred: tuple[Turn, Turn],
+    scale: ex.Expression | float = 1.0,
 ) -> tuple[Pair, Pair]:
     """Subproblem 2: Rot(w1, q1) Rot(w2, q2) p = z for crossing axes through the origin and |p| = |z|.
 
@@ -163,25 +179,25 @@ def turns_about_two_axes(
         preferred: turns taken where all are equal.
         scale: size of p and z [m].
     """
-    k = ca.dot(w1, w2)
-    sine = ca.sqrt(1 - k * k)
+    k = ex.dot(w1, w2)
+    sine = ex.sqrt(1 - k * k)
     # Both projections on planes normal to an axis are seen in e1, e2 and f1, -e2: no vector has to be made.
     e1, f1, e2 = (w2 - k * w1) / sine, (w1 - k * w2) / sine, cross(w1, w2) / sine
-    height, z1, z2 = ca.dot(w1, z), ca.dot(e1, z), ca.dot(e2, z)
+    height, z1, z2 = ex.dot(w1, z), ex.dot(e1, z), ex.dot(e2, z)
     square = z1 * z1 + z2 * z2
-    radius = ca.sqrt(square)
-    g = (ca.dot(w2, p) - k * height) / sine
-    inside = ca.fmin(ca.fmax(g, -radius), radius)
-    aside = ca.sqrt((radius - inside) * (radius + inside))
-    p1, p2, y1 = ca.dot(f1, p), -ca.dot(e2, p), sine * height - k * inside
-    shortfall = ca.fmax(ca.fabs(g) - radius, 0)
+    radius = ex.sqrt(square)
+    g = (ex.dot(w2, p) - k * height) / sine
+    inside = ex.fmin(ex.fmax(g, -radius), radius)
+    aside = ex.sqrt((radius - inside) * (radius + inside))
+    p1, p2, y1 = ex.dot(f1, p), -ex.dot(e2, p), sine * height - k * inside
+    shortfall = ex.fmax(ex.fabs(g) - radius, 0)
     # |y| and |z| are equal off the first axis; off the second, |y| is the same for both points.
     first = _Sized(square, (FREE * scale) ** 2)
-    second = _Sized(ca.sqrt((p1 * p1 + p2 * p2) * (y1 * y1 + aside * aside)), (FREE * scale) ** 2)
+    second = _Sized(ex.sqrt((p1 * p1 + p2 * p2) * (y1 * y1 + aside * aside)), (FREE * scale) ** 2)
     return tuple(  # type: ignore[return-value]
         Pair(
             first.root(inside * z1 + y2 * z2, inside * z2 - y2 * z1, preferred[0], shortfall),
-            second.root(p1 * y1 - p2 * y2, -p1 * y2 - p2 * y1, preferred[1], ca.SX(0)),
+            second.root(p1 * y1 - p2 * y2, -p1 * y2 - p2 * y1, preferred[1], ex.Expression(0)),
         )
         for y2 in (aside, -aside)
     )
@@ -190,40 +206,46 @@ def turns_about_two_axes(
 class _Sized:
     """Directions (c, s) of a known length, which may be none."""
 
-    def __init__(self, size: ca.SX, least: ca.SX | float) -> None:
+    def __init__(self, size: ex.Expression, least: ex.Expression | float) -> None:
         self.known = size > least
-        self.factor = 1 / ca.if_else(self.known, size, 1.0)
+        self.factor = 1 / ex.if_else(self.known, size, 1.0)
 
-    def root(self, c: ca.SX, s: ca.SX, preferred: Turn, shortfall: ca.SX) -> Root:
+    def root(self, c: ex.Expression, s: ex.Expression, preferred: Turn, shortfall: ex.Expression) -> Root:
         """The turn along (c, s), or the preferred one."""
         turn = Turn(
-            ca.if_else(self.known, c * self.factor, preferred.c), ca.if_else(self.known, s * self.factor, preferred.s)
+            ex.if_else(self.known, c * self.factor, preferred.c), ex.if_else(self.known, s * self.factor, preferred.s)
         )
-        return Root(turn, ca.logic_not(self.known), shortfall)
+        return Root(turn, ex.logic_not(self.known), shortfall)
 
 
-def _both(middle: Root, sine: ca.SX, cosine: ca.SX, shortfall: ca.SX, inside: ca.SX | float = 0.0) -> tuple[Root, Root]:
+def _both(
+    middle: Root,
+    sine: ex.Expression,
+    cosine: ex.Expression,
+    shortfall: ex.Expression,
+    inside: ex.Expression | float = 0.0,
+) -> tuple[Root, Root]:
     """The turns middle +- phi with tan^2(phi / 2) = sine / cosine, clamped to where there is one."""
-    x, y = ca.fmax(sine, 0), ca.fmax(cosine, 0)
+    x, y = ex.fmax(sine, 0), ex.fmax(cosine, 0)
     total = x + y
     known = total > 0
-    factor = 1 / ca.if_else(known, total, 1.0)
-    used = ca.logic_and(known, ca.logic_not(middle.free))
-    phi = Turn(ca.if_else(used, (y - x) * factor, 1.0), ca.if_else(used, 2 * ca.sqrt(x * y) * factor, 0.0))
+    factor = 1 / ex.if_else(known, total, 1.0)
+    used = ex.logic_and(known, ex.logic_not(middle.free))
+    phi = Turn(ex.if_else(used, (y - x) * factor, 1.0), ex.if_else(used, 2 * ex.sqrt(x * y) * factor, 0.0))
     return (
         Root(middle.turn.then(phi), middle.free, shortfall, inside),
         Root(middle.turn.then(phi.back()), middle.free, shortfall, inside),
     )
 
 
-def _direction(c: ca.SX, s: ca.SX, preferred: Turn, least: ca.SX | float) -> Root:
+def _direction(c: ex.Expression, s: ex.Expression, preferred: Turn, least: ex.Expression | float) -> Root:
     """The turn along (c, s), or the preferred one where that has no direction."""
-    return _Sized(ca.sqrt(c * c + s * s), least).root(c, s, preferred, ca.SX(0))
+    return _Sized(ex.sqrt(c * c + s * s), least).root(c, s, preferred, ex.Expression(0))
 
 
-def _normal(w: ca.SX, x: ca.SX) -> ca.SX:
-    return x - ca.dot(w, x) * w
+def _normal(w: ex.Expression, x: ex.Expression) -> ex.Expression:
+    return x - ex.dot(w, x) * w
 
 
-def _norm(x: ca.SX) -> ca.SX:
-    return ca.sqrt(ca.dot(x, x))
+def _norm(x: ex.Expression) -> ex.Expression:
+    return ex.sqrt(ex.dot(x, x))

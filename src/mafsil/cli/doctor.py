@@ -23,7 +23,7 @@ from mafsil.messages import language, say
 if TYPE_CHECKING:
     from mafsil.kernels.audit import AuditReport
 
-NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "casadi", "msgspec", "numba")
+NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec", "numba")
 OPTIONAL = ("matplotlib", "trimesh")
 ORACLES = ("pin", "mujoco-core", "example-robot-data")
 _TOLERANCE = 1e-11
@@ -151,8 +151,8 @@ def _audit() -> dict[str, Any]:
 
 
 def _audited(found: AuditReport) -> str:
-    exact, casadi = found.worst_ulp, found.worst_ulp_casadi
-    return say("cli.check_audit_found", ulp=exact, exact_rows=found.exact_rows, casadi=casadi, rows=found.rows)
+    exact, plain = found.worst_ulp, found.worst_ulp_numpy
+    return say("cli.check_audit_found", ulp=exact, exact_rows=found.exact_rows, plain=plain, rows=found.rows)
 
 
 def _double_pendulum() -> float:

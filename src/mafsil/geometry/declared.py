@@ -99,7 +99,7 @@ def _declare(
 def _build(
     source: str, inputs: Ports, outputs: Ports, conditions: tuple[tuple[str, str], ...], constants: tuple[object, ...]
 ) -> Any:
-    from mafsil.algebra.expression import function  # CasADi is loaded only when a kernel has to be made
+    from mafsil.algebra.expression import function  # expressions are loaded only when a kernel has to be made
 
     return function(source, inputs, outputs, dict(conditions), constants)
 

@@ -191,7 +191,7 @@ def _made(
 
 
 def _build(pattern: ArmPattern, near: bool) -> Any:
-    """The casadi.Function of a pattern; CasADi is loaded only when a kernel has to be made."""
+    """The function of a pattern; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics.closed_form.function import table_function
 
     return table_function(pattern, near)

@@ -1,4 +1,4 @@
-"""Expressions in, machine code out: CasADi functions compiled to SIMD kernels that know nothing of robots."""
+"""Expressions in, machine code out: functions compiled to SIMD kernels that know nothing of robots."""
 
 from mafsil.kernels.identity import fingerprint as fingerprint
 from mafsil.kernels.kernel import Kernel as Kernel

@@ -1,4 +1,4 @@
-"""A compiled kernel held against CasADi's own evaluation and against mpmath, in units of the last place."""
+"""A compiled kernel held against NumPy and against mpmath, in units of the last place."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.expression import Function
 from mafsil.kernels import target as targets
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.lower import lower
@@ -73,8 +74,8 @@ class AuditReport:
     Attributes:
         worst_ulp: largest distance from mpmath, in units of the last place of the natural scale.
         where: (row, output port, element) of it.
-        worst_ulp_casadi: largest distance from CasADi's virtual machine, in the same units.
-        rows: samples compared with CasADi.
+        worst_ulp_numpy: largest distance from the expression as it was written, evaluated in NumPy, in the same units.
+        rows: samples compared with NumPy.
         exact_rows: samples compared with mpmath.
         undefined: numbers where one side is NaN or infinite and the other is not.
         batch_equals_single: both entries give the same bits.
@@ -82,7 +83,7 @@ class AuditReport:
 
     worst_ulp: float
     where: tuple[int, str, int]
-    worst_ulp_casadi: float
+    worst_ulp_numpy: float
     rows: int
     exact_rows: int
     undefined: int
@@ -92,13 +93,13 @@ class AuditReport:
         row, port, element = self.where
         return (
             f"{self.worst_ulp:.2f} ulp from mpmath ({self.exact_rows} rows; row {row}, {port}[{element}]), "
-            f"{self.worst_ulp_casadi:.2f} ulp from CasADi ({self.rows} rows), {self.undefined} undefined, "
+            f"{self.worst_ulp_numpy:.2f} ulp from NumPy ({self.rows} rows), {self.undefined} undefined, "
             f"batch {'=' if self.batch_equals_single else '!='} single"
         )
 
 
 def audit(
-    function: Any,
+    function: Function,
     signature: Signature,
     samples: Sequence[ArrayLike],
     *,
@@ -106,10 +107,10 @@ def audit(
     exact_rows: int = 20,
     digits: int = 40,
 ) -> AuditReport:
-    """Compile `function` and compare it on `samples` with CasADi's virtual machine and with mpmath.
+    """Compile `function` and compare it on `samples` with NumPy, operation by operation, and with mpmath.
 
     Args:
-        function: casadi.Function, one column per port.
+        function: one column per port.
         signature: its ports.
         samples: one (rows, *core) array per input.
         target: machine to compile for; None is this one.
@@ -121,10 +122,10 @@ def audit(
     inputs = [np.asarray(x, dtype=np.float64) for x in samples]
     flat = [x.reshape(len(x), -1) for x in inputs]
     found = [x.reshape(len(x), -1) for x in program.batch(*inputs)]
-    scales = [scale for _, scale in evaluate(tape, flat)]
-    machine = casadi_rows(function, flat)
-    distances = [ulps(a, b, s) for a, b, s in zip(found, machine, scales, strict=True)]
-    undefined = sum(int((np.isfinite(a) != np.isfinite(b)).sum()) for a, b in zip(found, machine, strict=True))
+    plain = evaluate(tape, flat)
+    scales = [scale for _, scale in plain]
+    distances = [ulps(a, b, s) for a, (b, s) in zip(found, plain, strict=True)]
+    undefined = sum(int((np.isfinite(a) != np.isfinite(b)).sum()) for a, (b, _) in zip(found, plain, strict=True))
     worst, where = 0.0, (0, signature.outputs[0].name, 0)
     for row in range(min(exact_rows, len(flat[0]))):
         truth = exact(tape, [x[row].tolist() for x in flat], digits)
@@ -136,22 +137,12 @@ def audit(
     return AuditReport(
         worst_ulp=worst,
         where=where,
-        worst_ulp_casadi=max((float(np.nanmax(d, initial=0.0)) for d in distances), default=0.0),
+        worst_ulp_numpy=max((float(np.nanmax(d, initial=0.0)) for d in distances), default=0.0),
         rows=len(flat[0]),
         exact_rows=min(exact_rows, len(flat[0])),
         undefined=undefined,
         batch_equals_single=_same_bits(program, inputs, found),
     )
-
-
-def casadi_rows(function: Any, inputs: Sequence[Rows]) -> list[Rows]:
-    """CasADi's own evaluation of every row: (rows, elements) per output port."""
-    import casadi
-
-    names = [function.name_out(k) for k in range(function.n_out())]
-    mapped = function.map(len(inputs[0]))
-    found = mapped.call([casadi.DM(x.T) for x in inputs])
-    return [np.array(casadi.densify(found[k])).reshape(function.size1_out(k), -1).T for k in range(len(names))]
 
 
 def ulps(found: Rows, expected: Rows, scale: Rows) -> Rows:

@@ -52,7 +52,7 @@ class Kernel:
     Attributes:
         signature: name and ports.
         key: the caller's words for the expression; equal words must mean equal expressions.
-        build: makes the casadi.Function, one column per port; a module-level function or a partial of one, so that the
+        build: makes the function, one column per port; a module-level function or a partial of one, so that the
             kernel pickles.
         fingerprints: of the sources that shape the expression (`identity.fingerprint`).
         doc: docstring.

@@ -114,7 +114,7 @@ def _add(b: _Builder, x: int, y: int) -> int | None:
 
 
 def _choice(b: _Builder, x: int, y: int) -> int | None:
-    """CasADi writes `if c then u else v` as (c ? u : 0) + (not c ? v : 0)."""
+    """`if c then u else v` is written as (c ? u : 0) + (not c ? v : 0)."""
     first, second = b.nodes[x], b.nodes[y]
     if first.op != "if_else_zero" or second.op != "if_else_zero":
         return None

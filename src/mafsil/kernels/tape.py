@@ -1,14 +1,16 @@
-"""A casadi.Function as a straight-line program of plain Python data, one value per node."""
+"""A function of expressions as a straight-line program of plain Python data, one value per node."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from hashlib import blake2b
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mafsil.errors import KernelError
+from mafsil.expression import Function
+from mafsil.expression.node import Node as Value
 
 UNARY = frozenset(
     [
@@ -156,88 +158,58 @@ def reordered(tape: Tape, order: list[int]) -> Tape:
     return Tape(tuple(nodes), tape.input_sizes, tuple(tuple(place[i] for i in port) for port in tape.outputs))
 
 
-def read(function: Any) -> Tape:
-    """The tape of a casadi.Function whose ports are columns, dense or sparse; structural zeros of outputs are 0.
+def read(function: Function) -> Tape:
+    """The tape of a function whose ports are columns.
 
     Raises:
-        KernelError: an instruction has no compiled form, the function is not an expression, or a port is not a column.
+        KernelError: an operation has no compiled form, or a port is not a column.
     """
-    function = _expanded(function)
+    for port, x in zip(function.input_names + function.output_names, function.inputs + function.outputs, strict=True):
+        if x.columns != 1 and x.entries:
+            raise KernelError("kernels.column", port=port, rows=x.rows, columns=x.columns)
     return _Reader(function).tape()
 
 
 class _Reader:
-    """One pass over the instructions; `slots` maps CasADi's reused work vector to the nodes now in it."""
+    """One pass over the nodes; `place` says where the value of a node stands."""
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Function) -> None:
         self.function = function
-        self.rows_in = [_rows(function.sparsity_in(i), function.name_in(i)) for i in range(function.n_in())]
-        self.rows_out = [_rows(function.sparsity_out(i), function.name_out(i)) for i in range(function.n_out())]
-        self.nodes: list[Node] = []
-        self.slots: dict[int, int] = {}
+        self.nodes: list[Node] = [Node("const", (), 0.0)]
+        self.place: dict[int, int] = {}
+        self.ports = {
+            id(symbol): (port, element)
+            for port, x in enumerate(function.inputs)
+            for element, symbol in enumerate(x.entries)
+        }
 
     def tape(self) -> Tape:
-        f = self.function
-        zero = self.add(Node("const", (), 0.0))
-        outputs = [[zero] * f.size1_out(i) for i in range(f.n_out())]
-        names = _names()
-        for k in range(f.n_instructions()):
-            name, source = names[f.instruction_id(k)], f.instruction_input(k)
-            if name == "OUTPUT":
-                port, nonzero = f.instruction_output(k)
-                outputs[port][self.rows_out[port][nonzero]] = self.slots[source[0]]
-            else:
-                self.slots[f.instruction_output(k)[0]] = self.value(name, source, k)
-        sizes = tuple(f.size1_in(i) for i in range(f.n_in()))
-        return Tape(tuple(self.nodes), sizes, tuple(tuple(port) for port in outputs))
+        """All nodes, operands first."""
+        place = self.place
+        for index, node in enumerate(self.function.order):
+            place[id(node)] = self._value(node, index)
+        outputs = tuple(tuple(place[id(node)] for node in x.entries) for x in self.function.outputs)
+        return Tape(tuple(self.nodes), tuple(len(x.entries) for x in self.function.inputs), outputs)
 
-    def value(self, name: str, source: list[int], k: int) -> int:
-        """Index of the node that instruction k computes."""
-        if name == "CONST":
-            return self.add(Node("const", (), float(self.function.instruction_constant(k))))
-        if name == "INPUT":
-            port, nonzero = source
-            return self.add(Node("input", (port, self.rows_in[port][nonzero])))
-        args = tuple(self.slots[slot] for slot in source)
-        if name in ("ASSIGN", "LIFT"):
-            return args[0]
-        if name == "SQ":
-            return self.add(Node("mul", (args[0], args[0])))
-        if name == "TWICE":
-            return self.add(Node("add", (args[0], args[0])))
-        if name == "INV":
-            return self.add(Node("div", (self.add(Node("const", (), 1.0)), args[0])))
-        op = "pow" if name == "CONSTPOW" else name.lower()
-        if op not in UNARY and op not in BINARY:
-            raise KernelError("kernels.operation", function=self.function.name(), operation=f"OP_{name}", index=k)
-        return self.add(Node(op, args))
+    def _value(self, node: Value, index: int) -> int:
+        op = node.op
+        if op == "const":
+            return self._add(Node("const", (), node.value))
+        if op == "symbol":
+            return self._add(Node("input", self.ports[id(node)]))
+        a = self.place[id(node.a)]
+        if op == "sq":
+            return self._add(Node("mul", (a, a)))
+        if op == "twice":
+            return self._add(Node("add", (a, a)))
+        if op == "inv":
+            return self._add(Node("div", (self._add(Node("const", (), 1.0)), a)))
+        if op in UNARY:
+            return self._add(Node(op, (a,)))
+        if op in BINARY:
+            return self._add(Node(op, (a, self.place[id(node.b)])))
+        raise KernelError("kernels.operation", function=self.function.name, operation=op, index=index)
 
-    def add(self, node: Node) -> int:
+    def _add(self, node: Node) -> int:
         self.nodes.append(node)
         return len(self.nodes) - 1
-
-
-def _expanded(function: Any) -> Any:
-    """The function as scalar expressions."""
-    if function.is_a("SXFunction"):
-        return function
-    try:
-        return function.expand()
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise KernelError("kernels.expression", function=function.name(), reason=reason) from None
-
-
-def _rows(sparsity: Any, port: str) -> list[int]:
-    """Element of every nonzero of a column."""
-    if sparsity.size2() != 1 and sparsity.numel():
-        raise KernelError("kernels.column", port=port, rows=sparsity.size1(), columns=sparsity.size2())
-    return list(sparsity.row())
-
-
-@cache
-def _names() -> dict[int, str]:
-    """CasADi's operation numbers by name, `OP_` removed."""
-    import casadi
-
-    return {int(getattr(casadi, name)): name[3:] for name in dir(casadi) if name.startswith("OP_")}

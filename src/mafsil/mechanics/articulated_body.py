@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import turned
@@ -86,7 +86,7 @@ def articulated_body(
 
 
 def _angular_velocities(tree: BodyTree, steps: Sequence[Placement], rates: Sequence[Expression]) -> list[Expression]:
-    omega: list[Expression] = [ca.SX(3, 1)]
+    omega: list[Expression] = [ex.zeros(3, 1)]
     for i, body in tree.moving:
         omega.append(steps[i].to_child(omega[body.parent]) + _along_z(steps[i].omega * rates[i]))
     return omega
@@ -97,11 +97,11 @@ def _drift(
 ) -> tuple[Expression, Expression]:
     """Angular and linear acceleration of {i} when neither its parent nor its joint accelerates."""
     if i == 0:
-        return ca.SX(3, 1), ca.SX(3, 1)
+        return ex.zeros(3, 1), ex.zeros(3, 1)
     step, parent = steps[i], omega[tree.bodies[i].parent]
-    angular = ca.cross(omega[i], _along_z(step.omega * rates[i]))
-    linear = step.to_child(ca.cross(parent, ca.cross(parent, step.offset)))
-    return angular, linear + 2 * ca.cross(omega[i], _along_z(step.v * rates[i]))
+    angular = ex.cross(omega[i], _along_z(step.omega * rates[i]))
+    linear = step.to_child(ex.cross(parent, ex.cross(parent, step.offset)))
+    return angular, linear + 2 * ex.cross(omega[i], _along_z(step.v * rates[i]))
 
 
 def _own(
@@ -112,15 +112,15 @@ def _own(
     bias: list[tuple[Expression, Expression]] = []
     for body, w in zip(tree.bodies, omega, strict=True):
         h, inertia = constant(body.inertia.h), constant(body.inertia.I)
-        inertias.append(ArticulatedInertia(inertia, ca.skew(ca.densify(h)), body.inertia.mass * ca.SX(ca.DM.eye(3))))
-        bias.append((ca.cross(w, inertia @ w), ca.cross(w, ca.cross(w, h))))
+        inertias.append(ArticulatedInertia(inertia, ex.skew(h), body.inertia.mass * ex.eye(3)))
+        bias.append((ex.cross(w, inertia @ w), ex.cross(w, ex.cross(w, h))))
     return inertias, bias
 
 
 def _add_tip_wrench(tree: BodyTree, F_tip: Expression, bias: list[tuple[Expression, Expression]]) -> None:
     R, p, body = constant(tree.tip.R), constant(tree.tip.p), tree.tip.body
     f = R @ F_tip[3:]
-    bias[body] = (bias[body][0] + R @ F_tip[:3] + ca.cross(p, f), bias[body][1] + f)
+    bias[body] = (bias[body][0] + R @ F_tip[:3] + ex.cross(p, f), bias[body][1] + f)
 
 
 def _inward(
@@ -138,7 +138,7 @@ def _inward(
         step, A = steps[i], inertias[i]
         U = (step.omega * A.I[:, 2] + step.v * A.H[:, 2], step.omega * A.H[2, :].T + step.v * A.M[:, 2])
         D = step.omega * U[0][2] + step.v * U[1][2] + body.armature
-        give = ca.if_else(D > least[i], 1 / D, nan)
+        give = ex.if_else(D > least[i], 1 / D, nan)
         moment, force = bias[i]
         u = efforts[i] - step.omega * moment[2] - step.v * force[2]
         gates[i] = (U, give, u)
@@ -149,7 +149,7 @@ def _inward(
         moment = moment + kept.I @ angular + kept.H @ linear + U[0] * (u * give)
         force = force + kept.H.T @ angular + kept.M @ linear + U[1] * (u * give)
         f = step.to_parent(force)
-        m = step.to_parent(moment) + ca.cross(step.offset, f)
+        m = step.to_parent(moment) + ex.cross(step.offset, f)
         bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
         inertias[body.parent] = inertias[body.parent].added(kept.in_parent(step))
     return gates
@@ -179,18 +179,18 @@ def _outward(
     drift: Sequence[tuple[Expression, Expression]],
     gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]],
 ) -> Expression:
-    alpha, a = [ca.SX(3, 1)], [constant(-tree.gravity)]
-    qdd: list[Expression] = [ca.SX(0)] * tree.n
+    alpha, a = [ex.zeros(3, 1)], [constant(-tree.gravity)]
+    qdd: list[Expression] = [ex.Expression(0)] * tree.n
     for i, body in tree.moving:
         step, p = steps[i], body.parent
         angular = step.to_child(alpha[p]) + drift[i][0]
-        linear = step.to_child(a[p] + ca.cross(alpha[p], step.offset)) + drift[i][1]
+        linear = step.to_child(a[p] + ex.cross(alpha[p], step.offset)) + drift[i][1]
         U, give, u = gates[i]
-        x = (u - ca.dot(U[0], angular) - ca.dot(U[1], linear)) * give
+        x = (u - ex.dot(U[0], angular) - ex.dot(U[1], linear)) * give
         qdd[body.coordinate] = x
         alpha.append(angular + _along_z(step.omega * x))
         a.append(linear + _along_z(step.v * x))
-    return ca.vertcat(*qdd)
+    return ex.vertcat(*qdd)
 
 
 def symmetric(A: Expression) -> Expression:
@@ -199,4 +199,4 @@ def symmetric(A: Expression) -> Expression:
 
 
 def _along_z(x: Expression) -> Expression:
-    return ca.vertcat(0, 0, x)
+    return ex.vertcat(0, 0, x)

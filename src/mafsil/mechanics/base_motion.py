@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, constant
 
@@ -36,10 +35,10 @@ def base_motion(tree: BodyTree, V: Expression | None = None, dV: Expression | No
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.3; Featherstone, Rigid Body Dynamics Algorithms, sec. 2.10.
     """
-    twist: Expression = ca.SX(6, 1) if V is None else V
-    rate: Expression = ca.SX(6, 1) if dV is None else dV
+    twist: Expression = ex.zeros(6, 1) if V is None else V
+    rate: Expression = ex.zeros(6, 1) if dV is None else dV
     omega, alpha, p, R = twist[:3], rate[:3], constant(tree.p_s0), constant(tree.R_s0)
-    lever = ca.cross(omega, p)
+    lever = ex.cross(omega, p)
     v = twist[3:] + lever
-    a = rate[3:] + ca.cross(omega, twist[3:]) + ca.cross(alpha, p) + ca.cross(omega, lever)
+    a = rate[3:] + ex.cross(omega, twist[3:]) + ex.cross(alpha, p) + ex.cross(omega, lever)
     return BaseMotion(R.T @ omega, R.T @ v, R.T @ alpha, R.T @ a)

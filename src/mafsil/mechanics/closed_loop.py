@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
@@ -24,8 +23,8 @@ from mafsil.model import Mechanism
 Row: TypeAlias = tuple[float, ...]
 
 
-def function(loop: Loop) -> ca.Function:
-    """The step as a casadi.Function, inputs and outputs as `input_sizes` and `output_sizes` say, columns in C order.
+def function(loop: Loop) -> ex.Function:
+    """The step as a function, inputs and outputs as `input_sizes` and `output_sizes` say, columns in C order.
 
     Args:
         loop: what is asked for.
@@ -38,17 +37,16 @@ def function(loop: Loop) -> ca.Function:
     command, integral = _law(loop, trees, measured_q, measured_qd, x)
     effort = _clipped(command, x["limit"]) if loop.saturated else command
     plant = _Plant(loop, trees.of(loop.plant), effort, x.get("push"))
-    here, rate, first = q, qd, ca.SX(n, 1)
+    here, rate, first = q, qd, ex.zeros(n, 1)
     for count in range(loop.substeps):
         here, rate, slope = plant.stepped(here, rate, x["step"])
         first = first if count else slope
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
-    wanted = ca.reshape(x["T_wanted"], 4, 4).T
-    distance = ca.sqrt(ca.sumsqr(wanted[:3, 3] - T[:3, 3]))
+    wanted = ex.reshape(x["T_wanted"], 4, 4).T
+    distance = ex.sqrt(ex.sumsqr(wanted[:3, 3] - T[:3, 3]))
     angle = so3.angle_between(T[:3, :3], wanted[:3, :3])
-    results = [ca.vertcat(here, rate), integral, command, effort, first, ca.vertcat(distance, angle)]
-    columns = [ca.densify(column) for column in results]
-    return ca.Function("closed_loop", list(x.values()), ca.cse(columns))
+    results = [ex.vertcat(here, rate), integral, command, effort, first, ex.vertcat(distance, angle)]
+    return ex.Function("closed_loop", list(x.values()), ex.cse(results))
 
 
 class _Trees:
@@ -78,7 +76,7 @@ def _symbol(name: str, shape: tuple[int, ...]) -> Expression:
     size = 1
     for length in shape:
         size *= length
-    return ca.SX.sym(name, size)
+    return ex.symbol(name, size)
 
 
 def _law(
@@ -87,7 +85,7 @@ def _law(
     """Commanded efforts (n,) and the next integrals."""
     n = loop.plant.n
     u, v, a = x["reference"][:n], x["reference"][n : 2 * n], x["reference"][2 * n :]
-    total, integrals, row = ca.SX(n, 1), [], 0
+    total, integrals, row = ex.zeros(n, 1), [], 0
     for term in loop.terms:
         if term.kind in ("computed_torque", "feedback"):
             kp, kd, ki = (x["gains"][(3 * row + part) * n : (3 * row + part + 1) * n] for part in range(3))
@@ -99,12 +97,12 @@ def _law(
             effort = feedback if term.model is None else _efforts(loop, trees, term.model, q, qd, a + feedback)
         elif term.kind == "gravity":
             assert term.model is not None
-            effort = inverse_dynamics(trees.of(term.model), q, ca.SX(n, 1), ca.SX(n, 1))
+            effort = inverse_dynamics(trees.of(term.model), q, ex.zeros(n, 1), ex.zeros(n, 1))
         else:
             assert term.model is not None
             effort = inverse_dynamics(trees.of(term.model), u, v, a)
         total = total + effort
-    return total, ca.vertcat(ca.SX(0, 1), *integrals)
+    return total, ex.vertcat(ex.zeros(0, 1), *integrals)
 
 
 def _efforts(loop: Loop, trees: _Trees, model: Mechanism, q: Expression, qd: Expression, qdd: Expression) -> Expression:
@@ -115,14 +113,14 @@ def _efforts(loop: Loop, trees: _Trees, model: Mechanism, q: Expression, qd: Exp
     tree = trees.of(model)
     if model is not loop.plant or loop.noisy or not by_mass_matrix_shorter(tree):
         return inverse_dynamics(tree, q, qd, qdd)
-    return mass_matrix(tree, q) @ qdd + inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
+    return mass_matrix(tree, q) @ qdd + inverse_dynamics(tree, q, qd, ex.zeros(tree.n, 1))
 
 
 def _clipped(command: Expression, limit: Expression) -> Expression:
     """Clipped elementwise; NaN passes through."""
-    return ca.vertcat(
+    return ex.vertcat(
         *(
-            ca.if_else(command[i] > limit[i], limit[i], ca.if_else(command[i] < -limit[i], -limit[i], command[i]))
+            ex.if_else(command[i] > limit[i], limit[i], ex.if_else(command[i] < -limit[i], -limit[i], command[i]))
             for i in range(command.shape[0])
         )
     )
@@ -161,13 +159,12 @@ class _Plant:
     def _splitting(
         self, kicks: Row, drifts: Row, q: Expression, v: Expression, h: Expression
     ) -> tuple[Expression, Expression, Expression]:
-        first = None
+        slopes: list[Expression] = []
         for kick, drift in zip(kicks, drifts, strict=True):
-            slope = self._acceleration(q, v)
-            first = slope if first is None else first
-            v = v + (kick * h) * slope
+            slopes.append(self._acceleration(q, v))
+            v = v + (kick * h) * slopes[-1]
             q = q + (drift * h) * v
-        return q, v, first
+        return q, v, slopes[0]
 
     def _acceleration(self, q: Expression, v: Expression) -> Expression:
         load = self.effort
@@ -177,10 +174,10 @@ class _Plant:
 
     def _damped(self, iterations: int, q: Expression, v: Expression, h: Expression) -> Expression:
         """Acceleration with friction at the end of the step, by the secant of its curve."""
-        M, load = mass_matrix(self.tree, q), self.effort - inverse_dynamics(self.tree, q, v, ca.SX(self.tree.n, 1))
+        M, load = mass_matrix(self.tree, q), self.effort - inverse_dynamics(self.tree, q, v, ex.zeros(self.tree.n, 1))
         if self.F_tip is not None:
             load = load - jacobian_body(self.tree, q, self.tree.tip).T @ self.F_tip
-        after, acceleration = v, ca.SX(self.tree.n, 1)
+        after, acceleration = v, ex.zeros(self.tree.n, 1)
         if self.friction is None:
             return solved(M, load)
         load = load - self.friction.offset
@@ -203,11 +200,11 @@ class _Friction:
         """D (n, n): D v + offset is the friction at the rates v (n,)."""
         law, w, slopes = self.law, self.gain @ v, []
         for i in range(len(law.viscous)):
-            coulomb = ca.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
-            moving = ca.fabs(w[i]) > 1e-8 * self.width
-            share = ca.if_else(moving, ca.tanh(w[i] / self.width) / ca.if_else(moving, w[i], 1.0), 1.0 / self.width)
+            coulomb = ex.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
+            moving = ex.fabs(w[i]) > 1e-8 * self.width
+            share = ex.if_else(moving, ex.tanh(w[i] / self.width) / ex.if_else(moving, w[i], 1.0), 1.0 / self.width)
             slopes.append(float(law.viscous[i]) + coulomb * share)
-        return self.gain.T @ ca.diag(ca.vertcat(*slopes)) @ self.gain
+        return self.gain.T @ ex.diag(ex.vertcat(*slopes)) @ self.gain
 
 
 def _advanced(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.placement import placements, world_placements
@@ -52,9 +52,9 @@ def adjoint_of(T: Floats) -> Floats:
 
 def _home(tree: BodyTree) -> tuple[list[Floats], list[Floats]]:
     """Rotations and origins of all bodies in {0} at zero coordinates."""
-    R, p = world_placements(tree, placements(tree, ca.SX(tree.n, 1)))
+    R, p = world_placements(tree, placements(tree, ex.zeros(tree.n, 1)))
     return [_numbers(x) for x in R], [_numbers(x).ravel() for x in p]
 
 
-def _numbers(x: ca.SX) -> Floats:
-    return np.array(ca.evalf(ca.densify(x)).full())
+def _numbers(x: ex.Expression) -> Floats:
+    return np.array(ex.evalf(x).full())

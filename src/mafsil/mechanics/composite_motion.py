@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia
 from mafsil.mechanics.mass_matrix import CompositeInertia
 from mafsil.mechanics.placement import Expression, Placement, constant
@@ -68,58 +67,58 @@ class CompositeMotion:
             self.inertia.in_parent(step),
             p,
             turned(self.W, step) + p @ o.T + gain @ h.T,
-            step.to_parent(self.moment) + ca.cross(o, force),
+            step.to_parent(self.moment) + ex.cross(o, force),
             force,
         )
 
     def unit_rate_row(self, step: Placement) -> Expression:
         """2 B' S (3,): the joint's effort per angular change of the twist."""
         W, p = self.W, self.p
-        turn = ca.vertcat(-W[2, 0], -W[2, 1], W[0, 0] + W[1, 1])
-        return step.omega * turn + step.v * ca.vertcat(p[1], -p[0], 0)
+        turn = ex.vertcat(-W[2, 0], -W[2, 1], W[0, 0] + W[1, 1])
+        return step.omega * turn + step.v * ex.vertcat(p[1], -p[0], 0)
 
     def rate_wrench(self, step: Placement, drift: Expression) -> tuple[Expression, Expression]:
         """2 (B S + G Psi'): the wrench per unit rate of the joint."""
         W, p = self.W, self.p
-        turn = ca.vertcat(-W[0, 2], -W[1, 2], W[0, 0] + W[1, 1])
+        turn = ex.vertcat(-W[0, 2], -W[1, 2], W[0, 0] + W[1, 1])
         moment, force = self._demand(2 * step.omega * drift, 2 * step.v * drift)
-        return step.omega * turn + moment, step.omega * ca.vertcat(-p[1], p[0], 0) + force
+        return step.omega * turn + moment, step.omega * ex.vertcat(-p[1], p[0], 0) + force
 
     def shift_wrench(self, step: Placement, motion: Motion, i: int) -> tuple[Expression, Expression]:
         """2 B Psi' + G Psi'' + S x* F: the change of the wrench per displacement of the joint."""
-        w, v, z, W = step.omega, step.v, ca.SX(ca.DM([0, 0, 1])), self.W
+        w, v, z, W = step.omega, step.v, ex.Expression([0, 0, 1]), self.W
         moment, force = self._demand(*motion.jump[i])
         x, y = w * motion.drift[i][0], w * motion.drift[i][1]
-        spread = ca.vertcat(
+        spread = ex.vertcat(
             (W[1, 1] + W[2, 2]) * x - W[0, 1] * y, (W[0, 0] + W[2, 2]) * y - W[1, 0] * x, -W[2, 0] * x - W[2, 1] * y
         )
-        moment = moment + spread + w * ca.cross(z, self.moment) + v * ca.cross(z, self.force)
-        return moment, force + ca.cross(ca.vertcat(x, y, 0), self.p) + w * ca.cross(z, self.force)
+        moment = moment + spread + w * ex.cross(z, self.moment) + v * ex.cross(z, self.force)
+        return moment, force + ex.cross(ex.vertcat(x, y, 0), self.p) + w * ex.cross(z, self.force)
 
     def _demand(self, xi: Expression, x: Expression) -> tuple[Expression, Expression]:
         """G X (moment, force) of X = (xi, x)."""
         inertia = self.inertia
-        return inertia.I @ xi + ca.cross(inertia.h, x), inertia.mass * x + ca.cross(xi, inertia.h)
+        return inertia.I @ xi + ex.cross(inertia.h, x), inertia.mass * x + ex.cross(xi, inertia.h)
 
 
 def body_motion(
     tree: BodyTree, steps: Sequence[Placement], rates: Sequence[Expression], accelerations: Sequence[Expression]
 ) -> Motion:
     """Motion of all bodies, from the base outward; arguments as in `inverse_dynamics`, base first."""
-    zero, z = ca.SX(3, 1), ca.SX(ca.DM([0, 0, 1]))
-    motion = Motion([zero], [ca.SX(3, 3)], [constant(-tree.gravity)], [zero], [zero], [(zero, zero)])
+    zero, z = ex.zeros(3, 1), ex.Expression([0, 0, 1])
+    motion = Motion([zero], [ex.zeros(3, 3)], [constant(-tree.gravity)], [zero], [zero], [(zero, zero)])
     alpha = [zero]
     for i, body in tree.moving:
         p, step, qd, qdd = body.parent, steps[i], rates[i], accelerations[i]
         carried, spun = step.to_child(motion.omega[p]), step.to_child(alpha[p])
-        drift = ca.cross(carried, z)
+        drift = ex.cross(carried, z)
         axis = spin_acceleration(carried, spun) @ z
-        gain = ca.cross(motion.omega[p], 2 * step.offset)
+        gain = ex.cross(motion.omega[p], 2 * step.offset)
         a = step.to_child(motion.a[p] + motion.U[p] @ step.offset)
-        jump = step.v * axis + step.omega * ca.cross(a, z)
+        jump = step.v * axis + step.omega * ex.cross(a, z)
         if step.v:
             slide = 2 * drift * (step.v * qd) + z * (step.v * qdd)
-            jump = jump + 2 * step.omega * step.v * qd * ca.cross(drift, z)
+            jump = jump + 2 * step.omega * step.v * qd * ex.cross(drift, z)
             gain = gain + step.to_parent(z) * (2 * step.v * qd)
             a = a + slide
         omega = carried + z * (step.omega * qd)
@@ -155,7 +154,7 @@ def composites(
 
 def spin_acceleration(omega: Expression, alpha: Expression) -> Expression:
     """U (3, 3) = [alpha] + [omega]^2."""
-    return ca.skew(alpha) + ca.skew(omega) @ ca.skew(omega)
+    return ex.skew(alpha) + ex.skew(omega) @ ex.skew(omega)
 
 
 def turned(W: Expression, step: Placement) -> Expression:
@@ -163,10 +162,10 @@ def turned(W: Expression, step: Placement) -> Expression:
     c, s = step.cosine, step.sine
     swing = s * (s * (W[1, 1] - W[0, 0]) - c * (W[0, 1] + W[1, 0]))
     cross = c * (s * (W[0, 0] - W[1, 1]) + c * (W[0, 1] + W[1, 0]))
-    rows = ca.vertcat(
-        ca.horzcat(W[0, 0] + swing, cross - W[1, 0], c * W[0, 2] - s * W[1, 2]),
-        ca.horzcat(cross - W[0, 1], W[1, 1] - swing, s * W[0, 2] + c * W[1, 2]),
-        ca.horzcat(c * W[2, 0] - s * W[2, 1], s * W[2, 0] + c * W[2, 1], W[2, 2]),
+    rows = ex.vertcat(
+        ex.horzcat(W[0, 0] + swing, cross - W[1, 0], c * W[0, 2] - s * W[1, 2]),
+        ex.horzcat(cross - W[0, 1], W[1, 1] - swing, s * W[0, 2] + c * W[1, 2]),
+        ex.horzcat(c * W[2, 0] - s * W[2, 1], s * W[2, 0] + c * W[2, 1], W[2, 2]),
     )
     return step.R @ rows @ step.R.T
 
@@ -175,11 +174,11 @@ def _own(inertia: RigidInertia, omega: Expression, U: Expression, a: Expression)
     h, second = constant(inertia.h), constant(inertia.I.trace() / 2 * _EYE - inertia.I)
     spread = U @ second
     return CompositeMotion(
-        CompositeInertia(ca.SX(inertia.mass), h, constant(inertia.I)),
-        ca.cross(omega, 2 * h),
-        ca.skew(omega) @ (2 * second),
-        ca.vertcat(spread[2, 1] - spread[1, 2], spread[0, 2] - spread[2, 0], spread[1, 0] - spread[0, 1])
-        + ca.cross(h, a),
+        CompositeInertia(ex.Expression(inertia.mass), h, constant(inertia.I)),
+        ex.cross(omega, 2 * h),
+        ex.skew(omega) @ (2 * second),
+        ex.vertcat(spread[2, 1] - spread[1, 2], spread[0, 2] - spread[2, 0], spread[1, 0] - spread[0, 1])
+        + ex.cross(h, a),
         inertia.mass * a + U @ h,
     )
 
@@ -187,7 +186,7 @@ def _own(inertia: RigidInertia, omega: Expression, U: Expression, a: Expression)
 def _with_tip_wrench(tree: BodyTree, own: CompositeMotion, F_tip: Expression) -> CompositeMotion:
     R, p = constant(tree.tip.R), constant(tree.tip.p)
     f = R @ F_tip[3:]
-    return CompositeMotion(own.inertia, own.p, own.W, own.moment + R @ F_tip[:3] + ca.cross(p, f), own.force + f)
+    return CompositeMotion(own.inertia, own.p, own.W, own.moment + R @ F_tip[:3] + ex.cross(p, f), own.force + f)
 
 
-_EYE = ca.DM.eye(3).full()
+_EYE = ex.eye(3).full()

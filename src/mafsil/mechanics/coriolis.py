@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.derivatives import matrices
 from mafsil.mechanics.placement import Expression
@@ -22,7 +21,7 @@ def coriolis_matrix(tree: BodyTree, q: Expression, qd: Expression) -> Expression
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.1.3 and prop. 8.1; Singh, Wensing & Echeandia 2022.
     """
-    return matrices(tree, q, qd / 2, ca.SX(tree.n, 1))[1]
+    return matrices(tree, q, qd / 2, ex.zeros(tree.n, 1))[1]
 
 
 def christoffel_symbols(tree: BodyTree, q: Expression) -> Expression:
@@ -36,6 +35,6 @@ def christoffel_symbols(tree: BodyTree, q: Expression) -> Expression:
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.12.
     """
-    unit = ca.SX(ca.DM.eye(tree.n))
-    columns = [ca.vec(coriolis_matrix(tree, q, unit[:, k]).T) for k in range(tree.n)]
-    return ca.horzcat(*columns) if columns else ca.SX(0, 0)
+    unit = ex.eye(tree.n)
+    columns = [ex.vec(coriolis_matrix(tree, q, unit[:, k]).T) for k in range(tree.n)]
+    return ex.horzcat(*columns) if columns else ex.zeros(0, 0)

@@ -46,7 +46,7 @@ def inverse_dynamics_derivatives(
 
     Reference: as the module.
     """
-    return ca.vertcat(*matrices(tree, q, qd, qdd, F_tip))
+    return ex.vertcat(*matrices(tree, q, qd, qdd, F_tip))
 
 
 def forward_dynamics_derivatives(

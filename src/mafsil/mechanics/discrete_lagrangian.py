@@ -9,8 +9,7 @@ Reference: Marsden and West, Discrete mechanics and variational integrators, Act
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.gauge import regauged
 from mafsil.mechanics.hamiltonian import lagrangian_slope
@@ -20,7 +19,7 @@ from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 
 
-def function(mechanism: Mechanism) -> ca.Function:
+def function(mechanism: Mechanism) -> ex.Function:
     """Of (q0, p0, v, load, h) to 3 n numbers: the next v of Newton's iteration, p1, and what is left of the equation.
 
     r(v) = M(q) v - h/2 (dL/dq(q, v) + load) - p0 at q = q0 + h v / 2; at its zero q1 = q0 + h v and
@@ -31,21 +30,21 @@ def function(mechanism: Mechanism) -> ca.Function:
     """
     n = mechanism.n
     tree = regrouped(regauged(lumped(mechanism)))
-    q0, p0, v, load = (ca.SX.sym(name, n) for name in ("q0", "p0", "v", "load"))
-    h, middle = ca.SX.sym("h", 1), ca.SX.sym("q", n)
+    q0, p0, v, load = (ex.symbol(name, n) for name in ("q0", "p0", "v", "load"))
+    h, middle = ex.symbol("h", 1), ex.symbol("q", n)
     force = lagrangian_slope(tree, middle, v) + load
     residual_there = mass_matrix(tree, middle) @ v - (h / 2) * force - p0
     # The chain rule by hand: q moves by h/2 with v.
-    slope_there = ca.jacobian(residual_there, v) + (h / 2) * ca.jacobian(residual_there, middle)
-    residual, slope, impulse = ca.substitute([residual_there, slope_there, h * force], [middle], [q0 + (h / 2) * v])
-    column = ca.vertcat(v - eliminated(slope, residual), p0 + impulse, residual)
-    return ca.Function("variational_step", [q0, p0, v, load, h], [ca.cse(ca.densify(column))])
+    slope_there = ex.jacobian(residual_there, v) + (h / 2) * ex.jacobian(residual_there, middle)
+    residual, slope, impulse = ex.substitute([residual_there, slope_there, h * force], [middle], [q0 + (h / 2) * v])
+    column = ex.vertcat(v - eliminated(slope, residual), p0 + impulse, residual)
+    return ex.Function("variational_step", [q0, p0, v, load, h], [ex.cse(column)])
 
 
 def eliminated(A: Expression, b: Expression) -> Expression:
     """X (n,) with A x = b for a matrix (n, n) near a positive definite one: Gauss without exchange of rows."""
     n = A.shape[0]
-    A, x = ca.SX(A), ca.SX(b)
+    A, x = ex.Expression(A), ex.Expression(b)
     for k in range(n):
         for i in range(k + 1, n):
             if A[i, k].is_zero():

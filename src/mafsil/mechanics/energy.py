@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, constant, joint_values, placements, world_placements
 
@@ -16,16 +15,16 @@ def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
         q, qd: (n,) coordinates [rad | m] and rates.
     """
     steps, rates = placements(tree, q), joint_values(tree, qd)
-    omega, v, energy = [ca.SX(3, 1)], [ca.SX(3, 1)], ca.SX(0)
+    omega, v, energy = [ex.zeros(3, 1)], [ex.zeros(3, 1)], ex.Expression(0)
     for i, body in tree.moving:
         step, p = steps[i], body.parent
-        turn = ca.vertcat(0, 0, step.omega * rates[i])
-        slide = ca.vertcat(0, 0, step.v * rates[i])
+        turn = ex.vertcat(0, 0, step.omega * rates[i])
+        slide = ex.vertcat(0, 0, step.v * rates[i])
         omega.append(step.to_child(omega[p]) + turn)
-        v.append(step.to_child(v[p] + ca.cross(omega[p], step.offset)) + slide)
+        v.append(step.to_child(v[p] + ex.cross(omega[p], step.offset)) + slide)
         h, inertia = constant(body.inertia.h), constant(body.inertia.I)
-        spin = ca.dot(omega[i], inertia @ omega[i]) + body.inertia.mass * ca.dot(v[i], v[i])
-        energy = energy + spin / 2 + ca.dot(v[i], ca.cross(omega[i], h)) + body.armature * rates[i] ** 2 / 2
+        spin = ex.dot(omega[i], inertia @ omega[i]) + body.inertia.mass * ex.dot(v[i], v[i])
+        energy = energy + spin / 2 + ex.dot(v[i], ex.cross(omega[i], h)) + body.armature * rates[i] ** 2 / 2
     return energy
 
 
@@ -38,8 +37,8 @@ def potential_energy(tree: BodyTree, q: Expression) -> Expression:
     """
     R, p = world_placements(tree, placements(tree, q))
     gravity, base_height = constant(tree.gravity), tree.R_s0.T @ tree.p_s0 @ tree.gravity
-    energy = ca.SX(0)
+    energy = ex.Expression(0)
     for i, body in enumerate(tree.bodies):
         lever = body.inertia.mass * p[i] + R[i] @ constant(body.inertia.h)
-        energy = energy - ca.dot(gravity, lever) - body.inertia.mass * base_height
+        energy = energy - ex.dot(gravity, lever) - body.inertia.mass * base_height
     return energy

@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
@@ -69,9 +70,9 @@ def _require_inertia(tree: BodyTree) -> None:
 
 def _require_definite(tree: BodyTree, M: Expression) -> None:
     """No joint's share of the mass matrix is taken away by the others: two coaxial joints with nothing in between."""
-    coordinates = ca.vertcat(ca.SX(0, 1), *ca.symvar(M))
+    coordinates = ex.vertcat(ex.zeros(0, 1), *ex.symvar(M))
     anywhere = 0.3 + 0.7 * np.arange(coordinates.shape[0])
-    values = ca.Function("M", [coordinates], [ca.densify(M)])(anywhere).full()
+    values = ex.Function("M", [coordinates], [M])(anywhere).full()
     size = np.sqrt(np.maximum(np.diag(values), 0.0))
     joints = {body.coordinate: body.joint for _, body in tree.moving}
     if not size.all():
@@ -90,7 +91,7 @@ def by_mass_matrix(
 
     Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.5 (M = L' D L keeps the tree's zeros).
     """
-    load = tau - inverse_dynamics(tree, q, qd, ca.SX(tree.n, 1))
+    load = tau - inverse_dynamics(tree, q, qd, ex.zeros(tree.n, 1))
     if F_tip is not None:
         load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
     M = mass_matrix(tree, q)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.placement import Expression, attached, constant, placements, poses_inward, world_placements
 
@@ -43,10 +42,10 @@ def link_poses(tree: BodyTree, q: Expression) -> Expression:
         q: (n,) joint coordinates [rad | m].
     """
     R, p = world_placements(tree, placements(tree, q))
-    return ca.vertcat(*(_in_space(tree, *attached(frame, R, p)) for frame in tree.frames.values()))
+    return ex.vertcat(*(_in_space(tree, *attached(frame, R, p)) for frame in tree.frames.values()))
 
 
 def _in_space(tree: BodyTree, R: Expression, p: Expression) -> Expression:
     R_s0 = constant(tree.R_s0)
-    top = ca.horzcat(R_s0 @ R, constant(tree.p_s0) + R_s0 @ p)
-    return ca.vertcat(top, ca.SX(ca.DM([[0, 0, 0, 1]])))
+    top = ex.horzcat(R_s0 @ R, constant(tree.p_s0) + R_s0 @ p)
+    return ex.vertcat(top, ex.Expression([[0, 0, 0, 1]]))

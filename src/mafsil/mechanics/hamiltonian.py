@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.energy import kinetic_energy
 from mafsil.mechanics.forward_dynamics import solved
@@ -23,10 +22,10 @@ def lagrangian_slope(tree: BodyTree, q: Expression, qd: Expression) -> Expressio
         q: (n,) symbols of the coordinates.
         qd: (n,) rates, any expression: they are held while the derivative is taken.
     """
-    held = ca.SX.sym("held", tree.n)
-    slope = ca.gradient(kinetic_energy(tree, q, held), q)
-    still = ca.SX(tree.n, 1)
-    return ca.substitute(slope, held, qd) - inverse_dynamics(tree, q, still, still)
+    held = ex.symbol("held", tree.n)
+    slope = ex.gradient(kinetic_energy(tree, q, held), q)
+    still = ex.zeros(tree.n, 1)
+    return ex.substitute(slope, held, qd) - inverse_dynamics(tree, q, still, still)
 
 
 def hamiltonian_field(tree: BodyTree, q: Expression, p: Expression) -> tuple[Expression, Expression]:
@@ -41,13 +40,13 @@ def hamiltonian_field(tree: BodyTree, q: Expression, p: Expression) -> tuple[Exp
     return qd, lagrangian_slope(tree, q, qd)
 
 
-def function(mechanism: Mechanism) -> ca.Function:
+def function(mechanism: Mechanism) -> ex.Function:
     """Of (q, p) to the 2 n numbers (qd, pd).
 
     Args:
         mechanism: its numbers become constants.
     """
     n = mechanism.n
-    q, p = ca.SX.sym("q", n), ca.SX.sym("p", n)
-    column = ca.vertcat(*hamiltonian_field(regrouped(regauged(lumped(mechanism))), q, p))
-    return ca.Function("hamiltonian_field", [q, p], [ca.cse(ca.densify(column))])
+    q, p = ex.symbol("q", n), ex.symbol("p", n)
+    column = ex.vertcat(*hamiltonian_field(regrouped(regauged(lumped(mechanism))), q, p))
+    return ex.Function("hamiltonian_field", [q, p], [ex.cse(column)])

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_values, placements
@@ -57,13 +56,13 @@ def inverse_dynamics(
 
 def gravity_torque(tree: BodyTree, q: Expression) -> Expression:
     """g(q) (n,) [N m | N]: efforts that hold the robot still."""
-    zero = ca.SX(tree.n, 1)
+    zero = ex.zeros(tree.n, 1)
     return inverse_dynamics(tree, q, zero, zero)
 
 
 def velocity_torque(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
     """c(q, qd) (n,) [N m | N]: centrifugal and Coriolis efforts; arguments as in `inverse_dynamics`."""
-    return inverse_dynamics(replace(tree, gravity=0.0 * tree.gravity), q, qd, ca.SX(tree.n, 1))
+    return inverse_dynamics(replace(tree, gravity=0.0 * tree.gravity), q, qd, ex.zeros(tree.n, 1))
 
 
 def _needs(tree: BodyTree, motion: BodyMotion) -> list[Wrench]:

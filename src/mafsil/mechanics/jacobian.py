@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.placement import (
     Expression,
@@ -51,7 +50,7 @@ def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: At
         frame: as in `jacobian_space`.
     """
     screws = _space_screws(tree, q, frame)
-    twist, rates = ca.SX(6, 1), {}
+    twist, rates = ex.zeros(6, 1), {}
     for i in tree.path(frame.body):
         body = tree.bodies[i]
         rates[i] = bracket(twist, screws[i])
@@ -68,7 +67,7 @@ def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Att
         frame: as in `jacobian_body`.
     """
     screws = _body_screws(tree, q, frame)
-    twist, rates = ca.SX(6, 1), {}
+    twist, rates = ex.zeros(6, 1), {}
     for i in reversed(tree.path(frame.body)):
         body = tree.bodies[i]
         rates[i] = -bracket(twist, screws[i])
@@ -79,7 +78,7 @@ def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Att
 def bracket(V1: Expression, V2: Expression) -> Expression:
     """Lie bracket [V1, V2] = (w1 x w2, w1 x v2 - w2 x v1) of two twists (6,)."""
     w1, v1, w2, v2 = V1[:3], V1[3:], V2[:3], V2[3:]
-    return ca.vertcat(ca.cross(w1, w2), ca.cross(w1, v2) - ca.cross(w2, v1))
+    return ex.vertcat(ex.cross(w1, w2), ex.cross(w1, v2) - ex.cross(w2, v1))
 
 
 def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
@@ -89,7 +88,7 @@ def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int,
     screws: dict[int, Expression] = {}
     for i in tree.path(frame.body):
         z, origin = R_s0 @ R[i][:, 2], p_s0 + R_s0 @ p[i]
-        screws[i] = _screw(tree, i, z, ca.cross(origin, z))
+        screws[i] = _screw(tree, i, z, ex.cross(origin, z))
     return screws
 
 
@@ -98,7 +97,7 @@ def _body_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, 
     screws: dict[int, Expression] = {}
     for i, (R, r) in poses_inward(tree, placements(tree, q), frame).items():
         if i:
-            screws[i] = _screw(tree, i, R[2, :].T, R.T @ ca.vertcat(-r[1], r[0], 0))
+            screws[i] = _screw(tree, i, R[2, :].T, R.T @ ex.vertcat(-r[1], r[0], 0))
     return screws
 
 
@@ -106,17 +105,17 @@ def _screw(tree: BodyTree, i: int, z: Expression, moment: Expression) -> Express
     """(w z, w moment + v z) for the joint of body i."""
     match tree.bodies[i].kind.value:
         case "prismatic":
-            return ca.vertcat(ca.SX(3, 1), z)
+            return ex.vertcat(ex.zeros(3, 1), z)
         case "helical":
-            return ca.vertcat(z, moment + tree.bodies[i].pitch * z)
+            return ex.vertcat(z, moment + tree.bodies[i].pitch * z)
         case _:
-            return ca.vertcat(z, moment)
+            return ex.vertcat(z, moment)
 
 
 def _summed(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) -> Expression:
     """Columns of the coordinates: joints that follow one coordinate add up; joints beside the path give zero."""
-    columns: list[Expression] = [ca.SX(6, 1) for _ in range(tree.n)]
+    columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
     for i in tree.path(frame.body):
         body = tree.bodies[i]
         columns[body.coordinate] = columns[body.coordinate] + body.multiplier * screws[i]
-    return ca.horzcat(*columns) if columns else ca.SX(6, 0)
+    return ex.horzcat(*columns) if columns else ex.zeros(6, 0)

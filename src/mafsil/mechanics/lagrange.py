@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.energy import kinetic_energy, potential_energy
 from mafsil.mechanics.placement import Expression
@@ -20,8 +19,8 @@ def euler_lagrange(lagrangian: Expression, q: Expression, qd: Expression, qdd: E
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.1.
     """
-    momentum = ca.gradient(lagrangian, qd)
-    return ca.jtimes(momentum, qd, qdd) + ca.jtimes(momentum, q, qd) - ca.gradient(lagrangian, q)
+    momentum = ex.gradient(lagrangian, qd)
+    return ex.jtimes(momentum, qd, qdd) + ex.jtimes(momentum, q, qd) - ex.gradient(lagrangian, q)
 
 
 def lagrange_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
@@ -38,7 +37,7 @@ def lagrange_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expressi
 
 def mass_matrix_of(kinetic: Expression, qd: Expression) -> Expression:
     """M (n, n), m_ij the derivative of K by qd_i and qd_j."""
-    return ca.densify(ca.hessian(kinetic, qd)[0])
+    return ex.hessian(kinetic, qd)[0]
 
 
 def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
@@ -51,9 +50,9 @@ def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
     Reference: Lynch & Park, Modern Robotics, eq. 8.12.
     """
     n = q.shape[0]
-    slope = [ca.jacobian(M[i, :].T, q) for i in range(n)]
+    slope = [ex.jacobian(M[i, :].T, q) for i in range(n)]
     gamma: list[Expression] = []
     for i in range(n):
-        along = ca.vertcat(*(slope[j][:, i].T for j in range(n)))
-        gamma.append(ca.densify(slope[i] + slope[i].T - along) / 2)
+        along = ex.vertcat(*(slope[j][:, i].T for j in range(n)))
+        gamma.append((slope[i] + slope[i].T - along) / 2)
     return gamma

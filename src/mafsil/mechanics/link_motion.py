@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
@@ -31,14 +30,14 @@ class BodyMotion:
     def twist(self, frame: Attachment) -> Expression:
         """V (6,) of an attached frame, in it."""
         R, p, i = constant(frame.R), constant(frame.p), frame.body
-        return ca.vertcat(R.T @ self.omega[i], R.T @ (self.v[i] + ca.cross(self.omega[i], p)))
+        return ex.vertcat(R.T @ self.omega[i], R.T @ (self.v[i] + ex.cross(self.omega[i], p)))
 
     def acceleration(self, frame: Attachment) -> Expression:
         """Time derivative (6,) of `twist`, component by component: (alpha, a - omega x v)."""
         R, p, i = constant(frame.R), constant(frame.p), frame.body
         V = self.twist(frame)
         a = R.T @ (self.a[i] + self.spin[i] @ p)
-        return ca.vertcat(R.T @ self.alpha[i], a - ca.cross(V[:3], V[3:]))
+        return ex.vertcat(R.T @ self.alpha[i], a - ex.cross(V[:3], V[3:]))
 
 
 def outward_motion(
@@ -65,16 +64,16 @@ def outward_motion(
         fall: (3,) acceleration of a freely falling frame, in {0}, against which accelerations are taken; None: at rest.
     """
     rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
-    base, z = base_motion(tree, base_twist, base_acceleration), ca.SX(ca.DM([0, 0, 1]))
+    base, z = base_motion(tree, base_twist, base_acceleration), ex.Expression([0, 0, 1])
     a_0 = base.a if fall is None else base.a - constant(fall)
     motion = BodyMotion([base.omega], [base.v], [base.alpha], [a_0], [spin_acceleration(base.omega, base.alpha)])
     for i, body in tree.moving:
         p, step, w, s = body.parent, steps[i], z * (steps[i].omega * rates[i]), z * (steps[i].v * rates[i])
         omega = step.to_child(motion.omega[p]) + w
         motion.omega.append(omega)
-        motion.v.append(step.to_child(motion.v[p] + ca.cross(motion.omega[p], step.offset)) + s)
-        motion.alpha.append(step.to_child(motion.alpha[p]) + ca.cross(omega, w) + z * (step.omega * accelerations[i]))
-        pushed = 2 * ca.cross(omega, s) + z * (step.v * accelerations[i])
+        motion.v.append(step.to_child(motion.v[p] + ex.cross(motion.omega[p], step.offset)) + s)
+        motion.alpha.append(step.to_child(motion.alpha[p]) + ex.cross(omega, w) + z * (step.omega * accelerations[i]))
+        pushed = 2 * ex.cross(omega, s) + z * (step.v * accelerations[i])
         motion.a.append(step.to_child(motion.a[p] + motion.spin[p] @ step.offset) + pushed)
         motion.spin.append(spin_acceleration(omega, motion.alpha[i]))
     return motion
@@ -135,8 +134,8 @@ def com_accelerations(
 def _twists(
     tree: BodyTree, frames: Iterable[Attachment], q: Expression, qd: Expression, V_0: Expression | None
 ) -> Expression:
-    motion = outward_motion(tree, placements(tree, q), qd, ca.SX(tree.n, 1), V_0)
-    return ca.vertcat(*(motion.twist(frame).T for frame in frames))
+    motion = outward_motion(tree, placements(tree, q), qd, ex.zeros(tree.n, 1), V_0)
+    return ex.vertcat(*(motion.twist(frame).T for frame in frames))
 
 
 def _accelerations(
@@ -149,4 +148,4 @@ def _accelerations(
     dV_0: Expression | None,
 ) -> Expression:
     motion = outward_motion(tree, placements(tree, q), qd, qdd, V_0, dV_0)
-    return ca.vertcat(*(motion.acceleration(frame).T for frame in frames))
+    return ex.vertcat(*(motion.acceleration(frame).T for frame in frames))

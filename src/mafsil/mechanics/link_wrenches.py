@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
 from mafsil.mechanics.link_motion import BodyMotion, outward_motion
@@ -94,4 +93,4 @@ def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion) -> Wrenc
 
 def _in_frames(frames: Sequence[Attachment], F: Sequence[Wrench]) -> Expression:
     """Rows (6,) of the wrenches, each seen from the frame attached to its body."""
-    return ca.vertcat(*(wrench.seen_from(frame).T for frame, wrench in zip(frames, F, strict=True)))
+    return ex.vertcat(*(wrench.seen_from(frame).T for frame, wrench in zip(frames, F, strict=True)))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
 from mafsil.mechanics.placement import Expression, Placement, constant, placements, world_placements
@@ -33,9 +32,9 @@ class CompositeInertia:
 
     def unit_acceleration(self, step: Placement) -> tuple[Expression, Expression]:
         """G S: the wrench (moment, force) per unit acceleration of the joint with the screw S = (w z, v z)."""
-        h = ca.densify(self.h)
-        moment = step.omega * self.I[:, 2] + step.v * ca.vertcat(h[1], -h[0], 0)
-        return moment, step.omega * ca.vertcat(-h[1], h[0], 0) + step.v * ca.vertcat(0, 0, self.mass)
+        h = self.h
+        moment = step.omega * self.I[:, 2] + step.v * ex.vertcat(h[1], -h[0], 0)
+        return moment, step.omega * ex.vertcat(-h[1], h[0], 0) + step.v * ex.vertcat(0, 0, self.mass)
 
 
 def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
@@ -63,7 +62,7 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
             effort = steps[j].omega * moment[2] + steps[j].v * force[2]
             _accumulate(tree, entries, i, j, effort + body.armature if i == j else effort)
             force = steps[j].to_parent(force)
-            moment = steps[j].to_parent(moment) + ca.cross(steps[j].offset, force)
+            moment = steps[j].to_parent(moment) + ex.cross(steps[j].offset, force)
             j = tree.bodies[j].parent
     return _symmetric(entries, tree.n)
 
@@ -86,7 +85,10 @@ def _fill_in_ground_frame(
 
 
 def _composites(tree: BodyTree, steps: list[Placement]) -> list[CompositeInertia]:
-    own = [CompositeInertia(ca.SX(b.inertia.mass), constant(b.inertia.h), constant(b.inertia.I)) for b in tree.bodies]
+    own = [
+        CompositeInertia(ex.Expression(b.inertia.mass), constant(b.inertia.h), constant(b.inertia.I))
+        for b in tree.bodies
+    ]
     for i, body in reversed(tree.moving):
         if body.parent:
             own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i]))
@@ -104,9 +106,9 @@ def _accumulate(tree: BodyTree, entries: dict[tuple[int, int], Expression], i: i
 
 
 def _symmetric(entries: dict[tuple[int, int], Expression], n: int) -> Expression:
-    zero = ca.SX(0)
+    zero = ex.Expression(0)
     rows = [[entries.get((max(i, j), min(i, j)), zero) for j in range(n)] for i in range(n)]
-    return ca.vertcat(*(ca.horzcat(*row) for row in rows)) if n else ca.SX(0, 0)
+    return ex.vertcat(*(ex.horzcat(*row) for row in rows)) if n else ex.zeros(0, 0)
 
 
 def turned_symmetric(inertia: Expression, step: Placement) -> Expression:
@@ -124,7 +126,7 @@ def turned_symmetric(inertia: Expression, step: Placement) -> Expression:
 def _from_six(
     xx: Expression, yy: Expression, zz: Expression, xy: Expression, xz: Expression, yz: Expression
 ) -> Expression:
-    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    return ex.vertcat(ex.horzcat(xx, xy, xz), ex.horzcat(xy, yy, yz), ex.horzcat(xz, yz, zz))
 
 
 def _shift(p: Expression, g: Expression) -> Expression:

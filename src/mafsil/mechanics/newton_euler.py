@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.twist_chain import TwistChain, ad
@@ -52,20 +52,22 @@ def newton_euler(
         F_tip: (6,) wrench the tip exerts on the world, in {tip}; None for none.
         V_0, dV_0: (6,) twist of the ground frame {s} and its true derivative, in {s}; None for rest.
     """
-    X, coupling = chain.adjoints(q), ca.SX(ca.DM(chain.coupling))
+    X, coupling = chain.adjoints(q), ex.Expression(chain.coupling)
     rates, accelerations = coupling @ qd, coupling @ qdd
-    fall = ca.SX(ca.DM(np.concatenate([np.zeros(3), chain.gravity])))
-    rest = ca.SX(6, 1)
+    fall = ex.Expression(np.concatenate([np.zeros(3), chain.gravity]))
+    rest = ex.zeros(6, 1)
     V_base, dV_base = rest if V_0 is None else V_0, (rest if dV_0 is None else dV_0) - fall
     V: list[Expression] = []
     dV: list[Expression] = []
     for i, p in enumerate(chain.parent):
-        A = ca.SX(ca.DM(chain.A[i]))
+        A = ex.Expression(chain.A[i])
         V.append(X[i] @ (V[p] if p >= 0 else V_base) + A * rates[i])
         dV.append(X[i] @ (dV[p] if p >= 0 else dV_base) + ad(V[i]) @ A * rates[i] + A * accelerations[i])
     F = _wrenches(chain, X, V, dV, F_tip)
-    efforts = [ca.dot(ca.DM(chain.A[i]), F[i]) + chain.armature[i] * accelerations[i] for i in range(chain.count)]
-    return Recursion(V, dV, F, coupling.T @ ca.vertcat(*efforts))
+    efforts = [
+        ex.dot(ex.Expression(chain.A[i]), F[i]) + chain.armature[i] * accelerations[i] for i in range(chain.count)
+    ]
+    return Recursion(V, dV, F, coupling.T @ ex.vertcat(*efforts))
 
 
 def twist_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
@@ -78,12 +80,12 @@ def _wrenches(
 ) -> list[Expression]:
     F: list[Expression] = []
     for i in range(chain.count):
-        G = ca.SX(ca.DM(chain.G[i]))
+        G = ex.Expression(chain.G[i])
         F.append(G @ dV[i] - ad(V[i]).T @ (G @ V[i]))
     if F_tip is not None and chain.tip_body >= 0:
-        R, p = ca.DM(chain.T_tip[:3, :3]), ca.DM(chain.T_tip[:3, 3])
+        R, p = ex.Expression(chain.T_tip[:3, :3]), ex.Expression(chain.T_tip[:3, 3])
         f = R @ F_tip[3:]
-        F[chain.tip_body] = F[chain.tip_body] + ca.vertcat(R @ F_tip[:3] + ca.cross(p, f), f)
+        F[chain.tip_body] = F[chain.tip_body] + ex.vertcat(R @ F_tip[:3] + ex.cross(p, f), f)
     for i in reversed(range(chain.count)):
         p = chain.parent[i]
         if p >= 0:

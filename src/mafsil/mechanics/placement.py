@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.model import JointKind
 
-Expression: TypeAlias = Any
-"""A CasADi SX: column vector or matrix."""
+Expression: TypeAlias = ex.Expression
+"""A scalar, column vector or matrix."""
 
 QUARTER_DUST = 1e-11
 """Joint offsets closer than this to a quarter turn [rad] are exact quarter turns."""
@@ -44,7 +44,7 @@ class Placement:
     def to_child(self, x: Expression) -> Expression:
         """A vector given in {p}, in {i}."""
         x = self.R.T @ x
-        return ca.vertcat(
+        return ex.vertcat(
             self.cosine * x[0] + self.sine * x[1],
             self.cosine * x[1] - self.sine * x[0],
             x[2],
@@ -52,7 +52,7 @@ class Placement:
 
     def to_parent(self, x: Expression) -> Expression:
         """A vector given in {i}, in {p}."""
-        return self.R @ ca.vertcat(
+        return self.R @ ex.vertcat(
             self.cosine * x[0] - self.sine * x[1],
             self.sine * x[0] + self.cosine * x[1],
             x[2],
@@ -66,31 +66,31 @@ def placements(tree: BodyTree, q: Expression) -> list[Placement]:
         tree: the bodies.
         q: (n,) joint coordinates [rad | m].
     """
-    return [_placement(tree.bodies[0], 0.0), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
+    return [_placement(tree.bodies[0], ex.zeros(1)), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
 
 
 def joint_values(tree: BodyTree, x: Expression) -> list[Expression]:
     """Rates or accelerations of the joints (base first) from those of the coordinates (n,)."""
-    return [0.0, *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
+    return [ex.zeros(1), *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
 
 
 def coordinate_efforts(tree: BodyTree, efforts: Sequence[Expression]) -> Expression:
     """(n,) efforts of the coordinates from those of the joints (base first): the dual of `joint_values`."""
-    total: list[Expression] = [ca.SX(0)] * tree.n
+    total: list[Expression] = [ex.Expression(0)] * tree.n
     for i, body in tree.moving:
         total[body.coordinate] = total[body.coordinate] + _times(body.multiplier, efforts[i])
-    return ca.vertcat(*total)
+    return ex.vertcat(*total)
 
 
 def world_placements(tree: BodyTree, steps: Sequence[Placement]) -> tuple[list[Expression], list[Expression]]:
     """Rotations and origins of all bodies in the base frame {0}: R_0i (3, 3), p_0i (3,)."""
-    R, p = [ca.SX(ca.DM.eye(3))], [ca.SX(3, 1)]
+    R, p = [ex.eye(3)], [ex.zeros(3, 1)]
     for i, body in tree.moving:
         step = steps[i]
         turned = R[body.parent] @ step.R
         p.append(p[body.parent] + R[body.parent] @ step.offset)
         R.append(
-            ca.horzcat(
+            ex.horzcat(
                 turned[:, 0] * step.cosine + turned[:, 1] * step.sine,
                 turned[:, 1] * step.cosine - turned[:, 0] * step.sine,
                 turned[:, 2],
@@ -118,27 +118,27 @@ def poses_inward(
     poses: dict[int, tuple[Expression, Expression]] = {}
     for i in reversed(tree.path(frame.body)):
         poses[i] = R, p
-        p = ca.densify(steps[i].offset + steps[i].to_parent(p))
-        R = ca.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3)))
+        p = steps[i].offset + steps[i].to_parent(p)
+        R = ex.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3)))
     return poses | {0: (R, p)}
 
 
 def constant(values: Floats) -> Expression:
     """A constant matrix or vector whose zeros are structural, so that they cost nothing."""
-    return ca.SX(ca.sparsify(ca.DM(np.asarray(values, dtype=float))))
+    return ex.Expression(np.asarray(values, dtype=float))
 
 
 def _placement(body: Body, q: Expression) -> Placement:
     x = _times(body.multiplier, q)
     along_z = constant(body.R[:, 2])
-    origin = ca.SX(ca.DM(body.p))
+    origin = ex.Expression(body.p)
     match body.kind:
         case JointKind.PRISMATIC:
-            return Placement(constant(body.R), 1.0, 0.0, ca.densify(origin + along_z * (x + body.offset)), 0.0, 1.0)
+            return Placement(constant(body.R), ex.ones(1), ex.zeros(1), origin + along_z * (x + body.offset), 0.0, 1.0)
         case JointKind.HELICAL:
             cosine, sine = _cosine_sine(x, body.offset)
             advance = along_z * (body.pitch * (x + body.offset))
-            return Placement(constant(body.R), cosine, sine, ca.densify(origin + advance), 1.0, body.pitch)
+            return Placement(constant(body.R), cosine, sine, origin + advance, 1.0, body.pitch)
         case _:
             cosine, sine = _cosine_sine(x, body.offset)
             return Placement(constant(body.R), cosine, sine, origin, 1.0, 0.0)
@@ -149,7 +149,7 @@ def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
     quarters = round(offset / (pi / 2))
     rest = offset - quarters * pi / 2
     angle = x if abs(rest) < QUARTER_DUST else x + rest
-    cosine, sine = ca.cos(angle), ca.sin(angle)
+    cosine, sine = ex.cos(angle), ex.sin(angle)
     return [(cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine)][quarters % 4]
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import nan, pi
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import se3, so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.forward_kinematics import forward_kinematics
@@ -20,7 +19,7 @@ OPPOSITE = 1e-12
 """Sine below which opposite axes are turned about any normal."""
 
 
-def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ca.Function:
+def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ex.Function:
     """Of (q, T_sd, task) to 16 numbers of T_sf and 6 of the twist e that is left, as in `step`.
 
     Args:
@@ -29,14 +28,12 @@ def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ca.Functio
         one_axis: only the direction of the task's axis counts, not the turn about it.
     """
     goal = _Goal(mechanism, frame, one_axis)
-    return ca.Function(
-        "pose_check", goal.inputs, [ca.cse(ca.densify(ca.vertcat(ca.reshape(goal.T_sf.T, 16, 1), goal.twist)))]
-    )
+    return ex.Function("pose_check", goal.inputs, [ex.cse(ex.vertcat(ex.reshape(goal.T_sf.T, 16, 1), goal.twist))])
 
 
 def step(
     mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
-) -> ca.Function:
+) -> ex.Function:
     """Of (q, T_sd, task) to q_next of n and e of 6 numbers; task = weights (6), axis (3), lower (n), upper (n).
 
     q_next = clip(q + W J' (J J' + lambda I)^-1 e),  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),
@@ -58,13 +55,13 @@ def step(
     """
     goal = _Goal(mechanism, frame, one_axis)
     J, e = goal.weighted()
-    dq = goal.pursued(J, e, relative * ca.fmin(ca.dot(e, e), FAR) + least, length)
-    return ca.Function("pose_step", goal.inputs, [ca.cse(ca.densify(ca.vertcat(goal.clipped(dq), goal.twist)))])
+    dq = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
+    return ex.Function("pose_step", goal.inputs, [ex.cse(ex.vertcat(goal.clipped(dq), goal.twist))])
 
 
 def step_with_wish(
     mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
-) -> ca.Function:
+) -> ex.Function:
     """As `step`, of (q, T_sd, task, z): what the task leaves free moves as wished; then n numbers of that motion.
 
     dq = z + J# (e - J z),  self-motion = z - J# J z
@@ -75,21 +72,19 @@ def step_with_wish(
         mechanism, frame, one_axis, relative, least, length: as of the step without a wish.
     """
     goal = _Goal(mechanism, frame, one_axis)
-    z = ca.SX.sym("z", goal.n)
+    z = ex.symbol("z", goal.n)
     J, e = goal.weighted()
-    towards = goal.pursued(J, e, relative * ca.fmin(ca.dot(e, e), FAR) + least, length)
+    towards = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
     J = goal.held(J, J.T @ e)
     free = z
     # Joints that the self-motion would push through their bounds are held, then those that the rest pushes.
     for _ in range(2):
-        free = free - _damped(J, J @ free, ca.SX(least))
+        free = free - _damped(J, J @ free, ex.Expression(least))
         J = goal.held(J, free)
-        free = ca.vertcat(*(ca.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
-    free = free - _damped(J, J @ free, ca.SX(least))
+        free = ex.vertcat(*(ex.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
+    free = free - _damped(J, J @ free, ex.Expression(least))
     moved = goal.clipped(towards + free)
-    return ca.Function(
-        "pose_step_with_wish", [*goal.inputs, z], [ca.cse(ca.densify(ca.vertcat(moved, goal.twist, free)))]
-    )
+    return ex.Function("pose_step_with_wish", [*goal.inputs, z], [ex.cse(ex.vertcat(moved, goal.twist, free))])
 
 
 class _Goal:
@@ -101,78 +96,78 @@ class _Goal:
         self.slides = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
         self.one_axis = one_axis
-        self.q, wanted = ca.SX.sym("q", self.n), ca.SX.sym("T_sd", 16)
-        task = ca.SX.sym("task", 9 + 2 * self.n)
+        self.q, wanted = ex.symbol("q", self.n), ex.symbol("T_sd", 16)
+        task = ex.symbol("task", 9 + 2 * self.n)
         self.inputs = [self.q, wanted, task]
         self.weights, self.axis = task[:6], task[6:9]
         self.lower, self.upper = task[9 : 9 + self.n], task[9 + self.n :]
         self.T_sf = forward_kinematics(self.tree, self.q, self.attachment)
-        T_sd = ca.reshape(wanted, 4, 4).T
+        T_sd = ex.reshape(wanted, 4, 4).T
         R = se3.rotation(self.T_sf)
         turn = R.T @ se3.rotation(T_sd)
         angular = _least_turn(self.axis, turn @ self.axis) if one_axis else so3.log(turn)
-        self.twist = ca.vertcat(angular, R.T @ (se3.translation(T_sd) - se3.translation(self.T_sf)))
+        self.twist = ex.vertcat(angular, R.T @ (se3.translation(T_sd) - se3.translation(self.T_sf)))
 
-    def weighted(self) -> tuple[ca.SX, ca.SX]:
+    def weighted(self) -> tuple[ex.Expression, ex.Expression]:
         """Jacobian (6, n) and twist (6) times the weights."""
-        J = ca.densify(jacobian_body(self.tree, self.q, self.attachment))
+        J = jacobian_body(self.tree, self.q, self.attachment)
         if self.one_axis:
-            J = ca.vertcat(J[:3, :] - self.axis @ (self.axis.T @ J[:3, :]), J[3:, :])
-        return J * ca.repmat(self.weights, 1, self.n), self.twist * self.weights
+            J = ex.vertcat(J[:3, :] - self.axis @ (self.axis.T @ J[:3, :]), J[3:, :])
+        return J * ex.repmat(self.weights, 1, self.n), self.twist * self.weights
 
-    def pushed(self, i: int, change: ca.SX) -> ca.SX:
+    def pushed(self, i: int, change: ex.Expression) -> ex.Expression:
         """Whether joint i is at a bound and the change would push it further."""
-        below = ca.logic_and(self.q[i] <= self.lower[i], change < 0)
-        return ca.logic_or(below, ca.logic_and(self.q[i] >= self.upper[i], change > 0))
+        below = ex.logic_and(self.q[i] <= self.lower[i], change < 0)
+        return ex.logic_or(below, ex.logic_and(self.q[i] >= self.upper[i], change > 0))
 
-    def held(self, J: ca.SX, descent: ca.SX) -> ca.SX:
+    def held(self, J: ex.Expression, descent: ex.Expression) -> ex.Expression:
         """J without the columns of joints that are at a bound and pushed further."""
-        columns = [ca.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
-        return ca.horzcat(*columns) if columns else J
+        columns = [ex.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
+        return ex.horzcat(*columns) if columns else J
 
-    def pursued(self, J: ca.SX, e: ca.SX, damping: ca.SX, length: float) -> ca.SX:
+    def pursued(self, J: ex.Expression, e: ex.Expression, damping: ex.Expression, length: float) -> ex.Expression:
         """(n,) the damped change of the joints that brings e down, sliding joints in units of the length."""
-        units = ca.DM([length if slides else 1.0 for slides in self.slides])
-        J = self.held(J, J.T @ e) @ ca.diag(units) if any(self.slides) else self.held(J, J.T @ e)
+        units = ex.Expression([length if slides else 1.0 for slides in self.slides])
+        J = self.held(J, J.T @ e) @ ex.diag(units) if any(self.slides) else self.held(J, J.T @ e)
         return units * _damped(J, e, damping)
 
-    def clipped(self, dq: ca.SX) -> ca.SX:
+    def clipped(self, dq: ex.Expression) -> ex.Expression:
         """Q + dq within the bounds."""
-        return ca.fmin(ca.fmax(self.q + dq, self.lower), self.upper)
+        return ex.fmin(ex.fmax(self.q + dq, self.lower), self.upper)
 
 
-def _least_turn(a: ca.SX, b: ca.SX) -> ca.SX:
+def _least_turn(a: ex.Expression, b: ex.Expression) -> ex.Expression:
     """(3,) rotation vector of least length that takes unit vector a to b, normal to a."""
-    normal = ca.cross(a, b)
-    sine, cosine = ca.sqrt(ca.sumsqr(normal)), ca.dot(a, b)
+    normal = ex.cross(a, b)
+    sine, cosine = ex.sqrt(ex.sumsqr(normal)), ex.dot(a, b)
     small = sine < OPPOSITE
-    ratio = ca.atan2(sine, cosine) / ca.if_else(small, 1, sine)
-    side = ca.if_else(a[2] * a[2] < 0.5, ca.vertcat(a[1], -a[0], 0), ca.vertcat(0, a[2], -a[1]))
-    half = pi * side / ca.sqrt(ca.sumsqr(side))
-    return ca.if_else(small, ca.if_else(cosine < 0, half, normal), ratio * normal)
+    ratio = ex.atan2(sine, cosine) / ex.if_else(small, 1, sine)
+    side = ex.if_else(a[2] * a[2] < 0.5, ex.vertcat(a[1], -a[0], 0), ex.vertcat(0, a[2], -a[1]))
+    half = pi * side / ex.sqrt(ex.sumsqr(side))
+    return ex.if_else(small, ex.if_else(cosine < 0, half, normal), ratio * normal)
 
 
-def _damped(J: ca.SX, e: ca.SX, damping: ca.SX) -> ca.SX:
+def _damped(J: ex.Expression, e: ex.Expression, damping: ex.Expression) -> ex.Expression:
     """(n,) J' (J J' + damping I)^-1 e, by the smaller of the two matrices."""
     m, n = J.shape
     if n < m:
-        return _solved(J.T @ J + damping * ca.SX.eye(n), J.T @ e)
-    return J.T @ _solved(J @ J.T + damping * ca.SX.eye(m), e)
+        return _solved(J.T @ J + damping * ex.eye(n), J.T @ e)
+    return J.T @ _solved(J @ J.T + damping * ex.eye(m), e)
 
 
-def _solved(A: ca.SX, b: ca.SX) -> ca.SX:
+def _solved(A: ex.Expression, b: ex.Expression) -> ex.Expression:
     """X of A x = b by Cholesky's factors; NaN where A is not positive definite."""
     m = b.shape[0]
-    L = ca.SX.zeros(m, m)
+    L = ex.zeros(m, m)
     for j in range(m):
-        pivot = A[j, j] - ca.sumsqr(L[j, :j]) if j else A[j, j]
-        L[j, j] = 1 / ca.sqrt(ca.if_else(pivot > 0, pivot, nan))
+        pivot = A[j, j] - ex.sumsqr(L[j, :j]) if j else A[j, j]
+        L[j, j] = 1 / ex.sqrt(ex.if_else(pivot > 0, pivot, nan))
         for i in range(j + 1, m):
-            rest = A[i, j] - (ca.dot(L[i, :j], L[j, :j]) if j else 0)
+            rest = A[i, j] - (ex.dot(L[i, :j], L[j, :j]) if j else 0)
             L[i, j] = rest * L[j, j]
-    x = ca.SX.zeros(m, 1)
+    x = ex.zeros(m, 1)
     for j in range(m):
-        x[j] = (b[j] - (ca.dot(L[j, :j].T, x[:j]) if j else 0)) * L[j, j]
+        x[j] = (b[j] - (ex.dot(L[j, :j].T, x[:j]) if j else 0)) * L[j, j]
     for j in reversed(range(m)):
-        x[j] = (x[j] - (ca.dot(L[j + 1 :, j], x[j + 1 :]) if j + 1 < m else 0)) * L[j, j]
+        x[j] = (x[j] - (ex.dot(L[j + 1 :, j], x[j + 1 :]) if j + 1 < m else 0)) * L[j, j]
     return x

@@ -1,7 +1,7 @@
 """The catalogue of quantities: one row for each algorithm, read by Robot, CLI, documentation, tests and benchmarks.
 
 A new algorithm is one function of a `BodyTree` and expressions, plus one row here. Builders are named, not imported:
-the catalogue is read at every start, CasADi is needed only when a kernel has to be built.
+the catalogue is read at every start, expressions are needed only when a kernel has to be built.
 """
 
 from __future__ import annotations
@@ -10,9 +10,12 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mafsil.errors import InputError
+
+if TYPE_CHECKING:
+    from mafsil.expression import Expression
 
 INPUTS: Mapping[str, tuple[str | int, ...]] = MappingProxyType(
     {
@@ -75,7 +78,7 @@ class Quantity:
     expressed_in: str = ""
     beside: tuple[tuple[str, ...], str] = ((), "")
 
-    def build(self, others: Collection[str] = ()) -> Callable[..., Any]:
+    def build(self, others: Collection[str] = ()) -> Callable[..., Expression]:
         """The builder function.
 
         Args:

@@ -8,8 +8,7 @@ Reference: Atkeson, An & Hollerbach 1986; Khalil & Dombre, Modeling, Identificat
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import body_motion, spin_acceleration
 from mafsil.mechanics.jacobian import jacobian_body
@@ -28,7 +27,7 @@ def regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) ->
     Reference: as the module.
     """
     blocks = [frame_regressor(tree, q, qd, qdd, frame) for frame in tree.frames.values()]
-    return ca.vertcat(*(block[i, :] for i in range(tree.n) for block in blocks))
+    return ex.vertcat(*(block[i, :] for i in range(tree.n) for block in blocks))
 
 
 def frame_regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression, frame: Attachment) -> Expression:
@@ -48,24 +47,24 @@ def frame_regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expressi
     motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
     R, p, i = constant(frame.R), constant(frame.p), frame.body
     U = motion.U[i]
-    alpha = ca.vertcat(U[2, 1] - U[1, 2], U[0, 2] - U[2, 0], U[1, 0] - U[0, 1]) / 2
+    alpha = ex.vertcat(U[2, 1] - U[1, 2], U[0, 2] - U[2, 0], U[1, 0] - U[0, 1]) / 2
     columns = _wrench_columns(R.T @ motion.omega[i], R.T @ alpha, R.T @ (motion.a[i] + U @ p))
     return jacobian_body(tree, q, frame).T @ columns
 
 
 def _wrench_columns(w: Expression, alpha: Expression, a: Expression) -> Expression:
     """(6, 10) wrench (m, f) per parameter."""
-    by_inertia = _inertia_times(alpha) + ca.skew(w) @ _inertia_times(w)
-    moment = ca.horzcat(ca.SX(3, 1), -ca.skew(a), by_inertia)
-    force = ca.horzcat(a, spin_acceleration(w, alpha), ca.SX(3, 6))
-    return ca.vertcat(moment, force)
+    by_inertia = _inertia_times(alpha) + ex.skew(w) @ _inertia_times(w)
+    moment = ex.horzcat(ex.zeros(3, 1), -ex.skew(a), by_inertia)
+    force = ex.horzcat(a, spin_acceleration(w, alpha), ex.zeros(3, 6))
+    return ex.vertcat(moment, force)
 
 
 def _inertia_times(x: Expression) -> Expression:
     """(3, 6): I x per entry (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of I."""
-    zero = ca.SX(1, 1)
-    return ca.vertcat(
-        ca.horzcat(x[0], zero, zero, x[1], x[2], zero),
-        ca.horzcat(zero, x[1], zero, x[0], zero, x[2]),
-        ca.horzcat(zero, zero, x[2], zero, x[0], x[1]),
+    zero = ex.zeros(1, 1)
+    return ex.vertcat(
+        ex.horzcat(x[0], zero, zero, x[1], x[2], zero),
+        ex.horzcat(zero, x[1], zero, x[0], zero, x[2]),
+        ex.horzcat(zero, zero, x[2], zero, x[0], x[1]),
     )

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.placement import Expression
@@ -72,10 +72,10 @@ def stacked_form(mechanism: Mechanism, q: JointVector, qd: JointVector) -> Stack
         InputError: a wrong shape, NaN or infinity.
     """
     values = [gate(name, x, (mechanism.n,), finite=True) for name, x in (("q", q), ("qd", qd))]
-    symbols = [ca.SX.sym(name, mechanism.n) for name in ("q", "qd")]
+    symbols = [ex.symbol(name, mechanism.n) for name in ("q", "qd")]
     matrices = stacked_expressions(TwistChain.of(lumped(mechanism)), *symbols)
-    function = ca.Function("stacked", symbols, [ca.densify(matrices[name]) for name in NAMES], {"cse": True})
-    results = [np.array(x.full()) for x in function.call([ca.DM(x) for x in values])]
+    function = ex.Function("stacked", symbols, [matrices[name] for name in NAMES], cse=True)
+    results = [np.array(x.full()) for x in function.call([ex.Expression(x) for x in values])]
     vectors = ("V", "dV_base", "c", "g")
     return StackedForm(*(x.ravel() if name in vectors else x for name, x in zip(NAMES, results, strict=True)))
 
@@ -87,12 +87,12 @@ def stacked_expressions(chain: TwistChain, q: Expression, qd: Expression) -> dic
         chain: the bodies.
         q, qd: (n,) symbols or expressions.
     """
-    N, coupling = chain.count, ca.SX(ca.DM(chain.coupling))
-    rates, screws = coupling @ qd, [ca.SX(ca.DM(A)) for A in chain.A]
-    G = ca.diagcat(*(ca.SX(ca.sparsify(ca.DM(G))) for G in chain.G))
-    A = ca.diagcat(*screws) @ coupling
-    Gamma, dV_base = ca.SX(6 * N, 6 * N), ca.SX(6 * N, 1)
-    fall = ca.DM(np.concatenate([np.zeros(3), chain.gravity]))
+    N, coupling = chain.count, ex.Expression(chain.coupling)
+    rates, screws = coupling @ qd, [ex.Expression(A) for A in chain.A]
+    G = ex.diagcat(*(ex.Expression(G) for G in chain.G))
+    A = ex.diagcat(*screws) @ coupling
+    Gamma, dV_base = ex.zeros(6 * N, 6 * N), ex.zeros(6 * N, 1)
+    fall = ex.Expression(np.concatenate([np.zeros(3), chain.gravity]))
     for i, (p, X) in enumerate(zip(chain.parent, chain.adjoints(q), strict=True)):
         if p >= 0:
             Gamma[6 * i : 6 * i + 6, 6 * p : 6 * p + 6] = X
@@ -100,13 +100,13 @@ def stacked_expressions(chain: TwistChain, q: Expression, qd: Expression) -> dic
             dV_base[6 * i : 6 * i + 6] = -X @ fall
     L = neumann_sum(Gamma, N)
     V = L @ A @ qd
-    ad_Aqd = ca.diagcat(*(ad(screws[i] * rates[i]) for i in range(N)))
-    ad_V = ca.diagcat(*(ad(V[6 * i : 6 * i + 6]) for i in range(N)))
+    ad_Aqd = ex.diagcat(*(ad(screws[i] * rates[i]) for i in range(N)))
+    ad_V = ex.diagcat(*(ad(V[6 * i : 6 * i + 6]) for i in range(N)))
     momenta = G @ V
-    duals = ca.diagcat(*(_momentum_block(momenta[6 * i : 6 * i + 6]) for i in range(N)))
+    duals = ex.diagcat(*(_momentum_block(momenta[6 * i : 6 * i + 6]) for i in range(N)))
     LA = L @ A
     carried = G @ L @ ad_Aqd @ Gamma
-    armature = coupling.T @ ca.diag(ca.DM(chain.armature)) @ coupling
+    armature = coupling.T @ ex.diag(ex.Expression(chain.armature)) @ coupling
     C_newton_euler = -LA.T @ (carried + ad_V.T @ G) @ LA
     return {
         "A": A,
@@ -128,7 +128,7 @@ def stacked_expressions(chain: TwistChain, q: Expression, qd: Expression) -> dic
 
 def neumann_sum(Gamma: Expression, N: int) -> Expression:
     """I + Gamma + ... + Gamma^(N-1), the inverse of I - Gamma for a nilpotent Gamma."""
-    one = ca.SX(ca.DM.eye(Gamma.shape[0]))
+    one = ex.eye(Gamma.shape[0])
     total = one
     for _ in range(N - 1):
         total = one + Gamma @ total
@@ -137,5 +137,5 @@ def neumann_sum(Gamma: Expression, N: int) -> Expression:
 
 def _momentum_block(P: Expression) -> Expression:
     """-[[ [m], [f] ], [ [f], 0 ]] of a momentum (m, f)."""
-    m, f = ca.skew(P[:3]), ca.skew(P[3:])
-    return -ca.vertcat(ca.horzcat(m, f), ca.horzcat(f, ca.SX(3, 3)))
+    m, f = ex.skew(P[:3]), ex.skew(P[3:])
+    return -ex.vertcat(ex.horzcat(m, f), ex.horzcat(f, ex.zeros(3, 3)))

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.com_frames import adjoint_of, body_com_frames, inverse_of
@@ -86,7 +86,7 @@ class TwistChain:
 
         T_pi = home exp([A_i] theta_i)
         """
-        theta = ca.SX(ca.DM(self.coupling)) @ q
+        theta = ex.Expression(self.coupling) @ q
         return [_adjoint_inverse(self.home[i], self.A[i], theta[i]) for i in range(self.count)]
 
 
@@ -98,8 +98,8 @@ def spatial_matrix(mass: float, h: Floats, inertia: Floats) -> Floats:
 
 def ad(V: Expression) -> Expression:
     """[ad_V] (6, 6) with [ad_V] W = [V, W]."""
-    w, v = ca.skew(V[:3]), ca.skew(V[3:])
-    return ca.vertcat(ca.horzcat(w, ca.SX(3, 3)), ca.horzcat(v, w))
+    w, v = ex.skew(V[:3]), ex.skew(V[3:])
+    return ex.vertcat(ex.horzcat(w, ex.zeros(3, 3)), ex.horzcat(v, w))
 
 
 def _screw(kind: JointKind, pitch: float) -> Floats:
@@ -112,15 +112,15 @@ def _adjoint_inverse(home: Floats, A: Floats, theta: Expression) -> Expression:
     w, v = A[:3], A[3:]
     rate = float(np.linalg.norm(w))
     if rate == 0.0:
-        R, p = ca.SX(ca.DM.eye(3)), ca.SX(ca.DM(v)) * theta
+        R, p = ex.eye(3), ex.Expression(v) * theta
     else:
-        K = ca.DM(np.cross(w, np.eye(3)).T / rate)
+        K = ex.Expression(np.cross(w, np.eye(3)).T / rate)
         angle = rate * theta
-        R = ca.DM.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
-        slide = theta * ca.DM.eye(3) + (1 - ca.cos(angle)) / rate * K + (theta - ca.sin(angle) / rate) * (K @ K)
-        p = slide @ ca.DM(v)
-    R_pi, p_pi = ca.DM(home[:3, :3]) @ R, ca.DM(home[:3, 3]) + ca.DM(home[:3, :3]) @ p
-    return ca.vertcat(
-        ca.horzcat(R_pi.T, ca.SX(3, 3)),
-        ca.horzcat(-R_pi.T @ ca.skew(p_pi), R_pi.T),
+        R = ex.eye(3) + ex.sin(angle) * K + (1 - ex.cos(angle)) * (K @ K)
+        slide = theta * ex.eye(3) + (1 - ex.cos(angle)) / rate * K + (theta - ex.sin(angle) / rate) * (K @ K)
+        p = slide @ ex.Expression(v)
+    R_pi, p_pi = ex.Expression(home[:3, :3]) @ R, ex.Expression(home[:3, 3]) + ex.Expression(home[:3, :3]) @ p
+    return ex.vertcat(
+        ex.horzcat(R_pi.T, ex.zeros(3, 3)),
+        ex.horzcat(-R_pi.T @ ex.skew(p_pi), R_pi.T),
     )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.inverse_dynamics import inverse_dynamics, velocity_torque
 from mafsil.mechanics.placement import Expression
@@ -20,10 +19,10 @@ def centrifugal_torque(tree: BodyTree, q: Expression, qd: Expression) -> Express
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.1.1.
     """
-    weightless, still = replace(tree, gravity=0.0 * tree.gravity), ca.SX(tree.n, 1)
-    total = ca.SX(tree.n, 1)
+    weightless, still = replace(tree, gravity=0.0 * tree.gravity), ex.zeros(tree.n, 1)
+    total = ex.zeros(tree.n, 1)
     for j in range(tree.n):
-        alone = ca.SX(tree.n, 1)
+        alone = ex.zeros(tree.n, 1)
         alone[j] = qd[j]
         total = total + inverse_dynamics(weightless, q, alone, still)
     return total

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, RigidInertia
 from mafsil.mechanics.placement import Expression, Placement, constant
 
@@ -21,14 +20,14 @@ class Wrench:
     @staticmethod
     def zero() -> Wrench:
         """None at all."""
-        return Wrench(ca.SX(3, 1), ca.SX(3, 1))
+        return Wrench(ex.zeros(3, 1), ex.zeros(3, 1))
 
     @staticmethod
     def at(frame: Attachment, F: Expression) -> Wrench:
         """A wrench (6,) given in an attached frame, at the origin and in the axes of the body's frame."""
         R, p = constant(frame.R), constant(frame.p)
         f = R @ F[3:]
-        return Wrench(R @ F[:3] + ca.cross(p, f), f)
+        return Wrench(R @ F[:3] + ex.cross(p, f), f)
 
     @staticmethod
     def of_motion(
@@ -42,7 +41,7 @@ class Wrench:
             spin: (3, 3) U = [alpha] + [omega]^2.
         """
         h, rotational = constant(inertia.h), constant(inertia.I)
-        moment = rotational @ alpha + ca.cross(omega, rotational @ omega) + ca.cross(h, a)
+        moment = rotational @ alpha + ex.cross(omega, rotational @ omega) + ex.cross(h, a)
         return Wrench(moment, inertia.mass * a + spin @ h)
 
     def __add__(self, other: Wrench) -> Wrench:
@@ -51,7 +50,7 @@ class Wrench:
     def in_parent(self, step: Placement) -> Wrench:
         """At the origin and in the axes of the parent's frame."""
         f = step.to_parent(self.f)
-        return Wrench(step.to_parent(self.m) + ca.cross(step.offset, f), f)
+        return Wrench(step.to_parent(self.m) + ex.cross(step.offset, f), f)
 
     def along(self, step: Placement) -> Expression:
         """Its effort on the joint."""
@@ -60,7 +59,7 @@ class Wrench:
     def seen_from(self, frame: Attachment) -> Expression:
         """(6,) at the origin and in the axes of an attached frame: the inverse of `at`."""
         R, p = constant(frame.R), constant(frame.p)
-        return ca.vertcat(R.T @ (self.m - ca.cross(p, self.f)), R.T @ self.f)
+        return ex.vertcat(R.T @ (self.m - ex.cross(p, self.f)), R.T @ self.f)
 
 
 def transmitted(

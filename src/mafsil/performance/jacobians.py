@@ -174,7 +174,7 @@ def symbolic_jacobian_by_inspection(
     kinds: str | None = None,
     pitches: Sequence[Any] | None = None,
 ) -> list[list[Any]]:
-    """`jacobian_by_inspection` of symbols: entries that add and multiply, such as those of SymPy or CasADi.
+    """`jacobian_by_inspection` of symbols: entries that add and multiply, such as those of SymPy.
 
     Args:
         directions: n unit vectors along the axes; nothing is normalised.

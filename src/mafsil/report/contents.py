@@ -22,7 +22,7 @@ from mafsil.model import JointKind
 from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
 
-PACKAGES = ("mafsil", "numpy", "scipy", "casadi", "llvmlite", "msgspec")
+PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 MOST_POSES = 60_000
 """Of all bodies in all frames: a long replay gets fewer frames, so that the page stays below some megabytes."""
 Rows: TypeAlias = NDArray[np.intp]

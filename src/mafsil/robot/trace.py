@@ -1,13 +1,16 @@
-"""From a mechanism and rows of the catalogue to a CasADi function: the only place where joint symbols are made."""
+"""From a mechanism and rows of the catalogue to a function: the only place where joint symbols are made."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mafsil.kernels.layout import Port, Signature
 from mafsil.mechanics.quantities import INPUTS, Quantity
 from mafsil.model import Mechanism
+
+if TYPE_CHECKING:
+    from mafsil.expression import Expression, Function
 
 
 def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...] = ()) -> Signature:
@@ -40,8 +43,8 @@ def joint_signature(mechanism: Mechanism, quantities: Sequence[Quantity], option
     return Signature("_and_".join(row.name for row in quantities), inputs, outputs, finite=True)
 
 
-def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Any:
-    """The quantity as a casadi.Function of columns, results in row-major order.
+def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional: tuple[str, ...] = ()) -> Function:
+    """The quantity as a function of columns, results in row-major order.
 
     Args:
         mechanism: its numbers become constants of the expression.
@@ -54,10 +57,9 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
 
 def trace_together(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
-) -> Any:
-    """Several quantities as one casadi.Function: what they have in common is there once; arguments as in `trace`."""
-    import casadi as ca
-
+) -> Function:
+    """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
+    import mafsil.expression as ex
     from mafsil.mechanics.body_tree import lumped
     from mafsil.mechanics.gauge import regauged
     from mafsil.mechanics.regrouping import regrouped
@@ -65,14 +67,13 @@ def trace_together(
     tree = regauged(lumped(mechanism))
     light = regrouped(tree)
     ports = joint_signature(mechanism, quantities, optional)
-    symbols = {port.name: ca.SX.sym(port.name, port.size) for port in ports.inputs}
+    symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]
-    columns: list[Any] = []
+    columns: list[Expression] = []
     for row in quantities:
         chosen = light if row.regrouped else tree
         arguments: list[Any] = [symbols.get(name) for name in (*row.inputs, *row.optional)]
         if row.framed:
             arguments.append(chosen.tip if frame is None else chosen.frames[frame])
-        columns.append(ca.vec(ca.SX(row.build(names)(chosen, *arguments)).T))
-    shared: Any = ca.cse(columns)
-    return ca.Function(ports.name, list(symbols.values()), shared)
+        columns.append(ex.vec(row.build(names)(chosen, *arguments).T))
+    return ex.Function(ports.name, list(symbols.values()), columns, cse=True)

@@ -174,7 +174,7 @@ def _key(loop: Loop) -> str:
 
 
 def _build(loop: Loop) -> Any:
-    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    """The function; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics.closed_loop import function
 
     return function(loop)

@@ -151,7 +151,7 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
 
 
 def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, numbers: tuple[float, ...]) -> Any:
-    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    """The function; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics import pose_task
 
     if what == "check":

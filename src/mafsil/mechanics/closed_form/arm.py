@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeAlias
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.subproblem_quartics import linked_circles
 from mafsil.algebra.subproblems import (
     Pair,
@@ -42,7 +41,9 @@ class Arm:
     `patient` asks for members of families whose preferred member is out of reach, at the price of longer code.
     """
 
-    def __init__(self, pattern: ArmPattern, geometry: Geometry, R: ca.SX, p: ca.SX, *, patient: bool) -> None:
+    def __init__(
+        self, pattern: ArmPattern, geometry: Geometry, R: ex.Expression, p: ex.Expression, *, patient: bool
+    ) -> None:
         self.pattern, self.size, self.R, self.p = pattern, geometry.size, R, p
         self.lines = [
             Line(slides, w, r) for slides, w, r in zip(pattern.slides, geometry.axes, geometry.points, strict=True)
@@ -54,7 +55,7 @@ class Arm:
         self.centre, self.meeting = geometry.centre, geometry.meeting
         self.patient = patient
 
-    def hold(self, held: HeldJoint, axis: ca.SX, point: ca.SX, motion: Motion) -> None:
+    def hold(self, held: HeldJoint, axis: ex.Expression, point: ex.Expression, motion: Motion) -> None:
         """Carry all that comes after a held joint along with it, and take its motion off the displacement.
 
         e_1 .. E e_k .. e_m = P  becomes  e_1 .. (E e_k E^-1) .. (E e_m E^-1) = P E^-1
@@ -69,13 +70,13 @@ class Arm:
             self.centre = line.point(self.centre, motion)
         if held.at <= 1:
             self.meeting = line.point(self.meeting, motion)
-        columns = [line.opposite.vector(ca.SX(column), motion) for column in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
-        start = line.opposite.point(ca.SX.zeros(3), motion) if isinstance(motion, Turn) else -motion * line.w
+        columns = [line.opposite.vector(ex.Expression(column), motion) for column in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+        start = line.opposite.point(ex.zeros(3), motion) if isinstance(motion, Turn) else -motion * line.w
         self.p = self.R @ start + self.p
-        self.R = self.R @ ca.horzcat(*columns)
+        self.R = self.R @ ex.horzcat(*columns)
 
 
-Solved: TypeAlias = tuple[list[Posture], list[ca.SX]]
+Solved: TypeAlias = tuple[list[Posture], list[ex.Expression]]
 """The branches of a family, and by how much the forward kinematics of each misses."""
 
 
@@ -96,14 +97,14 @@ def _spherical_wrist(arm: Arm, preferred: list[Turn]) -> Solved:
     w4, w5, w6 = (line.w for line in lines[3:])
     side = aside(w6, w5)
     found: list[Posture] = []
-    misses: list[ca.SX] = []
+    misses: list[ex.Expression] = []
     for one in _arms(arm, centre, target, preferred[:3]):
         tip, beside = (backward(lines[:3], one.motions, R @ x) for x in (w6, side))
         for pair in turns_about_two_axes(w4, w5, w6, tip, (preferred[3], preferred[4])):
             turns = (pair.first.turn, pair.second.turn)
             turned = turns[1].back().about(w5, turns[0].back().about(w4, beside))
             last = turn_between(w6, side, turned)
-            free = (pair.first.free, pair.second.free, ca.SX(0))
+            free = (pair.first.free, pair.second.free, ex.Expression(0))
             posture = one.followed_by((*turns, last), free, pair.first.shortfall, Missed.ORIENTATION.value)
             wrist = triple(w5, w4, turns[1].about(w5, w6))
             found.append(replace(posture, marks=(*posture.marks[:2], wrist)))
@@ -117,7 +118,7 @@ def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
     h, w5, w6 = two.w, five.w, six.w
     target = arm.R @ arm.centre + arm.p
     found: list[Posture] = []
-    misses: list[ca.SX] = []
+    misses: list[ex.Expression] = []
     for motion, free, short, why in to_height(one, h, arm.centre, target, preferred[0], arm.size):
         tip = one.opposite.vector(arm.R @ w6, motion)
         hub = one.opposite.point(target, motion)
@@ -142,10 +143,10 @@ def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
     target = arm.R @ arm.centre + arm.p
     seen = arm.R @ w6
     found: list[Posture] = []
-    misses: list[ca.SX] = []
+    misses: list[ex.Expression] = []
     for first, fifth, mark, short, why in _pairs(arm, seen, target, (preferred[0], preferred[4])):
         motion = first.turn if isinstance(first, Root) else first
-        free = first.free if isinstance(first, Root) else ca.SX(0)
+        free = first.free if isinstance(first, Root) else ex.Expression(0)
         begun = started((motion,), (free,), short, why)
         # Joints 1 and 5 are known to the square root of the rounding where axis 6 comes to be parallel to the three.
         total = turn_onto(h, fifth.turn.about(w5, w6), one.opposite.vector(seen, motion), preferred[1], 30.0)
@@ -159,39 +160,39 @@ def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
 
 
 def _pairs(
-    arm: Arm, seen: ca.SX, target: ca.SX, preferred: tuple[Turn, Turn]
-) -> list[tuple[Root | ca.SX, Root, ca.SX, ca.SX, ca.SX | float]]:
+    arm: Arm, seen: ex.Expression, target: ex.Expression, preferred: tuple[Turn, Turn]
+) -> list[tuple[Root | ex.Expression, Root, ex.Expression, ex.Expression, ex.Expression | float]]:
     """Joints 1 and 5, a mark that vanishes where two solutions merge, shortfall and reason."""
     one, two, _, _, five, six = arm.lines
     h, w1, w5, w6, size = two.w, one.w, five.w, six.w, arm.size
     k = arm.centre - five.r
     if one.slides:
-        pairs: list[tuple[Root | ca.SX, Root, ca.SX, ca.SX, ca.SX | float]] = []
-        for root in turns_to_height(-w5, w6, h, ca.dot(seen, h), preferred[1]):
-            d = ca.dot(h, target - five.r - root.turn.about(w5, k)) / ca.dot(h, w1)
+        pairs: list[tuple[Root | ex.Expression, Root, ex.Expression, ex.Expression, ex.Expression | float]] = []
+        for root in turns_to_height(-w5, w6, h, ex.dot(seen, h), preferred[1]):
+            d = ex.dot(h, target - five.r - root.turn.about(w5, k)) / ex.dot(h, w1)
             mark = triple(w6, w5, root.turn.back().about(w5, h))
             pairs.append((d, root, mark, root.shortfall, Missed.ORIENTATION.value))
         return pairs
     g = target - one.r
-    A = ca.vertcat(_turned_form(w1, seen, h), _turned_form(-w1, h, g) / size)
-    B = ca.vertcat(_turned_form(-w5, w6, h), _turned_form(w5, h, k) / size)
-    constant = ca.vertcat(
-        ca.dot(w5, h) * ca.dot(w5, w6) - ca.dot(w1, h) * ca.dot(seen, w1),
-        (ca.dot(h, five.r - one.r) + ca.dot(h, w5) * ca.dot(w5, k) - ca.dot(h, w1) * ca.dot(w1, g)) / size,
+    A = ex.vertcat(_turned_form(w1, seen, h), _turned_form(-w1, h, g) / size)
+    B = ex.vertcat(_turned_form(-w5, w6, h), _turned_form(w5, h, k) / size)
+    constant = ex.vertcat(
+        ex.dot(w5, h) * ex.dot(w5, w6) - ex.dot(w1, h) * ex.dot(seen, w1),
+        (ex.dot(h, five.r - one.r) + ex.dot(h, w5) * ex.dot(w5, k) - ex.dot(h, w1) * ex.dot(w1, g)) / size,
     )
-    linked: list[tuple[Root | ca.SX, Root, ca.SX, ca.SX, ca.SX | float]] = []
+    linked: list[tuple[Root | ex.Expression, Root, ex.Expression, ex.Expression, ex.Expression | float]] = []
     for first, fifth in linked_circles(A, -B, constant, preferred):
-        x1, x5 = (ca.vertcat(root.turn.c, root.turn.s) for root in (first, fifth))
-        t1, t5 = A @ ca.vertcat(-x1[1], x1[0]), B @ ca.vertcat(-x5[1], x5[0])
-        miss = ca.fmax(*ca.vertsplit(ca.fabs(A @ x1 - B @ x5 - constant)))
-        short = ca.if_else(miss > 1e-9, miss, 0)
+        x1, x5 = (ex.vertcat(root.turn.c, root.turn.s) for root in (first, fifth))
+        t1, t5 = A @ ex.vertcat(-x1[1], x1[0]), B @ ex.vertcat(-x5[1], x5[0])
+        miss = ex.fmax(*ex.vertsplit(ex.fabs(A @ x1 - B @ x5 - constant)))
+        short = ex.if_else(miss > 1e-9, miss, 0)
         linked.append((first, fifth, t1[0] * t5[1] - t1[1] * t5[0], short, Missed.ORIENTATION.value))
     return linked
 
 
-def _turned_form(w: ca.SX, a: ca.SX, x: ca.SX) -> ca.SX:
+def _turned_form(w: ex.Expression, a: ex.Expression, x: ex.Expression) -> ex.Expression:
     """(1, 2) coefficients of cos q and sin q in a . Rot(w, q) x."""
-    return ca.horzcat(ca.dot(a, x) - ca.dot(w, a) * ca.dot(w, x), triple(a, w, x))
+    return ex.horzcat(ex.dot(a, x) - ex.dot(w, a) * ex.dot(w, x), triple(a, w, x))
 
 
 def _complete(
@@ -199,8 +200,8 @@ def _complete(
     preferred: list[Turn],
     begun: Posture,
     pair: Pair,
-    marks: tuple[ca.SX | None, ca.SX],
-    out: tuple[list[Posture], list[ca.SX]],
+    marks: tuple[ex.Expression | None, ex.Expression],
+    out: tuple[list[Posture], list[ex.Expression]],
 ) -> None:
     """Joints 6, 3, 2 and 4 of an arm with three parallel axes: the sum of the turns about them, and joint 5, are known.
 
@@ -217,7 +218,7 @@ def _complete(
     inner = six.opposite.point(five.opposite.point(four.r, fifth), last)
     place = one.opposite.point(R @ inner + arm.p, motion)
     shoulder, wrist = marks
-    sense = ca.SX(1) if shoulder is None else ca.if_else(shoulder < 0, -1, 1)
+    sense = ex.Expression(1) if shoulder is None else ex.if_else(shoulder < 0, -1, 1)
     for bend in to_radius(three, four.r, two, place, preferred[2], arm.size):
         reached = three.point(four.r, bend.turn)
         second = turn_onto(h, reached - two.r, place - two.r, preferred[1], arm.size)
@@ -227,7 +228,7 @@ def _complete(
         )
         posture = posture.followed_by(
             (_signed(rest, s4), fifth, last),
-            (ca.SX(0), pair.second.free, pair.first.free),
+            (ex.Expression(0), pair.second.free, pair.first.free),
             pair.first.shortfall,
             Missed.ORIENTATION.value,
         )
@@ -239,7 +240,7 @@ def _complete(
         out[1].append(_miss(arm, posture, starts, goals, at=at))
 
 
-def _within_reach(arm: Arm, total: Turn, free: ca.SX, hub: ca.SX, centre: ca.SX) -> Turn:
+def _within_reach(arm: Arm, total: Turn, free: ex.Expression, hub: ex.Expression, centre: ex.Expression) -> Turn:
     """Where the sixth axis is parallel to the three and the turn of joint 4's link is free: one that can be reached.
 
     The link turns about `hub`, the placed point of axis 6, `centre` before; if joint 4 comes too far from axis 2 or too
@@ -250,14 +251,14 @@ def _within_reach(arm: Arm, total: Turn, free: ca.SX, hub: ca.SX, centre: ca.SX)
     hinge = hub + total.about(h, across(h, four.r - centre))
     distance = norm(across(h, hinge - two.r))
     upper, lower = (norm(across(h, x)) for x in (three.r - two.r, four.r - three.r))
-    least, most = ca.fabs(upper - lower), upper + lower
+    least, most = ex.fabs(upper - lower), upper + lower
     # Not to the margin itself, where the elbow is straight and the link's turn no longer a coordinate of the family.
     inset = 0.1 * (most - least)
-    wanted = ca.fmin(ca.fmax(distance, least + inset), most - inset)
+    wanted = ex.fmin(ex.fmax(distance, least + inset), most - inset)
     root = turns_to_distance(h, hinge - hub, two.r - hub, wanted**2, unturned(), arm.size)[0]
-    moved = ca.logic_and(free, ca.logic_or(distance < least, distance > most))
+    moved = ex.logic_and(free, ex.logic_or(distance < least, distance > most))
     turned = total.then(root.turn)
-    return Turn(ca.if_else(moved, turned.c, total.c), ca.if_else(moved, turned.s, total.s))
+    return Turn(ex.if_else(moved, turned.c, total.c), ex.if_else(moved, turned.s, total.s))
 
 
 def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
@@ -268,10 +269,10 @@ def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
     s2, s3 = (_same_sense(h, line.w) for line in (two, three))
     along = aside(h, _far_from(h))
     target = R @ point + p
-    distance = ca.dot(h, target - point) / ca.dot(h, slide.w)
+    distance = ex.dot(h, target - point) / ex.dot(h, slide.w)
     total = turn_onto(h, along, R @ along, preferred[2])
     found: list[Posture] = []
-    misses: list[ca.SX] = []
+    misses: list[ex.Expression] = []
     for bend in to_radius(two, point, one, target, preferred[1], arm.size):
         # With a third joint that does not exist the orientation chooses the first where its place leaves it free.
         wished = total.turn.then(_signed(bend.turn, -s2)) if arm.pattern.joints[2] == -1 else preferred[0]
@@ -280,7 +281,7 @@ def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
         rest = _signed(total.turn.then(first.turn.back()).then(_signed(bend.turn, -s2)), s3)
         posture = started(
             (first.turn, bend.turn, rest, distance),
-            (first.free, bend.free, ca.SX(0), ca.SX(0)),
+            (first.free, bend.free, ex.Expression(0), ex.Expression(0)),
             bend.shortfall,
             far_or_near(bend),
         )
@@ -306,7 +307,7 @@ _FAMILIES = {
 }
 
 
-def _arms(arm: Arm, start: ca.SX, goal: ca.SX, preferred: list[Turn]) -> list[Posture]:
+def _arms(arm: Arm, start: ex.Expression, goal: ex.Expression, preferred: list[Turn]) -> list[Posture]:
     """Motions of the first three joints that carry a point from start to goal."""
     one, two, three = arm.lines[:3]
     task = Placing((one, two, three), start, goal, tuple(preferred), arm.meeting, arm.size)
@@ -316,43 +317,43 @@ def _arms(arm: Arm, start: ca.SX, goal: ca.SX, preferred: list[Turn]) -> list[Po
 def _miss(
     arm: Arm,
     posture: Posture,
-    starts: tuple[ca.SX, ca.SX, ca.SX],
-    goals: tuple[ca.SX, ca.SX, ca.SX],
+    starts: tuple[ex.Expression, ex.Expression, ex.Expression],
+    goals: tuple[ex.Expression, ex.Expression, ex.Expression],
     at: int,
-) -> ca.SX:
+) -> ex.Expression:
     """Forward kinematics of a point on the axes of the joints after `at`, and of two unit vectors, against the pose."""
     point, first, second = starts
     still = any(j == -1 for j in arm.pattern.joints[at:])
     place = _carried(arm, arm.lines if still else arm.lines[:at], posture, point)
     moved = [_turned(arm, posture, x) for x in (first, second)]
-    squares = [ca.sumsqr(x - goal) for x, goal in zip((place, *moved), goals, strict=True)]
-    return ca.sqrt(ca.fmax(squares[0], ca.fmax(squares[1], squares[2])))
+    squares = [ex.sumsqr(x - goal) for x, goal in zip((place, *moved), goals, strict=True)]
+    return ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
 
 
-def _carried(arm: Arm, lines: list[Line], posture: Posture, x: ca.SX) -> ca.SX:
+def _carried(arm: Arm, lines: list[Line], posture: Posture, x: ex.Expression) -> ex.Expression:
     """A point carried by the joints that exist (and by added ones that may turn)."""
     real = [k for k in range(len(lines)) if arm.pattern.joints[k] != -1]
     return forward([lines[k] for k in real], [posture.motions[k] for k in real], x)
 
 
-def _turned(arm: Arm, posture: Posture, x: ca.SX) -> ca.SX:
+def _turned(arm: Arm, posture: Posture, x: ex.Expression) -> ex.Expression:
     for line, motion, joint in reversed(list(zip(arm.lines, posture.motions, arm.pattern.joints, strict=True))):
         x = x if joint == -1 else line.vector(x, motion)
     return x
 
 
-def _signed(turn: Turn, sense: ca.SX) -> Turn:
+def _signed(turn: Turn, sense: ex.Expression) -> Turn:
     """The turn, or its opposite where the sense is negative."""
     return Turn(turn.c, sense * turn.s)
 
 
-def _same_sense(h: ca.SX, w: ca.SX) -> ca.SX:
+def _same_sense(h: ex.Expression, w: ex.Expression) -> ex.Expression:
     """One if two parallel axes point the same way, else minus one."""
-    return ca.sign(ca.dot(h, w))
+    return ex.sign(ex.dot(h, w))
 
 
-def _far_from(w: ca.SX) -> ca.SX:
+def _far_from(w: ex.Expression) -> ex.Expression:
     """A coordinate direction far from a unit vector."""
-    x, y = ca.fabs(w[0]), ca.fabs(w[1])
-    first = ca.logic_and(x <= y, x <= 0.7)
-    return ca.vertcat(first, ca.if_else(first, 0, 1), 0)
+    x, y = ex.fabs(w[0]), ex.fabs(w[1])
+    first = ex.logic_and(x <= y, x <= 0.7)
+    return ex.vertcat(first, ex.if_else(first, 0, 1), 0)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.kernels.tape import Tape, read
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.table import motions_along
@@ -24,6 +23,6 @@ def course_tape(pattern: ArmPattern, held: int, near: Sequence[float]) -> Tape:
         and sine of every coordinate but the held one, of a slide its value and zero, and by how much the worst step
         misses.
     """
-    T, value = ca.SX.sym("T_sd", 16), ca.SX.sym("value")
-    branches = motions_along(pattern, ca.reshape(T, 4, 4).T, held, value, near)
-    return read(ca.Function("course", [T, value], ca.cse([ca.densify(ca.vertcat(*row)) for row in branches])))
+    T, value = ex.symbol("T_sd", 16), ex.symbol("value")
+    branches = motions_along(pattern, ex.reshape(T, 4, 4).T, held, value, near)
+    return read(ex.Function("course", [T, value], ex.cse([ex.vertcat(*row) for row in branches])))

@@ -1,41 +1,40 @@
-"""Closed forms as casadi.Functions with one column per port."""
+"""Closed forms as functions with one column per port."""
 
 from __future__ import annotations
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form import parametric
 from mafsil.mechanics.closed_form.geometry import inputs
 from mafsil.mechanics.closed_form.table import Wishes, judged, labelled, raw
 
 
-def table_function(pattern: ArmPattern, near: bool) -> ca.Function:
+def table_function(pattern: ArmPattern, near: bool) -> ex.Function:
     """Of (T_sd[, near]) to the table of branches, row by row.
 
     Args:
         pattern: of the arm.
         near: whether the coordinates of free joints are an input.
     """
-    T = ca.SX.sym("T_sd", 16)
-    preferred = ca.SX.sym("near", pattern.n)
+    T = ex.symbol("T_sd", 16)
+    preferred = ex.symbol("near", pattern.n)
     table = raw(pattern, _pose(T), preferred if near else None)
-    return ca.Function("closed_form", [T, preferred] if near else [T], [ca.cse(_column(table))])
+    return ex.Function("closed_form", [T, preferred] if near else [T], [ex.cse(_column(table))])
 
 
-def structure_function(pattern: ArmPattern) -> ca.Function:
+def structure_function(pattern: ArmPattern) -> ex.Function:
     """Of (T_sd, numbers) to the table of branches: one function for all arms of the same structure.
 
     Args:
         pattern: of one of them; its numbers are not used.
     """
-    T = ca.SX.sym("T_sd", 16)
-    numbers = ca.SX.sym("numbers", len(pattern.numbers))
+    T = ex.symbol("T_sd", 16)
+    numbers = ex.symbol("numbers", len(pattern.numbers))
     table = raw(pattern, _pose(T), None, inputs(pattern, numbers))
-    return ca.Function("closed_form", [T, numbers], [ca.cse(_column(table))])
+    return ex.Function("closed_form", [T, numbers], [ex.cse(_column(table))])
 
 
-def labelled_function(pattern: ArmPattern) -> ca.Function:
+def labelled_function(pattern: ArmPattern) -> ex.Function:
     """Of (T_sd, near, turns, lower, upper) to coordinates, facts and the defect of the pose.
 
     Args:
@@ -93,9 +92,9 @@ def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: para
     return ca.Function(f"parametric_{kind}", [T, values, near, turns, lower, upper, most], ca.cse(outputs))
 
 
-def _pose(T: ca.SX) -> ca.SX:
-    return ca.reshape(T, 4, 4).T
+def _pose(T: ex.Expression) -> ex.Expression:
+    return ex.reshape(T, 4, 4).T
 
 
-def _column(table: ca.SX) -> ca.SX:
-    return ca.densify(ca.vec(table.T))
+def _column(table: ex.Expression) -> ex.Expression:
+    return ex.vec(table.T)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.arm_pattern import ArmPattern, HeldJoint
 
 
@@ -22,33 +21,33 @@ class Geometry:
         held: (k) direction and point of the joints whose values are given.
     """
 
-    axes: Sequence[ca.SX]
-    points: Sequence[ca.SX]
-    home: ca.SX
-    centre: ca.SX
-    meeting: ca.SX
-    size: ca.SX
-    held: Sequence[tuple[HeldJoint, ca.SX, ca.SX]]
+    axes: Sequence[ex.Expression]
+    points: Sequence[ex.Expression]
+    home: ex.Expression
+    centre: ex.Expression
+    meeting: ex.Expression
+    size: ex.Expression
+    held: Sequence[tuple[HeldJoint, ex.Expression, ex.Expression]]
 
 
 def constants(pattern: ArmPattern) -> Geometry:
     """The numbers of one arm, folded into the code."""
     return Geometry(
-        [ca.SX(w) for w in pattern.axes],
-        [ca.SX(r) for r in pattern.points],
-        ca.SX(pattern.home),
-        ca.SX(pattern.centre),
-        ca.SX(pattern.meeting),
-        ca.SX(pattern.size),
-        [(held, ca.SX(held.axis), ca.SX(held.point)) for held in pattern.held],
+        [ex.Expression(w) for w in pattern.axes],
+        [ex.Expression(r) for r in pattern.points],
+        ex.Expression(pattern.home),
+        ex.Expression(pattern.centre),
+        ex.Expression(pattern.meeting),
+        ex.Expression(pattern.size),
+        [(held, ex.Expression(held.axis), ex.Expression(held.point)) for held in pattern.held],
     )
 
 
-def inputs(pattern: ArmPattern, numbers: ca.SX) -> Geometry:
+def inputs(pattern: ArmPattern, numbers: ex.Expression) -> Geometry:
     """The numbers as slices of a vector in the order of `ArmPattern.numbers`."""
     m = len(pattern.slides)
     axes = [numbers[3 * i : 3 * i + 3] for i in range(m)]
     points = [numbers[3 * (m + i) : 3 * (m + i) + 3] for i in range(m)]
     rest = numbers[6 * m :]
-    home = ca.reshape(rest[:16], 4, 4).T
+    home = ex.reshape(rest[:16], 4, 4).T
     return Geometry(axes, points, home, rest[16:19], rest[19:22], rest[22], [])

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 
-Motion: TypeAlias = Turn | ca.SX
+Motion: TypeAlias = Turn | ex.Expression
 """Of a turning joint its turn, of a sliding one its distance [m]."""
 
 
@@ -20,23 +19,23 @@ class Line:
     """A joint axis: unit direction w through r; the joint slides along it or turns about it."""
 
     slides: bool
-    w: ca.SX
-    r: ca.SX
+    w: ex.Expression
+    r: ex.Expression
 
     @property
     def opposite(self) -> Line:
         """The same axis in the other sense: what was q is now -q, moved backwards it is q again."""
         return Line(self.slides, -self.w, self.r)
 
-    def point(self, x: ca.SX, motion: Motion) -> ca.SX:
+    def point(self, x: ex.Expression, motion: Motion) -> ex.Expression:
         """(3,) point x carried by the joint."""
         return self.r + motion.about(self.w, x - self.r) if isinstance(motion, Turn) else x + motion * self.w
 
-    def vector(self, x: ca.SX, motion: Motion) -> ca.SX:
+    def vector(self, x: ex.Expression, motion: Motion) -> ex.Expression:
         """(3,) vector x carried by the joint."""
         return motion.about(self.w, x) if isinstance(motion, Turn) else x
 
-    def velocity(self, x: ca.SX) -> ca.SX:
+    def velocity(self, x: ex.Expression) -> ex.Expression:
         """(3,) velocity of a point x at unit rate of the joint."""
         return self.w if self.slides else cross(self.w, x - self.r)
 
@@ -55,13 +54,17 @@ class Posture:
     """
 
     motions: tuple[Motion, ...]
-    free: tuple[ca.SX, ...]
-    shortfall: ca.SX
-    reason: ca.SX
-    marks: tuple[ca.SX | None, ca.SX | None, ca.SX | None] = (None, None, None)
+    free: tuple[ex.Expression, ...]
+    shortfall: ex.Expression
+    reason: ex.Expression
+    marks: tuple[ex.Expression | None, ex.Expression | None, ex.Expression | None] = (None, None, None)
 
     def followed_by(
-        self, motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, reason: ca.SX | float
+        self,
+        motions: Sequence[Motion],
+        free: Sequence[ex.Expression],
+        shortfall: ex.Expression,
+        reason: ex.Expression | float,
     ) -> Posture:
         """The posture with further joints, whose step missed by `shortfall`."""
         worse = shortfall > self.shortfall
@@ -69,8 +72,8 @@ class Posture:
             self,
             motions=(*self.motions, *motions),
             free=(*self.free, *free),
-            shortfall=ca.fmax(self.shortfall, shortfall),
-            reason=ca.if_else(worse, reason, self.reason),
+            shortfall=ex.fmax(self.shortfall, shortfall),
+            reason=ex.if_else(worse, reason, self.reason),
         )
 
     def reversed(self) -> Posture:
@@ -78,7 +81,9 @@ class Posture:
         return replace(self, motions=self.motions[::-1], free=self.free[::-1])
 
 
-def started(motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, reason: ca.SX | float) -> Posture:
+def started(
+    motions: Sequence[Motion], free: Sequence[ex.Expression], shortfall: ex.Expression, reason: ex.Expression | float
+) -> Posture:
     """A posture of its first joints.
 
     Args:
@@ -87,11 +92,11 @@ def started(motions: Sequence[Motion], free: Sequence[ca.SX], shortfall: ca.SX, 
         shortfall: how far the pose is out of reach.
         reason: number of the cause, 0 if none.
     """
-    none = Posture((), (), ca.SX(0), ca.SX(0))
+    none = Posture((), (), ex.Expression(0), ex.Expression(0))
     return none.followed_by(motions, free, shortfall, reason)
 
 
-def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
+def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ex.Expression) -> ex.Expression:
     """A point carried by all joints.
 
     Args:
@@ -104,7 +109,7 @@ def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX
     return x
 
 
-def backward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.SX:
+def backward(lines: Sequence[Line], motions: Sequence[Motion], x: ex.Expression) -> ex.Expression:
     """A vector seen before the motions.
 
     Args:
@@ -117,22 +122,22 @@ def backward(lines: Sequence[Line], motions: Sequence[Motion], x: ca.SX) -> ca.S
     return x
 
 
-def norm(x: ca.SX) -> ca.SX:
+def norm(x: ex.Expression) -> ex.Expression:
     """|x|."""
-    return ca.sqrt(ca.dot(x, x))
+    return ex.sqrt(ex.dot(x, x))
 
 
-def across(w: ca.SX, x: ca.SX) -> ca.SX:
+def across(w: ex.Expression, x: ex.Expression) -> ex.Expression:
     """The part of x normal to the unit vector w."""
-    return x - ca.dot(w, x) * w
+    return x - ex.dot(w, x) * w
 
 
-def aside(w: ca.SX, other: ca.SX) -> ca.SX:
+def aside(w: ex.Expression, other: ex.Expression) -> ex.Expression:
     """(3,) a unit vector normal to both."""
     normal = cross(w, other)
     return normal / norm(normal)
 
 
-def triple(a: ca.SX, b: ca.SX, c: ca.SX) -> ca.SX:
+def triple(a: ex.Expression, b: ex.Expression, c: ex.Expression) -> ex.Expression:
     """Triple product a . (b x c)."""
-    return ca.dot(a, cross(b, c))
+    return ex.dot(a, cross(b, c))

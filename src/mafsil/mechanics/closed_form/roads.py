@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra import subproblem_quartics as quartics
 from mafsil.algebra.subproblems import (
     Root,
@@ -20,7 +19,7 @@ from mafsil.algebra.subproblems import (
 from mafsil.mechanics.arm_pattern import Missed, PointRoad
 from mafsil.mechanics.closed_form.line import Line, Motion, Posture, across, norm, started, triple
 
-Moved: TypeAlias = tuple[Motion, ca.SX, ca.SX, ca.SX]
+Moved: TypeAlias = tuple[Motion, ex.Expression, ex.Expression, ex.Expression]
 """A motion, whether it is free, its shortfall and the reason of that."""
 
 
@@ -38,11 +37,11 @@ class Placing:
     """
 
     lines: tuple[Line, Line, Line]
-    start: ca.SX
-    goal: ca.SX
+    start: ex.Expression
+    goal: ex.Expression
     preferred: tuple[Turn, ...]
-    meeting: ca.SX
-    size: ca.SX
+    meeting: ex.Expression
+    size: ex.Expression
     reverse: bool = False
 
     def backwards(self) -> Placing:
@@ -77,12 +76,12 @@ def _by_height(task: Placing) -> list[Posture]:
     for motion, free, short, why in to_height(one, two.w, task.start, task.goal, task.preferred[0], task.size):
         place = one.opposite.point(task.goal, motion)
         shoulder = None if one.slides else triple(one.w, two.w, place - one.r) / task.size
-        side = ca.SX(1) if shoulder is None else ca.if_else(shoulder < 0, -1, 1)
+        side = ex.Expression(1) if shoulder is None else ex.if_else(shoulder < 0, -1, 1)
         for third, free3, short3, why3 in _to_radius_any(task, place):
             reached = three.point(task.start, third)
             second = turn_onto(two.w, reached - two.r, place - two.r, task.preferred[1], task.size)
             if three.slides:
-                elbow = ca.dot(across(two.w, three.w), reached - two.r) / task.size
+                elbow = ex.dot(across(two.w, three.w), reached - two.r) / task.size
             else:
                 elbow = -side * triple(two.w, three.r - two.r, reached - three.r) / task.size**2
             first = started((motion, second.turn), (free, second.free), short, why)
@@ -96,18 +95,18 @@ def _by_distance(task: Placing) -> list[Posture]:
     one, two, three = task.lines
     arms: list[Posture] = []
     offset = task.goal - task.meeting
-    square = ca.dot(offset, offset)
+    square = ex.dot(offset, offset)
     for third, free, short, why in _to_distance(task, square):
         reached = three.point(task.start, third) - task.meeting
-        bend = ca.dot(reached, three.velocity(reached + task.meeting))
+        bend = ex.dot(reached, three.velocity(reached + task.meeting))
         pairs = turns_about_two_axes(one.w, two.w, reached, offset, (task.preferred[0], task.preferred[1]), task.size)
         for pair in pairs:
             shoulder = triple(one.w, two.w, pair.second.turn.about(two.w, reached)) / task.size
             if three.slides:
                 elbow = bend / task.size
             else:
-                sense = ca.if_else(ca.dot(two.w, three.w) < -1e-9, -1, 1)
-                elbow = ca.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
+                sense = ex.if_else(ex.dot(two.w, three.w) < -1e-9, -1, 1)
+                elbow = ex.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
             arm = started((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
             arm = arm.followed_by((third,), (free,), pair.first.shortfall, Missed.DIRECTION.value)
             arms.append(replace(arm, marks=(shoulder, elbow, None)))
@@ -116,8 +115,8 @@ def _by_distance(task: Placing) -> list[Posture]:
 
 def _by_slides(task: Placing) -> list[Posture]:
     """Three slides: linear equations."""
-    d = ca.solve(ca.horzcat(*(line.w for line in task.lines)), task.goal - task.start)
-    return [started((d[0], d[1], d[2]), (ca.SX(0),) * 3, ca.SX(0), 0.0)]
+    d = ex.solve(ex.horzcat(*(line.w for line in task.lines)), task.goal - task.start)
+    return [started((d[0], d[1], d[2]), (ex.Expression(0),) * 3, ex.Expression(0), 0.0)]
 
 
 def _by_slide_across(task: Placing) -> list[Posture]:
@@ -128,11 +127,11 @@ def _by_slide_across(task: Placing) -> list[Posture]:
     back = three.opposite
     for motion, free, short, why in to_height(back, one.w, task.goal, task.start, task.preferred[2], task.size):
         reached = three.point(task.start, motion) - one.r
-        shoulder = None if three.slides else ca.dot(one.w, three.velocity(reached + one.r)) / task.size
-        for d, short2 in _slide_to(two.w, reached, ca.dot(offset, offset)):
+        shoulder = None if three.slides else ex.dot(one.w, three.velocity(reached + one.r)) / task.size
+        for d, short2 in _slide_to(two.w, reached, ex.dot(offset, offset)):
             first = turn_onto(one.w, reached + d * two.w, offset, task.preferred[0], task.size)
-            arm = started((first.turn, d, motion), (first.free, ca.SX(0), free), short, why)
-            elbow = ca.dot(two.w, reached + d * two.w) / task.size
+            arm = started((first.turn, d, motion), (first.free, ex.Expression(0), free), short, why)
+            elbow = ex.dot(two.w, reached + d * two.w) / task.size
             arm = arm.followed_by((), (), short2, Missed.NEAR.value)
             arms.append(replace(arm, marks=(shoulder, elbow, None)))
     return arms
@@ -142,7 +141,7 @@ def _by_quartic(task: Placing) -> list[Posture]:
     """Nothing special: one equation of fourth degree for the third joint."""
     one, two, three = task.lines
     preferred = (task.preferred[0], task.preferred[1], task.preferred[2])
-    hub = two.r if not two.slides else (one.r if not one.slides else ca.SX.zeros(3))
+    hub = two.r if not two.slides else (one.r if not one.slides else ex.zeros(3))
     if three.slides:
         course = quartics.sliding(three.w, task.start - hub)
     else:
@@ -166,13 +165,13 @@ def _by_quartic(task: Placing) -> list[Posture]:
         columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
         determinant = triple(*columns) / task.size**turning
         miss = norm(one.point(middle, motions[0]) - task.goal)
-        arm = started(motions, free, ca.if_else(miss > 1e-9 * task.size, miss, 0), Missed.FAR.value)
+        arm = started(motions, free, ex.if_else(miss > 1e-9 * task.size, miss, 0), Missed.FAR.value)
         arms.append(replace(arm, marks=(None, determinant, None)))
     return arms
 
 
-def _split(found: Root | ca.SX) -> tuple[Motion, ca.SX]:
-    return (found.turn, found.free) if isinstance(found, Root) else (found, ca.SX(0))
+def _split(found: Root | ex.Expression) -> tuple[Motion, ex.Expression]:
+    return (found.turn, found.free) if isinstance(found, Root) else (found, ex.Expression(0))
 
 
 _ROADS: dict[PointRoad, Callable[[Placing], list[Posture]]] = {
@@ -184,7 +183,9 @@ _ROADS: dict[PointRoad, Callable[[Placing], list[Posture]]] = {
 }
 
 
-def to_height(line: Line, h: ca.SX, start: ca.SX, goal: ca.SX, preferred: Turn, size: ca.SX) -> list[Moved]:
+def to_height(
+    line: Line, h: ex.Expression, start: ex.Expression, goal: ex.Expression, preferred: Turn, size: ex.Expression
+) -> list[Moved]:
     """Motions of a joint whose inverse brings `goal` to the height of `start` along h.
 
     Args:
@@ -193,12 +194,14 @@ def to_height(line: Line, h: ca.SX, start: ca.SX, goal: ca.SX, preferred: Turn, 
         size: length by which the arm is measured.
     """
     if line.slides:
-        return [(ca.dot(h, goal - start) / ca.dot(h, line.w), ca.SX(0), ca.SX(0), ca.SX(0))]
-    roots = turns_to_height(-line.w, h, goal - line.r, ca.dot(h, start - line.r), preferred, size)
-    return [(root.turn, root.free, root.shortfall, ca.SX(Missed.SHOULDER.value)) for root in roots]
+        return [(ex.dot(h, goal - start) / ex.dot(h, line.w), ex.Expression(0), ex.Expression(0), ex.Expression(0))]
+    roots = turns_to_height(-line.w, h, goal - line.r, ex.dot(h, start - line.r), preferred, size)
+    return [(root.turn, root.free, root.shortfall, ex.Expression(Missed.SHOULDER.value)) for root in roots]
 
 
-def to_radius(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn, size: ca.SX) -> tuple[Root, Root]:
+def to_radius(
+    line: Line, start: ex.Expression, axis: Line, goal: ex.Expression, preferred: Turn, size: ex.Expression
+) -> tuple[Root, Root]:
     """Turns that bring `start` as far from a parallel axis as `goal` is.
 
     Args:
@@ -207,10 +210,10 @@ def to_radius(line: Line, start: ca.SX, axis: Line, goal: ca.SX, preferred: Turn
         size: length by which the arm is measured.
     """
     radius = across(axis.w, goal - axis.r)
-    return turns_to_distance(line.w, start - line.r, axis.r - line.r, ca.dot(radius, radius), preferred, size)
+    return turns_to_distance(line.w, start - line.r, axis.r - line.r, ex.dot(radius, radius), preferred, size)
 
 
-def far_or_near(root: Root, *, reverse: bool = False) -> ca.SX:
+def far_or_near(root: Root, *, reverse: bool = False) -> ex.Expression:
     """The reason of a shortfall in distance.
 
     Args:
@@ -218,35 +221,40 @@ def far_or_near(root: Root, *, reverse: bool = False) -> ca.SX:
         reverse: whether the place that is too far or too near is that of the point that is turned, not the distance.
     """
     near = root.inside < 2 if reverse else root.inside > 0
-    return ca.if_else(near, Missed.NEAR.value, Missed.FAR.value)
+    return ex.if_else(near, Missed.NEAR.value, Missed.FAR.value)
 
 
-def _to_radius_any(task: Placing, place: ca.SX) -> list[Moved]:
+def _to_radius_any(task: Placing, place: ex.Expression) -> list[Moved]:
     """Motions of a parallel turning joint or a slide across that bring the point as far from axis 2 as a place."""
     _, axis, line = task.lines
     if not line.slides:
         roots = to_radius(line, task.start, axis, place, task.preferred[2], task.size)
         return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
     radius = across(axis.w, place - axis.r)
-    found = _slide_to(across(axis.w, line.w), across(axis.w, task.start - axis.r), ca.dot(radius, radius))
-    return [(d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in found]
+    found = _slide_to(across(axis.w, line.w), across(axis.w, task.start - axis.r), ex.dot(radius, radius))
+    return [(d, ex.Expression(0), short, ex.Expression(Missed.NEAR.value)) for d, short in found]
 
 
-def _to_distance(task: Placing, square: ca.SX) -> list[Moved]:
+def _to_distance(task: Placing, square: ex.Expression) -> list[Moved]:
     """Motions of the third joint that bring the point to a distance from where the first two axes meet."""
     line, offset = task.lines[2], task.start - task.meeting
     if line.slides:
-        return [(d, ca.SX(0), short, ca.SX(Missed.NEAR.value)) for d, short in _slide_to(line.w, offset, square)]
-    height = ca.dot(line.w, offset)
+        return [
+            (d, ex.Expression(0), short, ex.Expression(Missed.NEAR.value))
+            for d, short in _slide_to(line.w, offset, square)
+        ]
+    height = ex.dot(line.w, offset)
     centre, rest = task.meeting - line.r, square - height**2
     roots = turns_to_distance(line.w, task.start - line.r, centre, rest, task.preferred[2], task.size)
     return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
 
 
-def _slide_to(w: ca.SX, offset: ca.SX, square: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+def _slide_to(
+    w: ex.Expression, offset: ex.Expression, square: ex.Expression
+) -> list[tuple[ex.Expression, ex.Expression]]:
     """Both d with |offset + d w|^2 = square, the farther along w first, and by how much they miss."""
-    middle = ca.dot(w, offset)
+    middle = ex.dot(w, offset)
     rest = offset - middle * w
-    half = ca.sqrt(ca.fmax(square - ca.dot(rest, rest), 0))
-    short = ca.fmax(norm(rest) - ca.sqrt(ca.fmax(square, 0)), 0)
+    half = ex.sqrt(ex.fmax(square - ex.dot(rest, rest), 0))
+    short = ex.fmax(norm(rest) - ex.sqrt(ex.fmax(square, 0)), 0)
     return [(half - middle, short), (-half - middle, short)]

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.algebra.subproblems import Turn, unturned
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, postures
@@ -30,13 +29,15 @@ class Wishes:
         lower, upper: (n,) limits.
     """
 
-    near: ca.SX
-    turns: ca.SX
-    lower: ca.SX
-    upper: ca.SX
+    near: ex.Expression
+    turns: ex.Expression
+    lower: ex.Expression
+    upper: ex.Expression
 
 
-def raw(pattern: ArmPattern, T: ca.SX, near: ca.SX | None, geometry: Geometry | None = None) -> ca.SX:
+def raw(
+    pattern: ArmPattern, T: ex.Expression, near: ex.Expression | None, geometry: Geometry | None = None
+) -> ex.Expression:
     """(branches, n + 3) rows (q, residual, shortfall, free) of every branch.
 
     The residual is the larger of the distances by which the branch's forward kinematics misses the pose: of the placed
@@ -48,18 +49,18 @@ def raw(pattern: ArmPattern, T: ca.SX, near: ca.SX | None, geometry: Geometry | 
         near: (n,) coordinates that free joints take; zero if None.
         geometry: the arm's numbers, constants of the pattern if None.
     """
-    turns = None if near is None else ca.horzcat(ca.cos(near), ca.sin(near))
+    turns = None if near is None else ex.horzcat(ex.cos(near), ex.sin(near))
     found, misses = _solved(pattern, T, near, turns, geometry)
-    rows: list[ca.SX] = []
+    rows: list[ex.Expression] = []
     for posture, miss in zip(found, misses, strict=True):
         values, free = _coordinates(pattern, posture, near)
-        rows.append(ca.horzcat(*values, miss, posture.shortfall, free))
-    return ca.vertcat(*rows)
+        rows.append(ex.horzcat(*values, miss, posture.shortfall, free))
+    return ex.vertcat(*rows)
 
 
 def labelled(
-    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None
-) -> tuple[ca.SX, ca.SX, ca.SX]:
+    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None = None
+) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """All branches with what names and judges them.
 
     Args:
@@ -152,8 +153,8 @@ def excess_of(q: Sequence[ca.SX], wishes: Wishes, which: Sequence[int] | None = 
 
 
 def motions_along(
-    pattern: ArmPattern, T: ca.SX, held: int, value: ca.SX, near: Sequence[float]
-) -> list[list[ca.SX | float]]:
+    pattern: ArmPattern, T: ex.Expression, held: int, value: ex.Expression, near: Sequence[float]
+) -> list[list[ex.Expression | float]]:
     """Every branch as cosine and sine of the coordinates not held, of a slide its value and zero, and its shortfall.
 
     Args:
@@ -163,11 +164,11 @@ def motions_along(
         value: of that [rad | m].
         near: (n,) what free joints take.
     """
-    wishes = ca.vertcat(*[value if i == held else ca.SX(float(x)) for i, x in enumerate(near)])
-    found, _ = _solved(pattern, T, wishes, ca.horzcat(ca.cos(wishes), ca.sin(wishes)), None)
-    rows: list[list[ca.SX | float]] = []
+    wishes = ex.vertcat(*[value if i == held else ex.Expression(float(x)) for i, x in enumerate(near)])
+    found, _ = _solved(pattern, T, wishes, ex.horzcat(ex.cos(wishes), ex.sin(wishes)), None)
+    rows: list[list[ex.Expression | float]] = []
     for posture in found:
-        row: list[ca.SX | float] = [0.0] * (2 * pattern.n)
+        row: list[ex.Expression | float] = [0.0] * (2 * pattern.n)
         for motion, joint in zip(posture.motions, pattern.joints, strict=True):
             if joint >= 0:
                 row[2 * joint : 2 * joint + 2] = [motion.c, motion.s] if isinstance(motion, Turn) else [motion, 0.0]
@@ -176,8 +177,12 @@ def motions_along(
 
 
 def _solved(
-    pattern: ArmPattern, T: ca.SX, near: ca.SX | None, turns: ca.SX | None, geometry: Geometry | None
-) -> tuple[list[Posture], list[ca.SX]]:
+    pattern: ArmPattern,
+    T: ex.Expression,
+    near: ex.Expression | None,
+    turns: ex.Expression | None,
+    geometry: Geometry | None,
+) -> tuple[list[Posture], list[ex.Expression]]:
     numbers = constants(pattern) if geometry is None else geometry
     R, p = _displacement(pattern, numbers, T)
     arm = Arm(pattern, numbers, R, p, patient=near is not None)
@@ -192,13 +197,15 @@ def _solved(
     return postures(arm, preferred)
 
 
-def _coordinates(pattern: ArmPattern, posture: Posture, near: ca.SX | None) -> tuple[list[ca.SX], ca.SX]:
+def _coordinates(
+    pattern: ArmPattern, posture: Posture, near: ex.Expression | None
+) -> tuple[list[ex.Expression], ex.Expression]:
     """(n) coordinates, and the sum of 2^i over the free ones."""
-    values: list[ca.SX] = [ca.SX(0)] * pattern.n
+    values: list[ex.Expression] = [ex.Expression(0)] * pattern.n
     for held in pattern.held:
         assert near is not None
         values[held.joint] = near[held.joint]
-    free = ca.SX(0)
+    free = ex.Expression(0)
     for motion, loose, joint in zip(posture.motions, posture.free, pattern.joints, strict=True):
         if joint >= 0:
             values[joint] = motion.angle if isinstance(motion, Turn) else motion
@@ -217,12 +224,12 @@ def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     """
     turn = 2 * pi
     lower, upper = wishes.lower[i], wishes.upper[i]
-    moved = x - turn * ca.floor((x - wishes.near[i]) / turn + 0.5)
-    up = ca.if_else(moved < lower, ca.ceil((lower - moved) / turn - 1e-12), 0)
-    down = ca.if_else(moved > upper, ca.ceil((moved - upper) / turn - 1e-12), 0)
+    moved = x - turn * ex.floor((x - wishes.near[i]) / turn + 0.5)
+    up = ex.if_else(moved < lower, ex.ceil((lower - moved) / turn - 1e-12), 0)
+    down = ex.if_else(moved > upper, ex.ceil((moved - upper) / turn - 1e-12), 0)
     shifted = moved + turn * (up - down)
-    inside = ca.logic_and(shifted >= lower - 1e-12, shifted <= upper + 1e-12)
-    return ca.if_else(inside, shifted, moved)
+    inside = ex.logic_and(shifted >= lower - 1e-12, shifted <= upper + 1e-12)
+    return ex.if_else(inside, shifted, moved)
 
 
 def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX, ca.SX]) -> Row:
@@ -258,7 +265,7 @@ def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.
     return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first, fixed)
 
 
-def _displacement(pattern: ArmPattern, geometry: Geometry, T: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _displacement(pattern: ArmPattern, geometry: Geometry, T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """Rotation and translation of T home^-1, or of its inverse for a reversed arm."""
     R_h, p_h = geometry.home[:3, :3], geometry.home[:3, 3]
     R = T[:3, :3] @ R_h.T
@@ -270,17 +277,17 @@ def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
     """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
     R = T[:3, :3]
     gram = R.T @ R
-    defect = ca.SX(0)
+    defect = ex.Expression(0)
     for i in range(3):
-        defect = ca.fmax(defect, ca.fabs(T[3, i]))
+        defect = ex.fmax(defect, ex.fabs(T[3, i]))
         for j in range(i, 3):
-            defect = ca.fmax(defect, ca.fabs(gram[i, j] - float(i == j)))
-    defect = ca.fmax(defect, ca.fabs(T[3, 3] - 1))
-    defect = ca.if_else(ca.det(R) > 0, defect, 2)
-    size = ca.sumsqr(T)
+            defect = ex.fmax(defect, ex.fabs(gram[i, j] - float(i == j)))
+    defect = ex.fmax(defect, ex.fabs(T[3, 3] - 1))
+    defect = ex.if_else(ex.det(R) > 0, defect, 2)
+    size = ex.sumsqr(T)
     # NaN and infinity pass no comparison.
     defect = ca.if_else(size < FARTHEST**2, defect, 2)
     for _ in range(2):
         # Newton's iteration for the polar factor: the defect is squared each time.
-        R = R @ (1.5 * ca.SX.eye(3) - 0.5 * (R.T @ R))
-    return ca.vertcat(ca.horzcat(R, T[:3, 3]), ca.SX([[0, 0, 0, 1]])), defect
+        R = R @ (1.5 * ex.eye(3) - 0.5 * (R.T @ R))
+    return ex.vertcat(ex.horzcat(R, T[:3, 3]), ex.Expression([[0, 0, 0, 1]])), defect

@@ -158,7 +158,7 @@ def _compiled(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: i
 
 
 def _build(name: str, mechanism: Mechanism) -> Any:
-    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    """The function; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics import discrete_lagrangian, hamiltonian
 
     return {"hamiltonian_field": hamiltonian, "variational_step": discrete_lagrangian}[name].function(mechanism)
