@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from functools import cache
 
-import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mafsil.expression as ex
 from mafsil.kernels import Port, Signature, caches, compile, cost, result_memory, target
 from mafsil.kernels.audit import Program
 from mafsil.kernels.lower import lower
@@ -24,11 +24,11 @@ HERE = target.host().triple
 pytestmark = pytest.mark.skipif(not streams(HERE), reason="no stores past the caches on this processor")
 
 
-def spread(sizes: tuple[int, ...]) -> ca.Function:
+def spread(sizes: tuple[int, ...]) -> ex.Function:
     """Outputs of these sizes, every element different."""
-    x = ca.SX.sym("x", 3)
-    outputs = [ca.vertcat(*(x[k % 3] * (k + 1) + port for k in range(size))) for port, size in enumerate(sizes)]
-    return ca.Function("spread", [x], outputs)
+    x = ex.symbol("x", 3)
+    outputs = [ex.vertcat(*(x[k % 3] * (k + 1) + port for k in range(size))) for port, size in enumerate(sizes)]
+    return ex.Function("spread", [x], outputs)
 
 
 def ports(sizes: tuple[int, ...]) -> Signature:
@@ -166,10 +166,10 @@ def test_large_batches_have_the_bits_of_small_ones(large, threads: int, shape: t
 def test_a_result_over_its_own_argument(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result_memory, "SMALLEST", 4096)
     monkeypatch.setattr(caches, "last_level", lambda: 4096)
-    x = ca.SX.sym("x", 3)
+    x = ex.symbol("x", 3)
     k = compile(
         Signature("turned", (Port("x", (3,)),), (Port("y", (3,)),)),
-        lambda: ca.Function("turned", [x], [ca.vertcat(x[2], x[0], 2 * x[1])]),
+        lambda: ex.Function("turned", [x], [ex.vertcat(x[2], x[0], 2 * x[1])]),
         key="turned",
     )
     a = np.random.default_rng(2).normal(size=(1000, 3))

@@ -1,11 +1,11 @@
 """Derivatives of forward dynamics by recursion along the tree, and matrices factored along it."""
 
-import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mafsil.expression as ex
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
 from mafsil.mechanics import derivatives, mass_matrix
@@ -41,9 +41,9 @@ def without_followers(seed, helical):
 def recursion(mechanism):
     """The recursion as a function of q, qd, tau and the tip wrench, and its arguments as symbols."""
     tree = regrouped(regauged(lumped(mechanism)))
-    symbols = [ca.SX.sym(name, tree.n) for name in ("q", "qd", "tau")] + [ca.SX.sym("F", 6)]
+    symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "tau")] + [ex.symbol("F", 6)]
     blocks = forward_derivatives(tree, *symbols)
-    return ca.Function("derivatives", symbols, blocks), forward_dynamics(tree, *symbols), symbols
+    return ex.Function("derivatives", symbols, blocks), forward_dynamics(tree, *symbols), symbols
 
 
 @pytest.mark.parametrize("seed", [100, 200, 300, 400])
@@ -71,7 +71,7 @@ def test_trees_against_automatic_differentiation(seed):
     """Helical joints and a tip wrench too; M^-1 symmetric to the bit."""
     mechanism = without_followers(seed, helical=True)
     ours, qdd, symbols = recursion(mechanism)
-    automatic = ca.Function("automatic", symbols, [ca.jacobian(qdd, x) for x in symbols[:3]])
+    automatic = ex.Function("automatic", symbols, [ex.jacobian(qdd, x) for x in symbols[:3]])
     states = sample(mechanism, 3, np.random.default_rng(seed))
     for values in zip(*states.arguments(("q", "qd", "tau", "tip_wrench")), strict=True):
         found = [block.full() for block in ours(*values)]
@@ -126,10 +126,9 @@ def branched_matrices(draw):
 @given(branched_matrices())
 def test_factored_along_any_tree(case):
     M, b = case
-    entries = ca.sparsify(ca.DM(M))
-    factor = BranchFactor(ca.SX(entries))
-    x = ca.DM(ca.vertcat(*(ca.evalf(value) for value in factor.solved([ca.SX(float(v)) for v in b])))).full()[:, 0]
-    inverse = np.array([[float(ca.evalf(value)) for value in row] for row in factor.inverse()])
+    factor = BranchFactor(ex.Expression(M))
+    x = np.array([float(ex.evalf(value)) for value in factor.solved([ex.Expression(float(v)) for v in b])])
+    inverse = np.array([[float(ex.evalf(value)) for value in row] for row in factor.inverse()])
     scale = np.abs(np.linalg.inv(M)).max()
     np.testing.assert_allclose(x, np.linalg.solve(M, b), rtol=0, atol=1e-12 * scale)
     np.testing.assert_allclose(inverse, np.linalg.inv(M), rtol=0, atol=1e-12 * scale)
@@ -137,9 +136,9 @@ def test_factored_along_any_tree(case):
 
 def test_a_branch_that_nothing_drives_stays_a_structural_zero():
     """Two chains on one base: nothing of the one reaches the other."""
-    M = ca.SX(ca.sparsify(ca.DM([[2, 1, 0, 0], [1, 3, 0, 0], [0, 0, 2, 1], [0, 0, 1, 4]])))
+    M = ex.Expression([[2, 1, 0, 0], [1, 3, 0, 0], [0, 0, 2, 1], [0, 0, 1, 4]])
     factor = BranchFactor(M)
-    x = factor.solved([ca.SX(1), ca.SX(0), ca.SX(0), ca.SX(0)])
+    x = factor.solved([ex.Expression(1), ex.Expression(0), ex.Expression(0), ex.Expression(0)])
     assert [value.is_zero() for value in x] == [False, False, True, True]
     assert [value.is_zero() for value in factor.inverse()[2]] == [True, True, False, False]
 
@@ -148,14 +147,14 @@ def test_a_branch_that_nothing_drives_stays_a_structural_zero():
 def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
     """d tau and M with every wrench in the ground frame, and from body to body."""
     tree = regrouped(regauged(lumped(mechanism)))
-    symbols = [ca.SX.sym(name, tree.n) for name in ("q", "qd", "qdd")] + [ca.SX.sym("F", 6)]
+    symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "qdd")] + [ex.symbol("F", 6)]
     states = sample(mechanism, 3, np.random.default_rng(9))
     functions = []
     for ground in (False, True):
         for module in (derivatives, mass_matrix):
             monkeypatch.setattr(module, "ground_is_shorter", lambda *_a, ground=ground, **_k: ground)
         blocks = [*derivatives.matrices(tree, *symbols), mass_matrix.mass_matrix(tree, symbols[0])]
-        functions.append(ca.Function("blocks", symbols, blocks))
+        functions.append(ex.Function("blocks", symbols, blocks))
     for values in zip(*states.arguments(("q", "qd", "qdd", "tip_wrench")), strict=True):
         body, ground = ([block.full() for block in function(*values)] for function in functions)
         for a, b in zip(body, ground, strict=True):

@@ -38,7 +38,7 @@ class Order:
     Attributes:
         key: of the tape, hexadecimal.
         signature: ports.
-        build: makes the casadi.Function; not called where the tape is in the cache.
+        build: makes the function; not called where the tape is in the cache.
         target: machine; None is this one.
         store: where tapes and code are kept.
     """

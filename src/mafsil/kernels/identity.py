@@ -1,4 +1,4 @@
-"""What decides the operations of a kernel and the bits of its code, as keys; found without LLVM and CasADi.
+"""What decides the operations of a kernel and the bits of its code, as keys; found without LLVM.
 
 Two levels: words for an expression lead to its tape (`tape_key`), the tape leads to machine code (`object_key`). When
 the sources of expressions are edited, tapes are made anew, and where they come out the same, so does the key of the
@@ -82,8 +82,8 @@ def toolchain() -> str:
 
 @cache
 def tracer() -> str:
-    """The release of CasADi, by the files that are installed."""
-    return _stamp("casadi", "casadi.py")
+    """Hash of the sources that make expressions."""
+    return fingerprint("mafsil.expression")
 
 
 def machine() -> str:

@@ -47,7 +47,7 @@ class ArticulatedInertia:
 
     def shifted(self, p: Expression) -> ArticulatedInertia:
         """About an origin at -p: H + [p] M, I + [p] H' - H [p] - [p] M [p]."""
-        P = ca.skew(p)
+        P = ex.skew(p)
         PM = P @ self.M
         PHt = P @ self.H.T
         return ArticulatedInertia(symmetric(self.I + PHt + PHt.T - PM @ P), self.H + PM, self.M)
@@ -195,7 +195,7 @@ def _outward(
 
 def symmetric(A: Expression) -> Expression:
     """A symmetric matrix (3, 3) made of its lower half alone, so that the upper one is not computed."""
-    return ca.vertcat(*(ca.horzcat(*(A[max(i, j), min(i, j)] for j in range(3))) for i in range(3)))
+    return ex.vertcat(*(ex.horzcat(*(A[max(i, j), min(i, j)] for j in range(3))) for i in range(3)))
 
 
 def _along_z(x: Expression) -> Expression:

@@ -35,8 +35,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.articulated_body import ArticulatedInertia, least_inertias, symmetric
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements, world_placements
@@ -71,8 +70,8 @@ class ArticulatedRate:
             inertia: what the joint passes on, about the parent's origin.
             gain: (3,) twice the velocity of this origin less that of the parent's.
         """
-        G = ca.skew(gain)
-        return ArticulatedRate(self.N + ca.skew(r) @ self.Q - inertia.H @ G, self.Q - inertia.M @ G)
+        G = ex.skew(gain)
+        return ArticulatedRate(self.N + ex.skew(r) @ self.Q - inertia.H @ G, self.Q - inertia.M @ G)
 
 
 def forward_derivatives(
@@ -117,7 +116,7 @@ class _Sweep:
         self.speeds = speeds
         self.R, self.o = world_placements(tree, steps)
         self.z = [R[:, 2] for R in self.R]
-        zero = ca.SX(3, 1)
+        zero = ex.zeros(3, 1)
         self.r, self.omega, self.v, self.turn, self.gain = [zero], [zero], [zero], [zero], [zero]
         self.drift: list[Screw] = [(zero, zero)]
         self.jump: list[Screw] = [(zero, zero)]
@@ -134,12 +133,12 @@ class _Sweep:
             p, step, z = body.parent, self.steps[i], self.z[i]
             r = self.R[p] @ step.offset
             carried = self.omega[p]
-            turn, spin, slide = ca.cross(carried, z), step.omega * self.speeds[i], step.v * self.speeds[i]
-            swing = ca.cross(carried, r)
+            turn, spin, slide = ex.cross(carried, z), step.omega * self.speeds[i], step.v * self.speeds[i]
+            swing = ex.cross(carried, r)
             change = swing + z * slide
             self.r.append(r)
             self.turn.append(turn)
-            self.drift.append((turn * spin, ca.cross(carried, swing) + 2 * turn * slide))
+            self.drift.append((turn * spin, ex.cross(carried, swing) + 2 * turn * slide))
             self.gain.append(2 * change)
             self.omega.append(carried + z * spin)
             self.v.append(self.v[p] + change)
@@ -154,11 +153,11 @@ class _Sweep:
         for i, body in reversed(self.tree.moving):
             step, z, A, P = self.steps[i], self.z[i], self.inertias[i], self.rates[i]
             U = _sum(step.omega, (A.I @ z, A.H.T @ z), step.v, (A.H @ z, A.M @ z))
-            D = step.omega * ca.dot(z, U[0]) + step.v * ca.dot(z, U[1]) + body.armature
-            give = ca.if_else(D > least[i], 1 / D, nan)
+            D = step.omega * ex.dot(z, U[0]) + step.v * ex.dot(z, U[1]) + body.armature
+            give = ex.if_else(D > least[i], 1 / D, nan)
             row = step.omega * (P.N.T @ z) + step.v * (P.Q.T @ z)
             moment, force = self.bias[i]
-            u = efforts[i] - step.omega * ca.dot(z, moment) - step.v * ca.dot(z, force)
+            u = efforts[i] - step.omega * ex.dot(z, moment) - step.v * ex.dot(z, force)
             self.gates[i] = U, give, u * give, row
             if body.parent:
                 self._hand_over(i, body.parent)
@@ -167,18 +166,18 @@ class _Sweep:
         """Each body's own inertia, bias wrench and rate tensor."""
         body, R, w = self.tree.bodies[i].inertia, self.R[i], self.omega[i]
         h, inertia = R @ constant(body.h), symmetric(R @ constant(body.I) @ R.T)
-        second = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 2 * ca.SX(ca.DM.eye(3)) - inertia
-        spin, flow = ca.cross(w, h), ca.skew(w) @ (2 * second)
-        N = (flow[0, 0] + flow[1, 1] + flow[2, 2]) * ca.SX(ca.DM.eye(3)) - flow
-        self.inertias.append(ArticulatedInertia(inertia, ca.skew(ca.densify(h)), body.mass * ca.SX(ca.DM.eye(3))))
-        self.bias.append((ca.cross(w, inertia @ w), ca.cross(w, spin)))
-        self.rates.append(ArticulatedRate(N, -ca.skew(2 * spin)))
+        second = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 2 * ex.eye(3) - inertia
+        spin, flow = ex.cross(w, h), ex.skew(w) @ (2 * second)
+        N = (flow[0, 0] + flow[1, 1] + flow[2, 2]) * ex.eye(3) - flow
+        self.inertias.append(ArticulatedInertia(inertia, ex.skew(h), body.mass * ex.eye(3)))
+        self.bias.append((ex.cross(w, inertia @ w), ex.cross(w, spin)))
+        self.rates.append(ArticulatedRate(N, -ex.skew(2 * spin)))
 
     def _add_tip_wrench(self, F_tip: Expression) -> None:
         tip = self.tree.tip
         turned, p = self.R[tip.body] @ constant(tip.R), self.R[tip.body] @ constant(tip.p)
         f = turned @ F_tip[3:]
-        self.bias[tip.body] = _plus(self.bias[tip.body], (turned @ F_tip[:3] + ca.cross(p, f), f))
+        self.bias[tip.body] = _plus(self.bias[tip.body], (turned @ F_tip[:3] + ex.cross(p, f), f))
 
     def _hand_over(self, i: int, p: int) -> None:
         """What joint i passes on to body p."""
@@ -190,26 +189,26 @@ class _Sweep:
         rate = self.rates[i].reduced(U, row * give).in_parent(r, passed, self.gain[i])
         self.inertias[p] = self.inertias[p].added(passed)
         self.rates[p] = self.rates[p].added(rate)
-        self.bias[p] = _plus(self.bias[p], (moment + ca.cross(r, force), force))
+        self.bias[p] = _plus(self.bias[p], (moment + ex.cross(r, force), force))
 
     def outward_accelerations(self) -> None:
         """Step 3; a classical acceleration of the origin, gravity as the base's upward acceleration."""
-        alpha, a = [ca.SX(3, 1)], [constant(-self.tree.gravity)]
+        alpha, a = [ex.zeros(3, 1)], [constant(-self.tree.gravity)]
         for i, body in self.tree.moving:
             p, step, z, r = body.parent, self.steps[i], self.z[i], self.r[i]
             w, v, speed = step.omega, step.v, self.speeds[i]
             U, give, pull, _ = self.gates[i]
-            hinge = a[p] + ca.cross(alpha[p], r) + ca.cross(self.omega[p], ca.cross(self.omega[p], r))
-            axis = ca.cross(alpha[p], z) + ca.cross(self.omega[p], self.turn[i])
+            hinge = a[p] + ex.cross(alpha[p], r) + ex.cross(self.omega[p], ex.cross(self.omega[p], r))
+            axis = ex.cross(alpha[p], z) + ex.cross(self.omega[p], self.turn[i])
             angular, linear = alpha[p] + self.drift[i][0], hinge + 2 * self.turn[i] * (v * speed)
-            qdd = pull - give * (ca.dot(U[0], angular) + ca.dot(U[1], linear))
+            qdd = pull - give * (ex.dot(U[0], angular) + ex.dot(U[1], linear))
             self.qdd.append(qdd)
             alpha.append(angular + z * (w * qdd))
             a.append(linear + z * (v * qdd))
-            jump = v * axis + w * ca.cross(hinge, z) + 2 * w * v * speed * ca.cross(self.turn[i], z)
+            jump = v * axis + w * ex.cross(hinge, z) + 2 * w * v * speed * ex.cross(self.turn[i], z)
             self.jump.append((w * axis, jump))
             m, f = _plus(self.bias[i], self.inertias[i].wrench(alpha[i], a[i]))
-            self.load.append((w * ca.cross(z, m) + v * ca.cross(z, f), w * ca.cross(z, f)))
+            self.load.append((w * ex.cross(z, m) + v * ex.cross(z, f), w * ex.cross(z, f)))
 
 
 class _Columns:
@@ -222,22 +221,22 @@ class _Columns:
         self.paths = [tree.path(i) for i in range(n)]
         self.S: list[Screw] = [_zero()]
         self.Ug: list[Screw] = [_zero()]
-        self.sg: list[Expression] = [ca.SX(3, 1)]
+        self.sg: list[Expression] = [ex.zeros(3, 1)]
         for i, _ in tree.moving:
             step, z, o = sweep.steps[i], sweep.z[i], sweep.o[i]
             (m, f), give, _, row = sweep.gates[i]
-            self.S.append((step.omega * z, step.v * z + step.omega * ca.cross(o, z)))
+            self.S.append((step.omega * z, step.v * z + step.omega * ex.cross(o, z)))
             self.Ug.append(_scaled(give, _about_zero((m, f), o)))
-            self.sg.append(give * (row + 2 * ca.cross(sweep.v[i], f)))
+            self.sg.append(give * (row + 2 * ex.cross(sweep.v[i], f)))
         self.X: list[dict[int, Screw]] = [{} for _ in range(n)]
         self.found: list[dict[tuple[int, int], Expression]] = [{}, {}, {}]
         self.free: dict[tuple[int, int], Screw] = {}
 
     def matrices(self) -> tuple[Expression, Expression, Expression]:
         """By q, by the rate, by the effort."""
-        n, zero = self.tree.n, ca.SX(0)
+        n, zero = self.tree.n, ex.Expression(0)
         by_q, by_qd, inverse = (
-            ca.vertcat(*(ca.horzcat(*(x.get((i, j), zero) for j in range(1, n + 1))) for i in range(1, n + 1)))
+            ex.vertcat(*(ex.horzcat(*(x.get((i, j), zero) for j in range(1, n + 1))) for i in range(1, n + 1)))
             for x in self.found
         )
         return by_q, by_qd, inverse
@@ -248,7 +247,7 @@ class _Columns:
         demands = self._demands(j)
         (m, f), give, _, _ = sweep.gates[j]
         step, z, o = sweep.steps[j], sweep.z[j], sweep.o[j]
-        own = [-give * (step.omega * ca.dot(z, b[0]) + step.v * ca.dot(z, b[1])) for b in demands]
+        own = [-give * (step.omega * ex.dot(z, b[0]) + step.v * ex.dot(z, b[1])) for b in demands]
         passed = [_about_zero(_plus(b, _scaled(u, (m, f))), o) for b, u in zip(demands, own, strict=True)]
         for k, (wrench, u) in enumerate(zip([*passed, self.Ug[j]], [*own, give], strict=True)):
             along = [_zero()]
@@ -279,13 +278,13 @@ class _Columns:
         sweep, step = self.sweep, self.sweep.steps[j]
         turned = step.omega * (sweep.turn[j] if k == 0 else sweep.z[j])
         angular, linear = sweep.jump[j] if k == 0 else (2 * step.omega * sweep.turn[j], 2 * step.v * sweep.turn[j])
-        linear = linear - 2 * ca.cross(turned, sweep.v[j])
-        a = _plus(a, (angular, linear + ca.cross(sweep.o[j], angular)))
+        linear = linear - 2 * ex.cross(turned, sweep.v[j])
+        a = _plus(a, (angular, linear + ex.cross(sweep.o[j], angular)))
         reached = {j: a}
         for i in range(j + 1, len(self.tree.bodies)):
             before = self.tree.bodies[i].parent
             if before in reached:
-                x = -_dot(self.Ug[i], reached[before]) - ca.dot(self.sg[i], turned)
+                x = -_dot(self.Ug[i], reached[before]) - ex.dot(self.sg[i], turned)
                 self._set(k, i, j, x)
                 reached[i] = _plus(reached[before], _scaled(x, self.S[i]))
 
@@ -297,7 +296,7 @@ class _Columns:
                 continue
             p = path[-1]
             if len(path) < FEW:
-                x = sum((self._carried(i, c, p) * self.found[k][c, j] for c in path), ca.SX(0))
+                x = sum((self._carried(i, c, p) * self.found[k][c, j] for c in path), ex.Expression(0))
             else:
                 x = _dot(self._free(i, p), along[len(path)])
             self._set(k, i, j, x)
@@ -322,7 +321,7 @@ class _Columns:
         if (i, p) not in self.free:
             path = self.paths[i]
             if self.tree.bodies[i].parent == p:
-                found = _scaled(-1, self.Ug[i])
+                found = _scaled(ex.Expression(-1), self.Ug[i])
             else:
                 c = path[path.index(p) + 1]
                 closer = self._free(i, c)
@@ -336,7 +335,7 @@ class _Columns:
 
 
 def _zero() -> Screw:
-    return ca.SX(3, 1), ca.SX(3, 1)
+    return ex.zeros(3, 1), ex.zeros(3, 1)
 
 
 def _plus(first: Screw, *others: Screw) -> Screw:
@@ -355,9 +354,9 @@ def _sum(w: float, turning: Screw, v: float, sliding: Screw) -> Screw:
 
 
 def _dot(a: Screw, b: Screw) -> Expression:
-    return ca.dot(a[0], b[0]) + ca.dot(a[1], b[1])
+    return ex.dot(a[0], b[0]) + ex.dot(a[1], b[1])
 
 
 def _about_zero(wrench: Screw, o: Expression) -> Screw:
     """A wrench about o, about the origin of {0}."""
-    return wrench[0] + ca.cross(o, wrench[1]), wrench[1]
+    return wrench[0] + ex.cross(o, wrench[1]), wrench[1]

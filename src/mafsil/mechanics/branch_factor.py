@@ -13,8 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import nan
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.placement import Expression
 
 SINGULAR = 1e-14
@@ -45,7 +44,7 @@ class BranchFactor:
     def __init__(self, M: Expression) -> None:
         self.n = int(M.shape[0])
         self.rows: list[Row] = [{} for _ in range(self.n)]
-        self.inverse_pivots: list[Expression] = [ca.SX(1)] * self.n
+        self.inverse_pivots: list[Expression] = [ex.Expression(1)] * self.n
         self._factor(M)
         self.parent = [max(row, default=-1) for row in self.rows]
         self._transfers: dict[tuple[int, int], Row] = {}
@@ -55,7 +54,7 @@ class BranchFactor:
         entry = {(i, j): M[i, j] for i in range(self.n) for j in range(i + 1) if not M[i, j].is_zero()}
         for k in reversed(range(self.n)):
             before = [i for i in range(k) if (k, i) in entry]
-            inverse = ca.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
+            inverse = ex.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
             self.inverse_pivots[k] = inverse
             for i in before:
                 factor = entry[k, i] * inverse
@@ -88,7 +87,7 @@ class BranchFactor:
             for j in range(i):
                 column = [*(A[a][j] if a >= j else A[j][a] for a in range(i))]
                 if j in path:
-                    row.append(_less(ca.SX(0), self.rows[i], column))
+                    row.append(_less(ex.Expression(0), self.rows[i], column))
                 else:
                     row.append(self._follower(i, set(self._path(j)), column))
             row.append(_less(self.inverse_pivots[i], self.rows[i], row))
@@ -100,7 +99,7 @@ class BranchFactor:
         p = self.parent[k]
         while p >= 0 and p not in driven:
             p = self.parent[p]
-        return _less(ca.SX(0), self._transfer(k, p), x) if p >= 0 else ca.SX(0)
+        return _less(ex.Expression(0), self._transfer(k, p), x) if p >= 0 else ex.Expression(0)
 
     def _transfer(self, k: int, p: int) -> Row:
         """-x_k per coordinate from the root to p, an ancestor of k, where nothing drives the coordinates after p."""
@@ -113,8 +112,9 @@ class BranchFactor:
                     between = self.parent[between]
                 found = dict(self._transfer(k, between))
                 through = found.pop(between, None)
-                for i, factor in self.rows[between].items() if through is not None else ():
-                    found[i] = found[i] - through * factor if i in found else -(through * factor)
+                if through is not None:
+                    for i, factor in self.rows[between].items():
+                        found[i] = found[i] - through * factor if i in found else -(through * factor)
             self._transfers[k, p] = found
         return self._transfers[k, p]
 

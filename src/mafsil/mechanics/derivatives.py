@@ -13,8 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.branch_factor import BranchFactor
@@ -71,12 +70,12 @@ def forward_dynamics_derivatives(
     """
     if tree.depth >= DEEP and not tree.follows:
         require_accelerations(tree, q)
-        return ca.vertcat(*forward_derivatives(tree, q, qd, tau, F_tip))
+        return ex.vertcat(*forward_derivatives(tree, q, qd, tau, F_tip))
     qdd = forward_dynamics(tree, q, qd, tau, F_tip)
     by_q, by_qd, _ = matrices(tree, q, qd, qdd, F_tip)
     factor = BranchFactor(mass_matrix(tree, q))
     blocks = (_solved_columns(factor, by_q), _solved_columns(factor, by_qd), _matrix(factor.inverse()))
-    return ca.vertcat(*blocks)
+    return ex.vertcat(*blocks)
 
 
 def _solved_columns(factor: BranchFactor, matrix: Expression) -> Expression:
@@ -87,7 +86,7 @@ def _solved_columns(factor: BranchFactor, matrix: Expression) -> Expression:
 
 
 def _matrix(rows: Sequence[Sequence[Expression]]) -> Expression:
-    return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+    return ex.vertcat(*(ex.horzcat(*row) for row in rows))
 
 
 def matrices(

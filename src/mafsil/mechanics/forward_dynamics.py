@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 
 import mafsil.expression as ex
@@ -102,4 +101,4 @@ def by_mass_matrix(
 def solved(M: Expression, b: Expression) -> Expression:
     """X (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
     factor = BranchFactor(M)
-    return ca.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))
+    return ex.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))

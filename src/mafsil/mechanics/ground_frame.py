@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Body, BodyTree
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.wrench import Wrench
@@ -33,17 +33,17 @@ class Screw(NamedTuple):
 
 def twist_at_ground(angular: Expression, linear: Expression, o: Expression) -> Screw:
     """A twist (angular, linear) at o, taken to the origin of {0}; all (3,) in the axes of {0}."""
-    return Screw(angular, linear + ca.cross(o, angular))
+    return Screw(angular, linear + ex.cross(o, angular))
 
 
 def wrench_at_ground(wrench: Wrench, o: Expression) -> Wrench:
     """A wrench about o, about the origin of {0}; all in the axes of {0}."""
-    return Wrench(wrench.m + ca.cross(o, wrench.f), wrench.f)
+    return Wrench(wrench.m + ex.cross(o, wrench.f), wrench.f)
 
 
 def along(wrench: Wrench, screw: Screw) -> Expression:
     """Power of the wrench along the twist."""
-    return ca.dot(wrench.m, screw.angular) + ca.dot(wrench.f, screw.linear)
+    return ex.dot(wrench.m, screw.angular) + ex.dot(wrench.f, screw.linear)
 
 
 def ground_is_shorter(tree: BodyTree, wrenches: int, rows: int) -> bool:

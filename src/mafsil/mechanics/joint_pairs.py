@@ -17,8 +17,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion
 from mafsil.mechanics.ground_frame import Screw, along, twist_at_ground, wrench_at_ground
@@ -42,8 +41,8 @@ class JointMatrix:
 
     def full(self) -> Expression:
         """The matrix, zero where no pair has an entry."""
-        n, zero = self.tree.n, ca.SX(0)
-        return ca.vertcat(*(ca.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
+        n, zero = self.tree.n, ex.Expression(0)
+        return ex.vertcat(*(ex.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
 
 
 class JointPairs(ABC):
@@ -78,8 +77,8 @@ class JointPairs(ABC):
         drift, jump = self.motion.drift[i], self.motion.jump[i]
         unit, row = Wrench(*own.inertia.unit_acceleration(step)), own.unit_rate_row(step)
         drifted = step.omega * unit.m + step.v * unit.f
-        self.by_qd.add(i, i, step.omega * row[2] + ca.dot(drifted, 2 * drift))
-        self.by_q.add(i, i, step.omega * ca.dot(row, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
+        self.by_qd.add(i, i, step.omega * row[2] + ex.dot(drifted, 2 * drift))
+        self.by_q.add(i, i, step.omega * ex.dot(row, drift) + ex.dot(unit.m, jump[0]) + ex.dot(unit.f, jump[1]))
         self.M.add(i, i, unit.along(step) + body.armature)
 
     @abstractmethod
@@ -104,15 +103,15 @@ class BodyFramePairs(JointPairs):
         while self.tree.bodies[j].parent:
             at = self.steps[j]
             unit, rate, shift = unit.in_parent(at), rate.in_parent(at), shift.in_parent(at)
-            row = at.to_parent(row) + ca.cross(self.motion.gain[j], unit.f)
+            row = at.to_parent(row) + ex.cross(self.motion.gain[j], unit.f)
             j = self.tree.bodies[j].parent
             self._pair(i, j, unit, rate, shift, row)
 
     def _pair(self, i: int, j: int, unit: Wrench, rate: Wrench, shift: Wrench, row: Expression) -> None:
         at, drift, jump = self.steps[j], self.motion.drift[j], self.motion.jump[j]
         drifted, effort = at.omega * unit.m + at.v * unit.f, unit.along(at)
-        self.by_qd.add(i, j, at.omega * row[2] + ca.dot(drifted, 2 * drift))
-        self.by_q.add(i, j, at.omega * ca.dot(row, drift) + ca.dot(unit.m, jump[0]) + ca.dot(unit.f, jump[1]))
+        self.by_qd.add(i, j, at.omega * row[2] + ex.dot(drifted, 2 * drift))
+        self.by_q.add(i, j, at.omega * ex.dot(row, drift) + ex.dot(unit.m, jump[0]) + ex.dot(unit.f, jump[1]))
         self.M.add(i, j, effort)
         self.M.add(j, i, effort)
         self.by_q.add(j, i, shift.along(at))
@@ -131,7 +130,7 @@ class GroundFramePairs(JointPairs):
     ) -> None:
         super().__init__(tree, steps, motion, composite)
         self.R, self.o = world_placements(tree, steps)
-        self.v = [ca.SX(3, 1)]
+        self.v = [ex.zeros(3, 1)]
         for i, body in tree.moving:
             self.v.append(self.v[body.parent] + self.R[body.parent] @ (motion.gain[i] / 2))
         self.screws = [self._screws(i) for i in range(len(tree.bodies))]
@@ -143,20 +142,20 @@ class GroundFramePairs(JointPairs):
         jump = R @ self.motion.jump[j][0], R @ self.motion.jump[j][1]
         axis, turned = step.omega * z, step.omega * drift
         screw = twist_at_ground(axis, step.v * z, o)
-        rate = twist_at_ground(2 * turned, 2 * step.v * drift - 2 * ca.cross(axis, v), o)
-        return screw, rate, twist_at_ground(jump[0], jump[1] - 2 * ca.cross(turned, v), o), axis, turned
+        rate = twist_at_ground(2 * turned, 2 * step.v * drift - 2 * ex.cross(axis, v), o)
+        return screw, rate, twist_at_ground(jump[0], jump[1] - 2 * ex.cross(turned, v), o), axis, turned
 
     def before(self, i: int) -> None:
         """Entries of joint i with the joints before it."""
         R, o, (*wrenches, row) = self.R[i], self.o[i], self.wrenches(i)
         turned = [Wrench(R @ wrench.m, R @ wrench.f) for wrench in wrenches]
-        row = R @ row + 2 * ca.cross(self.v[i], turned[0].f)
+        row = R @ row + 2 * ex.cross(self.v[i], turned[0].f)
         unit, rate, shift = (wrench_at_ground(wrench, o) for wrench in turned)
         for j in self.tree.path(self.tree.bodies[i].parent):
             screw, twice_drift, jump, axis, drift = self.screws[j]
             effort = along(unit, screw)
-            self.by_qd.add(i, j, along(unit, twice_drift) + ca.dot(row, axis))
-            self.by_q.add(i, j, along(unit, jump) + ca.dot(row, drift))
+            self.by_qd.add(i, j, along(unit, twice_drift) + ex.dot(row, axis))
+            self.by_q.add(i, j, along(unit, jump) + ex.dot(row, drift))
             self.M.add(i, j, effort)
             self.M.add(j, i, effort)
             self.by_q.add(j, i, along(shift, screw))

@@ -122,7 +122,7 @@ def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port
 
 
 def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
-    """The casadi.Function; CasADi is loaded only when a kernel has to be made."""
+    """The function; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics.closed_form.function import parametric_function
     from mafsil.mechanics.closed_form.parametric import Thresholds
 

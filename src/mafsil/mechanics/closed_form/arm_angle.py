@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
+import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 from mafsil.arrays import Floats
@@ -30,7 +30,7 @@ FLAT = 1e-12
 ROUNDING = 1e-12
 """By how much the cosine of the elbow's opening may exceed one."""
 
-Columns = tuple[ca.SX, ca.SX, ca.SX]
+Columns = tuple[ex.Expression, ex.Expression, ex.Expression]
 """Three orthonormal vectors."""
 
 ThreeTurns = tuple[Turn, Turn, Turn]
@@ -47,10 +47,12 @@ class _Triple:
     """
 
     turns: tuple[ThreeTurns, ThreeTurns]
-    mark: ca.SX
+    mark: ex.Expression
 
 
-def arm_angle_branches(pattern: ArmAnglePattern, T: ca.SX, angle: ca.SX, wishes: Wishes) -> list[JudgedBranch]:
+def arm_angle_branches(
+    pattern: ArmAnglePattern, T: ex.Expression, angle: ex.Expression, wishes: Wishes
+) -> list[JudgedBranch]:
     """All branches, elbow, shoulder and wrist each with its two roots; coordinates NaN where the wrist is out of reach.
 
     1. The distance from shoulder to wrist gives the elbow: two openings about where the links are in line.
@@ -66,19 +68,19 @@ def arm_angle_branches(pattern: ArmAnglePattern, T: ca.SX, angle: ca.SX, wishes:
         angle: arm angle [rad].
         wishes: of the caller: to where angles are wound, and their limits.
     """
-    home = ca.SX(np.linalg.inv(pattern.home))
+    home = ex.Expression(np.linalg.inv(pattern.home))
     P = T @ home
     R, p = P[:3, :3], P[:3, 3]
-    axes = [ca.SX(w) for w in pattern.axes]
-    shoulder, elbow, wrist = (ca.SX(x) for x in (pattern.shoulder, pattern.elbow, pattern.wrist))
+    axes = [ex.Expression(w) for w in pattern.axes]
+    shoulder, elbow, wrist = (ex.Expression(x) for x in (pattern.shoulder, pattern.elbow, pattern.wrist))
     target = R @ wrist + p - shoulder
-    distance = ca.fmax(norm(target), 1e-300)
+    distance = ex.fmax(norm(target), 1e-300)
     # 1.
     centre, cosine = _opening(pattern, distance)
-    reached = ca.fabs(cosine) <= 1 + ROUNDING
-    cosine = ca.fmax(-1, ca.fmin(1, cosine))
-    sine = ca.sqrt(1 - cosine * cosine)
-    turn = Turn(ca.cos(angle), ca.sin(angle))
+    reached = ex.fabs(cosine) <= 1 + ROUNDING
+    cosine = ex.fmax(-1, ex.fmin(1, cosine))
+    sine = ex.sqrt(1 - cosine * cosine)
+    turn = Turn(ex.cos(angle), ex.sin(angle))
     want = _side_turned(_frame_along(target / distance, axes[0], axes[1], ALONG), turn)
     side = aside(axes[6], axes[5])
     goals = [R @ axes[6], R @ side]
@@ -88,8 +90,8 @@ def arm_angle_branches(pattern: ArmAnglePattern, T: ca.SX, angle: ca.SX, wishes:
         link = bend.about(axes[3], wrist - elbow)
         # 2.
         seen = elbow - shoulder + link
-        have = _frame_along(seen / ca.fmax(norm(seen), 1e-300), elbow - shoulder, axes[3], STRAIGHT)
-        S = ca.horzcat(*want) @ ca.horzcat(*have).T
+        have = _frame_along(seen / ex.fmax(norm(seen), 1e-300), elbow - shoulder, axes[3], STRAIGHT)
+        S = ex.horzcat(*want) @ ex.horzcat(*have).T
         # 3.
         first = _triple(pattern.axes[:3], S)
         rest = _columns_turned(bend.back(), axes[3], S.T @ R)
@@ -100,24 +102,29 @@ def arm_angle_branches(pattern: ArmAnglePattern, T: ca.SX, angle: ca.SX, wishes:
             place = _applied(axes[:3], before, [seen])[0] - target
             left = [bend.back().about(axes[3], x) for x in _taken_off(axes[:3], before, goals)]
             for after, vectors in zip(last.turns, moved, strict=True):
-                squares = [ca.sumsqr(place), *(ca.sumsqr(x - y) for x, y in zip(left, vectors, strict=True))]
-                miss = ca.sqrt(ca.fmax(squares[0], ca.fmax(squares[1], squares[2])))
+                squares = [ex.sumsqr(place), *(ex.sumsqr(x - y) for x, y in zip(left, vectors, strict=True))]
+                miss = ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
                 motions = (*before, bend, *after)
                 marks = (first.mark, sine, last.mark)
-                rows.append(_judged(motions, ca.if_else(reached, miss, float("nan")), marks, wishes))
+                rows.append(_judged(motions, ex.if_else(reached, miss, float("nan")), marks, wishes))
     return rows
 
 
-def _judged(motions: tuple[Turn, ...], miss: ca.SX, marks: tuple[ca.SX, ca.SX, ca.SX], wishes: Wishes) -> JudgedBranch:
+def _judged(
+    motions: tuple[Turn, ...],
+    miss: ex.Expression,
+    marks: tuple[ex.Expression, ex.Expression, ex.Expression],
+    wishes: Wishes,
+) -> JudgedBranch:
     """The branch with its angles wound into the limits."""
-    known = miss < ca.inf
-    q = [ca.if_else(known, wound_angle(one.angle, wishes, i), float("nan")) for i, one in enumerate(motions)]
-    posture = Posture(motions, (ca.SX(0),) * len(motions), ca.SX(0), ca.SX(0), marks)
+    known = miss < ex.inf
+    q = [ex.if_else(known, wound_angle(one.angle, wishes, i), float("nan")) for i, one in enumerate(motions)]
+    posture = Posture(motions, (ex.Expression(0),) * len(motions), ex.Expression(0), ex.Expression(0), marks)
     excess = excess_of(q, wishes)
-    return JudgedBranch(posture, q, miss, ca.SX(0), excess, excess)
+    return JudgedBranch(posture, q, miss, ex.Expression(0), excess, excess)
 
 
-def _opening(pattern: ArmAnglePattern, distance: ca.SX) -> tuple[Turn, ca.SX]:
+def _opening(pattern: ArmAnglePattern, distance: ex.Expression) -> tuple[Turn, ex.Expression]:
     """The turn of axis 4 that brings the wrist farthest, and the cosine of how far the elbow is from there.
 
     |Rot(w4, q4) u + v| = distance: u from axis 4 to the wrist, v from the shoulder to axis 4.
@@ -129,14 +136,14 @@ def _opening(pattern: ArmAnglePattern, distance: ca.SX) -> tuple[Turn, ca.SX]:
     x, y = float(u @ v), float(np.cross(w, u) @ v)
     size = float(np.hypot(x, y))
     cosine = (distance * distance - height * height - float(u @ u) - float(v @ v)) / (2 * size)
-    return Turn(ca.SX(x / size), ca.SX(y / size)), cosine
+    return Turn(ex.Expression(x / size), ex.Expression(y / size)), cosine
 
 
-def _frame_along(w: ca.SX, side: ca.SX, other: ca.SX, least: float) -> Columns:
+def _frame_along(w: ex.Expression, side: ex.Expression, other: ex.Expression, least: float) -> Columns:
     """The unit vector w, the part of `side` across it, of `other` if that is nearly none, and the normal to both."""
     one, two = across(w, side), across(w, other)
     usable = norm(one) >= least
-    chosen = ca.vertcat(*[ca.if_else(usable, one[k], two[k]) for k in range(3)])
+    chosen = ex.vertcat(*[ex.if_else(usable, one[k], two[k]) for k in range(3)])
     # Of a short part across w rounding leaves some along w: it is taken off again.
     chosen = across(w, chosen / norm(chosen))
     chosen = chosen / norm(chosen)
@@ -149,29 +156,29 @@ def _side_turned(frame: Columns, turn: Turn) -> Columns:
     return w, turn.c * side + turn.s * normal, turn.c * normal - turn.s * side
 
 
-def _columns_turned(turn: Turn, w: ca.SX, R: ca.SX) -> ca.SX:
+def _columns_turned(turn: Turn, w: ex.Expression, R: ex.Expression) -> ex.Expression:
     """Rot(w, angle) R."""
-    return ca.horzcat(*[turn.about(w, R[:, k]) for k in range(3)])
+    return ex.horzcat(*[turn.about(w, R[:, k]) for k in range(3)])
 
 
-def _triple(axes: Floats, R: ca.SX) -> _Triple:
+def _triple(axes: Floats, R: ex.Expression) -> _Triple:
     """Turns about three axes, the second normal to the others, whose product is R.
 
     F' R F Rot(y, b0) = Rot(z, a) Rot(y, b + b0) Rot(z, c): F has z along the first axis and y along the second, b0 is
     the angle from the first to the third about the second.
     """
     F, (c0, s0) = _axes_frame(axes)
-    Q = ca.SX(F.T) @ R @ ca.SX(F @ np.array([[c0, 0.0, s0], [0.0, 1.0, 0.0], [-s0, 0.0, c0]]))
-    size = norm(ca.vertcat(Q[0, 2], Q[1, 2]))
+    Q = ex.Expression(F.T) @ R @ ex.Expression(F @ np.array([[c0, 0.0, s0], [0.0, 1.0, 0.0], [-s0, 0.0, c0]]))
+    size = norm(ex.vertcat(Q[0, 2], Q[1, 2]))
     flat = size < FLAT
-    divisor = ca.if_else(flat, 1, size)
+    divisor = ex.if_else(flat, 1, size)
     # Where the middle joint does not bend, all is in the third.
-    a = Turn(ca.if_else(flat, 1, Q[0, 2] / divisor), ca.if_else(flat, 0, Q[1, 2] / divisor))
-    c = Turn(ca.if_else(flat, Q[1, 1], -Q[2, 0] / divisor), ca.if_else(flat, Q[1, 0], Q[2, 1] / divisor))
-    sine = ca.if_else(flat, 0, size)
-    back = Turn(ca.SX(c0), ca.SX(-s0))
+    a = Turn(ex.if_else(flat, 1, Q[0, 2] / divisor), ex.if_else(flat, 0, Q[1, 2] / divisor))
+    c = Turn(ex.if_else(flat, Q[1, 1], -Q[2, 0] / divisor), ex.if_else(flat, Q[1, 0], Q[2, 1] / divisor))
+    sine = ex.if_else(flat, 0, size)
+    back = Turn(ex.Expression(c0), ex.Expression(-s0))
     one = (a, Turn(Q[2, 2], sine).then(back), c)
-    half = ca.if_else(flat, 1, -1)
+    half = ex.if_else(flat, 1, -1)
     two = (_times(half, a), Turn(Q[2, 2], -sine).then(back), _times(half, c))
     return _Triple((one, two), size)
 
@@ -185,19 +192,19 @@ def _axes_frame(axes: Floats) -> tuple[Floats, tuple[float, float]]:
     return np.stack([np.cross(y, axes[0]), y, axes[0]], axis=1), (c / size, s / size)
 
 
-def _times(sign: ca.SX, turn: Turn) -> Turn:
+def _times(sign: ex.Expression, turn: Turn) -> Turn:
     """The turn, or that by half a turn more where the sign is negative."""
     return Turn(sign * turn.c, sign * turn.s)
 
 
-def _applied(axes: list[ca.SX], turns: ThreeTurns, vectors: list[ca.SX]) -> list[ca.SX]:
+def _applied(axes: list[ex.Expression], turns: ThreeTurns, vectors: list[ex.Expression]) -> list[ex.Expression]:
     """Vectors carried by three joints."""
     for w, turn in reversed(list(zip(axes, turns, strict=True))):
         vectors = [turn.about(w, x) for x in vectors]
     return vectors
 
 
-def _taken_off(axes: list[ca.SX], turns: ThreeTurns, vectors: list[ca.SX]) -> list[ca.SX]:
+def _taken_off(axes: list[ex.Expression], turns: ThreeTurns, vectors: list[ex.Expression]) -> list[ex.Expression]:
     """Vectors as seen before the motions of three joints."""
     for w, turn in zip(axes, turns, strict=True):
         vectors = [turn.back().about(w, x) for x in vectors]

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.thresholds import (
     APART,
@@ -52,20 +51,20 @@ class Row:
         fixed_excess: by how much a coordinate that stands while the wrist's joints move is beyond its limits.
     """
 
-    residual: ca.SX
-    shortfall: ca.SX
-    free: ca.SX
-    code: ca.SX
-    margin: ca.SX
-    excess: ca.SX
-    second: ca.SX
-    merged: ca.SX
-    merged_shoulder: ca.SX
-    free_first: ca.SX
-    fixed_excess: ca.SX
+    residual: ex.Expression
+    shortfall: ex.Expression
+    free: ex.Expression
+    code: ex.Expression
+    margin: ex.Expression
+    excess: ex.Expression
+    second: ex.Expression
+    merged: ex.Expression
+    merged_shoulder: ex.Expression
+    free_first: ex.Expression
+    fixed_excess: ex.Expression
 
 
-def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ca.SX, tolerance: ca.SX) -> ca.SX:
+def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tolerance: ex.Expression) -> ex.Expression:
     """The sum of 2^k over the rows k that are solutions, where they are distinct, isolated and exact; else what to do.
 
     Args:
@@ -77,48 +76,48 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ca.SX, tolerance: 
     # 1. Solutions.
     good = [row.residual <= tolerance for row in rows]
     found = _any(good)
-    solved = sum((2.0**k * one for k, one in enumerate(good)), ca.SX(0))
+    solved = sum((2.0**k * one for k, one in enumerate(good)), ex.Expression(0))
     # 2. What asks for care.
-    exact, most = ca.fmin(CLEAR, tolerance), ca.fmax(candidate(pattern), tolerance)
+    exact, most = ex.fmin(CLEAR, tolerance), ex.fmax(candidate(pattern), tolerance)
     between = [
-        ca.logic_and(ca.logic_and(row.residual > exact, row.residual <= most), ca.logic_not(short))
+        ex.logic_and(ex.logic_and(row.residual > exact, row.residual <= most), ex.logic_not(short))
         for row, short in zip(rows, _short(pattern, rows, tolerance), strict=True)
     ]
     meets = [
-        ca.logic_and(one, ca.logic_or(row.free > 0, row.margin <= MERGED)) for one, row in zip(good, rows, strict=True)
+        ex.logic_and(one, ex.logic_or(row.free > 0, row.margin <= MERGED)) for one, row in zip(good, rows, strict=True)
     ]
-    allowed = _any([ca.logic_and(one, row.excess <= INSIDE) for one, row in zip(good, rows, strict=True)])
-    lost = ca.logic_and(ca.logic_not(allowed), _any([_may_be_inside(pattern, row) for row in rows]))
-    nearly = ca.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
-    missed = ca.logic_and(ca.logic_not(found), _any([_least_miss(pattern, row) <= nearly for row in rows]))
+    allowed = _any([ex.logic_and(one, row.excess <= INSIDE) for one, row in zip(good, rows, strict=True)])
+    lost = ex.logic_and(ex.logic_not(allowed), _any([_may_be_inside(pattern, row) for row in rows]))
+    nearly = ex.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
+    missed = ex.logic_and(ex.logic_not(found), _any([_least_miss(pattern, row) <= nearly for row in rows]))
     refine = _any([*between, *_folded(pattern, rows), lost, missed])
     if pattern.quartic:
-        near = [ca.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
-        refine = _any([refine, ca.logic_not(found), *near, *(row.margin <= FOLD for row in rows)])
+        near = [ex.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
+        refine = _any([refine, ex.logic_not(found), *near, *(row.margin <= FOLD for row in rows)])
     # 3. Rows that may repeat each other.
-    close = _any([ca.logic_and(one, row.margin < APART) for one, row in zip(good, rows, strict=True)])
-    repeated = ca.SX(1) if pattern.quartic or not pattern.plain else close
+    close = _any([ex.logic_and(one, row.margin < APART) for one, row in zip(good, rows, strict=True)])
+    repeated = ex.Expression(1) if pattern.quartic or not pattern.plain else close
     # 4. Solutions that only have to be merged.
     twice = [_entangled(pattern, row) for row in rows]
-    entangled = _any([ca.logic_and(one, worse) for one, worse in zip(meets, twice, strict=True)])
-    careful = ca.logic_or(refine, entangled)
-    decision = ca.if_else(repeated, REPEATED, solved)
-    decision = ca.if_else(_any(meets), MEETING, decision)
-    decision = ca.if_else(found, decision, NONE)
-    decision = ca.if_else(careful, CAREFUL, decision)
-    return ca.if_else(defect <= ORTHOGONALITY, decision, NO_POSE)
+    entangled = _any([ex.logic_and(one, worse) for one, worse in zip(meets, twice, strict=True)])
+    careful = ex.logic_or(refine, entangled)
+    decision = ex.if_else(repeated, REPEATED, solved)
+    decision = ex.if_else(_any(meets), MEETING, decision)
+    decision = ex.if_else(found, decision, NONE)
+    decision = ex.if_else(careful, CAREFUL, decision)
+    return ex.if_else(defect <= ORTHOGONALITY, decision, NO_POSE)
 
 
-def _least_miss(pattern: ArmPattern, row: Row) -> ca.SX:
+def _least_miss(pattern: ArmPattern, row: Row) -> ex.Expression:
     """By how much the nearest configuration may miss: without an exact solution it may be within the tolerance."""
-    nearest = ca.fmin(row.residual, row.shortfall)
+    nearest = ex.fmin(row.residual, row.shortfall)
     if pattern.n >= pattern.equations:
         return nearest
     # All steps may succeed and added joints move: only at folds does that say nothing.
-    return ca.if_else(ca.logic_or(row.free > 0, row.margin <= FOLD), nearest, row.residual)
+    return ex.if_else(ex.logic_or(row.free > 0, row.margin <= FOLD), nearest, row.residual)
 
 
-def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ca.SX]:
+def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
     """Which rows rounding may have moved off: two pairs of roots merge there and split again.
 
     A row that falls short while its other marks are large falls short indeed: what went before, with the mark m, is
@@ -126,43 +125,43 @@ def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ca.SX]:
     """
     if not folds(pattern):
         return []
-    margins = [ca.if_else(row.residual <= CLEAR, row.margin, ca.inf) for row in rows]
-    beside = reduce(ca.fmin, margins) <= BENT
-    found: list[ca.SX] = []
+    margins = [ex.if_else(row.residual <= CLEAR, row.margin, ex.inf) for row in rows]
+    beside = reduce(ex.fmin, margins) <= BENT
+    found: list[ex.Expression] = []
     for row in rows:
-        off = ca.logic_and(row.residual > CLEAR, row.residual <= SPLIT * pattern.size)
-        merged = ca.logic_and(row.merged > 1, row.merged_shoulder) if merges_twice(pattern) else ca.SX(0)
-        near = ca.logic_and(row.residual <= NEARLY * pattern.size, beside)
-        near = ca.logic_and(near, row.residual * row.second**2 <= ROUNDED * pattern.size)
-        found.append(ca.logic_and(off, ca.logic_or(merged, near)))
+        off = ex.logic_and(row.residual > CLEAR, row.residual <= SPLIT * pattern.size)
+        merged = ex.logic_and(row.merged > 1, row.merged_shoulder) if merges_twice(pattern) else ex.Expression(0)
+        near = ex.logic_and(row.residual <= NEARLY * pattern.size, beside)
+        near = ex.logic_and(near, row.residual * row.second**2 <= ROUNDED * pattern.size)
+        found.append(ex.logic_and(off, ex.logic_or(merged, near)))
     return found
 
 
-def _short(pattern: ArmPattern, rows: Sequence[Row], tolerance: ca.SX) -> list[ca.SX]:
+def _short(pattern: ArmPattern, rows: Sequence[Row], tolerance: ex.Expression) -> list[ex.Expression]:
     """Which rows fall short by more than rounding explains, as `_folded` says."""
     if pattern.quartic or pattern.n < pattern.equations:
-        return [ca.SX(0)] * len(rows)
-    found: list[ca.SX] = []
+        return [ex.Expression(0)] * len(rows)
+    found: list[ex.Expression] = []
     for row in rows:
-        misses = ca.logic_and(row.residual > tolerance, row.shortfall >= 0.1 * row.residual)
-        found.append(ca.logic_and(misses, row.residual * row.second**2 > ROUNDED * pattern.size))
+        misses = ex.logic_and(row.residual > tolerance, row.shortfall >= 0.1 * row.residual)
+        found.append(ex.logic_and(misses, row.residual * row.second**2 > ROUNDED * pattern.size))
     return found
 
 
-def _may_be_inside(pattern: ArmPattern, row: Row) -> ca.SX:
+def _may_be_inside(pattern: ArmPattern, row: Row) -> ex.Expression:
     """Whether free joints may be chosen so that a row is within the limits: those that stand while they move are."""
     free = row.free > 0
     if pattern.quartic:
         return free
-    known = ca.logic_and(ca.logic_not(row.free_first), row.free < 2.0**pattern.n)
+    known = ex.logic_and(ex.logic_not(row.free_first), row.free < 2.0**pattern.n)
     solved = row.residual <= candidate(pattern)
-    return ca.logic_and(free, ca.logic_or(ca.logic_not(known), ca.logic_and(solved, row.fixed_excess <= INSIDE)))
+    return ex.logic_and(free, ex.logic_or(ex.logic_not(known), ex.logic_and(solved, row.fixed_excess <= INSIDE)))
 
 
-def _entangled(pattern: ArmPattern, row: Row) -> ca.SX:
+def _entangled(pattern: ArmPattern, row: Row) -> ex.Expression:
     """Whether more meets at a solution than two branches, or a wrist that stands straight."""
     return _any([row.second <= SECOND, row.free_first, row.free >= 2.0**pattern.n])
 
 
-def _any(conditions: Sequence[ca.SX]) -> ca.SX:
-    return reduce(ca.logic_or, conditions)
+def _any(conditions: Sequence[ex.Expression]) -> ex.Expression:
+    return reduce(ex.logic_or, conditions)

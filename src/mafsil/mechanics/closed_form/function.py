@@ -42,33 +42,33 @@ def labelled_function(pattern: ArmPattern) -> ex.Function:
     """
     inputs, T, wishes = _asked(pattern)
     q, facts, defect = labelled(pattern, T, wishes)
-    outputs = ca.cse([_column(q), _column(facts), defect])
-    return ca.Function("labelled_closed_form", inputs, outputs)
+    outputs = ex.cse([_column(q), _column(facts), defect])
+    return ex.Function("labelled_closed_form", inputs, outputs)
 
 
-def judged_function(pattern: ArmPattern) -> ca.Function:
+def judged_function(pattern: ArmPattern) -> ex.Function:
     """Of (T_sd, near, turns, lower, upper, tolerance) to coordinates, facts and what is decided about the pose.
 
     Args:
         pattern: of the arm.
     """
     inputs, T, wishes = _asked(pattern)
-    tolerance = ca.SX.sym("tolerance")
+    tolerance = ex.symbol("tolerance")
     q, facts, decision = judged(pattern, T, wishes, tolerance)
-    outputs = ca.cse([_column(q), _column(facts), decision])
-    return ca.Function("judged_closed_form", [*inputs, tolerance], outputs)
+    outputs = ex.cse([_column(q), _column(facts), decision])
+    return ex.Function("judged_closed_form", [*inputs, tolerance], outputs)
 
 
-def _asked(pattern: ArmPattern) -> tuple[list[ca.SX], ca.SX, Wishes]:
+def _asked(pattern: ArmPattern) -> tuple[list[ex.Expression], ex.Expression, Wishes]:
     """The inputs, and the pose and the wishes that they are."""
     n = pattern.n
-    T, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("turns", 2 * n)
-    near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
-    wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
+    T, turns = ex.symbol("T_sd", 16), ex.symbol("turns", 2 * n)
+    near, lower, upper = (ex.symbol(name, n) for name in ("near", "lower", "upper"))
+    wishes = Wishes(near, ex.reshape(turns, 2, n).T, lower, upper)
     return [T, near, turns, lower, upper], _pose(T), wishes
 
 
-def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: parametric.Thresholds) -> ca.Function:
+def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: parametric.Thresholds) -> ex.Function:
     """Of (T_sd, values, near, turns, lower, upper, most) to what `parametric` makes of them.
 
     Args:
@@ -77,10 +77,10 @@ def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: para
         thresholds: of regular answers.
     """
     n = pattern.n
-    T, values, turns = ca.SX.sym("T_sd", 16), ca.SX.sym("values", pattern.parameters), ca.SX.sym("turns", 2 * n)
-    near, lower, upper = (ca.SX.sym(name, n) for name in ("near", "lower", "upper"))
-    most = ca.SX.sym("most")
-    wishes = Wishes(near, ca.reshape(turns, 2, n).T, lower, upper)
+    T, values, turns = ex.symbol("T_sd", 16), ex.symbol("values", pattern.parameters), ex.symbol("turns", 2 * n)
+    near, lower, upper = (ex.symbol(name, n) for name in ("near", "lower", "upper"))
+    most = ex.symbol("most")
+    wishes = Wishes(near, ex.reshape(turns, 2, n).T, lower, upper)
     if kind == "solutions":
         q, facts, summary = parametric.parametric_solutions(pattern, thresholds, _pose(T), values, wishes, most)
         outputs = [_column(q), _column(facts), summary]
@@ -89,7 +89,7 @@ def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: para
     else:
         q, residual, excess, defect = parametric.parametric_configurations(pattern, _pose(T), values, wishes, most)
         outputs = [_column(q), residual, excess, defect]
-    return ca.Function(f"parametric_{kind}", [T, values, near, turns, lower, upper, most], ca.cse(outputs))
+    return ex.Function(f"parametric_{kind}", [T, values, near, turns, lower, upper, most], ex.cse(outputs))
 
 
 def _pose(T: ex.Expression) -> ex.Expression:

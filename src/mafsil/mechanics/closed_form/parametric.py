@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import casadi as ca
-
+import mafsil.expression as ex
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
@@ -42,8 +41,13 @@ class Thresholds:
 
 
 def parametric_solutions(
-    pattern: Pattern, thresholds: Thresholds, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
-) -> tuple[ca.SX, ca.SX, ca.SX]:
+    pattern: Pattern,
+    thresholds: Thresholds,
+    T: ex.Expression,
+    values: ex.Expression,
+    wishes: Wishes,
+    most: ex.Expression,
+) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """All branches at values of the redundant joints, and whether they are an answer as they are.
 
     Args:
@@ -64,16 +68,18 @@ def parametric_solutions(
     least = _least([(row.miss <= most, row.excess) for row in rows])
     marks = [_coded(row.posture) for row in rows]
     bend = _least([(row.miss <= thresholds.exact, margin) for row, (_, margin) in zip(rows, marks, strict=True)])
-    doubtful, folded = ca.SX(0), ca.SX(0)
+    doubtful, folded = ex.Expression(0), ex.Expression(0)
     for row, (_, margin) in zip(rows, marks, strict=True):
-        doubtful = ca.logic_or(doubtful, _needs_refinement(thresholds, row, margin))
-        folded = ca.logic_or(folded, _folded(pattern, thresholds, row, bend))
-    facts = [ca.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
-    summary = ca.vertcat(defect, doubtful, folded, least)
-    return ca.vertcat(*[ca.horzcat(*row.q) for row in rows]), ca.vertcat(*facts), summary
+        doubtful = ex.logic_or(doubtful, _needs_refinement(thresholds, row, margin))
+        folded = ex.logic_or(folded, _folded(pattern, thresholds, row, bend))
+    facts = [ex.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
+    summary = ex.vertcat(defect, doubtful, folded, least)
+    return ex.vertcat(*[ex.horzcat(*row.q) for row in rows]), ex.vertcat(*facts), summary
 
 
-def parametric_check(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX) -> ca.SX:
+def parametric_check(
+    pattern: Pattern, T: ex.Expression, values: ex.Expression, wishes: Wishes, most: ex.Expression
+) -> ex.Expression:
     """What values of the redundant joints lead to.
 
     Arguments as for `parametric_solutions`.
@@ -84,13 +90,13 @@ def parametric_check(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, 
     """
     T, defect = repaired(T)
     rows = _branches(pattern, T, values, wishes)
-    missing = _least([(row.miss < ca.inf, row.miss) for row in rows])
-    return ca.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing, defect)
+    missing = _least([(row.miss < ex.inf, row.miss) for row in rows])
+    return ex.vertcat(_least([(row.miss <= most, row.excess) for row in rows]), missing, defect)
 
 
 def parametric_configurations(
-    pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes, most: ca.SX
-) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    pattern: Pattern, T: ex.Expression, values: ex.Expression, wishes: Wishes, most: ex.Expression
+) -> tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]:
     """Branches that reach the pose, NaN where one does not; arguments as for `parametric_solutions`.
 
     With an arm angle a branch that can be made at all is shown, by whatever it misses.
@@ -100,50 +106,50 @@ def parametric_configurations(
         configuration, and how far T is from a pose.
     """
     T, defect = repaired(T)
-    q: list[ca.SX] = []
-    residual: list[ca.SX] = []
-    excess: list[ca.SX] = []
+    q: list[ex.Expression] = []
+    residual: list[ex.Expression] = []
+    excess: list[ex.Expression] = []
     for row in _branches(pattern, T, values, wishes):
         found = row.miss <= most
-        shown = row.miss < ca.inf if isinstance(pattern, ArmAnglePattern) else found
-        q.append(ca.horzcat(*[ca.if_else(shown, x, NONE) for x in row.q]))
-        residual.append(ca.if_else(shown, row.miss, NONE))
-        excess.append(ca.if_else(found, row.excess, ca.inf))
-    return ca.vertcat(*q), ca.vertcat(*residual), ca.vertcat(*excess), defect
+        shown = row.miss < ex.inf if isinstance(pattern, ArmAnglePattern) else found
+        q.append(ex.horzcat(*[ex.if_else(shown, x, NONE) for x in row.q]))
+        residual.append(ex.if_else(shown, row.miss, NONE))
+        excess.append(ex.if_else(found, row.excess, ex.inf))
+    return ex.vertcat(*q), ex.vertcat(*residual), ex.vertcat(*excess), defect
 
 
-def _branches(pattern: Pattern, T: ca.SX, values: ca.SX, wishes: Wishes) -> list[JudgedBranch]:
+def _branches(pattern: Pattern, T: ex.Expression, values: ex.Expression, wishes: Wishes) -> list[JudgedBranch]:
     """All branches of a pose that is one."""
     if isinstance(pattern, ArmAnglePattern):
         return arm_angle_branches(pattern, T, values[0], wishes)
     return judged_branches(pattern, T, _with_values(pattern, values, wishes))
 
 
-def _with_values(pattern: ArmPattern, values: ca.SX, wishes: Wishes) -> Wishes:
+def _with_values(pattern: ArmPattern, values: ex.Expression, wishes: Wishes) -> Wishes:
     """The wishes with the redundant joints at their values, in order of their coordinates."""
-    near, turns = ca.SX(wishes.near), ca.SX(wishes.turns)
+    near, turns = ex.Expression(wishes.near), ex.Expression(wishes.turns)
     for k, held in enumerate(sorted(pattern.held, key=lambda one: one.joint)):
         near[held.joint] = values[k]
-        turns[held.joint, 0], turns[held.joint, 1] = ca.cos(values[k]), ca.sin(values[k])
+        turns[held.joint, 0], turns[held.joint, 1] = ex.cos(values[k]), ex.sin(values[k])
     return Wishes(near, turns, wishes.lower, wishes.upper)
 
 
-def _least(rows: list[tuple[ca.SX, ca.SX]]) -> ca.SX:
+def _least(rows: list[tuple[ex.Expression, ex.Expression]]) -> ex.Expression:
     """The least of those numbers whose condition holds; infinite if none does."""
-    least = ca.SX(ca.inf)
+    least = ex.Expression(ex.inf)
     for condition, x in rows:
-        least = ca.fmin(least, ca.if_else(condition, x, ca.inf))
+        least = ex.fmin(least, ex.if_else(condition, x, ex.inf))
     return least
 
 
-def _needs_refinement(thresholds: Thresholds, row: JudgedBranch, margin: ca.SX) -> ca.SX:
+def _needs_refinement(thresholds: Thresholds, row: JudgedBranch, margin: ex.Expression) -> ex.Expression:
     """Whether a branch is not quite a solution, merges with another one, or is free; `margin` is its smallest mark."""
     exact = row.miss <= thresholds.exact
-    beside = ca.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
-    return ca.logic_or(beside, ca.logic_and(exact, ca.logic_or(row.free > 0, margin <= thresholds.margin)))
+    beside = ex.logic_and(row.miss > thresholds.exact, row.miss <= thresholds.candidate)
+    return ex.logic_or(beside, ex.logic_and(exact, ex.logic_or(row.free > 0, margin <= thresholds.margin)))
 
 
-def _folded(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: ca.SX) -> ca.SX:
+def _folded(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: ex.Expression) -> ex.Expression:
     """Whether rounding may have moved a branch far off, beside two pairs of merged roots.
 
     Args:
@@ -153,33 +159,33 @@ def _folded(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: c
         bend: the smallest mark of a solution.
     """
     if isinstance(pattern, ArmAnglePattern) or pattern.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-        return ca.SX(0)
+        return ex.Expression(0)
     size = pattern.size
-    near = ca.logic_and(row.miss <= thresholds.nearly * size, bend <= thresholds.bent)
-    merged = ca.logic_and(_merged_twice(pattern, row.posture), row.miss <= thresholds.split * size)
-    return ca.logic_and(row.miss > thresholds.exact, ca.logic_or(near, merged))
+    near = ex.logic_and(row.miss <= thresholds.nearly * size, bend <= thresholds.bent)
+    merged = ex.logic_and(_merged_twice(pattern, row.posture), row.miss <= thresholds.split * size)
+    return ex.logic_and(row.miss > thresholds.exact, ex.logic_or(near, merged))
 
 
-def _merged_twice(pattern: ArmPattern, posture: Posture) -> ca.SX:
+def _merged_twice(pattern: ArmPattern, posture: Posture) -> ex.Expression:
     """Whether the branches of the shoulder are one, and those of elbow or wrist."""
     if not any(j >= 0 and not slides for j, slides in zip(pattern.joints, pattern.slides, strict=True)):
         # Slides alone are linear: nothing merges.
-        return ca.SX(0)
-    shoulder, elbow, wrist = (ca.SX(1) if mark is None else _merged(mark) for mark in posture.marks)
-    return ca.logic_and(shoulder, ca.logic_or(elbow, wrist))
+        return ex.Expression(0)
+    shoulder, elbow, wrist = (ex.Expression(1) if mark is None else _merged(mark) for mark in posture.marks)
+    return ex.logic_and(shoulder, ex.logic_or(elbow, wrist))
 
 
-def _coded(posture: Posture) -> tuple[ca.SX, ca.SX]:
+def _coded(posture: Posture) -> tuple[ex.Expression, ex.Expression]:
     """The signs of the marks and the reason in one number, as `Row` has it, and the smallest mark."""
-    code, margin = 27 * posture.reason, ca.SX(1)
+    code, margin = 27 * posture.reason, ex.Expression(1)
     for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
         if mark is None:
             code = code + weight
             continue
-        code = code + weight * ca.if_else(mark > MERGED, 2, ca.if_else(mark < -MERGED, 0, 1))
-        margin = ca.fmin(margin, ca.fabs(mark))
+        code = code + weight * ex.if_else(mark > MERGED, 2, ex.if_else(mark < -MERGED, 0, 1))
+        margin = ex.fmin(margin, ex.fabs(mark))
     return code, margin
 
 
-def _merged(mark: ca.SX) -> ca.SX:
-    return ca.logic_not(ca.logic_or(mark > MERGED, mark < -MERGED))
+def _merged(mark: ex.Expression) -> ex.Expression:
+    return ex.logic_not(ex.logic_or(mark > MERGED, mark < -MERGED))

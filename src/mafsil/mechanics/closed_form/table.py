@@ -73,10 +73,12 @@ def labelled(
         (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
     """
     q, rows, defect = _labelled_rows(pattern, T, wishes, geometry)
-    return ca.vertcat(*q), ca.vertcat(*map(_facts, rows)), defect
+    return ex.vertcat(*q), ex.vertcat(*map(_facts, rows)), defect
 
 
-def judged(pattern: ArmPattern, T: ca.SX, wishes: Wishes, tolerance: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+def judged(
+    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, tolerance: ex.Expression
+) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """The same, with what is decided about the pose in place of how far T is from one.
 
     Args:
@@ -86,21 +88,21 @@ def judged(pattern: ArmPattern, T: ca.SX, wishes: Wishes, tolerance: ca.SX) -> t
         tolerance: largest residual of a solution.
     """
     q, rows, defect = _labelled_rows(pattern, T, wishes, None)
-    return ca.vertcat(*q), ca.vertcat(*map(_facts, rows)), decided(pattern, rows, defect, tolerance)
+    return ex.vertcat(*q), ex.vertcat(*map(_facts, rows)), decided(pattern, rows, defect, tolerance)
 
 
-def _facts(row: Row) -> ca.SX:
+def _facts(row: Row) -> ex.Expression:
     """(1, 6) in the order of `FACTS`."""
-    return ca.horzcat(row.residual, row.shortfall, row.free, row.code, row.margin, row.excess)
+    return ex.horzcat(row.residual, row.shortfall, row.free, row.code, row.margin, row.excess)
 
 
 def _labelled_rows(
-    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None
-) -> tuple[list[ca.SX], list[Row], ca.SX]:
+    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None
+) -> tuple[list[ex.Expression], list[Row], ex.Expression]:
     """Coordinates and facts of every branch, and how far T is from a pose."""
     T, defect = repaired(T)
     branches = judged_branches(pattern, T, wishes, geometry)
-    q = [ca.horzcat(*one.q) for one in branches]
+    q = [ex.horzcat(*one.q) for one in branches]
     rows = [row_of(pattern, one.posture, (one.miss, one.free, one.excess, one.fixed)) for one in branches]
     return q, rows, defect
 
@@ -119,15 +121,15 @@ class JudgedBranch:
     """
 
     posture: Posture
-    q: list[ca.SX]
-    miss: ca.SX
-    free: ca.SX
-    excess: ca.SX
-    fixed: ca.SX
+    q: list[ex.Expression]
+    miss: ex.Expression
+    free: ex.Expression
+    excess: ex.Expression
+    fixed: ex.Expression
 
 
 def judged_branches(
-    pattern: ArmPattern, T: ca.SX, wishes: Wishes, geometry: Geometry | None = None
+    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None = None
 ) -> list[JudgedBranch]:
     """All branches of a pose that is one; arguments as for `labelled`."""
     found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
@@ -144,11 +146,11 @@ def judged_branches(
     return rows
 
 
-def excess_of(q: Sequence[ca.SX], wishes: Wishes, which: Sequence[int] | None = None) -> ca.SX:
+def excess_of(q: Sequence[ex.Expression], wishes: Wishes, which: Sequence[int] | None = None) -> ex.Expression:
     """By how much the worst coordinate, of all or of some, is beyond its limits, zero if none is."""
-    excess = ca.SX(0)
+    excess = ex.Expression(0)
     for i in range(len(q)) if which is None else which:
-        excess = ca.fmax(excess, ca.fmax(wishes.lower[i] - q[i], q[i] - wishes.upper[i]))
+        excess = ex.fmax(excess, ex.fmax(wishes.lower[i] - q[i], q[i] - wishes.upper[i]))
     return excess
 
 
@@ -214,7 +216,7 @@ def _coordinates(
     return values, free
 
 
-def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
+def wound_angle(x: ex.Expression, wishes: Wishes, i: int) -> ex.Expression:
     """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done.
 
     Args:
@@ -232,7 +234,9 @@ def wound_angle(x: ca.SX, wishes: Wishes, i: int) -> ca.SX:
     return ex.if_else(inside, shifted, moved)
 
 
-def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.SX, ca.SX]) -> Row:
+def row_of(
+    pattern: ArmPattern, posture: Posture, facts: tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]
+) -> Row:
     """A branch with its name and its marks.
 
     The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a mark.
@@ -244,23 +248,23 @@ def row_of(pattern: ArmPattern, posture: Posture, facts: tuple[ca.SX, ca.SX, ca.
             much its joints beside the wrist do.
     """
     miss, free, excess, fixed = facts
-    code, margin, second = 27 * posture.reason, ca.SX(1), ca.SX(1)
-    merged: list[ca.SX] = []
+    code, margin, second = 27 * posture.reason, ex.Expression(1), ex.Expression(1)
+    merged: list[ex.Expression] = []
     for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
         if mark is None:
             code = code + weight
-            merged.append(ca.SX(1))
+            merged.append(ex.Expression(1))
             continue
-        code = code + weight * ca.if_else(mark > MERGED, 2, ca.if_else(mark < -MERGED, 0, 1))
-        size = ca.fabs(mark)
-        second = ca.fmin(second, ca.fmax(margin, size))
-        margin = ca.fmin(margin, size)
-        merged.append(ca.logic_not(size > MERGED))
+        code = code + weight * ex.if_else(mark > MERGED, 2, ex.if_else(mark < -MERGED, 0, 1))
+        size = ex.fabs(mark)
+        second = ex.fmin(second, ex.fmax(margin, size))
+        margin = ex.fmin(margin, size)
+        merged.append(ex.logic_not(size > MERGED))
     first = FIRST_JOINTS.get(pattern.family, 0)
     loose = [free > 0 for free, joint in zip(posture.free[:first], pattern.joints[:first], strict=True) if joint != -1]
-    free_first = loose[0] if loose else ca.SX(0)
+    free_first = loose[0] if loose else ex.Expression(0)
     for one in loose[1:]:
-        free_first = ca.logic_or(free_first, one)
+        free_first = ex.logic_or(free_first, one)
     total = merged[0] + merged[1] + merged[2]
     return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first, fixed)
 
@@ -273,7 +277,7 @@ def _displacement(pattern: ArmPattern, geometry: Geometry, T: ex.Expression) -> 
     return (R.T, -R.T @ p) if pattern.reversed else (R, p)
 
 
-def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
+def repaired(T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
     R = T[:3, :3]
     gram = R.T @ R
@@ -286,7 +290,7 @@ def repaired(T: ca.SX) -> tuple[ca.SX, ca.SX]:
     defect = ex.if_else(ex.det(R) > 0, defect, 2)
     size = ex.sumsqr(T)
     # NaN and infinity pass no comparison.
-    defect = ca.if_else(size < FARTHEST**2, defect, 2)
+    defect = ex.if_else(size < FARTHEST**2, defect, 2)
     for _ in range(2):
         # Newton's iteration for the polar factor: the defect is squared each time.
         R = R @ (1.5 * ex.eye(3) - 0.5 * (R.T @ R))

@@ -1,4 +1,4 @@
-"""From which numbers on a row of a closed form is a solution, may become one, or is one with another: no casadi here.
+"""From which numbers on a row of a closed form is a solution, may become one, or is one with another.
 
 The same numbers stand in the compiled decision (`mafsil.mechanics.closed_form.decision`) and in inverse kinematics,
 which refines what the decision leaves open.
