@@ -54,8 +54,8 @@ class Plan:
 
     @lazy
     def entries(self) -> tuple[int, int]:
-        """Addresses of the kernels."""
-        return self.step.addresses.batch, self.check.addresses.batch
+        """Addresses of the kernels, one row at a time."""
+        return self.step.addresses.few, self.check.addresses.few
 
     @lazy
     def setting(self) -> tuple[float, Floats, Floats, Floats, NDArray[np.int64]]:
