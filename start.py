@@ -49,6 +49,8 @@ def set_up(extras: str) -> None:
         venv.EnvBuilder(with_pip=False, symlinks=os.name != "nt").create(HOME)
     bring_pip()
     run([str(PYTHON), "-m", "pip", "install", "--quiet", "--editable", f"{ROOT}[{extras}]"])
+    print("compiling what knows no robot (once; about a minute)", file=sys.stderr, flush=True)
+    works([str(PYTHON), "-m", "mafsil.cli.main", "doctor", "--build"])  # without it, a first question takes longer
     stamp.write_text(wanted)
 
 

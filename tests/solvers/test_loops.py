@@ -283,3 +283,39 @@ def test_the_command_line_tells_on_a_terminal_and_keeps_quiet_elsewhere(
     assert cli.main(["demo"]) == 0
     assert capsys.readouterr().err.startswith("\r\x1b[Kmafsil: ")
     assert not logging.getLogger("mafsil").handlers
+
+
+NAMED = """
+import logging
+from mafsil.solvers.hull_growth_loops import make_polytope
+logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+made = make_polytope(3, 8, 16)
+print(type(made).__name__, *(f"{name}:{x.shape}:{x.dtype}" for name, x in zip(made._fields, made, strict=True)))
+"""
+
+
+def test_loops_that_return_named_tuples_are_kept_too(tmp_path: Path) -> None:
+    """They were compiled anew in every process: a second of each first question about a grasp."""
+    done = [
+        subprocess.run(
+            [sys.executable, "-c", NAMED],
+            env={**os.environ, "MAFSIL_CACHE": str(tmp_path)},
+            capture_output=True, text=True, check=True, timeout=120,
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    assert done[0].stdout == done[1].stdout
+    assert done[0].stdout.startswith("Polytope points:(8, 3):float64")
+    assert "mafsil: " in done[0].stderr
+    assert done[1].stderr == ""
+
+
+def test_a_named_tuple_of_strangers_is_not_looked_up() -> None:
+    from mafsil.solvers import loop_entry
+
+    for word in (["os", "stat_result"], ["mafsil.solvers.hull_growth_loops", "MOST"]):
+        with pytest.raises(loop_entry.NotPlain):
+            loop_entry._type({"named": word, "items": ["float64"]})
+    short = {"named": ["mafsil.solvers.hull_growth_loops", "Ridges"], "items": ["float64"]}
+    with pytest.raises(loop_entry.NotPlain):
+        loop_entry._type(short)

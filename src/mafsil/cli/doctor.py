@@ -6,6 +6,7 @@ import os
 import platform
 import shutil
 import sys
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,12 +31,14 @@ _TOLERANCE = 1e-11
 _WORST_ULP = 64.0
 
 
-def doctor(export_check: bool = False) -> Answer:
+def doctor(export_check: bool = False, build: bool = False) -> Answer:
     """Look at everything mafsil stands on, and compile and check a small robot.
 
     Args:
         export_check: compile exported C too, with the C compiler of this computer, and run its test vectors.
+        build: first compile the loops that know no robot, so that no first question has to wait for them.
     """
+    built = _built() if build else []
     packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL, *ORACLES)}
     machine = _machine()
     cache = _cache()
@@ -44,7 +47,7 @@ def doctor(export_check: bool = False) -> Answer:
     missing = [name for name in NEEDED if packages[name] is None]
     failed = [check["name"] for check in checks if not check["ok"]]
     data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}
-    data |= {"missing": missing, "ok": not missing and not failed}
+    data |= {"built": built, "missing": missing, "ok": not missing and not failed}
     lines = [
         say("cli.doctor_packages"),
         *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
@@ -52,7 +55,12 @@ def doctor(export_check: bool = False) -> Answer:
     lines += ["", say("cli.doctor_machine"), *facts(machine)]
     lines += ["", say("cli.doctor_settings"), *facts(settings)]
     lines += ["", say("cli.doctor_cache")]
-    lines += [f"  {say(f'cli.cache_{key}')}: {value or say('cli.cache_memory')}" for key, value in cache.items()]
+    lines += [
+        f"  {say(f'cli.cache_{key}')}: {say('cli.cache_memory') if value is None else value}"
+        for key, value in cache.items()
+    ]
+    if built:
+        lines += ["", say("cli.doctor_built"), *(f"  {one['name']}: {one['seconds']:.1f} s" for one in built)]
     lines += [
         "",
         say("cli.doctor_checks"),
@@ -64,6 +72,14 @@ def doctor(export_check: bool = False) -> Answer:
     else:
         lines += ["", say("cli.doctor_healthy")]
     return Answer(data, tuple(lines), refusal)
+
+
+def _built() -> list[dict[str, Any]]:
+    """Compiles the loops, and says so on the error stream as it goes: it can take a minute."""
+    from mafsil.cli.build import build
+
+    print(say("cli.doctor_building"), file=sys.stderr, flush=True)
+    return build(lambda name: print(f"  {name}", file=sys.stderr, flush=True))
 
 
 def _version(name: str) -> str | None:
@@ -86,17 +102,23 @@ def _machine() -> dict[str, Any]:
 
 
 def _cache() -> dict[str, Any]:
-    """Where compiled kernels are kept, how many and how large."""
+    """Where compiled code is kept, how much of each kind, and how large."""
     from mafsil.kernels import cache
 
     directory = cache.default().directory
     if directory is None:
         return {"place": None}
-    sizes = [item.stat().st_size for item in directory.rglob("*") if item.is_file()] if directory.is_dir() else []
+    sizes: dict[str, list[int]] = {suffix: [] for suffix in (".kernel", ".tape", ".sources", ".loop")}
+    for item in directory.iterdir() if directory.is_dir() else ():
+        if item.suffix in sizes:
+            with suppress(OSError):  # another process may be sweeping
+                sizes[item.suffix].append(item.stat().st_size)
+    parts = {f"{kind[1:]}s".replace("ss", "s"): len(found) for kind, found in sizes.items()}
     return {
         "place": str(directory),
-        "entries": len(sizes),
-        "size": f"{sum(sizes) / 1e6:.1f} MB",
+        "entries": sum(parts.values()),
+        **parts,
+        "size": f"{sum(map(sum, sizes.values())) / 1e6:.1f} MB",
         "free": f"{_free(directory) / 1e9:.1f} GB",
     }
 

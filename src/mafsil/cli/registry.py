@@ -223,7 +223,7 @@ OPERATIONS: tuple[Operation, ...] = (
             _TIP,
         ),
     ),
-    Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"),)),
+    Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
 )
 
 

@@ -7,15 +7,17 @@ from functools import partial
 from typing import Any
 
 from mafsil.errors import ModelError
-from mafsil.kernels.identity import fingerprint as source_fingerprint
 from mafsil.kernels.kernel import Kernel, compile
-from mafsil.mechanics.quantities import quantity
+from mafsil.kernels.sources import meaning
+from mafsil.mechanics.quantities import Quantity, quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.robot.trace import joint_signature, signature, trace, trace_together
 
 SOURCES = ("mafsil.algebra", "mafsil.mechanics")
-"""Packages whose code shapes the expressions: a change there makes new kernels."""
+"""Packages whose code shapes the expressions: where a builder's own code or what it imports changes, it is traced anew.
+"""
+_CATALOGUE = "mafsil.mechanics.quantities"
 
 
 def compiled(
@@ -42,7 +44,7 @@ def compiled(
         signature(mechanism, row, optional),
         partial(trace, mechanism, row, frame, optional),
         key=f"{fingerprint(mechanism)} {name} {frame!r} {optional}",
-        fingerprints=(source_fingerprint(*SOURCES),),
+        fingerprints=_sources(row),
         doc=row.doc(),
         fallback=fallback,
         recipe=recipe or (compiled, (mechanism, name, frame, optional)),
@@ -66,10 +68,20 @@ def compiled_together(
         joint_signature(mechanism, rows, optional),
         partial(trace_together, mechanism, rows, frame, optional),
         key=f"{fingerprint(mechanism)} {names} {frame!r} {optional}",
-        fingerprints=(source_fingerprint(*SOURCES),),
+        fingerprints=_sources(*rows),
         doc="At the same state:\n\n" + "\n".join(f"{row.symbol}: {row.title} [{row.unit}]" for row in rows),
         recipe=(compiled_together, (mechanism, names, frame, optional)),
     )
+
+
+def _sources(*rows: Quantity) -> tuple[str, ...]:
+    """What shapes the expressions of quantities besides the robot: the code of their builders, and their rows."""
+    builders = sorted(
+        {builder.partition(":")[0] for row in rows for builder in (row.builder, row.beside[1]) if builder}
+    )
+    roots = ("mafsil.robot.trace", *(f"mafsil.mechanics.{module}" for module in builders))
+    facts = [(r.builder, r.beside, r.inputs, r.optional, r.shape, r.framed, r.regrouped) for r in rows]
+    return repr(facts), meaning(roots, SOURCES, (_CATALOGUE,))
 
 
 def _require_joints(mechanism: Mechanism) -> None:

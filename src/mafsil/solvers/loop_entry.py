@@ -24,6 +24,10 @@ _NAMES = ("modname", "qualname", "unique_name", "mangled_name", "env_name", "uid
 _SCALARS = {str(t): t for t in (types.boolean, types.int32, types.int64, types.float32, types.float64, types.none)}
 
 
+_OURS = "mafsil."
+"""How the modules begin whose named tuples are kept: they are looked up, nothing of an entry makes them."""
+
+
 class NotPlain(Exception):
     """The loop has a result type or a constant that the plain form has no word for."""
 
@@ -100,13 +104,23 @@ def _restored(words: list[Any]) -> Any:
 
 
 def _word(kind: Any) -> Any:
-    """A result type in JSON: a scalar's name, an array as object, a tuple as list."""
+    """A result type in JSON: a scalar's name, an array as object, a tuple as list; a named one says its class too."""
     if str(kind) in _SCALARS and kind == _SCALARS[str(kind)]:
         return str(kind)
     if type(kind) is types.Array and kind.aligned:
         return {"of": _word(kind.dtype), "ndim": kind.ndim, "layout": kind.layout, "mutable": kind.mutable}
     if type(kind) in (types.Tuple, types.UniTuple):
         return [_word(item) for item in cast("Any", kind)]
+    if type(kind) in (types.NamedTuple, types.NamedUniTuple):
+        named: Any = cast("Any", kind).instance_class
+        if (
+            named.__module__.startswith(_OURS)
+            and getattr(importlib.import_module(named.__module__), named.__qualname__, None) is named
+        ):
+            return {
+                "named": [named.__module__, named.__qualname__],
+                "items": [_word(item) for item in cast("Any", kind)],
+            }
     raise NotPlain
 
 
@@ -115,4 +129,17 @@ def _type(word: Any) -> Any:
         return _SCALARS[word]
     if isinstance(word, list):
         return types.BaseTuple.from_types([_type(item) for item in cast("list[Any]", word)])
+    if "named" in word:
+        return _named(word["named"], [_type(item) for item in word["items"]])
     return types.Array(_type(word["of"]), word["ndim"], word["layout"], readonly=not word["mutable"])
+
+
+def _named(place: list[str], items: list[Any]) -> Any:
+    """The type of a named tuple, its class looked up among our own."""
+    module, name = place
+    if not module.startswith(_OURS):
+        raise NotPlain
+    found = getattr(importlib.import_module(module), name)
+    if not (isinstance(found, type) and issubclass(found, tuple)) or len(found._fields) != len(items):  # pyright: ignore
+        raise NotPlain
+    return cast("Any", types.BaseTuple).from_types(items, found)

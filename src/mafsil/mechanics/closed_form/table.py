@@ -147,7 +147,13 @@ def judged_branches(
 
 
 def excess_of(q: Sequence[ex.Expression], wishes: Wishes, which: Sequence[int] | None = None) -> ex.Expression:
-    """By how much the worst coordinate, of all or of some, is beyond its limits, zero if none is."""
+    """By how much the worst coordinate is beyond its limits, zero if none is.
+
+    Args:
+        q: coordinates.
+        wishes: gives the limits.
+        which: of them, all if None.
+    """
     excess = ex.Expression(0)
     for i in range(len(q)) if which is None else which:
         excess = ex.fmax(excess, ex.fmax(wishes.lower[i] - q[i], q[i] - wishes.upper[i]))
