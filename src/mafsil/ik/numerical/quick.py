@@ -104,8 +104,8 @@ class _Work:
         self.wanted, self.seed = self.numbers[:16].reshape(4, 4), self.numbers[16 : 16 + n]
         self.report = self.numbers[16 + n : 16 + n + size]
         at = self.numbers.ctypes.data
-        record, features, step = plan.head
-        self.given = record, features, step, plan.check.addresses.batch, at, at + 128
+        tables = plan.record.ctypes.data, plan.pool.features.ctypes.data
+        self.given = *tables, plan.step.addresses.few, plan.check.addresses.few, at, at + 128
         self.own = at + 8 * (16 + n + size), self.whole.ctypes.data, at + 8 * (16 + n)
 
 
