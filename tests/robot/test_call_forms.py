@@ -69,9 +69,11 @@ def test_frames_in_every_form(watched, routine: str, form: str) -> None:
 
 @pytest.mark.parametrize("form", FRAMED)
 def test_known_frames_need_no_python(watched, form: str) -> None:
+    """Once the frame is known and the code for one point, or for a batch, has come."""
     robot, seen = watched
     q = states()[0]
     robot.forward_kinematics(q, frame=LINK)
+    FRAMED[form](robot.forward_kinematics, q)
     seen.clear()
     FRAMED[form](robot.forward_kinematics, q)
     assert not seen

@@ -57,6 +57,9 @@ def _default_task(robot: Robot) -> str:
         natural = []
     flat = ["schoenflies", "planar"] if _moves_flat(robot) else []
     spherical = ["orientation"] if _is_spherical(robot) else []
+    if spherical:
+        # A tip at the centre moves by rounding alone, and rounding has any rank.
+        natural = [task for task in natural if task != "position"]
     for task in (*natural, *flat, *spherical):
         if generic_rank(robot, task=task) == min(len(task_rows(task)), robot.n):
             return task
