@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.floor import bytes_per_ns, fresh_bytes_per_ns, past_bytes_per_ns  # noqa: E402
 from benchmarks.stopwatch import Task, machine, race, verdict  # noqa: E402
 from mafsil.model import library  # noqa: E402
@@ -80,7 +81,18 @@ def main() -> None:
     for text in shortfalls(rows, rates["past the caches"]):
         print(text)
     if options.json:
-        options.json.write_text(json.dumps({"machine": facts, "rates": rates, "rows": rows}, indent=1))
+        figures = {"machine": facts, "rates": rates, "rows": rows, "comparisons": comparisons(rows).plain()}
+        options.json.write_text(json.dumps(figures, indent=1))
+
+
+def comparisons(rows: list[dict[str, Any]]) -> Comparisons:
+    """One line for each cell of the table."""
+    found = Comparisons()
+    for row in rows:
+        for cell in row["cells"]:
+            call = f"{ROUTINES[row['quantity']][0]}, {cell['rows']:,} row{'s' * (cell['rows'] > 1)}"
+            found.add(call, row["robot"], cell["ns"] / 1e3, "Pinocchio call", cell["pinocchio_ns"] / 1e3, cell["goal"])
+    return found
 
 
 def robot_named(name: str) -> Robot:

@@ -25,6 +25,7 @@ import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
 from benchmarks.batch_sizes import ARMS, TREES, robot_named  # noqa: E402
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, Timing, machine, race, verdict  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.pinocchio_model import MOTION_ORDER, model_of  # noqa: E402
@@ -53,7 +54,13 @@ def main() -> None:
         ratios = [row["ratio"] for row in rows if (row["rows"] == 1) == single]
         print(verdict("single calls" if single else "batches", ratios, TARGET))
     if options.json:
-        options.json.write_text(json.dumps({"machine": facts, "rows": rows}, indent=1))
+        found = Comparisons()
+        for row in rows:
+            call, count = f"{row['call']}, {row['rows']} rows", row["rows"]
+            times = row["ns"]["least"] / count / 1e3, row["pinocchio_ns"]["least"] / 1e3
+            found.add(call, row["robot"], times[0], "Pinocchio call", times[1], TARGET)
+        figures = {"machine": facts, "rows": rows, "comparisons": found.plain()}
+        options.json.write_text(json.dumps(figures, indent=1))
 
 
 def measured(name: str, turns: Any) -> Iterator[dict[str, Any]]:

@@ -32,6 +32,7 @@ os.environ.setdefault("MAFSIL_THREADS", "1")
 import numpy as np  # noqa: E402
 from scipy.optimize import linprog  # noqa: E402
 
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.grasp import Contact, Grasp, closure, contact_closures  # noqa: E402
@@ -101,6 +102,19 @@ def public_calls(count: int, klampt: str | None, rng: np.random.Generator) -> li
         f"goals from contacts: {SINGLE_TARGET:g} times Klampt single, {BATCH_TARGET:g} in batch, {TARGET:g} times Qhull"
     )
     return rows
+
+
+def compared(rows: list[dict[str, float]]) -> Comparisons:
+    """The table as lines of the page; without Klampt only the margins."""
+    found = Comparisons()
+    for row in rows:
+        case = f"{row['contacts']:.0f} contacts"
+        if np.isfinite(row["klampt"]):
+            found.add("mf.Grasp(contacts).closure()", case, row["single"], "Klampt", row["klampt"], SINGLE_TARGET)
+            found.add("mf.grasp.contact_closures", case, row["batch"], "Klampt", row["klampt"], BATCH_TARGET)
+        call = f"mf.Grasp(contacts).closure({row['facets']:.0f}).margin"
+        found.add(call, case, row["margin"], "Qhull", row["qhull"], TARGET)
+    return found
 
 
 def public_row(points: Floats, normals: Floats, facets: int) -> dict[str, float]:
@@ -235,7 +249,16 @@ def main() -> None:
     print(f"target ratio {TARGET:g}; machine {machine('numpy', 'scipy')}")
     if given.json:
         given.json.write_text(
-            json.dumps({"public": called, "rows": rows, "balls": rated, "machine": machine("numpy", "scipy")}, indent=1)
+            json.dumps(
+                {
+                    "public": called,
+                    "comparisons": compared(called).plain(),
+                    "rows": rows,
+                    "balls": rated,
+                    "machine": machine("numpy", "scipy"),
+                },
+                indent=1,
+            )
         )
 
 

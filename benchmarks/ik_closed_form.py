@@ -26,6 +26,7 @@ os.environ.setdefault("MAFSIL_THREADS", "1")
 
 import numpy as np  # noqa: E402
 
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import Timing, machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.ik import SolutionBatch, closed_form, inverse_kinematics  # noqa: E402
@@ -51,16 +52,19 @@ def main() -> None:
         f"wrist-singular poses {CAREFUL_TARGET:g} us each; one thread"
     )
     rows: list[dict[str, Any]] = []
+    found = Comparisons()
     for name in arguments.robots:
-        rows.append(_row(name, arguments.poses))
+        rows.append(_row(name, arguments.poses, found))
         print(f"{name}:")
         for key, value in rows[-1].items():
             print(f"  {key:34} {value}")
     if arguments.json:
-        Path(arguments.json).write_text(json.dumps({"machine": facts, "rows": rows}, indent=2))
+        Path(arguments.json).write_text(
+            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+        )
 
 
-def _row(name: str, poses: int) -> dict[str, Any]:
+def _row(name: str, poses: int, found: Comparisons) -> dict[str, Any]:
     robot = load(name)
     form = closed_form(robot)
     assert form is not None
@@ -90,9 +94,18 @@ def _row(name: str, poses: int) -> dict[str, Any]:
     batches |= _careful(robot)
     one = race(singles, repeats=60, seconds=0.001)
     many = race({key: task for key, (_, task) in batches.items()}, repeats=15, seconds=0.002)
-    return _printed(
-        one, {key: Timing(t.least / batches[key][0], t.median / batches[key][0]) for key, t in many.items()}
-    ) | {
+    each = {key: Timing(t.least / batches[key][0], t.median / batches[key][0]) for key, t in many.items()}
+    if "EAIK.IK" in one:
+        theirs, goals = 1e6 * one["EAIK.IK"].least, {f"batch of {size}": BATCH_TARGET for size in sizes if size > 32}
+        ours = 1e6 * one["inverse_kinematics"].least
+        found.add("mf.inverse_kinematics(robot, T).q, one pose", name, ours, "EAIK.IK", theirs, SINGLE_TARGET)
+        for size in sizes:
+            call, ours = f"mf.inverse_kinematics(robot, T), {size:,} poses", 1e6 * each[f"batch of {size}"].least
+            found.add(call, name, ours, "EAIK.IK", theirs, goals.get(f"batch of {size}"))
+    for key, time in each.items():
+        if key.startswith("wrist-singular"):
+            found.add(f"mf.inverse_kinematics, {key}", name, 1e6 * time.least, "goal of 20 us", CAREFUL_TARGET, 1.0)
+    return _printed(one, each) | {
         "solutions of a pose": f"{_solutions(robot, T):.2f}",
         "lost of 300 at 45 degrees": _lost(robot, rival),
     }

@@ -32,6 +32,7 @@ os.environ.setdefault("MAFSIL_THREADS", "1")
 
 import numpy as np  # noqa: E402
 
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.geometry import pose  # noqa: E402
@@ -53,17 +54,20 @@ TURN, ROUNDS, SMALL = 500, 5, 32
 
 def main() -> None:
     arguments = _arguments()
-    rows = [_row(name, arguments) for name in arguments.robots if arm(name) is not None]
+    found = Comparisons()
+    rows = [_row(name, arguments, found) for name in arguments.robots if arm(name) is not None]
     facts = machine("numpy", "llvmlite")
     print(", ".join(f"{key} {value}" for key, value in facts.items()))
     print(f"targets: batch {BATCH_TARGET:g} times, single {SINGLE_TARGET:g} times ik_LM")
     for row in rows:
         print("  ".join(f"{key} {value}" for key, value in row.items()), flush=True)
     if arguments.json:
-        Path(arguments.json).write_text(json.dumps({"machine": facts, "rows": rows}, indent=2))
+        Path(arguments.json).write_text(
+            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+        )
 
 
-def _row(name: str, arguments: argparse.Namespace) -> dict[str, str]:
+def _row(name: str, arguments: argparse.Namespace, found: Comparisons) -> dict[str, str]:
     robot = arm(name)
     assert robot is not None
     T = targets(robot, arguments.poses, 9)
@@ -89,6 +93,10 @@ def _row(name: str, arguments: argparse.Namespace) -> dict[str, str]:
     if rival is None:
         return row
     theirs = times["rival"][0].mean()
+    solved = f"{name}, {answer.solved.mean():.2%} solved"
+    found.add(f"mf.solve_ik(robot, T), {len(T):,} poses", solved, batch, "ik_LM", theirs, BATCH_TARGET)
+    found.add(f"mf.solve_ik(robot, T), {SMALL} poses", name, small, "ik_LM", theirs)
+    found.add("mf.solve_ik(robot, T), one pose", name, single, "ik_LM", theirs, SINGLE_TARGET)
     return row | {
         f"ik_LM {rival.version}": f"{_solved(robot, rival.q, T):.2%}",
         "mean": f"{theirs:.0f} us",

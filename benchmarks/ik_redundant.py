@@ -35,6 +35,7 @@ sys.path.insert(0, str(ROOT))
 
 import numpy as np  # noqa: E402
 
+from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import Timing, machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.geometry import pose  # noqa: E402
@@ -54,8 +55,9 @@ def main() -> None:
     os.environ["MAFSIL_THREADS"] = "1"
     if arguments.frankik:
         sys.path.insert(0, arguments.frankik)
-    rows = [_seven(name, arguments.poses) for name in arguments.seven] if find_spec("ssik") else []
-    rows += [_fixed(arguments.poses)] if find_spec("frankik") else []
+    found = Comparisons()
+    rows = [_seven(name, arguments.poses, found) for name in arguments.seven] if find_spec("ssik") else []
+    rows += [_fixed(arguments.poses, found)] if find_spec("frankik") else []
     rows += [_kind(name, made, arguments.poses) for name, made in KINDS.items()]
     rows.append(_without_shape())
     facts = machine("numpy", *(["ssik"] if find_spec("ssik") else []))
@@ -64,10 +66,12 @@ def main() -> None:
     for row in rows:
         print("  ".join(f"{key} {value}" for key, value in row.items()))
     if arguments.json:
-        Path(arguments.json).write_text(json.dumps({"machine": facts, "rows": rows}, indent=2))
+        Path(arguments.json).write_text(
+            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+        )
 
 
-def _seven(name: str, poses: int) -> dict[str, str]:
+def _seven(name: str, poses: int, found: Comparisons) -> dict[str, str]:
     rival = import_module(f"ssik.prebuilt.{SEVEN[name]}")
     robot = _read(name, rival.fk)
     form = redundancy(robot)
@@ -97,11 +101,18 @@ def _seven(name: str, poses: int) -> dict[str, str]:
         seconds=0.03,
     )
     each = {key: _per_pose(key, time, poses) for key, time in times.items()}
+    goals = {"single": SINGLE, "batch": BATCH, "sweep single": SINGLE, "sweep batch": BATCH}
+    names = {"few": f"{FEW} poses", "batch": f"{poses:,} poses", "single": "one pose"}
+    for key, x in each.items():
+        if key != "ssik":
+            *swept, size = key.split()
+            call = f"{'redundancy(robot).sweep' if swept else 'mf.inverse_kinematics'}, {names[size]}"
+            found.add(call, name, x, "ssik's sweep", each["ssik"], goals.get(key))
     shown = {key: f"{x:.2f} us ({each['ssik'] / x:.1f})" for key, x in each.items() if key != "ssik"}
     return facts | {"ssik": f"{each['ssik']:.0f} us"} | shown
 
 
-def _fixed(poses: int) -> dict[str, str]:
+def _fixed(poses: int, found: Comparisons) -> dict[str, str]:
     """All postures at one value of the last joint of a Panda."""
     frankik: Any = import_module("frankik")
     # Its inverse takes the pose of a frame that its forward kinematics is a hand's offset away from.
@@ -138,6 +149,9 @@ def _fixed(poses: int) -> dict[str, str]:
         seconds=0.01,
     )
     each = {key: _per_pose(key, time, poses) for key, time in times.items()}
+    for key, x in each.items():
+        if key != "frankik":
+            found.add(f"redundancy, {key}", "panda", x, "frankik", each["frankik"], FIXED if "batch" in key else None)
     shown = {key: f"{x:.3f} us ({each['frankik'] / x:.1f})" for key, x in each.items() if key != "frankik"}
     known = sum(_lost(form, T[i : i + 1], x[None]) for i, x in enumerate(theirs) if np.isfinite(x).all())
     facts = {
