@@ -258,6 +258,7 @@ def main() -> None:
                     "machine": machine("numpy", "scipy"),
                 },
                 indent=1,
+                default=float,
             )
         )
 

@@ -30,7 +30,10 @@ from benchmarks.stopwatch import machine  # noqa: E402
 
 PAGE = ROOT / "docs" / "performance.md"
 VERSIONS = ("mafsil", "numpy", "scipy", "llvmlite", "numba", "pin", "eaik", "ssik", "mujoco-core")
-ENVIRONMENTS = {"rtb": ("roboticstoolbox-python", "numpy<2"), "klampt": ("klampt", "numpy<2")}
+ENVIRONMENTS = {
+    "rtb": ("--only-binary=:all:", "roboticstoolbox-python", "scipy"),
+    "klampt": ("klampt", "numpy<2"),
+}
 """Packages of the rivals that need an interpreter of their own."""
 
 

@@ -176,3 +176,12 @@ def test_force_wrench_is_what_resultant_sums() -> None:
     assert grasp.resultant(forces) == pytest.approx(
         sum(force_wrench(c.point, f) for c, f in zip(grasp.contacts, forces, strict=True))
     )
+
+
+@pytest.mark.capability("03-23", "03-28")
+@pytest.mark.parametrize("facets", [3, 8, 17])
+def test_columns_of_hard_fingers_are_those_of_each_contact(facets: int) -> None:
+    points, normals, mu, _ = drawn(11, SPACE, 4, count=10)
+    for grasp in grasps(points, normals, mu + 0.1, 0 * mu):
+        own = np.hstack([contact.wrenches(facets) for contact in grasp.contacts])
+        assert grasp.matrix(facets) == pytest.approx(own, abs=1e-14)

@@ -15,7 +15,7 @@ from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
 from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
 from mafsil.grasp.cone import RoundSet, has_round_cones
-from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact import MOST_FACETS, Contact
 from mafsil.grasp.contact_closure import round_closure
 from mafsil.grasp.counting import count_contacts
 from mafsil.grasp.forces import ContactForces, resist
@@ -104,8 +104,15 @@ class Grasp:
         Returns:
             (m, n).
         """
-        A = np.hstack([c.wrenches(facets, outer=outer, unit=unit) for c in self.contacts])
+        A = self._columns(facets, outer=outer, unit=unit)
         return A if order == "mf" else np.vstack([A[self.rows - self.dimension :], A[: self.rows - self.dimension]])
+
+    def _columns(self, facets: int, *, outer: bool, unit: bool) -> Floats:
+        """The columns of all contacts; of hard fingers in space with inscribed cones by one compiled call."""
+        plain = self.dimension == 3 and not (outer or unit) and 3 <= facets <= MOST_FACETS
+        if plain and all(contact.model == "hard" for contact in self.contacts):
+            return RoundSet.of(self.contacts, np.eye(self.rows)).rim(facets)
+        return np.hstack([c.wrenches(facets, outer=outer, unit=unit) for c in self.contacts])
 
     @cached_property
     def normals_matrix(self) -> Floats:

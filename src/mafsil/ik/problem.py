@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from mafsil.model import Joint, JointKind, Mechanism
 
 ROUNDING = 1e-15
 """The same, of matrices that need no repair."""
+_EYE: Floats = np.eye(3)
 
 
 def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
@@ -23,8 +26,10 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
     Returns:
         (k, 4, 4), identity in rows that are no poses, and (k,).
     """
-    if len(T) == 1 and _exact(T[0]):
+    if len(T) == 1 and (defect := _defect(T[0])) <= ORTHOGONALITY:
         clean = np.array(T, dtype=np.float64)
+        if defect > ROUNDING:
+            clean[:, :3, :3] = _orthogonal(clean[:, :3, :3])
         clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
         return clean, np.ones(1, dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -37,26 +42,33 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
         valid = (defect <= ORTHOGONALITY) & proper & (ends <= ORTHOGONALITY) & (np.abs(p) < FARTHEST).all(axis=0)
     clean = np.where(valid[:, None, None], T, np.eye(4))
     rough = np.flatnonzero(valid & (defect > ROUNDING))
-    for _ in range(2 if len(rough) else 0):
-        # Newton's iteration for the polar factor: the defect is squared each time.
-        R = clean[rough, :3, :3]
-        clean[rough, :3, :3] = R @ (1.5 * np.eye(3) - 0.5 * (R.transpose(0, 2, 1) @ R))
+    if len(rough):
+        clean[rough, :3, :3] = _orthogonal(clean[rough, :3, :3])
     clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
     return clean, valid
 
 
-def _exact(T: PoseMatrix) -> bool:
-    """Whether one matrix is a pose that needs no repair; of so few numbers Python makes less work than NumPy."""
-    (a, b, c, p), (d, e, f, q), (g, h, i, r), last = T.tolist()
+def _orthogonal(R: Floats) -> Floats:
+    """(k, 3, 3) nearly orthogonal matrices made so: each Newton step for the polar factor squares the defect."""
+    for _ in range(2):
+        R = R @ (1.5 * _EYE - 0.5 * (R.transpose(0, 2, 1) @ R))
+    return R
+
+
+def _defect(T: PoseMatrix) -> float:
+    """How far one matrix is from a pose, infinite of what is none; plain Python is quicker for so few numbers."""
+    (a, b, c, p), (d, e, f, q), (g, h, i, r), (*low, one) = T.tolist()
     defects = (
         a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0,
-        a * b + d * e + g * h, b * c + e * f + h * i, c * a + f * d + i * g,
+        a * b + d * e + g * h, b * c + e * f + h * i, c * a + f * d + i * g, *low, one - 1.0,
     )  # fmt: skip
-    # Comparisons with NaN are false: what is no number is not exact.
-    if not all(-ROUNDING <= defect <= ROUNDING for defect in defects) or last != [0.0, 0.0, 0.0, 1.0]:
-        return False
+    # Comparisons with NaN are false: what is no number has no defect that could be mended.
+    if not all(-ORTHOGONALITY <= defect <= ORTHOGONALITY for defect in defects):
+        return inf
     proper = a * (e * i - h * f) + d * (h * c - b * i) + g * (b * f - e * c) > 0.0
-    return proper and abs(p) < FARTHEST and abs(q) < FARTHEST and abs(r) < FARTHEST
+    if not (proper and abs(p) < FARTHEST and abs(q) < FARTHEST and abs(r) < FARTHEST):
+        return inf
+    return max(map(abs, defects[:6]))
 
 
 def reach_bound(mechanism: Mechanism, frame: str | None) -> tuple[Floats, float]:
