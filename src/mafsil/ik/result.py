@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
+from mafsil.ik.answer import Answer
 from mafsil.messages import say
 from mafsil.solvers import Status
 
@@ -46,7 +47,7 @@ def rounded_up(x: float) -> float:
     return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
 
 
-class IKResult:
+class IKResult(Answer):
     """What was found for each pose of a batch.
 
     A field is found when it is asked for first, so that a single answer costs no more than what is used of it.
@@ -159,6 +160,20 @@ class IKResult:
     def status(self) -> Any:
         """The status of the pose, a member of `IKStatus`; of a batch an array (*batch,) of them."""
         return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        statuses = np.atleast_1d(np.asarray(self.status, dtype=np.object_)).ravel()
+        names = [status.name.lower() for status in statuses]
+        return {
+            "status": names if self.codes.ndim else names[0],
+            "solved": self.solved,
+            "q": self.nearest,
+            "position_error": self.position_error,
+            "rotation_error": self.rotation_error,
+            "iterations": self.iterations,
+            "attempts": self.attempts,
+        }
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """The status of one pose as a sentence with its numbers.

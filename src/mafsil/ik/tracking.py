@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
+from mafsil.ik.answer import Answer
 from mafsil.ik.answers import Branch, SolutionSet
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.inverse import inverse_kinematics
@@ -96,8 +99,8 @@ class Passage:
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
-    """Joint path along a path of poses.
+class Track(Answer):
+    """Joint path along a path of poses; true when it was followed to its end on one branch.
 
     Attributes:
         q: (k, n) coordinates; rows after the last pose that could be reached are NaN.
@@ -124,6 +127,28 @@ class Track:
     refusal: SolutionSet | None
     closed: bool
     drift: JointVector
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.q)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        return {
+            "status": self.status.name.lower(),
+            "reached": self.reached,
+            "times": self.times,
+            "q": self.q,
+            "residual": self.residual,
+            "conditioning": self.conditioning,
+            "switches": [place.index for place in self.switches],
+            "passages": [place.index for place in self.passages],
+        }
 
     @property
     def status(self) -> TrackStatus:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
+from mafsil.ik.answer import Answer
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
@@ -39,7 +40,7 @@ class Columns(NamedTuple):
     status: NDArray[np.int8]
 
 
-class SolutionBatch:
+class SolutionBatch(Answer):
     """All solutions of many poses.
 
     Row k of a pose is the same root of the closed form for every pose, so that rows do not change places in a batch.
@@ -175,6 +176,18 @@ class SolutionBatch:
             name = say(f"ik.name_{verdict.name.lower()}", language=language)
             lines.append(say("ik.batch_status", language=language, status=name, count=count, first=first))
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        return {
+            "status": [verdict.name.lower() for verdict in self.status.ravel()],
+            "solved": self.solved,
+            "q": self.q,
+            "valid": self.valid,
+            "within": self.within,
+            "residual": self.residual,
+            "branches": self.labels,
+        }
 
     def __getitem__(self, index: int | tuple[int, ...]) -> SolutionSet:
         """The careful answer to one pose, with families and reasons.

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.ik.answer import Answer
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.facts import Facts
 from mafsil.ik.answers.family import SolutionFamily
@@ -54,7 +55,7 @@ class LimitExcess:
         return say("ik.limit_excess", language=language, **facts)
 
 
-class SolutionSet:
+class SolutionSet(Answer):
     """All solutions of one pose.
 
     What is not read costs nothing: branches, families and reasons are made when they are asked for.
@@ -293,6 +294,20 @@ class SolutionSet:
         if len(self.q) or self.complete:
             lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        return {
+            "status": self.status.name.lower(),
+            "solved": bool(self),
+            "complete": self.complete,
+            "method": self.method,
+            "q": self.q,
+            "residual": self.residual,
+            "within": self.within,
+            "branches": [str(one) for one in self.branches],
+            "free": [family.joint for family in self.families],
+        }
 
     def nearest(self, q: ArrayLike) -> JointVector:
         """(n,) the solution nearest to a configuration, wound as near as the limits allow; within the limits if any is.
