@@ -14,7 +14,7 @@ def arithmetic(x: Floats, i: Whole, out: Floats, whole: Whole) -> None:
     """Real and whole operations; constants, negative ones too."""
     a, b = x[0], x[1]
     out[0], out[1], out[2], out[3] = a + b, a - b, a * b, a / b
-    out[4], out[5], out[6] = -a, (a - 2) ** 2, abs(b) + SHIFT
+    out[4], out[5], out[6] = -a, (a - 2) * 3.5, abs(b) + SHIFT
     out[7], out[8], out[9] = min(a, b), max(a, b), np.sqrt(abs(a))
     out[10], out[11], out[12] = np.rint(a), i[0] / i[1], np.inf if a > b else -1.5
     out[13], out[14] = float(i[0]), 2 * np.pi
@@ -25,6 +25,11 @@ def arithmetic(x: Floats, i: Whole, out: Floats, whole: Whole) -> None:
     whole[11] = 1 if 0 < p <= q else 0
     whole[12] = 1 if not a < b else 0
     whole[13] = 1 if a == b or (a != b and p > 0) else 0
+
+
+def squared(x: Floats, out: Floats) -> None:
+    """A power of two is one product, whatever the mathematics library makes of it."""
+    out[0] = (x[0] - 2) ** 2
 
 
 def singles(x: Singles, y: Floats, out: Singles) -> float:

@@ -21,7 +21,7 @@ from mafsil.ik.numerical.quick import search_of
 from mafsil.kernels.loop_compiler import LoopProgram
 from tests.kernels import sample_loops
 
-SAMPLES = LoopProgram(["tests.kernels.sample_loops"], ("arithmetic", "singles", "control", "views"))
+SAMPLES = LoopProgram(["tests.kernels.sample_loops"], ("arithmetic", "squared", "singles", "control", "views"))
 reals = st.floats(-1e6, 1e6, allow_nan=False)
 wholes = st.integers(-1000, 1000)
 
@@ -44,6 +44,15 @@ def both(name, *given):
 @settings(max_examples=300, deadline=None)
 def test_arithmetic_is_that_of_python(a, b, p, q):
     both("arithmetic", np.array([a, b]), np.array([p, q]), np.zeros(15), np.zeros(14, np.int64))
+
+
+@given(reals)
+@settings(max_examples=100, deadline=None)
+def test_a_square_is_one_product(a):
+    """Python's power goes through the mathematics library, which may be a last bit off."""
+    out = np.zeros(1)
+    compiled(SAMPLES, "squared", np.array([a]), out)
+    assert out[0] == (a - 2) * (a - 2)
 
 
 @pytest.mark.parametrize("a", [0.5, 1.5, 2.5, -0.5, 4503599627370497.0, 1e300, -(2.0**52) + 0.5])
