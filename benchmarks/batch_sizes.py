@@ -61,8 +61,8 @@ GOALS_OF_DERIVATIVES = {1: 7.0, 32: 7.0, 2048: 30.0, 1_000_000: 30.0}
 
 def main() -> None:
     options = _parsed()
-    facts = machine("mafsil", "numpy", "pin")
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()), flush=True)
+    details = machine("mafsil", "numpy", "pin")
+    print(" | ".join(f"{key} {value}" for key, value in details.items()), flush=True)
     print(HEADING)
     rows: list[dict[str, Any]] = []
     for name in options.robots:
@@ -81,7 +81,7 @@ def main() -> None:
     for text in shortfalls(rows, rates["past the caches"]):
         print(text)
     if options.json:
-        figures = {"machine": facts, "rates": rates, "rows": rows, "comparisons": comparisons(rows).plain()}
+        figures = {"machine": details, "rates": rates, "rows": rows, "comparisons": comparisons(rows).plain()}
         options.json.write_text(json.dumps(figures, indent=1))
 
 
@@ -123,8 +123,8 @@ def measured(name: str, quantities: tuple[str, ...], quick: bool) -> Iterator[di
             taken = race({"mafsil": _task(evaluate, arrays), "pinocchio": call}, **turns(count, quick))
             ours, rival = 1e9 * taken["mafsil"].least / count, 1e9 * taken["pinocchio"].least
             goals = GOALS_OF_DERIVATIVES if title in DERIVATIVES else GOALS["tree" if name in TREES else "arm"]
-            facts = {"column": column, "rows": count, "ns": ours, "pinocchio_ns": rival}
-            cells.append({**facts, "ratio": rival / ours, "goal": goals[column]})
+            details = {"column": column, "rows": count, "ns": ours, "pinocchio_ns": rival}
+            cells.append({**details, "ratio": rival / ours, "goal": goals[column]})
         yield {"robot": name, "quantity": title, "bytes": size, "cells": cells}
 
 

@@ -41,8 +41,8 @@ Task = Callable[[], object]
 
 def main() -> None:
     options = _parsed()
-    facts = machine("mafsil", "numpy", "pin")
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()), flush=True)
+    details = machine("mafsil", "numpy", "pin")
+    print(" | ".join(f"{key} {value}" for key, value in details.items()), flush=True)
     turns = BRIEFER if options.quick else BRIEF
     rows: list[dict[str, Any]] = []
     print(f"{'robot':9}{'call':56}{'rows':>6}{'ns a call':>18}{'pin ns':>9}{'x':>8}")
@@ -59,7 +59,7 @@ def main() -> None:
             call, count = f"{row['call']}, {row['rows']} rows", row["rows"]
             times = row["ns"]["least"] / count / 1e3, row["pinocchio_ns"]["least"] / 1e3
             found.add(call, row["robot"], times[0], "Pinocchio call", times[1], TARGET)
-        figures = {"machine": facts, "rows": rows, "comparisons": found.plain()}
+        figures = {"machine": details, "rows": rows, "comparisons": found.plain()}
         options.json.write_text(json.dumps(figures, indent=1))
 
 

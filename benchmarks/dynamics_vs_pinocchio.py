@@ -61,8 +61,8 @@ def mechanism_named(name: str) -> Mechanism:
 
 def main() -> None:
     options = _parsed()
-    facts = machine("mafsil", "numpy", "llvmlite", "pin")
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()), flush=True)
+    details = machine("mafsil", "numpy", "llvmlite", "pin")
+    print(" | ".join(f"{key} {value}" for key, value in details.items()), flush=True)
     repeats = 3 if options.quick else 9
     rows: list[dict[str, Any]] = []
     print(HEADING)
@@ -75,7 +75,7 @@ def main() -> None:
     for summary in (*verdicts(rows), *shortfalls(rows)):
         print(summary)
     if options.json:
-        options.json.write_text(json.dumps({"machine": facts, "rows": rows, "import_ms": imports}, indent=1))
+        options.json.write_text(json.dumps({"machine": details, "rows": rows, "import_ms": imports}, indent=1))
 
 
 def measured(name: str, quick: bool) -> Iterator[dict[str, Any]]:

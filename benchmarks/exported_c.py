@@ -82,8 +82,8 @@ def main() -> None:
     if path is None:
         sys.exit("no C compiler found")
     version = subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
-    facts = {**machine("mafsil", "numpy", "llvmlite"), "compiler": version}
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()))
+    details = {**machine("mafsil", "numpy", "llvmlite"), "compiler": version}
+    print(" | ".join(f"{key} {value}" for key, value in details.items()))
     for name in options.robots:
         for quantity in options.quantities:
             with tempfile.TemporaryDirectory() as folder:

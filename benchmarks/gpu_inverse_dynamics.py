@@ -42,8 +42,8 @@ def main() -> None:
         device = driver().device(0)
     except KernelError as reason:
         sys.exit(str(reason))
-    facts = {**machine("mafsil", "numpy", "llvmlite"), "device": f"{device.name} {device.processor}"}
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()))
+    details = {**machine("mafsil", "numpy", "llvmlite"), "device": f"{device.name} {device.processor}"}
+    print(" | ".join(f"{key} {value}" for key, value in details.items()))
     robot = mf.load(options.robot)
     states = np.random.default_rng(1).uniform(-3, 3, (3, options.rows, robot.n))
     q, qd, qdd = (device_array(x) for x in states)

@@ -45,8 +45,8 @@ CAREFUL = 1_000
 
 def main() -> None:
     arguments = _arguments()
-    facts = machine("numpy")
-    print(", ".join(f"{key} {value}" for key, value in facts.items()))
+    details = machine("numpy")
+    print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(
         f"targets: single {SINGLE_TARGET:g} times EAIK.IK, batches of {SIZES[-1]} and more {BATCH_TARGET:g} times, "
         f"wrist-singular poses {CAREFUL_TARGET:g} us each; one thread"
@@ -60,7 +60,7 @@ def main() -> None:
             print(f"  {key:34} {value}")
     if arguments.json:
         Path(arguments.json).write_text(
-            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+            json.dumps({"machine": details, "rows": rows, "comparisons": found.plain()}, indent=2)
         )
 
 

@@ -53,8 +53,8 @@ def main() -> None:
     os.environ["MAFSIL_THREADS"] = "1"
     found = Comparisons()
     rows = [_six(name, arguments.poses, found) for name in arguments.six]
-    facts = machine("numpy", "numba", "ssik")
-    print(", ".join(f"{key} {value}" for key, value in facts.items()))
+    details = machine("numpy", "numba", "ssik")
+    print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(
         "targets: six joints, single {:g} and batch {:g} times ssik on one core, preparation below 1 s;".format(
             *TARGETS
@@ -64,7 +64,7 @@ def main() -> None:
         print("  ".join(f"{key} {value}" for key, value in row.items()))
     if arguments.json:
         Path(arguments.json).write_text(
-            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+            json.dumps({"machine": details, "rows": rows, "comparisons": found.plain()}, indent=2)
         )
 
 

@@ -56,14 +56,14 @@ def main() -> None:
     arguments = _arguments()
     found = Comparisons()
     rows = [_row(name, arguments, found) for name in arguments.robots if arm(name) is not None]
-    facts = machine("numpy", "llvmlite")
-    print(", ".join(f"{key} {value}" for key, value in facts.items()))
+    details = machine("numpy", "llvmlite")
+    print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(f"targets: batch {BATCH_TARGET:g} times, single {SINGLE_TARGET:g} times ik_LM")
     for row in rows:
         print("  ".join(f"{key} {value}" for key, value in row.items()), flush=True)
     if arguments.json:
         Path(arguments.json).write_text(
-            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+            json.dumps({"machine": details, "rows": rows, "comparisons": found.plain()}, indent=2)
         )
 
 

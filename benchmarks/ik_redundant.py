@@ -60,14 +60,14 @@ def main() -> None:
     rows += [_fixed(arguments.poses, found)] if find_spec("frankik") else []
     rows += [_kind(name, made, arguments.poses) for name, made in KINDS.items()]
     rows.append(_without_shape())
-    facts = machine("numpy", *(["ssik"] if find_spec("ssik") else []))
-    print(", ".join(f"{key} {value}" for key, value in facts.items()))
+    details = machine("numpy", *(["ssik"] if find_spec("ssik") else []))
+    print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(f"targets: ssik single {SINGLE:g} times, batch {BATCH:g} times; frankik batch {FIXED:g} times")
     for row in rows:
         print("  ".join(f"{key} {value}" for key, value in row.items()))
     if arguments.json:
         Path(arguments.json).write_text(
-            json.dumps({"machine": facts, "rows": rows, "comparisons": found.plain()}, indent=2)
+            json.dumps({"machine": details, "rows": rows, "comparisons": found.plain()}, indent=2)
         )
 
 
@@ -77,7 +77,7 @@ def _seven(name: str, poses: int, found: Comparisons) -> dict[str, str]:
     form = redundancy(robot)
     q, T = _planted(robot, rival.fk, poses)
     theirs = [np.array([one.q for one in rival.solve(one)]) for one in T[:100]]
-    facts = {
+    details = {
         "robot": name,
         "ssik postures": f"{np.mean([len(one) for one in theirs]):.1f}",
         "ours": f"{form.sweep(T[:100], VALUES).within.sum() / 100:.1f}",
@@ -109,7 +109,7 @@ def _seven(name: str, poses: int, found: Comparisons) -> dict[str, str]:
             call = f"{'redundancy(robot).sweep' if swept else 'mf.inverse_kinematics'}, {names[size]}"
             found.add(call, name, x, "ssik's sweep", each["ssik"], goals.get(key))
     shown = {key: f"{x:.2f} us ({each['ssik'] / x:.1f})" for key, x in each.items() if key != "ssik"}
-    return facts | {"ssik": f"{each['ssik']:.0f} us"} | shown
+    return details | {"ssik": f"{each['ssik']:.0f} us"} | shown
 
 
 def _fixed(poses: int, found: Comparisons) -> dict[str, str]:
@@ -154,12 +154,12 @@ def _fixed(poses: int, found: Comparisons) -> dict[str, str]:
             found.add(f"redundancy, {key}", "panda", x, "frankik", each["frankik"], FIXED if "batch" in key else None)
     shown = {key: f"{x:.3f} us ({each['frankik'] / x:.1f})" for key, x in each.items() if key != "frankik"}
     known = sum(_lost(form, T[i : i + 1], x[None]) for i, x in enumerate(theirs) if np.isfinite(x).all())
-    facts = {
+    details = {
         "robot": "panda at a given joint 7",
         "lost": f"{_lost(form, T, q[:, None])} of {poses}",
         "frankik's lost": str(known),
     }
-    return facts | {"frankik": f"{each['frankik']:.2f} us"} | shown
+    return details | {"frankik": f"{each['frankik']:.2f} us"} | shown
 
 
 def _kind(name: str, made: Callable[[], tuple[Robot, str]], poses: int) -> dict[str, str]:
@@ -180,9 +180,9 @@ def _kind(name: str, made: Callable[[], tuple[Robot, str]], poses: int) -> dict[
         seconds=0.02,
     )
     found = inverse_kinematics(robot, T, **asked)
-    facts = {"arm": name, "task": task, "joints": str(robot.n), "solved": f"{int(found.solved.sum())} of {poses}"}  # pyright: ignore[reportAttributeAccessIssue]
+    details = {"arm": name, "task": task, "joints": str(robot.n), "solved": f"{int(found.solved.sum())} of {poses}"}  # pyright: ignore[reportAttributeAccessIssue]
     each = {key: f"{_per_pose(key, time, poses):.2f} us" for key, time in times.items()}
-    return facts | {"batch differs": str(different)} | each
+    return details | {"batch differs": str(different)} | each
 
 
 def _without_shape() -> dict[str, str]:

@@ -87,13 +87,13 @@ class Outcome:
 def main() -> None:
     """Run, and write the page."""
     options = _parsed()
-    facts = machine(*VERSIONS)
+    details = machine(*VERSIONS)
     chosen = [one for one in BENCHMARKS if not options.only or Path(one.script).stem in options.only]
     outcomes: dict[Benchmark, Outcome] = {}
     for number, benchmark in enumerate(chosen, 1):
         print(f"[{number}/{len(chosen)}] {benchmark.question} ...", file=sys.stderr, flush=True)
         outcomes[benchmark] = measured(benchmark, options.quick, options.peers)
-        options.out.write_text("\n".join(page(facts, outcomes)) + "\n", encoding="utf-8")
+        options.out.write_text("\n".join(page(details, outcomes)) + "\n", encoding="utf-8")
     print("\n".join(summary(outcomes)))
 
 
@@ -124,14 +124,14 @@ def interpreter(peer: str, peers: Path) -> Path:
     return python
 
 
-def page(facts: dict[str, str], outcomes: dict[Benchmark, Outcome]) -> Iterator[str]:
+def page(details: dict[str, str], outcomes: dict[Benchmark, Outcome]) -> Iterator[str]:
     """The lines of the page."""
     yield "# Speed beside the peers"
     yield ""
     yield f"Written by `python benchmarks/page.py` on {date.today().isoformat()}: public names, one thread, every rival"
     yield "in the same run, the least of many turns taken in turn. Judge the ratios, not the microseconds."
     yield ""
-    yield ", ".join(f"{name} {value}" for name, value in facts.items()) + "."
+    yield ", ".join(f"{name} {value}" for name, value in details.items()) + "."
     yield ""
     yield from summary(outcomes)
     for benchmark, outcome in outcomes.items():

@@ -86,8 +86,8 @@ def main() -> None:
     )
     single, his = times["mafsil"].least / count, times["mujoco"].least / count
     many = {size: times[f"mafsil {size}"].least / count / size for size in crowds}
-    facts = machine("numpy", "mujoco-core")
-    print(", ".join(f"{key} {value}" for key, value in facts.items()))
+    details = machine("numpy", "mujoco-core")
+    print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(f"final states differ by {gap:.1e}")
     print(f"mujoco {his * 1e6:.2f} us a step")
     print(f"mafsil {single * 1e6:.2f} us a step, {his / single:.2f} times as fast (a fused loop: {SINGLE_TARGET:g})")
@@ -95,7 +95,7 @@ def main() -> None:
         print(f"mafsil, {size} at once {mean * 1e6:.3f} us, {his / mean:.1f} times (target {BATCH_TARGET:g})")
     if arguments.json:
         figures = {"mujoco": his, "mafsil": single, "mafsil batch": many, "gap": float(gap)}
-        Path(arguments.json).write_text(json.dumps({"machine": facts, "seconds a step": figures}, indent=2))
+        Path(arguments.json).write_text(json.dumps({"machine": details, "seconds a step": figures}, indent=2))
 
 
 def _scenario(robot: Robot, trajectory: PiecewisePolynomial, start: Floats) -> Scenario:

@@ -56,13 +56,13 @@ def verdict(kind: str, ratios: Sequence[float], target: float) -> str:
 
 def machine(*packages: str) -> dict[str, str]:
     """Processor, cores, Python and the versions of packages."""
-    facts = {
+    details = {
         "processor": _processor(),
         "cores": str(len(os.sched_getaffinity(0))),
         "system": platform.platform(),
         "python": platform.python_version(),
     }
-    return facts | {name: version(name) for name in packages}
+    return details | {name: version(name) for name in packages}
 
 
 def _count(task: Task, seconds: float) -> int:

@@ -42,13 +42,13 @@ def main() -> None:
     parser.add_argument("--robot", default="panda", choices=library.names())
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
-    facts = machine("mafsil", "numpy") | {"threads": str(threads.available()), "load": str(os.getloadavg()[0])}
-    print(" | ".join(f"{key} {value}" for key, value in facts.items()), flush=True)
+    details = machine("mafsil", "numpy") | {"threads": str(threads.available()), "load": str(os.getloadavg()[0])}
+    print(" | ".join(f"{key} {value}" for key, value in details.items()), flush=True)
     rows = list(measured(Robot(library.load(options.robot))))
     slower = [row for row in rows if row["ratio"] < NOISE]
     print(f"{len(slower)} of {len(rows)} batches are slower by default than on one thread, beyond {1 - NOISE:.0%}")
     if options.json:
-        options.json.write_text(json.dumps({"machine": facts, "rows": rows}, indent=1))
+        options.json.write_text(json.dumps({"machine": details, "rows": rows}, indent=1))
 
 
 def measured(robot: Robot) -> Any:

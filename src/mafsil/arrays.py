@@ -235,15 +235,15 @@ def _require_arguments(function: Callable[..., object], args: tuple[object, ...]
     """
     parameters = signature(function).parameters
     places = [name for name, each in parameters.items() if each.kind is each.POSITIONAL_OR_KEYWORD]
-    facts = {"name": getattr(function, "__name__", ""), "inputs": ", ".join(parameters)}
+    details = {"name": getattr(function, "__name__", ""), "inputs": ", ".join(parameters)}
     doubtful = [name for name in named if name not in parameters or name in places[: len(args)]]
     doubtful += [repr(value)[:40] for value in args[len(places) :]]
     if doubtful:
-        raise InputError("input.unexpected", problem=", ".join(doubtful), **facts)
+        raise InputError("input.unexpected", problem=", ".join(doubtful), **details)
     needed = [name for name, each in parameters.items() if each.default is each.empty]
     missing = [name for name in needed if name not in named and name not in places[: len(args)]]
     if missing:
-        raise InputError("input.missing", missing=", ".join(missing), **facts)
+        raise InputError("input.missing", missing=", ".join(missing), **details)
 
 
 def frozen(array: ArrayLike) -> Floats:

@@ -1,4 +1,4 @@
-"""Every exception of mafsil. Each carries its facts and builds its own sentence, in the language of the reader."""
+"""Every exception of mafsil. Each carries its details and builds its own sentence, in the language of the reader."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ class MafsilError(Exception):
 
     Attributes:
         key: name of the sentence in the message catalogue, `area.name`; stable, usable as an error code.
-        facts: the values that the sentence mentions.
+        details: the values that the sentence mentions.
     """
 
-    def __init__(self, key: str, **facts: object) -> None:
+    def __init__(self, key: str, **details: object) -> None:
         super().__init__(key)
         self.key = key
-        self.facts = facts
+        self.details = details
 
     def __str__(self) -> str:
         return self.message()
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **self.facts)
+        return say(self.key, language=language, **self.details)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_rebuild, (type(self), self.key, self.facts))
+        return (_rebuild, (type(self), self.key, self.details))
 
 
 class InputError(MafsilError, ValueError):
@@ -58,7 +58,7 @@ class UnknownNameError(MafsilError, AttributeError):
         )
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_unknown_name, (self.facts,))
+        return (_unknown_name, (self.details,))
 
 
 class ModelError(MafsilError, ValueError):
@@ -82,21 +82,21 @@ class MafsilWarning(UserWarning):
 
     Attributes:
         key: name of the sentence in the message catalogue, `area.name`; stable.
-        facts: the values that the sentence mentions.
+        details: the values that the sentence mentions.
     """
 
-    def __init__(self, key: str, rebuilt: Mapping[str, object] | None = None, /, **facts: object) -> None:
+    def __init__(self, key: str, rebuilt: Mapping[str, object] | None = None, /, **details: object) -> None:
         self.key = key
-        self.facts = {**(rebuilt or {}), **facts}
+        self.details = {**(rebuilt or {}), **details}
         # Whoever carries a warning to another process makes it again from its arguments alone.
-        super().__init__(key, self.facts)
+        super().__init__(key, self.details)
 
     def __str__(self) -> str:
         return self.message()
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **self.facts)
+        return say(self.key, language=language, **self.details)
 
 
 class ModelWarning(MafsilWarning):
@@ -132,10 +132,10 @@ def warn(warning: MafsilWarning) -> None:
     warnings.warn(warning, stacklevel=level)
 
 
-def _unknown_name(facts: dict[str, object]) -> UnknownNameError:
-    known = str(facts["close"]).split(", ")
-    return UnknownNameError(str(facts["owner"]), str(facts["name"]), known)
+def _unknown_name(details: dict[str, object]) -> UnknownNameError:
+    known = str(details["close"]).split(", ")
+    return UnknownNameError(str(details["owner"]), str(details["name"]), known)
 
 
-def _rebuild(kind: type[MafsilError], key: str, facts: dict[str, object]) -> MafsilError:
-    return kind(key, **facts)
+def _rebuild(kind: type[MafsilError], key: str, details: dict[str, object]) -> MafsilError:
+    return kind(key, **details)

@@ -118,10 +118,10 @@ def test_fewer_than_six_joints():
         assert answer.status is Verdict.NOT_OF_THIS_ARM
     assert "the place is off it" in answers[1].explain("en")
     assert "with this orientation" not in answers[1].explain("en")
-    assert answers[1].facts["position_error"] == pytest.approx(0.1, abs=1e-6)
-    assert answers[1].facts["rotation_error"] == pytest.approx(0.0, abs=1e-6)
+    assert answers[1].details["position_error"] == pytest.approx(0.1, abs=1e-6)
+    assert answers[1].details["rotation_error"] == pytest.approx(0.0, abs=1e-6)
     assert "cannot tilt" in answers[2].explain("en")
-    assert answers[2].facts["rotation_error"] == pytest.approx(0.05, abs=1e-3)
+    assert answers[2].details["rotation_error"] == pytest.approx(0.05, abs=1e-3)
 
 
 def test_every_key_is_read():

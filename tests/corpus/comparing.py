@@ -111,7 +111,7 @@ def _load(path: Path, arguments: Mapping[str, str] | None, verdict: Verdict) -> 
             warnings.simplefilter("always")
             mechanism = load_mechanism(path, xacro_args=arguments or None)
     except MafsilError as error:
-        report = error.facts.get("report")
+        report = error.details.get("report")
         errors = getattr(report, "errors", ())
         verdict.codes = sorted({diagnostic.code for diagnostic in errors}) or [error.key]
         verdict.why = str(error)[:300]

@@ -50,7 +50,7 @@ def test_every_line_agrees_with_the_solver(name):
     keys = [step.key for step in derivation.steps]
     assert keys[0].startswith(f"derivation.ik_{family}")
     branches = next(step for step in derivation.steps if step.key == "derivation.ik_branches")
-    assert branches.facts["most"] == most
+    assert branches.details["most"] == most
     # Every joint of the arm has its own line.
     solved = {line.left[0].letter for line in derivation.lines if line.left and line.error is not None}
     robot = mf.load(name)

@@ -146,9 +146,9 @@ class FakeLibrary:
 
     def cuModuleLoadData(self, handle: Any, image: Any) -> int:
         text = image.value.decode()
-        facts = inspect(text)
-        assert not facts.undeclared
-        assert not facts.outside
+        details = inspect(text)
+        assert not details.undeclared
+        assert not details.outside
         self.modules.append(text)
         handle._obj.value = len(self.modules)
         return 0

@@ -46,8 +46,8 @@ class Foreign:
 
     @property
     def __cuda_array_interface__(self) -> dict[str, Any]:
-        facts = {**self.inner.__cuda_array_interface__, **self.changes}
-        return {key: value for key, value in facts.items() if value != "absent"}
+        details = {**self.inner.__cuda_array_interface__, **self.changes}
+        return {key: value for key, value in details.items() if value != "absent"}
 
 
 def evaluator(library: FakeLibrary, quantity: str, robot: mf.Robot = ROBOT) -> DeviceEvaluator:

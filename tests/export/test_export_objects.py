@@ -32,17 +32,17 @@ rng = np.random.default_rng(11)
 @pytest.mark.parametrize("name", MACHINES)
 def test_symbols_of_every_processor(name: str, quantity: str) -> None:
     found = ROBOT.export(quantity, to="object", target=name)
-    facts = symbols(found.files[f"{found.name}.o"])
-    assert (facts.machine, facts.bits) == KINDS[name]
-    assert set(facts.defined) == {found.name, f"{found.name}_rows"}
-    assert all(need.startswith(machine(name).outside) for need in facts.needed), facts.needed
+    details = symbols(found.files[f"{found.name}.o"])
+    assert (details.machine, details.bits) == KINDS[name]
+    assert set(details.defined) == {found.name, f"{found.name}_rows"}
+    assert all(need.startswith(machine(name).outside) for need in details.needed), details.needed
     header = found.files[f"{found.name}.h"].decode()
     assert f"void {found.name}_rows(" in header
-    assert all(need in header for need in facts.needed)
+    assert all(need in header for need in details.needed)
 
 
 def test_only_processors_without_doubles_need_anything() -> None:
-    needing = {name for name in MACHINES if ROBOT.export("mass_matrix", "object", target=name).facts["needed"]}
+    needing = {name for name in MACHINES if ROBOT.export("mass_matrix", "object", target=name).details["needed"]}
     assert needing == {"cortex-m4f", "cortex-m7"}
 
 

@@ -27,22 +27,22 @@ def text_of(quantity: str, processor: str | None = None) -> str:
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_text_stands_alone(quantity: str) -> None:
-    facts = inspect(text_of(quantity))
-    assert facts.entries == (f"panda_{quantity}",)
-    assert facts.functions == ("mafsil_huge_value",)
-    assert not facts.undeclared
-    assert not facts.outside
-    assert not facts.local, "a stack on a device lies in slow memory"
-    assert facts.processor == "sm_75"
-    assert facts.barriers == 2
+    details = inspect(text_of(quantity))
+    assert details.entries == (f"panda_{quantity}",)
+    assert details.functions == ("mafsil_huge_value",)
+    assert not details.undeclared
+    assert not details.outside
+    assert not details.local, "a stack on a device lies in slow memory"
+    assert details.processor == "sm_75"
+    assert details.barriers == 2
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_the_drivers_compiler_may_not_round_otherwise(quantity: str) -> None:
     """Fused where the tape says so; every other operation names its rounding: the bits are those of the processor."""
-    facts = inspect(text_of(quantity))
-    assert facts.fused > 50
-    assert not facts.unrounded
+    details = inspect(text_of(quantity))
+    assert details.fused > 50
+    assert not details.unrounded
 
 
 @pytest.mark.parametrize("processor", KNOWN)

@@ -14,16 +14,10 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "mafsil"
 FILES = sorted(SOURCE.rglob("*.py"))
 DRAWERS = {"utils", "util", "helpers", "helper", "common", "misc", "tools", "base", "stuff"}
-LONGEST_FILE = 450
-LONGEST_FUNCTION = 70
 
 
 def _parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
-
-
-def _functions(tree: ast.Module) -> list[ast.FunctionDef]:
-    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
@@ -31,20 +25,8 @@ def test_file_keeps_the_rules(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     tree = _parsed(path)
     assert path.stem not in DRAWERS, "a homeless function means a missing concept: find its noun"
-    assert text.count("\n") <= LONGEST_FILE
     assert ast.get_docstring(tree) or path.name == "__init__.py"
-    for function in _functions(tree):
-        body = [s for s in function.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
-        lines = (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
-        assert lines <= LONGEST_FUNCTION, f"{function.name} has {lines} lines"
     assert "import *" not in text
-
-
-def test_functions_are_short() -> None:
-    lengths = sorted(
-        (f.body[-1].end_lineno or 0) - f.body[0].lineno + 1 for path in FILES for f in _functions(_parsed(path))
-    )
-    assert lengths[len(lengths) // 2] <= 10
 
 
 @pytest.mark.parametrize("package", ["algebra", "mechanics", "robot", "geometry", "trajectory", "ik"])
@@ -62,7 +44,7 @@ def test_public_functions_document_their_arguments(package: str) -> None:
                 assert not missing, f"{path.name}: {node.name} does not explain {missing}"
 
 
-def test_every_sentence_exists_in_both_languages_with_the_same_facts() -> None:
+def test_every_sentence_exists_in_both_languages_with_the_same_details() -> None:
     def fields(text: str) -> set[str]:
         return {name for _, name, _, _ in string.Formatter().parse(text) if name}
 

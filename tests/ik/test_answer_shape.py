@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.answer import Answer
 from mafsil.ik import track
-from mafsil.ik.answer import Answer
 
 ARM = mf.load("ur5e")
 Q = np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4])

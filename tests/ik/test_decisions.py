@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, SolutionSet, Verdict, inverse_kinematics
-from mafsil.ik.answers.facts import Decision, Facts
+from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import unrepeated
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct
@@ -122,15 +122,15 @@ def test_the_posture_that_made_the_pose_is_found_beside_every_fold(
             assert apart.min() <= 1e-5
 
 
-def decided_by_rule(asked: Setting, facts: Facts, tolerance: float) -> np.ndarray:
+def decided_by_rule(asked: Setting, details: Facts, tolerance: float) -> np.ndarray:
     """(k,) whether a pose needs refinement or merging, by the rule that the kernel's decision sharpens."""
-    good = facts.residual <= tolerance
-    free = facts.free > 0
-    odd = (facts.residual <= max(asked.candidate, tolerance)) & (facts.residual > CLEAR)
-    odd |= good & (free | (facts.margin <= MERGED))
-    odd |= (np.fmin(facts.residual, facts.shortfall) <= LOOSE) & ~good.any(axis=1, keepdims=True)
-    odd |= asked.folded(facts)
-    lost = ~(good & (facts.excess <= INSIDE)).any(axis=1) & free.any(axis=1)
+    good = details.residual <= tolerance
+    free = details.free > 0
+    odd = (details.residual <= max(asked.candidate, tolerance)) & (details.residual > CLEAR)
+    odd |= good & (free | (details.margin <= MERGED))
+    odd |= (np.fmin(details.residual, details.shortfall) <= LOOSE) & ~good.any(axis=1, keepdims=True)
+    odd |= asked.folded(details)
+    lost = ~(good & (details.excess <= INSIDE)).any(axis=1) & free.any(axis=1)
     return np.asarray(odd.any(axis=1) | lost)
 
 
@@ -141,13 +141,13 @@ def test_decisions_keep_to_the_rule_in_numpy(name: str) -> None:
     assert asked.kernel is not None
     T = np.concatenate([kinds(robot, 5), robot.forward_kinematics(np.random.default_rng(5).uniform(-3, 3, (500, 6)))])
     q, columns, decision = asked.kernel(T, asked.middle, asked.middle_turns, *asked.bounds, 1e-9)
-    facts, rule = Facts.of(columns), decided_by_rule(asked, Facts.of(columns), 1e-9)
-    solved = facts.residual <= 1e-9
+    details, rule = Facts.of(columns), decided_by_rule(asked, Facts.of(columns), 1e-9)
+    solved = details.residual <= 1e-9
     clear = decision > 0
     # A clear list is one that nothing speaks against; what the rule finds odd beside is a row that falls short.
-    short = (facts.shortfall >= 0.1 * facts.residual) & (facts.residual > 1e-9)
+    short = (details.shortfall >= 0.1 * details.residual) & (details.residual > 1e-9)
     doubtful = rule & clear
-    between = (facts.residual > CLEAR) & ~short & (facts.residual <= asked.candidate)
+    between = (details.residual > CLEAR) & ~short & (details.residual <= asked.candidate)
     assert not between[doubtful].any()
     assert (decision[~rule & solved.any(axis=1)] >= Decision.REPEATED).all()
     assert (decision[~rule & ~solved.any(axis=1)] == Decision.NONE).all()

@@ -40,7 +40,7 @@ def test_a_no_is_a_search_that_failed_and_says_what_it_tried(robot):
     for one in refused:
         assert one.status in (Verdict.NOT_FOUND, Verdict.NOT_FOUND_WITHIN_LIMITS)
         assert not one.complete
-        assert one.facts["starts"] >= 1000
+        assert one.details["starts"] >= 1000
 
 
 def test_the_same_values_of_the_held_joint_are_tried_for_all_poses(robot):

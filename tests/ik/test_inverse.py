@@ -217,7 +217,7 @@ def test_out_of_reach_says_by_how_much():
     assert answer.status is Verdict.OUT_OF_REACH
     assert not answer
     assert answer.complete
-    assert answer.facts["shortfall"] == pytest.approx(0.25, abs=1e-6)
+    assert answer.details["shortfall"] == pytest.approx(0.25, abs=1e-6)
     assert "out of reach by 250 mm" in answer.explain("en")
     assert answer.explain("ar")
     np.testing.assert_allclose(answer.T_nearest, robot.forward_kinematics(answer.q_nearest))
@@ -234,8 +234,8 @@ def test_limits_name_the_joint_and_the_value_it_needs():
     T = robot.forward_kinematics(np.array([0.3, -1.1, 1.4, -0.7, 0.9, 0.2]))
     answer = inverse_kinematics(stiff, T)
     assert answer.status is Verdict.BEYOND_LIMITS
-    assert answer.facts["joint"] == "elbow_joint"
-    assert abs(answer.facts["value"]) > 0.1
+    assert answer.details["joint"] == "elbow_joint"
+    assert abs(answer.details["value"]) > 0.1
     assert not answer.within.any()
     for language in ("en", "ar"):
         assert "elbow_joint" in answer.explain(language)

@@ -30,7 +30,7 @@ def test_a_pose_lifted_out_of_the_plane_is_a_matter_of_place(name, task):
     assert "100 mm" in told
     assert "the place is off it" in told
     assert "orientation" not in told
-    assert answer.facts["position_error"] == pytest.approx(0.1, abs=1e-9)
+    assert answer.details["position_error"] == pytest.approx(0.1, abs=1e-9)
 
 
 def test_a_tilted_pose_at_a_place_within_reach_is_a_matter_of_orientation():
@@ -119,7 +119,7 @@ def test_a_search_says_what_it_tried():
     answer = inverse_kinematics(six, T, task="axis")
     assert answer.status is Verdict.NOT_FOUND
     assert "starts within the limits" in answer.explain("en")
-    assert answer.facts["starts"] > 0
+    assert answer.details["starts"] > 0
 
 
 def test_beyond_the_limits_needs_a_complete_list():

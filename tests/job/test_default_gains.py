@@ -96,4 +96,4 @@ def test_gains_of_another_law_are_refused(old: str, name: str) -> None:
         parse(text)
     assert caught.value.key == "job.no_gain"
     assert name in caught.value.message("en")
-    assert caught.value.facts["line"]
+    assert caught.value.details["line"]

@@ -132,7 +132,7 @@ def test_a_duration_holds_with_via_points() -> None:
     answer = refused(PANDA + "[[move]]\n" + VIA + "duration = 0.001\n")
     assert answer.key == "job.too_fast"
     assert "move 1 (line 4)" in answer.explain("en")
-    said = float(str(answer.facts["shortest"]))
+    said = float(str(answer.details["shortest"]))
     assert shortest <= said <= shortest + 1e-3
     again, tight = planned(PANDA + "[[move]]\n" + VIA + f"duration = {said}\n")
     v = tight.legs[0].trajectory.at(np.linspace(0.0, said, 5001)).v
@@ -156,7 +156,7 @@ def test_too_short_joint_moves_and_lines_say_the_shortest_duration(profile: str)
     for goal in goals:
         text = PANDA + f'[[move]]\n{goal}\nprofile = "{profile}"\n'
         answer = refused(text + "duration = 0.001\n")
-        said = float(str(answer.facts["shortest"]))
+        said = float(str(answer.details["shortest"]))
         shortest = planned(text)[1].legs[0].trajectory.duration
         assert shortest <= said <= shortest + 1e-3
         assert planned(text + f"duration = {said}\n")[1].legs[0].trajectory.duration == pytest.approx(said)
@@ -179,10 +179,10 @@ def test_one_near_singular_point_slows_a_line_only_there() -> None:
     sentence = remark.sentence("en")
     for word in ("move 1 'down' (line 7)", "joint3", "65.1 %", "43.6", "1.13 s"):
         assert word in sentence
-    place = float(str(remark.facts["place"]).removesuffix(" %")) / 100
+    place = float(str(remark.details["place"]).removesuffix(" %")) / 100
     k = int(np.abs(np.linalg.norm(tip - tip[0], axis=1) / np.linalg.norm(tip[-1] - tip[0]) - place).argmin())
     margins = np.linalg.svd(robot.jacobian_body(u.u), compute_uv=False)[:, -1]
-    assert margins[k] == pytest.approx(float(str(remark.facts["margin"])), rel=0.3)
+    assert margins[k] == pytest.approx(float(str(remark.details["margin"])), rel=0.3)
     assert any("\u0600" <= c <= "\u06ff" for c in remark.sentence("ar"))
 
 

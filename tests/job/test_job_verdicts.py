@@ -163,7 +163,7 @@ def test_tolerances_without_effect_are_refused(move: str) -> None:
     with pytest.raises(JobError) as caught:
         parse(REACH + f"[[move]]\n{move}\n")
     assert caught.value.key == "job.no_tolerance"
-    assert caught.value.facts["line"]
+    assert caught.value.details["line"]
 
 
 def test_an_arm_that_cannot_hold_its_part_says_so_and_gives_way() -> None:
@@ -234,7 +234,7 @@ def test_actual_speed_and_acceleration_are_judged() -> None:
     run, numbers = solved(REACH + push)
     over = numbers.peak_acceleration > 1.02 * run.robot.limits.acceleration
     assert over.any()
-    said = {remark.facts["joint"]: remark for remark in run.remarks if remark.key == "job.acceleration_crossed"}
+    said = {remark.details["joint"]: remark for remark in run.remarks if remark.key == "job.acceleration_crossed"}
     for joint, is_over in zip(run.robot.joint_names, over, strict=True):
         assert (joint in said and said[joint].level == "failure") == is_over
     assert "exceeds its acceleration limit of" in sentences(run, "failure")[0]

@@ -75,7 +75,7 @@ def test_an_operation_without_compiled_form_is_named() -> None:
     unknown = matrix(1, 1, [Value("erf", x.entries[0], LEAF)])
     with pytest.raises(KernelError, match="operation erf ") as caught:
         read(ex.Function("f", [x], [unknown]))
-    assert caught.value.facts["operation"] == "erf"
+    assert caught.value.details["operation"] == "erf"
     assert "erf" in caught.value.message("ar")
 
 

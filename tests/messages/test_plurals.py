@@ -29,9 +29,9 @@ def test_categories_of_english():
 
 
 def test_a_sentence_takes_the_form_of_its_number():
-    facts = {"robot": "r", "warnings": 0, "notes": 2}
-    assert say("lint.summary", language="en", errors=1, **facts) == "r: 1 error, 0 warnings, 2 notes"
-    assert say("lint.summary", language="ar", errors=1, **facts) == "r: خطأ واحد، لا تحذيرات، ملاحظتان"
+    details = {"robot": "r", "warnings": 0, "notes": 2}
+    assert say("lint.summary", language="en", errors=1, **details) == "r: 1 error, 0 warnings, 2 notes"
+    assert say("lint.summary", language="ar", errors=1, **details) == "r: خطأ واحد، لا تحذيرات، ملاحظتان"
     assert say("lint.refused", language="ar", robot="r", errors=3) == "في r 3 أخطاء"
     assert say("lint.refused", language="ar", robot="r", errors=11) == "في r 11 خطأً"
 

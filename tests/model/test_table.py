@@ -198,7 +198,7 @@ def test_faults_of_form_are_named_with_their_line(text, key, line):
     with pytest.raises(FileError) as caught:
         parse(text, "arm.toml")
     assert caught.value.key == key
-    assert caught.value.facts.get("line") == line
+    assert caught.value.details.get("line") == line
     for language in ("en", "ar"):
         assert "arm.toml" in caught.value.message(language)
     assert caught.value.message("en") != caught.value.message("ar")
@@ -292,7 +292,7 @@ def test_what_a_table_cannot_hold_is_not_written(robot, part):
     with pytest.raises(ModelError) as caught:
         formatted(robot)
     assert caught.value.key == "table.unwritable"
-    assert caught.value.facts["part"] == part
+    assert caught.value.details["part"] == part
     assert caught.value.message("en") != caught.value.message("ar")
 
 

@@ -75,7 +75,7 @@ def test_a_joint_that_moves_nothing_is_named_and_has_no_acceleration() -> None:
     zero = np.zeros(robot.n)
     with pytest.raises(ModelError, match="inertia") as caught:
         robot.forward_dynamics(zero, zero, zero)
-    joint = next(each for each in mechanism.joints if each.name == caught.value.facts["joint"])
+    joint = next(each for each in mechanism.joints if each.name == caught.value.details["joint"])
     k = robot.joint_names.index(joint.name if joint.mimic is None else joint.mimic.leader)
     oracle = oracles_of("romeo", mechanism)[0]
     assert abs(oracle.evaluate(states_of(mechanism, 1, 1))["mass_matrix"][0, k, k]) < 1e-15

@@ -32,7 +32,7 @@ PUBLISHED = {
     "kinova": {"KDL": (0.2623, 3790.0), "TRAC-IK": (0.9978, 410.0)},
     "pr2": {"KDL": (0.8318, 1370.0), "TRAC-IK": (0.9995, 380.0)},
 }
-"""Arm -> solver -> share solved, mean time [us]; facts from TRAC-IK's README, of its 22 chains those that are here."""
+"""Arm -> solver -> share solved, mean time [us]; facts from TRAC-IK's README, of its 22 chains those here."""
 
 
 def targets(robot: Robot, count: int, seed: int) -> np.ndarray:

@@ -12,7 +12,7 @@ plane  The ring |a - b| <= r <= a + b.
 scara  Both postures by the law of cosines, wound into the limits: within, or which joint is how far beyond.
 
 A third of the margins are taken between 1e-7 and 1e-2 of the arm. Every pose goes through a batch; one in a hundred is
-asked alone for its facts, one in two thousand of the numerical search, which must not converge. Singular postures are
+asked alone for its details, one in two thousand of the numerical search, which must not converge. Singular postures are
 planted at wrist, elbow and shoulder, alone and together.
 """
 
@@ -139,7 +139,7 @@ def _refused(robot: Robot, T: Floats, near: Floats, why: Floats, task: str) -> d
         bad = {
             "bad_verdict": one.status is not Verdict.OUT_OF_REACH or not one.complete,
             "bad_reason": not any(why[i] & bit and text in words for bit, text in reasons.items()),
-            "bad_distance": not abs(one.facts["shortfall"] - near[i]) <= EXACT * size,
+            "bad_distance": not abs(one.details["shortfall"] - near[i]) <= EXACT * size,
             "bad_nearest": not (abs(moved - near[i]) <= EXACT * size and turned <= EXACT),
         }
         if any(bad.values()):
@@ -188,13 +188,13 @@ def scara(rng: np.random.Generator, count: int) -> dict[str, int]:
     for i in range(0, count, ALONE):
         one = inverse_kinematics(robot, T[i])
         if beyond[i] and clear[i]:
-            j = robot.joint_names.index(one.facts["joint"])
+            j = robot.joint_names.index(one.details["joint"])
             # Two postures may be as far beyond, even in the same joint.
             alike = np.flatnonzero(np.abs(worst[i] - least[i]) < 1e-7)
             named = np.abs(excess[i, alike, j] - least[i]) < 1e-7
             result["bad_joint"] += not named.any()
-            value = np.abs(one.facts["value"] - both[i, alike, j])[named].min(initial=np.inf)
-            result["bad_value"] += not (abs(one.facts["excess"] - least[i]) < 1e-7 and value < 1e-7)
+            value = np.abs(one.details["value"] - both[i, alike, j])[named].min(initial=np.inf)
+            result["bad_value"] += not (abs(one.details["excess"] - least[i]) < 1e-7 and value < 1e-7)
         tilt = np.concatenate([rng.normal(size=2) * 10 ** rng.uniform(-5, 0), np.zeros(4)])
         no = inverse_kinematics(robot, T[i] @ pose.exp(tilt))
         result["bad_tilted"] += no.status is not Verdict.NOT_OF_THIS_ARM

@@ -123,9 +123,9 @@ def _write(place: Path, figures: Figures) -> None:
 
 
 def _read(place: Path) -> Figures:
-    facts = json.loads(place.read_text())
-    del facts["median_below"]
-    return Figures(**facts)
+    details = json.loads(place.read_text())
+    del details["median_below"]
+    return Figures(**details)
 
 
 def report(figures: Figures) -> str:

@@ -194,9 +194,9 @@ def _targets(check: Check) -> None:
     said = _said(check, "job.all_reached")
     check.expect(bool(said) == all_reached, "all_reached is", bool(said))
     if said:
-        check.expect(said[0].facts["count"] == len(wanted), "count")
-        check.expect(same(said[0].facts["position"], max(m[0] for m in check.misses.values())), "largest distance")
-        check.expect(same(said[0].facts["angle"], max(m[1] for m in check.misses.values()), 1e-7), "largest angle")
+        check.expect(said[0].details["count"] == len(wanted), "count")
+        check.expect(same(said[0].details["position"], max(m[0] for m in check.misses.values())), "largest distance")
+        check.expect(same(said[0].details["angle"], max(m[1] for m in check.misses.values()), 1e-7), "largest angle")
     check.expect(data["simulation"]["method"] == run.recording.metadata["integrator"], "method")
     asked = run.job.simulation.method
     replaced = run.recording.metadata["integrator"] != (asked or "rk4")
@@ -225,25 +225,25 @@ def _limits(check: Check) -> None:
         name, limits = joint.name, joint.limits
 
         def said(key: str, name: str = name) -> Remark | None:
-            return next((r for r in _said(check, key) if r.facts["joint"] == name), None)
+            return next((r for r in _said(check, key) if r.details["joint"] == name), None)
 
         beyond = np.abs(tape.tau_commanded[:, k]) > limits.effort * (1 + 1e-9)
         remark = said("job.at_saturation")
         check.expect((remark is not None) == bool((beyond * dt).sum() > 0.0), name, "saturation", remark)
         if remark is not None:
-            check.expect(same(remark.facts["time"], float((beyond * dt).sum())), name, "time at the limit")
+            check.expect(same(remark.details["time"], float((beyond * dt).sum())), name, "time at the limit")
             share = np.abs(tape.tau_commanded[:, k]).max() / limits.effort
-            check.expect(same(remark.facts["share"], share), name, "largest demand", remark.facts, share)
+            check.expect(same(remark.details["share"], share), name, "largest demand", remark.details, share)
             level = "failure" if check.missed or run.stopped is not None else "warning"
             check.expect(remark.level == level, name, "level of saturation")
         elif remark := said("job.near_saturation"):
             share = np.abs(tape.tau_commanded[:, k]).max() / limits.effort
-            check.expect(0.9 < share <= 1.0 + 1e-9 and same(remark.facts["share"], share), name, "near", share)
+            check.expect(0.9 < share <= 1.0 + 1e-9 and same(remark.details["share"], share), name, "near", share)
         excess = max((limits.lower - tape.q[:, k]).max(), (tape.q[:, k] - limits.upper).max())
         remark = said("job.limit_crossed")
         check.expect((remark is not None) == (excess > 1e-9 and not collapsed), name, "range", excess)
         if remark is not None:
-            check.expect(same(remark.facts["excess"], excess), name, "excess", remark.facts, excess)
+            check.expect(same(remark.details["excess"], excess), name, "excess", remark.details, excess)
             allowed = check.allowed(None)[2][k]
             check.expect(remark.level == ("failure" if excess > allowed else "warning"), name, "level of excess")
         for what, peak, limit in (
@@ -254,8 +254,8 @@ def _limits(check: Check) -> None:
             share = peak / limit if limit > 0 else 0.0
             check.expect((remark is not None) == (share > 1 + 1e-9 and not collapsed), name, what, share)
             if remark is not None:
-                fine = same(remark.facts["over"], share - 1.0) and same(remark.facts["limit"], limit)
-                check.expect(fine, name, what, remark.facts, peak)
+                fine = same(remark.details["over"], share - 1.0) and same(remark.details["limit"], limit)
+                check.expect(fine, name, what, remark.details, peak)
                 check.expect(remark.level == ("failure" if share > 1.02 else "warning"), name, what, "level")
 
 
@@ -274,25 +274,25 @@ def _holding(check: Check) -> None:
         needed[id(held)] = max(most, needed.get(id(held), 0.0))
         held_of[id(held)] = held
     said = _said(check, "job.cannot_hold", "job.cannot_hold_part")
-    claims = {str(remark.facts.get("part", "")): remark for remark in said if remark.key == "job.cannot_hold"}
+    claims = {str(remark.details.get("part", "")): remark for remark in said if remark.key == "job.cannot_hold"}
     parts = [remark for remark in said if remark.key == "job.cannot_hold_part"]
     beyond = {key: most for key, most in needed.items() if most > 1.0 + 1e-3}
     check.expect(len(said) >= len(beyond), "overload unsaid", beyond)
     check.expect(bool(claims) <= (needed.get(id(None), 0.0) > 0.97), "cannot hold itself", needed)
     for remark in said:
-        joint = run.robot.joint_names.index(str(remark.facts["joint"]))
+        joint = run.robot.joint_names.index(str(remark.details["joint"]))
         driven, t = _at(check, remark, parts)
         load, _ = check.loads(driven)
         arm = PlainArm(run.robot.mechanism, 1.0 + run.job.simulation.mass_error, load)
         share = _need(check, arm, t)[:, joint] / _efforts(check)[joint]
-        near = np.abs(share - value_of(remark.facts["share"])) <= 0.02 * share + 1e-3
-        check.expect(bool(near.any()), "share of", remark.facts, share)
+        near = np.abs(share - value_of(remark.details["share"])) <= 0.02 * share + 1e-3
+        check.expect(bool(near.any()), "share of", remark.details, share)
 
 
 def _at(check: Check, remark: Remark, parts: list[Remark]) -> tuple[int, np.ndarray]:
     """The stretch that a claim speaks of, and configurations of the plan about its time."""
     run = check.run
-    time = value_of(remark.facts["time"])
+    time = value_of(remark.details["time"])
     rows = []
     chosen = 0
     for moment in np.linspace(time * 0.995 - 1e-3, time * 1.005 + 1e-3, 41):
@@ -328,7 +328,7 @@ def _stray(check: Check) -> None:
     said = _said(check, "job.large_error")
     check.expect(bool(said) == (astray.max() > 5e-3), "stray", astray.max())
     if said:
-        check.expect(same(said[0].facts["error"], astray.max()), "stray by", said[0].facts)
+        check.expect(same(said[0].details["error"], astray.max()), "stray by", said[0].details)
     kinds = [leg.kind for leg in run.plan.legs if leg.kind in ("pick", "place")]
     check.expect(bool(_said(check, "job.part_kept")) == (bool(kinds) and kinds[-1] == "pick"), "part kept", kinds)
     late = sum(push.start >= tape.t[-1] for push in run.job.disturbance)
@@ -343,10 +343,10 @@ def _collapse(check: Check) -> None:
     said = _said(check, "job.gives_way")
     check.expect(bool(said) == bool(share.max() > 1.0), "gives way", share.max())
     for remark in said:
-        k = check.run.robot.joint_names.index(str(remark.facts["joint"]))
-        check.expect(same(remark.facts["excess"], far[:, k].max()), "excess", remark.facts, far[:, k].max())
+        k = check.run.robot.joint_names.index(str(remark.details["joint"]))
+        check.expect(same(remark.details["excess"], far[:, k].max()), "excess", remark.details, far[:, k].max())
         first = tape.t[int((share[:, k] > 1.0).argmax())]
-        check.expect(same(remark.facts["time"], first), "time", remark.facts, first)
+        check.expect(same(remark.details["time"], first), "time", remark.details, first)
 
 
 def _misses(check: Check) -> None:
@@ -355,51 +355,55 @@ def _misses(check: Check) -> None:
     said = [r for r in run.remarks if r.key.startswith("job.missed_")]
     check.expect(len(said) == min(len(check.missed), FEW_MISSES), "misses", len(said), check.missed)
     more = _said(check, "job.more_missed")
-    check.expect(sum(int(str(r.facts["count"])) for r in more) == max(len(check.missed) - FEW_MISSES, 0), "more missed")
+    check.expect(
+        sum(int(str(r.details["count"])) for r in more) == max(len(check.missed) - FEW_MISSES, 0), "more missed"
+    )
     for k, remark in zip(check.missed, said, strict=False):
         distance, angle, errors, _ = check.misses[k]
-        leg, facts = run.plan.legs[k], remark.facts
+        leg, details = run.plan.legs[k], remark.details
         kind = leg.kind if leg.kind in ("pick", "place") else "joints" if leg.target is None else "pose"
         check.expect(remark.key.removesuffix("_why") == f"job.missed_{kind}", remark.key, leg.kind)
-        check.expect(same(facts["position"], distance) and same(facts["angle"], angle, 1e-7), facts, distance, angle)
-        joint = run.robot.joint_names.index(str(facts["joint"]))
-        check.expect(same(facts["error"], errors[joint]), facts, errors)
-        if "reason" in facts:
-            _cause(check, k, facts["reason"])
+        check.expect(
+            same(details["position"], distance) and same(details["angle"], angle, 1e-7), details, distance, angle
+        )
+        joint = run.robot.joint_names.index(str(details["joint"]))
+        check.expect(same(details["error"], errors[joint]), details, errors)
+        if "reason" in details:
+            _cause(check, k, details["reason"])
     for remark in _said(check, "job.remaining"):
         k = max(check.misses, key=lambda k: check.misses[k][3])
-        check.expect(same(remark.facts["share"], check.misses[k][3]), "remaining", remark.facts)
-        _cause(check, k, remark.facts["reason"])
+        check.expect(same(remark.details["share"], check.misses[k][3]), "remaining", remark.details)
+        _cause(check, k, remark.details["reason"])
 
 
 def _cause(check: Check, k: int, cause: object) -> None:
     """The cause named is at least half of the error of the joint, computed by the plain arm."""
     run, tape = check.run, check.run.recording
-    key, facts = cause.key.removeprefix("job.cause_"), cause.facts  # type: ignore[attr-defined]
-    joint = run.robot.joint_names.index(str(facts["joint"]))
+    key, details = cause.key.removeprefix("job.cause_"), cause.details  # type: ignore[attr-defined]
+    joint = run.robot.joint_names.index(str(details["joint"]))
     row = max(int(np.searchsorted(tape.t, check.ends[k] - 1e-9)) - 1, 0)
     if key.startswith("gains"):
-        check.expect(same(facts["growth"], _growth(check, k)), "growth", facts, _growth(check, k))
-        check.expect(value_of(facts["growth"]) >= 1.01, "growth", facts)
+        check.expect(same(details["growth"], _growth(check, k)), "growth", details, _growth(check, k))
+        check.expect(value_of(details["growth"]) >= 1.01, "growth", details)
     if key == "gains":
         asked = np.diff(tape.tau_commanded[max(row - 100, 0) : row + 1, joint])
-        check.expect(int((np.diff(np.sign(asked)) != 0).sum()) >= 4, "no oscillation at", facts)
+        check.expect(int((np.diff(np.sign(asked)) != 0).sum()) >= 4, "no oscillation at", details)
         return
     parts = _parts(check, k, row)
     e = float((tape.q_ref - tape.q)[row, joint])
     part = float(parts["limit" if key == "gains_limit" else key][joint])
     check.expect(abs(sum(float(p[joint]) for p in parts.values()) - e) < 1e-6 * max(1.0, abs(e)), "sum", parts, e)
     check.expect(part * np.sign(e) >= 0.49 * abs(e), "cause", key, "is", part, "of", e)
-    if "amount" in facts:
-        check.expect(same(facts["amount"], abs(part), 1e-7), "amount", facts, part)
+    if "amount" in details:
+        check.expect(same(details["amount"], abs(part), 1e-7), "amount", details, part)
     if key == "limit":
-        limited = run.robot.joint_names.index(str(facts["limited"]))
+        limited = run.robot.joint_names.index(str(details["limited"]))
         begin = check.ends[k] - run.plan.legs[k].trajectory.duration
         inside = (tape.t > begin - 1e-9) & (tape.t < check.ends[k] - 1e-9)
         beyond = np.abs(tape.tau_commanded[:, limited]) > run.robot.limits.effort[limited]
         time = float((beyond & inside)[:-1] @ np.diff(tape.t))
-        check.expect(same(facts["time"], time, 1e-6), "time at the limit", facts, time)
-        check.expect(bool(beyond[row]), "not at the limit", facts)
+        check.expect(same(details["time"], time, 1e-6), "time at the limit", details, time)
+        check.expect(bool(beyond[row]), "not at the limit", details)
     if key == "push":
         check.expect(bool(np.any(check.push(int(check.stretch_of[k]), tape.t[row]))), "no push acts")
     if key == "model":
@@ -407,8 +411,8 @@ def _cause(check: Check, k: int, cause: object) -> None:
         unknown = (load is None) != (believed is None)
         masses = run.job.simulation.mass_error != 0.0
         known = {(True, True): "both", (False, True): "masses", (True, False): "part"}.get((unknown, masses), "nothing")
-        word = str(facts["what"]).removeprefix("@job.").replace("missing_", "unknown_").removeprefix("unknown_")
-        check.expect(word == known, "what is unknown", facts, known)
+        word = str(details["what"]).removeprefix("@job.").replace("missing_", "unknown_").removeprefix("unknown_")
+        check.expect(word == known, "what is unknown", details, known)
 
 
 def _growth(check: Check, k: int) -> float:
@@ -506,7 +510,7 @@ def _texts(check: Check) -> None:
             shown: Callable[[object], bool] = lambda fact: isinstance(fact, str) and fact[:1].isdigit()  # noqa: E731
             unsaid = [
                 fact
-                for name, fact in remark.facts.items()
+                for name, fact in remark.details.items()
                 if shown(fact) and str(fact) not in sentence and not remark.key.startswith("job.missed") and name
             ]
             check.expect(not unsaid, "numbers left out of", sentence, unsaid)

@@ -51,8 +51,8 @@ def missing() -> Run:
     return run
 
 
-def changed(run: Run, key: str, **facts: object) -> Run:
-    remarks = [replace(r, facts={**r.facts, **facts}) if r.key == key else r for r in run.remarks]
+def changed(run: Run, key: str, **details: object) -> Run:
+    remarks = [replace(r, details={**r.details, **details}) if r.key == key else r for r in run.remarks]
     return replace(run, remarks=tuple(remarks))
 
 
@@ -75,12 +75,12 @@ class _Reason:
     """The cause of the first miss with one word changed."""
 
     def __init__(self, run: Run, what: str) -> None:
-        true: Any = next(r for r in run.remarks if r.key == "job.missed_joints_why").facts["reason"]
+        true: Any = next(r for r in run.remarks if r.key == "job.missed_joints_why").details["reason"]
         self.key = "job.cause_friction" if what == "key" else true.key
-        self.facts = {**true.facts, "amount": "77°"} if what == "amount" else true.facts
+        self.details = {**true.details, "amount": "77°"} if what == "amount" else true.details
 
     def explain(self, *, language: str | None = None) -> str:
-        return str(self.facts.get("amount", "")) + str(language)
+        return str(self.details.get("amount", "")) + str(language)
 
 
 @pytest.mark.parametrize("lie", LIES)

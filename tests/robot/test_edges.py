@@ -30,7 +30,7 @@ def test_a_single_call_that_overflows_says_which_number_did_it(arm: mf.Robot, na
     with pytest.raises(InputError) as caught:
         getattr(arm, name)(*inputs)
     assert caught.value.key == "call.overflow"
-    assert caught.value.facts["input"] == "qd"
+    assert caught.value.details["input"] == "qd"
     assert "4e+199" in caught.value.message("en")
     assert caught.value.message("en") != caught.value.message("ar")
 

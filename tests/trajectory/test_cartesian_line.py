@@ -82,14 +82,14 @@ def test_too_fast_is_named_or_stretched(panda):
     goal = moved(T, [0.2, 0.1, -0.2])
     refused = cartesian_line(panda, Q, goal, duration=0.2)
     assert refused.status is PlanStatus.RATE_LIMIT
-    assert refused.facts["joint"] in panda.joint_names
+    assert refused.details["joint"] in panda.joint_names
     assert refused.value.duration == pytest.approx(0.2)
     stretched = cartesian_line(panda, Q, goal, duration=0.2, stretch=True)
     assert stretched.status is PlanStatus.STRETCHED
-    assert stretched.value.duration == pytest.approx(refused.facts["shortest"])
+    assert stretched.value.duration == pytest.approx(refused.details["shortest"])
     assert check(stretched.value, panda.limits, tolerance=1e-6).ok
     for outcome in (refused, stretched):
-        assert str(refused.facts["joint"]) in outcome.explain("en")
+        assert str(refused.details["joint"]) in outcome.explain("en")
         assert outcome.explain("ar")
 
 
@@ -100,7 +100,7 @@ def test_leaving_the_reach_is_placed(panda):
     outcome = cartesian_line(panda, Q, moved(T, [1.0, 0.0, 0.0]))
     assert outcome.value is None
     assert outcome.status in (PlanStatus.UNREACHABLE, PlanStatus.SINGULAR)
-    place = outcome.facts["place"]
+    place = outcome.details["place"]
     beyond = mf.solve_ik(panda, moved(T, [place + 0.05, 0.0, 0.0]), limits=False, restarts=31)
     before = mf.solve_ik(panda, moved(T, [place - 0.01, 0.0, 0.0]), limits=False, restarts=31)
     assert before.all_solved
@@ -116,10 +116,10 @@ def test_joint_limit_is_placed(panda):
     outcome = cartesian_line(panda, q, moved(T, [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]))
     other = cartesian_line(panda, q, moved(T, [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
     hit = next(o for o in (outcome, other) if o.status is PlanStatus.JOINT_LIMIT)
-    assert 0.0 < hit.facts["place"] < 1.0
-    joint = panda.joint_names.index(hit.facts["joint"])
-    assert hit.facts["limit"] in (panda.limits.lower[joint], panda.limits.upper[joint])
-    assert hit.facts["joint"] in hit.explain("en")
+    assert 0.0 < hit.details["place"] < 1.0
+    joint = panda.joint_names.index(hit.details["joint"])
+    assert hit.details["limit"] in (panda.limits.lower[joint], panda.limits.upper[joint])
+    assert hit.details["joint"] in hit.explain("en")
     assert hit.explain("ar")
 
 
@@ -130,7 +130,7 @@ def test_starting_at_a_singularity_is_named():
     T = planar.forward_kinematics(straight)
     outcome = cartesian_line(planar, straight, moved(T, [-0.2, 0.0, 0.0]))
     assert outcome.status is PlanStatus.SINGULAR
-    assert outcome.facts["margin"] < 1e-6
+    assert outcome.details["margin"] < 1e-6
     assert outcome.explain("en")
     assert outcome.explain("ar")
 

@@ -59,8 +59,8 @@ def test_too_short_duration_names_joint_and_remedy():
     outcome = trapezoid([0.0, 0.0], [1.0, 4.0], acceleration=2.0, duration=1.0)
     assert outcome.status is PlanStatus.TOO_SHORT
     assert not outcome.succeeded
-    assert outcome.facts["joint"] == 1
-    assert outcome.facts["shortest"] == pytest.approx(2 * np.sqrt(2.0))
+    assert outcome.details["joint"] == 1
+    assert outcome.details["shortest"] == pytest.approx(2 * np.sqrt(2.0))
     assert "joint 1" in outcome.explain("en")
     assert "2.82843" in outcome.explain("ar")
     assert outcome.value.duration == pytest.approx(2 * np.sqrt(2.0))

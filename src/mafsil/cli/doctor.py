@@ -16,8 +16,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
+from mafsil.cli.details import details
 from mafsil.cli.export import checks as export_checks
-from mafsil.cli.facts import facts
 from mafsil.cli.table import table
 from mafsil.messages import language, say
 
@@ -52,8 +52,8 @@ def doctor(export_check: bool = False, build: bool = False) -> Answer:
         say("cli.doctor_packages"),
         *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
     ]
-    lines += ["", say("cli.doctor_machine"), *facts(machine)]
-    lines += ["", say("cli.doctor_settings"), *facts(settings)]
+    lines += ["", say("cli.doctor_machine"), *details(machine)]
+    lines += ["", say("cli.doctor_settings"), *details(settings)]
     lines += ["", say("cli.doctor_cache")]
     lines += [
         f"  {say(f'cli.cache_{key}')}: {say('cli.cache_memory') if value is None else value}"
@@ -90,7 +90,7 @@ def _version(name: str) -> str | None:
 
 
 def _machine() -> dict[str, Any]:
-    facts: dict[str, Any] = {
+    details: dict[str, Any] = {
         "python": sys.version.split()[0],
         "system": platform.platform(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
@@ -98,7 +98,7 @@ def _machine() -> dict[str, Any]:
     from mafsil.kernels import target
 
     host = target.host()
-    return facts | {"processor": host.cpu, "lanes": host.lanes, "fma": host.fma, "triple": host.triple}
+    return details | {"processor": host.cpu, "lanes": host.lanes, "fma": host.fma, "triple": host.triple}
 
 
 def _cache() -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.facts import facts
+from mafsil.cli.details import details
 from mafsil.messages import say
 from mafsil.robot import load
 from mafsil.robot.exporting import export as exported
@@ -51,9 +51,9 @@ def export(
         function=function,
     )
     paths = [str(path) for path in found.write(out or ".")]
-    known = {key: list(value) if isinstance(value, tuple) else value for key, value in found.facts.items()}
+    known = {key: list(value) if isinstance(value, tuple) else value for key, value in found.details.items()}
     lines = [say("cli.export_written", name=found.name), *(f"  {path}" for path in paths)]
-    return Answer({"name": found.name, "files": paths, **known}, (*lines, *facts(known)))
+    return Answer({"name": found.name, "files": paths, **known}, (*lines, *details(known)))
 
 
 def checks() -> list[dict[str, Any]]:

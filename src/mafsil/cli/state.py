@@ -115,8 +115,8 @@ def _more_than_a_turn(word: str) -> bool:
 def _require_count(name: str, words: list[str], mechanism: Mechanism) -> None:
     if len(words) != mechanism.n:
         joints = ", ".join(mechanism.joint_names)
-        facts = {"robot": mechanism.name, "expected": mechanism.n, "got": len(words), "joints": joints}
-        raise InputError("cli.joint_count", name=name, **facts)
+        details = {"robot": mechanism.name, "expected": mechanism.n, "got": len(words), "joints": joints}
+        raise InputError("cli.joint_count", name=name, **details)
 
 
 def _finite(name: str, values: list[float], mechanism: Mechanism) -> Floats:

@@ -98,8 +98,8 @@ def _known(operation: Operation, named: dict[str, Parameter], name: str) -> Para
     if name not in named:
         close = get_close_matches("--" + name.lstrip("-").lower()[:80], named, n=3, cutoff=0.6)
         key = "cli.unknown_option_close" if close else "cli.unknown_option"
-        facts = {"option": visible(name), "close": ", ".join(close)}
-        raise UsageError("cli.usage", message=say(key, **facts), command=f"mafsil {operation.name}")
+        details = {"option": visible(name), "close": ", ".join(close)}
+        raise UsageError("cli.usage", message=say(key, **details), command=f"mafsil {operation.name}")
     return named[name]
 
 

@@ -271,8 +271,8 @@ def _limit() -> int:
 _told: set[str] = set()
 
 
-def warn(key: str, **facts: str) -> None:
+def warn(key: str, **details: str) -> None:
     """Say it once in a process."""
     if key not in _told:
         _told.add(key)
-        warnings.warn(say(key, **facts), CacheWarning, stacklevel=2)
+        warnings.warn(say(key, **details), CacheWarning, stacklevel=2)

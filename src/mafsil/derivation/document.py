@@ -62,13 +62,13 @@ class Step:
     """One numbered step.
 
     Attributes:
-        key: of its sentence in the messages; facts fill it.
+        key: of its sentence in the messages; details fill it.
         lines: its formulas.
         grid: a table between sentence and formulas, or None.
     """
 
     key: str
-    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
     lines: tuple[Line, ...] = ()
     grid: Grid | None = None
 

@@ -62,7 +62,7 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
         if pattern.joints[k] >= 0
     )
     names = [joint.name for joint in chain_to_tip(mechanism) if joint.moves]
-    facts = {
+    details = {
         "robot": mechanism.name,
         "count": len(names),
         "a": judge.index(0),
@@ -78,7 +78,7 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
     lines = [Line((Name("m"),), (vector_text(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
     if pattern.road is PointRoad.MEET and pattern.family is Family.SPHERICAL_WRIST:
         lines.append(Line((Name("o"),), (vector_text(pattern.meeting) + " m",)))
-    return Step(f"derivation.ik_{kind}", facts, tuple(lines), Grid(head, rows))
+    return Step(f"derivation.ik_{kind}", details, tuple(lines), Grid(head, rows))
 
 
 def _displacement(judge: AngleJudge) -> Step:
@@ -106,11 +106,11 @@ def _wrist_arm(judge: AngleJudge) -> list[Step]:
         w4.dot(w5.cross(w6)),
         judge.less(w4.dot(named("Q") * w6), *beside),
     )
-    middle = Step("derivation.ik_wrist_middle", judge.facts(3, 4, 5), tuple(lines))
+    middle = Step("derivation.ik_wrist_middle", judge.details(3, 4, 5), tuple(lines))
     first = judge.turn(3, function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
     back = function("Rot", w5, -judge.angle(4)) * w4
     last = judge.turn(5, function("transpose", named("Q")) * w4, back)
-    outer = Step("derivation.ik_wrist_outer", judge.facts(3, 4, 5), (*first, *last))
+    outer = Step("derivation.ik_wrist_outer", judge.details(3, 4, 5), (*first, *last))
     return [*road, middle, outer]
 
 
@@ -125,7 +125,7 @@ def _first_by_height(judge: AngleJudge) -> Step:
         w1.dot(w2.cross(v)),
         judge.less(w2.dot(named("m") - judge.r(0)), *beside),
     )
-    return Step("derivation.ik_height", judge.facts(0, 1, 2), tuple(lines))
+    return Step("derivation.ik_height", judge.details(0, 1, 2), tuple(lines))
 
 
 def _parallel_road(judge: AngleJudge) -> list[Step]:
@@ -133,7 +133,7 @@ def _parallel_road(judge: AngleJudge) -> list[Step]:
     s = judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * (named("p") - judge.r(0)))
     third = _distance(judge, 2, judge.r(1), named("m"), named("s"), (s,))
     second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
-    return [_first_by_height(judge), third, Step("derivation.ik_turn", judge.facts(1, 2), tuple(second))]
+    return [_first_by_height(judge), third, Step("derivation.ik_turn", judge.details(1, 2), tuple(second))]
 
 
 def _meeting_road(judge: AngleJudge) -> list[Step]:
@@ -149,9 +149,9 @@ def _meeting_road(judge: AngleJudge) -> list[Step]:
         w1.dot(w2.cross(named(u))),
         judge.less(w1.dot(named(v)), *beside),
     )
-    second = Step("derivation.ik_two_axes", judge.facts(0, 1), tuple(lines))
+    second = Step("derivation.ik_two_axes", judge.details(0, 1), tuple(lines))
     first = judge.turn(0, function("Rot", w2, judge.angle(1)) * named(u), named(v))
-    return [third, second, Step("derivation.ik_turn", judge.facts(0, 1), tuple(first))]
+    return [third, second, Step("derivation.ik_turn", judge.details(0, 1), tuple(first))]
 
 
 def _distance(
@@ -166,7 +166,7 @@ def _distance(
         root = function("sqrt", function("square", along) - function("square", named(x)) + reach)
         lines.append(judge.solved(k, plus_minus(-along, root)))
         lines.append(judge.define("g", moved + judge.angle(k) * judge.w(k)))
-        return Step("derivation.ik_slide", judge.facts(k, k - 1), tuple(lines))
+        return Step("derivation.ik_slide", judge.details(k, k - 1), tuple(lines))
     lines += [judge.define(x, moved - judge.r(k)), judge.define(y, judge.r(k) - centre)]
     along = (judge.w(k).dot(named(x)), judge.w(k).dot(named(y)))
     lines += judge.elementary(
@@ -176,7 +176,7 @@ def _distance(
         judge.less((reach - function("square", named(x)) - function("square", named(y))) / number(2.0), *along),
     )
     lines.append(judge.define("g", judge.r(k) + function("Rot", judge.w(k), judge.angle(k)) * named(x)))
-    return Step("derivation.ik_distance", judge.facts(k, k - 1), tuple(lines))
+    return Step("derivation.ik_distance", judge.details(k, k - 1), tuple(lines))
 
 
 def _parallel_arm(judge: AngleJudge) -> list[Step]:
@@ -205,12 +205,12 @@ def _parallel_arm(judge: AngleJudge) -> list[Step]:
     second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
     return [
         _first_by_height(judge),
-        Step("derivation.ik_fifth", {**judge.facts(1, 4, 5), "first": judge.index(0)}, tuple(fifth)),
-        Step("derivation.ik_sixth", judge.facts(5, 4), tuple(sixth)),
-        Step("derivation.ik_sum", judge.facts(1, 2, 3), tuple(total)),
+        Step("derivation.ik_fifth", {**judge.details(1, 4, 5), "first": judge.index(0)}, tuple(fifth)),
+        Step("derivation.ik_sixth", judge.details(5, 4), tuple(sixth)),
+        Step("derivation.ik_sum", judge.details(1, 2, 3), tuple(total)),
         third,
-        Step("derivation.ik_turn", judge.facts(1, 2), tuple(second)),
-        Step("derivation.ik_rest", judge.facts(3), (judge.remaining(3, (1, 2)),)),
+        Step("derivation.ik_turn", judge.details(1, 2), tuple(second)),
+        Step("derivation.ik_rest", judge.details(3), (judge.remaining(3, (1, 2)),)),
     ]
 
 
@@ -221,16 +221,16 @@ def _planar_arm(judge: AngleJudge) -> list[Step]:
     lines = [judge.define("k", named("R") * judge.r(2) + named("t"))]
     if judge.pattern.joints[3] >= 0:
         rise = judge.w(3).dot(named("k") - judge.r(2))
-        steps.append(Step("derivation.ik_rise", judge.facts(3), (lines.pop(), judge.solved(3, rise))))
+        steps.append(Step("derivation.ik_rise", judge.details(3), (lines.pop(), judge.solved(3, rise))))
     lines.append(judge.define("s", named("k") - (w.dot(named("k") - judge.r(2))) * w))
     steps.append(_distance(judge, 1, judge.r(0), judge.r(2), named("s"), tuple(lines)))
     first = judge.turn(0, named("g") - judge.r(0), named("s") - judge.r(0))
-    steps.append(Step("derivation.ik_turn", judge.facts(0, 1), tuple(first)))
+    steps.append(Step("derivation.ik_turn", judge.details(0, 1), tuple(first)))
     if judge.pattern.joints[2] >= 0:
         judge.constant("n", judge.across(0))
         total = judge.total((0, 1, 2), named("n"), named("R") * named("n"))
-        steps.append(Step("derivation.ik_sum", judge.facts(0, 1, 2), tuple(total)))
-        steps.append(Step("derivation.ik_rest", judge.facts(2), (judge.remaining(2, (0, 1)),)))
+        steps.append(Step("derivation.ik_sum", judge.details(0, 1, 2), tuple(total)))
+        steps.append(Step("derivation.ik_rest", judge.details(2), (judge.remaining(2, (0, 1)),)))
     return steps
 
 
@@ -239,5 +239,5 @@ def _end(judge: AngleJudge) -> list[Step]:
     most = 2 ** len(judge.signed)
     steps = [Step("derivation.ik_branches", {"joints": ", ".join(sorted(judge.signed)), "most": most})]
     steps.append(Step("derivation.ik_limits", {}))
-    steps += [Step(f"derivation.ik_singular_{case}", facts) for case, facts in judge.singular()]
+    steps += [Step(f"derivation.ik_singular_{case}", details) for case, details in judge.singular()]
     return steps

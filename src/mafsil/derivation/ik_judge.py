@@ -61,7 +61,7 @@ class AngleJudge:
         """A letter with the number of a joint."""
         return f"{stem}{self.index(k)}"
 
-    def facts(self, *joints: int) -> dict[str, object]:
+    def details(self, *joints: int) -> dict[str, object]:
         """Numbers of joints for a sentence: a, b, c."""
         return {letter: self.index(k) for letter, k in zip("abc", joints, strict=False)}
 
@@ -141,18 +141,18 @@ class AngleJudge:
         return self._solved(self._unknown(k), formula, self.pattern.slides[k])
 
     def singular(self) -> list[tuple[str, dict[str, object]]]:
-        """Places where steps lose their meaning: keys and facts."""
+        """Places where steps lose their meaning: keys and details."""
         pattern, cases = self.pattern, list[tuple[str, dict[str, object]]]()
         if pattern.family is Family.PLANAR:
-            return [("elbow", self.facts(1, 0))]
+            return [("elbow", self.details(1, 0))]
         if pattern.family is Family.SPHERICAL_WRIST and pattern.road is PointRoad.MEET:
-            cases.append(("pole", self.facts(0)))
+            cases.append(("pole", self.details(0)))
         else:
-            cases.append(("shoulder", self.facts(0, 1)))
+            cases.append(("shoulder", self.details(0, 1)))
         if not pattern.slides[2]:
-            cases.append(("elbow", self.facts(2, 1)))
+            cases.append(("elbow", self.details(2, 1)))
         wrist = (5, 4) if pattern.family is Family.THREE_PARALLEL else (3, 4, 5)
-        cases.append(("last" if len(wrist) == 2 else "wrist", self.facts(*wrist)))
+        cases.append(("last" if len(wrist) == 2 else "wrist", self.details(*wrist)))
         return cases
 
     def _solved(self, name: str, formula: Expression, slides: bool) -> Line:

@@ -142,10 +142,10 @@ def _determinant(arm: SymbolicArm, judge: Judge) -> list[Step]:
     truth = _seen(arm, judge, found)
     J = judge.line((Name("J"),), found.columns, truth=truth)
     value = judge.line((Name("det J"),), Factors(found.factors), truth=np.linalg.det(truth))
-    facts = {"frame": found.frame, "point": found.point if found.point <= arm.n else "t"}
+    details = {"frame": found.frame, "point": found.point if found.point <= arm.n else "t"}
     zeros = tuple(Line((), (zero, "0")) for zero in _zeros(found.factors))
     key = "derivation.determinant" if arm.classic is None else "derivation.determinant_classic"
-    steps = [Step(key, facts, (J, value))]
+    steps = [Step(key, details, (J, value))]
     return [*steps, Step("derivation.singular", {}, zeros)] if zeros else steps
 
 

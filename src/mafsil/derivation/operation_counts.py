@@ -64,8 +64,8 @@ def too_long(mechanism: Mechanism) -> Derivation:
         products = counts.get("mul", 0) + fused
         sums = counts.get("add", 0) + counts.get("sub", 0) + fused
         rows.append((name, str(sums), str(products), str(trigs)))
-    facts = {"robot": mechanism.name, "joints": mechanism.n}
-    step = Step("derivation.too_long", facts, (), Grid(HEAD, tuple(rows)))
+    details = {"robot": mechanism.name, "joints": mechanism.n}
+    step = Step("derivation.too_long", details, (), Grid(HEAD, tuple(rows)))
     return Derivation("derivation.dynamics_title", mechanism.name, (step,), 0)
 
 

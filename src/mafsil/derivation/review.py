@@ -63,18 +63,18 @@ class Finding:
     def message(self, language: str | None = None) -> str:
         """Place, values and slip as a sentence."""
         pieces = [self._place(language)]
-        facts = {"given": self.given, "expected": self.expected}
+        details = {"given": self.given, "expected": self.expected}
         if self.given and self.slip is not Slip.CONVENTION:
             pieces.append(
-                say("derivation.values" if self.expected else "derivation.stands", language=language, **facts)
+                say("derivation.values" if self.expected else "derivation.stands", language=language, **details)
             )
-        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language, **facts))
+        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language, **details))
         return say("derivation.colon", language=language, place=pieces[0], rest=" ".join(pieces[1:]))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, with the sentence."""
-        facts = {name: getattr(self, name) for name in ("row", "column", "entry", "given", "expected")}
-        return {"slip": self.slip.value, **facts, "sentence": self.message()}
+        details = {name: getattr(self, name) for name in ("row", "column", "entry", "given", "expected")}
+        return {"slip": self.slip.value, **details, "sentence": self.message()}
 
     def _place(self, language: str | None) -> str:
         entry = f" {self.entry}" if self.entry else ""

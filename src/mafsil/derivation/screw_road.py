@@ -116,8 +116,8 @@ def _tip(arm: ScrewArm, judge: ScrewJudge, found: Sequence[SymbolicPose]) -> Ste
         for i in range(last, arm.n):
             T = T @ judge.matrix(arm.exponential(i).entries)
         error = float(np.abs(T @ judge.matrix(arm.home.entries) - judge.tip).max())
-        facts = {"count": last, "limit": LONGEST, "tip": arm.mechanism.tip}
-        return Step("derivation.screw_result_long", facts, (Line((Name("T", "st"),), (tuple(names),), error),))
+        details = {"count": last, "limit": LONGEST, "tip": arm.mechanism.tip}
+        return Step("derivation.screw_result_long", details, (Line((Name("T", "st"),), (tuple(names),), error),))
     R = product(found[-1].R, arm.home.R)
     p = plus(found[-1].p, transform(found[-1].R, arm.home.p))
     lines = [Line((Name("T", "st"),), (tuple(names),), 0.0)]

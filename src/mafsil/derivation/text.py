@@ -57,7 +57,7 @@ def checked_sentence(derivation: Derivation, language: str | None = None) -> str
 
 def step_sentence(step: Step, language: str | None = None) -> str:
     """The sentence of a step."""
-    return say(step.key, language=language, **dict(step.facts))
+    return say(step.key, language=language, **dict(step.details))
 
 
 def formula(polynomial: Polynomial) -> str:

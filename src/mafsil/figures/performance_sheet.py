@@ -34,9 +34,9 @@ def flat_axes(axes: Any, x: str, y: str, *, equal: bool = True) -> None:
         side.set_visible(False)
 
 
-def label(key: str, language: str | None = None, **facts: object) -> str:
+def label(key: str, language: str | None = None, **details: object) -> str:
     """Words of a picture."""
-    return say(f"performance.label_{key}", language=language, **facts)
+    return say(f"performance.label_{key}", language=language, **details)
 
 
 def save(figure: Any, path: Path) -> None:

@@ -46,8 +46,8 @@ def save_workspace(workspace: WorkspaceMap, path: str | PathLike[str], *, langua
     bar.outline.set_visible(False)
     bar.set_label(label("dexterity" if dexterous else "density", language))
     size, error = workspace.volume()
-    facts = {"robot": workspace.robot, "size": size, "error": error, "unit": _unit(workspace)}
-    axes.set_title(label("workspace", language, **facts), fontsize=9)
+    details = {"robot": workspace.robot, "size": size, "error": error, "unit": _unit(workspace)}
+    axes.set_title(label("workspace", language, **details), fontsize=9)
     save(figure, path)
 
 

@@ -88,13 +88,13 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
 
 def _refusal(kind: str, name: str, row: Floats, index: tuple[int, ...], distance: float, limit: float) -> InputError:
     place = f"[{', '.join(map(str, index))}]" if index else ""
-    facts = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
+    details = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
     if kind.endswith("pose") and np.linalg.norm(row[-1] - np.eye(len(row))[-1]) > limit:
-        return InputError("geometry.last_row", **facts, row=row[-1].tolist())
+        return InputError("geometry.last_row", **details, row=row[-1].tolist())
     if kind.endswith(("rotation", "pose")) and np.isinf(distance):
         size = len(row) - kind.endswith("pose")
-        return InputError("geometry.improper", **facts, determinant=float(np.linalg.det(row[:size, :size])))
-    return InputError(f"geometry.{kind}", **facts)
+        return InputError("geometry.improper", **details, determinant=float(np.linalg.det(row[:size, :size])))
+    return InputError(f"geometry.{kind}", **details)
 
 
 @cache

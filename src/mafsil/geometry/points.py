@@ -72,8 +72,8 @@ class RigidMotion:
             key = "rigid" if self.T is not None else "rigid_line"
         else:
             key = "rigid_mirrored" if self.mirrored else "rigid_not"
-        facts = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
-        return say(f"geometry.{key}", language=language, **facts)
+        details = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
+        return say(f"geometry.{key}", language=language, **details)
 
 
 def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = None) -> RigidMotion:

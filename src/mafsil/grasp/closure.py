@@ -70,7 +70,7 @@ class Closure:
         certificate: (m,) y != 0 with y . w >= 0 for every wrench of the contacts: the external wrench y cannot be
             resisted, and without friction the body is free to move along the twist y. None for a yes.
         exact: where exact arithmetic places the origin, if it was asked.
-        facts: further numbers of the sentence.
+        details: further numbers of the sentence.
     """
 
     verdict: Verdict
@@ -82,7 +82,7 @@ class Closure:
     combination: Floats | None = None
     certificate: Floats | None = None
     exact: Place | None = None
-    facts: tuple[tuple[str, int], ...] = ()
+    details: tuple[tuple[str, int], ...] = ()
 
     @lazy
     def _margin(self) -> Margin:
@@ -126,7 +126,7 @@ class Closure:
         return say(
             "grasp.closed_between" if between else self.reason, language=language,
             rank=self.rank, rows=self.rows, margin=self.margin, upper=self.upper,
-            count=self.columns.shape[1], least=self.rows + 1, certificate=shown, **dict(self.facts),
+            count=self.columns.shape[1], least=self.rows + 1, certificate=shown, **dict(self.details),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -191,21 +191,21 @@ def _decided(found: Quick, W: Floats, whole: RoundSet | None, M: Floats | None, 
     return _yes(W, columns, found.x, whole, margins)
 
 
-def counted_out(found: Closure, open_directions: Floats, pushes: Floats, facts: dict[str, int]) -> Closure:
+def counted_out(found: Closure, open_directions: Floats, pushes: Floats, details: dict[str, int]) -> Closure:
     """The no of contacts that are too few for their models, whatever their places.
 
     Args:
         found: the verdict without counting.
         open_directions: (m, q) wrenches along which no frictional contact acts.
         pushes: (m, k) wrenches of the frictionless contacts, k <= q.
-        facts: numbers for the sentence.
+        details: numbers for the sentence.
     """
     inside = open_directions.T @ pushes
     y = _separating(inside) if pushes.shape[1] and np.abs(inside).max() > 0 else np.eye(len(inside))[0]
     measured = AT_THE_EDGE if found.verdict is Verdict.MARGINAL else found.measured
     return Closure(
         Verdict.NO, "grasp.counted_out", found.rank, found.rows, measured, found.columns,
-        certificate=unit(open_directions @ y), exact=found.exact, facts=tuple(facts.items()),
+        certificate=unit(open_directions @ y), exact=found.exact, details=tuple(details.items()),
     )  # fmt: skip
 
 

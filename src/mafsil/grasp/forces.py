@@ -34,9 +34,9 @@ class HoldStatus(Enum):
     HOLDS = "grasp.holds"
     DROPS = "grasp.drops"
 
-    def sentence(self, language: str | None = None, **facts: object) -> str:
+    def sentence(self, language: str | None = None, **details: object) -> str:
         """The status in words."""
-        return say(self.value, language=language, **facts)
+        return say(self.value, language=language, **details)
 
 
 @dataclass(frozen=True, eq=False)

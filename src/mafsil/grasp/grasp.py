@@ -175,9 +175,9 @@ class Grasp:
         if count.enough or not count.frictional:
             return found
         free = [c.basis[:, 0] for c in self.contacts if c.mu == 0 and c.gamma == 0]
-        facts = {"spanned": count.spanned, "needed": count.needed, "there": count.frictionless}
+        details = {"spanned": count.spanned, "needed": count.needed, "there": count.frictionless}
         pushes = np.column_stack(free) if free else np.zeros((self.rows, 0))
-        return counted_out(found, count.open_directions, pushes, facts)
+        return counted_out(found, count.open_directions, pushes, details)
 
     def bracket(self, facets: int = 16) -> tuple[Closure, Closure]:
         """Verdicts with inscribed and circumscribed cones: a yes of the first and a no of the second are certain.

@@ -77,8 +77,8 @@ def _structural(model: TorqueModel, base: BaseParameters, chart: Chart) -> list[
 def _group(reason: str, part: str, labels: tuple[str, ...]) -> Unidentifiable:
     key = f"identification.{reason}_all" if len(labels) == 10 else f"identification.{reason}"
     words = [Remark(f"identification.word_{label.rpartition('.')[2].lower()}") for label in labels]
-    facts: dict[str, object] = {"part": part, "names": _listed(words)}
-    return Unidentifiable(labels, reason, Remark(key, facts))
+    details: dict[str, object] = {"part": part, "names": _listed(words)}
+    return Unidentifiable(labels, reason, Remark(key, details))
 
 
 def _by_this_log(base: BaseParameters, fit: Fit, chart: Chart) -> list[Unidentifiable]:

@@ -160,8 +160,8 @@ class MotionLog:
         inside = np.where(steps > GAP * self.period, self.period, steps)
         worst = int(np.abs(inside - self.period).argmax())
         if abs(inside[worst] - self.period) > 0.1 * self.period:
-            facts = {"place": self.place(worst), "step": steps[worst] * 1e3, "usual": self.period * 1e3}
-            found.append(Remark("identification.uneven", facts))
+            details = {"place": self.place(worst), "step": steps[worst] * 1e3, "usual": self.period * 1e3}
+            found.append(Remark("identification.uneven", details))
         return found
 
 

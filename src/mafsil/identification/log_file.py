@@ -65,8 +65,8 @@ def _log(file: Path, times: Floats, arrays: dict[str, Floats], lines: np.ndarray
     backward = np.flatnonzero(np.diff(times) <= 0.0)
     if len(backward):
         k = int(backward[0]) + 1
-        facts = {"path": file.name, "line": int(lines[k]), "now": times[k], "before": times[k - 1]}
-        raise FileError("identification.file_time_order", **facts)
+        details = {"path": file.name, "line": int(lines[k]), "now": times[k], "before": times[k - 1]}
+        raise FileError("identification.file_time_order", **details)
     return MotionLog(t=times, source=file.name, lines=lines, **arrays)
 
 
@@ -149,8 +149,13 @@ def _numbers(file: Path, heads: list[str], rows: list[list[str]], lines: list[in
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
         row, column = int(bad[0, 0]), needed[int(bad[0, 1])]
-        facts = {"path": file.name, "line": lines[row], "column": heads[column], "cell": rows[row][column].strip()[:40]}
-        raise FileError("identification.cell", **facts)
+        details = {
+            "path": file.name,
+            "line": lines[row],
+            "column": heads[column],
+            "cell": rows[row][column].strip()[:40],
+        }
+        raise FileError("identification.cell", **details)
     return values
 
 

@@ -14,16 +14,17 @@ class Remark:
 
     Attributes:
         key: of the sentence in the message catalogue.
-        facts: what the sentence mentions; remarks among them are said in the same language.
+        details: what the sentence mentions; remarks among them are said in the same language.
     """
 
     key: str
-    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence in the given language, or the current one."""
         said = {
-            name: value.sentence(language) if isinstance(value, Remark) else value for name, value in self.facts.items()
+            name: value.sentence(language) if isinstance(value, Remark) else value
+            for name, value in self.details.items()
         }
         return say(self.key, language=language, **said)
 

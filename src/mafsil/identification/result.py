@@ -102,8 +102,8 @@ class Identification:
 
     def explain(self, language: str | None = None) -> str:
         """What was found, how well it predicts, and what the data cannot tell, in sentences."""
-        facts = {"told": self.told, "count": len(self.parameters), "rows": self.rows, "band": self.bandwidth}
-        lines = [say("identification.summary", language=language, robot=self.robot.name, **facts)]
+        details = {"told": self.told, "count": len(self.parameters), "rows": self.rows, "band": self.bandwidth}
+        lines = [say("identification.summary", language=language, robot=self.robot.name, **details)]
         key = "identification.unseen" if self.validation.unseen else "identification.seen"
         lines += [
             say(key, language=language, joint=joint, before=before, after=after)

@@ -40,4 +40,4 @@ def _urdf(mechanism: Mechanism) -> tuple[str, list[tuple[str, str]]]:
         except ModelError as refusal:
             if refusal.key != "urdf.cannot_keep_by_choice":
                 raise
-            lost.append((str(refusal.facts["what"]), str(refusal.facts["name"])))
+            lost.append((str(refusal.details["what"]), str(refusal.details["name"])))

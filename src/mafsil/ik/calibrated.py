@@ -88,9 +88,9 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     if not isinstance(answer, SolutionSet):
         raise InputError("input.shape", name="T_sd", expected="(4, 4)", got=np.shape(T_sd), hint="")
     T = np.asarray(T_sd, dtype=np.float64)
-    q, facts, _ = arm.form.labelled(T, asked.middle, asked.middle_turns, *asked.bounds)
+    q, details, _ = arm.form.labelled(T, asked.middle, asked.middle_turns, *asked.bounds)
     reached = QUARTIC_REACHED if asked.quartic else REACHED
-    exists = np.isfinite(q).all(axis=-1) & (facts[:, 1] <= reached)
+    exists = np.isfinite(q).all(axis=-1) & (details[:, 1] <= reached)
     ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
     rows = rows[distinct(ideal[rows], asked.turning)]

@@ -81,8 +81,8 @@ class ClosedForm:
         """Of (T_sd, near, turns, lower, upper) to all branches with names and limits.
 
         Inputs: pose (4, 4); coordinates `near` (n,) to which angles are wound and which free joints take; their cosines
-        and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); facts (branches, 6): residual, shortfall, sum
-        of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how far
+        and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); details (branches, 6): residual, shortfall,
+        sum of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how far
         the matrix is from a pose.
         """
         return _compiled_labelled(self.pattern)
@@ -92,7 +92,7 @@ class ClosedForm:
         """Of (T_sd, near, turns, lower, upper, tolerance): as `labelled`, with what is decided in place of the defect.
 
         The decision is the sum of 2^k over the rows k that are solutions, where these are distinct, isolated and exact
-        and there are no others; else one of `mafsil.ik.answers.facts.Decision`. For arms without held joints.
+        and there are no others; else one of `mafsil.ik.answers.details.Decision`. For arms without held joints.
         """
         return _compiled_judged(self.pattern)
 
@@ -153,7 +153,7 @@ def _compiled_labelled(pattern: ArmPattern) -> Kernel:
     return _made(
         "labelled_closed_form",
         (Port("T_sd", (4, 4)), *vectors),
-        (Port("q", (rows, n)), Port("facts", (rows, 6)), Port("defect")),
+        (Port("q", (rows, n)), Port("details", (rows, 6)), Port("defect")),
         partial(_build_labelled, pattern),
         f"labelled {pattern.key}",
         (_compiled_labelled, (pattern,)),
@@ -166,7 +166,7 @@ def _compiled_judged(pattern: ArmPattern) -> Kernel:
     return _made(
         "judged_closed_form",
         (Port("T_sd", (4, 4)), *vectors, Port("tolerance")),
-        (Port("q", (rows, n)), Port("facts", (rows, 6)), Port("decision")),
+        (Port("q", (rows, n)), Port("details", (rows, 6)), Port("decision")),
         partial(_build_judged, pattern),
         f"judged {pattern.key}",
         (_compiled_judged, (pattern,)),

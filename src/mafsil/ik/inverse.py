@@ -67,13 +67,13 @@ def inverse_kinematics(
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
         if quick is not None and plain:
-            q, facts, decision = quick.call(T_sd, *quick.wishes, tolerance)
+            q, details, decision = quick.call(T_sd, *quick.wishes, tolerance)
             if decision > 0.0:
                 chosen = quick.chosen.get(decision)
                 chosen = quick.rows(decision) if chosen is None else chosen
-                return clear_set(quick.setting, q[chosen], facts, chosen)
+                return clear_set(quick.setting, q[chosen], details, chosen)
             question = Question(quick.setting, T_sd.copy(), quick.setting.middle, tolerance)
-            return judged_pose(question, (q, facts, decision))
+            return judged_pose(question, (q, details, decision))
         if plain and type(task) is str and task in MASKS:
             asked = setting(robot, frame, task)
             if free is not None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, Vector3, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import chain_of
@@ -14,7 +15,6 @@ from mafsil.ik.moving_part import moving_part
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
-from mafsil.solvers import Status
 
 PARALLEL = 1e-9
 """Sine up to which axes are parallel."""
@@ -84,8 +84,8 @@ class PlanarReach:
     def explain(self, point: ArrayLike, language: str | None = None) -> str:
         """The class of a point in a sentence with its distance and both radii."""
         away = gate("point", point, (3,), finite=True) - self.centre
-        facts = {"distance": f"{float(np.linalg.norm(away)):.6g}", "inner": f"{self.inner:.6g}"}
-        ring = say("ik.place_ring", language=language, **facts, outer=f"{self.outer:.6g}")
+        details = {"distance": f"{float(np.linalg.norm(away)):.6g}", "inner": f"{self.inner:.6g}"}
+        ring = say("ik.place_ring", language=language, **details, outer=f"{self.outer:.6g}")
         return self.classify(point).sentence(language) + ring
 
 

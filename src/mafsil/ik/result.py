@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
-from mafsil.ik.answer import Answer
 from mafsil.messages import say
-from mafsil.solvers import Status
 
 
 class IKStatus(Status):

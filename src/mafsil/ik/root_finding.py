@@ -19,9 +19,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, single, whole
 from mafsil.errors import InputError
-from mafsil.solvers import Status
 
 Variant = Literal["newton", "damped", "broyden", "levenberg"]
 VARIANTS: tuple[str, ...] = get_args(Variant)
@@ -84,9 +84,9 @@ class RootRecord:
     def explain(self, language: str | None = None) -> str:
         """The course in a sentence, with the number of steps, |f| and the last order that was measured."""
         seen = self.orders[np.isfinite(self.orders)]
-        facts = {"steps": self.iterations, "residual": f"{self.residuals[-1]:.3g}"}
+        details = {"steps": self.iterations, "residual": f"{self.residuals[-1]:.3g}"}
         rank = self.ranks[-1] if self.ranks else 0
-        return self.course.sentence(language, **facts, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
+        return self.course.sentence(language, **details, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
 
 
 def orders(iterates: Floats) -> Floats:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik.answer import Answer
 from mafsil.ik.answers import Branch, SolutionSet
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.inverse import inverse_kinematics
@@ -22,7 +22,6 @@ from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
-from mafsil.solvers import Status
 
 FINEST = 2.0**-14
 """Smallest part of the way between two poses that is tried before the branch is given up."""
@@ -67,8 +66,8 @@ class Switch:
 
     def explain(self, language: str | None = None) -> str:
         """The switch in a sentence or two."""
-        facts = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max()), "time": self.time}
-        told = say(f"ik.switch_{self.reason}", language=language, **facts, conditioning=self.conditioning)
+        details = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max()), "time": self.time}
+        told = say(f"ik.switch_{self.reason}", language=language, **details, conditioning=self.conditioning)
         if self.branches[0] == self.branches[1]:
             return told
         before, after = (branch.label(language) for branch in self.branches)
@@ -94,8 +93,8 @@ class Passage:
     def explain(self, language: str | None = None) -> str:
         """The passage in a sentence."""
         turn, shift = (", ".join(f"{x:.3g}" for x in part) for part in (self.lost[:3], self.lost[3:]))
-        facts = {"index": self.index, "time": self.time, "conditioning": self.conditioning}
-        return say("ik.passage", language=language, **facts, turn=f"({turn})", shift=f"({shift})")
+        details = {"index": self.index, "time": self.time, "conditioning": self.conditioning}
+        return say("ik.passage", language=language, **details, turn=f"({turn})", shift=f"({shift})")
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +163,9 @@ class Track(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """How it went, every switch and passage, and the drift of a closed path."""
-        facts = {"reached": self.reached, "count": len(self.q), "switches": len(self.switches)}
+        details = {"reached": self.reached, "count": len(self.q), "switches": len(self.switches)}
         reason = "" if self.refusal is None else self.refusal.explain(language).split("\n")[0]
-        lines = [self.status.sentence(language, **facts, time=self.stopped_at, reason=reason)]
+        lines = [self.status.sentence(language, **details, time=self.stopped_at, reason=reason)]
         lines += [place.explain(language) for place in (*self.switches, *self.passages)]
         if self.closed and self.reached == len(self.q):
             drift = float(np.abs(self.drift).max(initial=0.0))

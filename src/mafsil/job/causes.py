@@ -29,15 +29,15 @@ OBSERVED, TURNS = 100, 4
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """What a miss comes from; `key` and `facts` as in Remark, `joint` the coordinate that shows it."""
+    """What a miss comes from; `key` and `details` as in Remark, `joint` the coordinate that shows it."""
 
     key: str
     joint: int
-    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def explain(self, *, language: str | None = None) -> str:
         """The cause in words, with the number that shows it."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -167,8 +167,8 @@ def worst_joint(run: Run, judged: Arrival) -> int:
     return int((judged.joint_errors * (turn + way)).argmax())
 
 
-def _named(run: Run, name: str, joint: int, **facts: object) -> Cause:
-    return Cause(f"job.cause_{name}", joint, {"joint": visible(run.robot.joint_names[joint]), **facts})
+def _named(run: Run, name: str, joint: int, **details: object) -> Cause:
+    return Cause(f"job.cause_{name}", joint, {"joint": visible(run.robot.joint_names[joint]), **details})
 
 
 def _unknown(run: Run, driven: Driven) -> str:

@@ -120,10 +120,10 @@ def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tupl
     )
     if stiffest * step <= STIFF:
         return asked or EXPLICIT, ()
-    facts = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
+    details = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
     if asked is not None:
-        raise JobError("job.stiff_method", method=asked, **facts, other=IMPLICIT_FRICTION)
-    return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", facts | {"method": IMPLICIT_FRICTION}),)
+        raise JobError("job.stiff_method", method=asked, **details, other=IMPLICIT_FRICTION)
+    return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", details | {"method": IMPLICIT_FRICTION}),)
 
 
 def _scenario(job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str) -> Scenario:

@@ -79,9 +79,11 @@ def is_far(robot: Robot, position: JointVector) -> bool:
 
 
 def _suspect(key: str, path: Path, value: str, places: Places) -> Remark:
-    facts = {"name": dotted(path), "value": value}
+    details = {"name": dotted(path), "value": value}
     line = places.line(path)
-    return Remark("warning", key, facts) if line is None else Remark("warning", f"{key}_line", facts | {"line": line})
+    return (
+        Remark("warning", key, details) if line is None else Remark("warning", f"{key}_line", details | {"line": line})
+    )
 
 
 def _postures(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
@@ -119,8 +121,8 @@ def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
 def _require_count(robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
     if len(values) != robot.n:
         joints = ", ".join(visible(joint) for joint in robot.joint_names)
-        facts = {"robot": visible(robot.name), "joints": joints}
-        raise places.error("job.joint_count", path, **facts, expected=robot.n, got=len(values))
+        details = {"robot": visible(robot.name), "joints": joints}
+        raise places.error("job.joint_count", path, **details, expected=robot.n, got=len(values))
 
 
 def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
@@ -135,11 +137,11 @@ def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: 
             return quantity(x, "m")
         return quantity(x, "rad") if job.angles == "degrees" else f"{x:.4g} rad"
 
-    facts = {"joint": visible(robot.joint_names[k]), "value": said(float(q[k]))}
-    facts |= {"lower": said(float(limits.lower[k])), "upper": said(float(limits.upper[k]))}
+    details = {"joint": visible(robot.joint_names[k]), "value": said(float(q[k]))}
+    details |= {"lower": said(float(limits.lower[k])), "upper": said(float(limits.upper[k]))}
     key = "job.outside_limits"
     if job.angles == "radians" and np.abs(q[turns]).max(initial=0.0) > TURN:
         key = "job.outside_limits_degrees"
     elif not turns[k] and abs(q[k]) > FAR * max(abs(limits.lower[k]), abs(limits.upper[k])):
         key = "job.outside_limits_millimetres"
-    raise places.error(key, path, **facts)
+    raise places.error(key, path, **details)

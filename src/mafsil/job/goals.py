@@ -94,14 +94,14 @@ class Goals:
             return Refused("job.unreachable_millimetres", move=where, reason=answer)
         if self.robot.n >= FIXES[task]:
             return Refused("job.unreachable", move=where, reason=answer)
-        facts = {
+        details = {
             "joints": self.robot.n,
             "position": quantity(float(answer.position_error), "m"),
             "angle": quantity(float(answer.rotation_error), "rad"),
             "allowed_position": quantity(allowed.position, "m"),
             "allowed_angle": quantity(allowed.orientation, "rad"),
         }
-        return Refused(f"job.unreachable_few_{task}", move=where, **facts)
+        return Refused(f"job.unreachable_few_{task}", move=where, **details)
 
 
 def _within(answer: IKResult, allowed: Tolerances) -> bool:

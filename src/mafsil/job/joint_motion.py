@@ -60,12 +60,12 @@ def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
     """The refusal of a curve that leaves the range of a joint between its points, all of them within it."""
     joint = int(worst.joint)
     unit = "m" if robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC else "rad"
-    facts = {
+    details = {
         "value": quantity(worst.value, unit),
         "limit": quantity(worst.limit, unit),
         "time": quantity(worst.time, "s"),
     }
-    return Refused("job.leaves_range", move=where, joint=visible(robot.joint_names[joint]), **facts)
+    return Refused("job.leaves_range", move=where, joint=visible(robot.joint_names[joint]), **details)
 
 
 def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:

@@ -146,7 +146,7 @@ def targets(plan: Plan) -> int:
 def missed(found: tuple[Remark, ...]) -> int:
     """How many targets were missed, by the remarks of a run."""
     single = sum(remark.key.startswith("job.missed_") for remark in found)
-    return single + sum(int(str(remark.facts["count"])) for remark in found if remark.key == "job.more_missed")
+    return single + sum(int(str(remark.details["count"])) for remark in found if remark.key == "job.more_missed")
 
 
 def where(run: Run, leg: int) -> Where:
@@ -161,7 +161,7 @@ def joint_quantity(run: Run, joint: int, value: float, per: str = "") -> str:
     return quantity(value, ("m" if prismatic else "rad") + per)
 
 
-def error_facts(run: Run, judged: Arrival) -> dict[str, object]:
+def error_details(run: Run, judged: Arrival) -> dict[str, object]:
     """How far off an arrival was, for sentences: the tip for poses, the worst joint for joint goals."""
     joint = int((judged.joint_errors / judged.tolerances.joints).argmax())
     return {
@@ -179,10 +179,10 @@ def _miss_remarks(run: Run, numbers: Summary) -> list[Remark]:
     """Every target that was missed, by how much and why; a part that was not gripped."""
     found: list[Remark] = []
     for judged in numbers.missed[:MOST_MISSES]:
-        facts = {"move": where(run, judged.leg), **error_facts(run, judged)}
+        details = {"move": where(run, judged.leg), **error_details(run, judged)}
         reason = cause(run, judged)
         key = f"job.missed_{judged.goal}" if reason is None else f"job.missed_{judged.goal}_why"
-        found.append(Remark("failure", key, facts if reason is None else facts | {"reason": reason}))
+        found.append(Remark("failure", key, details if reason is None else details | {"reason": reason}))
     if len(numbers.missed) > MOST_MISSES:
         found.append(Remark("failure", "job.more_missed", {"count": len(numbers.missed) - MOST_MISSES}))
     return found
@@ -198,25 +198,25 @@ def _collapse(run: Run) -> list[Remark]:
         return []
     joint = int(share.max(axis=0).argmax())
     begin = float(tape.t[int((share[:, joint] > 1.0).argmax())])
-    facts = {
+    details = {
         "joint": visible(run.robot.joint_names[joint]),
         "excess": joint_quantity(run, joint, float(beyond[:, joint].max())),
         "time": quantity(begin, "s"),
     }
-    return [Remark("failure", "job.gives_way", facts)]
+    return [Remark("failure", "job.gives_way", details)]
 
 
 def _overload_remarks(run: Run) -> list[Remark]:
     found: list[Remark] = []
     for overload in overloads(run):
-        facts: dict[str, object] = {
+        details: dict[str, object] = {
             "joint": visible(run.robot.joint_names[overload.joint]),
             "share": quantity(overload.share, "share"),
             "time": quantity(overload.time, "s"),
         }
         if overload.held is not None:
-            facts |= {"mass": quantity(overload.held.mass, "kg"), "part": visible(overload.held.name)}
-        found.append(Remark("failure", "job.cannot_hold" if overload.held is None else "job.cannot_hold_part", facts))
+            details |= {"mass": quantity(overload.held.mass, "kg"), "part": visible(overload.held.name)}
+        found.append(Remark("failure", "job.cannot_hold" if overload.held is None else "job.cannot_hold_part", details))
     return found
 
 
@@ -226,13 +226,13 @@ def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:
     level: Level = "failure" if numbers.missed or run.stopped is not None else "warning"
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
         share = float(numbers.excess_share[k])
-        facts = {"joint": joint, "share": quantity(share, "share")}
+        details = {"joint": joint, "share": quantity(share, "share")}
         if numbers.saturated[k] > 0.0:
             time = quantity(float(numbers.saturated[k]), "s")
-            found.append(Remark(level, "job.at_saturation", facts | {"time": time}))
+            found.append(Remark(level, "job.at_saturation", details | {"time": time}))
         elif share > NEAR_EFFORT:
             time = quantity(float(numbers.peak_effort_time[k]), "s")
-            found.append(Remark("warning", "job.near_saturation", facts | {"time": time}))
+            found.append(Remark("warning", "job.near_saturation", details | {"time": time}))
     return found
 
 
@@ -246,28 +246,28 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
         beyond = np.maximum(limits.lower[k] - tape.q[:, k], tape.q[:, k] - limits.upper[k])
         excess = float(beyond.max())
         if excess > 1e-9:
-            facts = {"joint": joint, "excess": joint_quantity(run, k, excess)}
+            details = {"joint": joint, "excess": joint_quantity(run, k, excess)}
             level: Level = "failure" if excess > allowed[k] else "warning"
             time = quantity(float(tape.t[beyond.argmax()]), "s")
-            found.append(Remark(level, "job.limit_crossed", facts | {"time": time}))
+            found.append(Remark(level, "job.limit_crossed", details | {"time": time}))
         for name, peaks, times, limit, per in (
             ("speed", numbers.peak_speed, numbers.peak_speed_time, limits.velocity, "/s"),
             ("acceleration", numbers.peak_acceleration, numbers.peak_acceleration_time, limits.acceleration, "/s²"),
         ):
             share = float(peaks[k] / limit[k]) if limit[k] > 0 else 0.0
             if share > TOUCHED:
-                facts = {"joint": joint, "limit": joint_quantity(run, k, float(limit[k]), per)}
-                facts |= {"over": quantity(share - 1.0, "share"), "time": quantity(float(times[k]), "s")}
+                details = {"joint": joint, "limit": joint_quantity(run, k, float(limit[k]), per)}
+                details |= {"over": quantity(share - 1.0, "share"), "time": quantity(float(times[k]), "s")}
                 level = "failure" if share > BROKEN else "warning"
-                found.append(Remark(level, f"job.{name}_crossed", facts))
+                found.append(Remark(level, f"job.{name}_crossed", details))
     return found
 
 
 def _stray_remarks(numbers: Summary) -> list[Remark]:
     if numbers.tip_error <= LARGE_ERROR:
         return []
-    facts = {"error": quantity(numbers.tip_error, "m"), "time": quantity(numbers.tip_error_time, "s")}
-    return [Remark("warning", "job.large_error", facts)]
+    details = {"error": quantity(numbers.tip_error, "m"), "time": quantity(numbers.tip_error_time, "s")}
+    return [Remark("warning", "job.large_error", details)]
 
 
 def _late_pushes(run: Run, numbers: Summary) -> list[Remark]:
@@ -289,12 +289,12 @@ def _good_news(run: Run, numbers: Summary) -> list[Remark]:
     """All targets reached, if they were; what is left of the error, and why."""
     if run.stopped is not None or not numbers.targets or len(numbers.arrivals) < numbers.targets or numbers.missed:
         return []
-    facts = {
+    details = {
         "count": numbers.targets,
         "position": quantity(max(one.position_error for one in numbers.arrivals), "m"),
         "angle": quantity(max(one.orientation_error for one in numbers.arrivals), "rad"),
     }
-    found = [Remark("good", "job.all_reached", facts)]
+    found = [Remark("good", "job.all_reached", details)]
     worst = max(numbers.arrivals, key=lambda one: one.share)
     reason = cause(run, worst) if worst.share > REMAINING else None
     if reason is not None:

@@ -18,11 +18,11 @@ _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za
 
 
 class BilingualJobError(JobError):
-    """A complaint whose facts are themselves sentences, `@area.name`, or know how to say themselves."""
+    """A complaint whose details are themselves sentences, `@area.name`, or know how to say themselves."""
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
 
 
 class BilingualFileError(FileError):
@@ -30,7 +30,7 @@ class BilingualFileError(FileError):
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
 
 
 class Places:
@@ -55,11 +55,11 @@ class Places:
     def _lines(self) -> dict[Path, int]:
         return _places(self._text)
 
-    def error(self, key: str, path: Path, **facts: object) -> JobError:
+    def error(self, key: str, path: Path, **details: object) -> JobError:
         """The complaint about a key, with its place."""
         line = self.line(path)
         place = f"{self.source}:{line}" if line else self.source
-        return BilingualJobError(key, place=place, name=dotted(path), line=line, **facts)
+        return BilingualJobError(key, place=place, name=dotted(path), line=line, **details)
 
 
 def dotted(path: Path) -> str:

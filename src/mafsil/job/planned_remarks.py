@@ -42,8 +42,8 @@ def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Rema
             continue
         for side, gap in (("lower", q[:, k].min() - lower[k]), ("upper", upper[k] - q[:, k].max())):
             if gap < TIGHT * span:
-                facts = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
-                found.append(Remark("warning", "job.tight_limit", {**facts, "side": f"@job.{side}"}))
+                details = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
+                found.append(Remark("warning", "job.tight_limit", {**details, "side": f"@job.{side}"}))
     return found
 
 
@@ -53,7 +53,7 @@ def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
     if slow is None or line.posture is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:
         return []
     turns = turning(robot)
-    facts: dict[str, object] = {
+    details: dict[str, object] = {
         "move": where,
         "time": quantity(line.trajectory.duration, "s"),
         "brisk": quantity(line.brisk, "s"),
@@ -64,7 +64,7 @@ def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
         "posture": ", ".join(quantity(q, "rad" if turn else "m") for q, turn in zip(line.posture, turns, strict=True)),
     }
     level: Level = "warning" if line.factor > SLOW else "good"
-    return [Remark(level, f"job.slow_line_{slow.quantity}", facts)]
+    return [Remark(level, f"job.slow_line_{slow.quantity}", details)]
 
 
 def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, where: Where) -> list[Remark]:
@@ -75,8 +75,8 @@ def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, whe
     turn, way = float(np.linalg.norm(left[:-3])), float(np.linalg.norm(left[-3:]))
     if way <= NEARLY[0] and turn <= NEARLY[1]:
         return []
-    facts = {"position": quantity(way, "m"), "angle": quantity(turn, "rad"), "joints": robot.n}
-    return [Remark("good", "job.nearly_met", {"move": where, **facts})]
+    details = {"position": quantity(way, "m"), "angle": quantity(turn, "rad"), "joints": robot.n}
+    return [Remark("good", "job.nearly_met", {"move": where, **details})]
 
 
 def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
@@ -89,8 +89,8 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
         assumed = ~(np.isfinite(known) & (known > 0.0))
         values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
         if assumed.any():
-            facts = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
-            remarks.append(Remark("good", f"job.{name}_assumed", facts))
+            details = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
+            remarks.append(Remark("good", f"job.{name}_assumed", details))
     if not np.isfinite(own.effort).all():
         remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
     return replace(own, **values, jerk=np.full(robot.n, np.inf)), remarks

@@ -213,8 +213,8 @@ class _Reader:
         for kind in foreign:
             for name in GAINS[kind]:
                 if getattr(job.controller, name) is not None:
-                    facts = {"kind": job.controller.kind, "known": ", ".join(GAINS[job.controller.kind])}
-                    raise self.error("job.no_gain", ("controller", name), **facts)
+                    details = {"kind": job.controller.kind, "known": ", ".join(GAINS[job.controller.kind])}
+                    raise self.error("job.no_gain", ("controller", name), **details)
 
     def check_pose(self, pose: Pose, path: lines.Path) -> None:
         """At most one way to say the orientation; a quaternion that can be normalised."""
@@ -242,18 +242,18 @@ class _Reader:
         text = str(error)
         path = _path(text)
         value = _value(data, path)
-        facts = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
+        details = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
         if length := re.search(r"of length (\d+)", text):
-            return self.error("job.length", path, expected=length.group(1), **facts)
+            return self.error("job.length", path, expected=length.group(1), **details)
         if "Invalid enum value" in text:
             known = ", ".join(_choices(path))
-            return self.error("job.choice", path, known=known, **facts)
+            return self.error("job.choice", path, known=known, **details)
         if bound := re.search(r"Expected `\w+` (<=|>=|<|>) (\S+)", text):
-            return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **facts)
+            return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **details)
         if kind := re.search(r"Expected `([^`]+)`, got `([^`]+)`", text):
             expected = _Types(tuple(TYPES[one] for one in kind.group(1).split(" | ") if one in TYPES))
-            return self.error("job.type", path, expected=expected, **facts)
-        return self.error("job.wrong", path, **facts)
+            return self.error("job.type", path, expected=expected, **details)
+        return self.error("job.wrong", path, **details)
 
 
 def _field_type(kind: type[Part], name: str) -> Any:

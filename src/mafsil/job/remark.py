@@ -28,16 +28,16 @@ class Remark:
     Attributes:
         level: good, warning or failure.
         key: of the sentence.
-        facts: its values; a text `@area.name` is itself a key, an object that explains itself is asked to.
+        details: its values; a text `@area.name` is itself a key, an object that explains itself is asked to.
     """
 
     level: Level
     key: str
-    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,23 +46,23 @@ class Refusal:
 
     Attributes:
         key: of the sentence.
-        facts: its values, as for Remark; they name the move and the reason.
+        details: its values, as for Remark; they name the move and the reason.
     """
 
     key: str
-    facts: Mapping[str, object]
+    details: Mapping[str, object]
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.facts.items()})
+        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
 
 
 class Refused(Exception):
     """Carries a refusal out of the planner; never leaves this package."""
 
-    def __init__(self, key: str, **facts: object) -> None:
+    def __init__(self, key: str, **details: object) -> None:
         super().__init__(key)
-        self.refusal = Refusal(key, facts)
+        self.refusal = Refusal(key, details)
 
 
 def said(value: object, language: str | None) -> object:

@@ -57,21 +57,21 @@ def direction(code: str | None = None) -> str:
     return "rtl" if (code or language()) == "ar" else "ltr"
 
 
-def say(key: str, *, language: str | None = None, **facts: object) -> str:
-    """The sentence `key` with its facts filled in.
+def say(key: str, *, language: str | None = None, **details: object) -> str:
+    """The sentence `key` with its details filled in.
 
     Args:
         key: `area.name`.
         language: `en` or `ar`; the current language if None.
-        facts: values for the placeholders of the sentence (str.format); `{count:#noun}` is a number with its noun; one
-            that has words of its own in each language gives them by `spoken(language)`.
+        details: values for the placeholders of the sentence (str.format); `{count:#noun}` is a number with its noun;
+            one that has words of its own in each language gives them by `spoken(language)`.
     """
-    facts |= {name: fact.spoken(language) for name, fact in facts.items() if isinstance(fact, Spoken)}
+    details |= {name: fact.spoken(language) for name, fact in details.items() if isinstance(fact, Spoken)}
     sentence = template(key, language)
     if ":#" not in sentence:
-        return sentence.format(**facts)
+        return sentence.format(**details)
     code = language or _current()
-    return Filling(code, lambda noun: template(f"plurals.{noun}", code)).vformat(sentence, (), facts)
+    return Filling(code, lambda noun: template(f"plurals.{noun}", code)).vformat(sentence, (), details)
 
 
 def template(key: str, code: str | None = None) -> str:

@@ -134,7 +134,7 @@ def _remark_degrees(rows: Sequence[DHRow]) -> None:
     """One warning about angles that look like degrees."""
     remark = next(_in_degrees(rows), None)
     if remark is not None:
-        row, entry, value = (remark.facts[name] for name in ("row", "entry", "value"))
+        row, entry, value = (remark.details[name] for name in ("row", "entry", "value"))
         warn(InputWarning("dh.degrees", row=row, field=entry, value=value))
 
 

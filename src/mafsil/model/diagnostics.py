@@ -53,18 +53,18 @@ class Repair:
     Attributes:
         key: of the sentence that says what the change does, `area.name`.
         edits: the change, for a machine.
-        facts: values for the sentence.
+        details: values for the sentence.
         guess: whether the file could have meant something else; carried out only where its code is asked for.
     """
 
     key: str
     edits: tuple[Edit, ...]
-    facts: dict[str, object] = field(default_factory=dict[str, object])
+    details: dict[str, object] = field(default_factory=dict[str, object])
     guess: bool = False
 
     def sentence(self, language: str | None = None) -> str:
         """What the repair would do."""
-        return say(self.key, language=language, **self.facts)
+        return say(self.key, language=language, **self.details)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class Diagnostic:
     Attributes:
         fault: what kind.
         line, column: place in the file, counted from 1; 0 if the remark is about the whole file.
-        facts: values for the sentence.
+        details: values for the sentence.
         repair: the change that is offered, or None.
         file: the included file in which the place is; empty for the robot file itself.
     """
@@ -82,7 +82,7 @@ class Diagnostic:
     fault: Fault
     line: int
     column: int
-    facts: dict[str, object] = field(default_factory=dict[str, object])
+    details: dict[str, object] = field(default_factory=dict[str, object])
     repair: Repair | None = None
     file: str = ""
 
@@ -98,7 +98,7 @@ class Diagnostic:
 
     def sentence(self, language: str | None = None) -> str:
         """What is wrong and what to do."""
-        return say(self.fault.key, language=language, **self.facts)
+        return say(self.fault.key, language=language, **self.details)
 
     def line_of_text(self, language: str | None = None) -> str:
         """Place, code, sentence and offered repair on one line."""
@@ -194,7 +194,7 @@ def require_mechanism(report: Report) -> Mechanism:
     """The mechanism of a report.
 
     Raises:
-        FileError: there are errors; the sentence holds the first three, `facts["report"]` all.
+        FileError: there are errors; the sentence holds the first three, `details["report"]` all.
     """
     if report.mechanism is None:
         raise FileError("robotfile.refused", source=shown(report.source), report=report)

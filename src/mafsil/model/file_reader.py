@@ -58,7 +58,7 @@ class Format:
             The mechanism; what was normalised, guessed or repaired stands in its `provenance.remarks`.
 
         Raises:
-            FileError: the file has errors; the sentence holds the first, `facts["report"]` all of them.
+            FileError: the file has errors; the sentence holds the first, `details["report"]` all of them.
         """
         return self.reader(packages, limits, arguments).read(source, repair=repair)
 

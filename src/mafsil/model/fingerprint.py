@@ -35,6 +35,6 @@ def _link(link: Link) -> Iterator[bytes]:
 
 def _joint(joint: Joint) -> Iterator[bytes]:
     reflected = 0.0 if joint.actuator is None else joint.actuator.reflected_inertia
-    facts = (joint.name, joint.kind.value, joint.parent, joint.child, joint.pitch, reflected, joint.mimic)
-    yield repr(facts).encode()
+    details = (joint.name, joint.kind.value, joint.parent, joint.child, joint.pitch, reflected, joint.mimic)
+    yield repr(details).encode()
     yield joint.T_pj.tobytes() + joint.axis.tobytes()

@@ -26,6 +26,6 @@ def warned_of_impossible(mechanism: Mechanism) -> Mechanism:
         try:
             require_physical(body)
         except ModelError as error:
-            moments = error.facts["moments"]
+            moments = error.details["moments"]
             warn(ModelWarning("serial.impossible_moments", robot=mechanism.name, link=link.name, moments=moments))
     return mechanism

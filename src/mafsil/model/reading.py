@@ -64,7 +64,7 @@ class Reading:
         attribute: str | None = None,
         repair: Repair | None = None,
         /,
-        **facts: object,
+        **details: object,
     ) -> None:
         """Add a diagnostic at an element or one of its attributes."""
         if self.in_shape and fault.severity is Severity.ERROR:
@@ -75,7 +75,7 @@ class Reading:
         line, column = self._document_of(element).place(element, attribute)
         included = self.included[element.file - 1][0] if element.file else ""
         repair = None if element.file else repair
-        safe = {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
+        safe = {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
 
     def withdraw(self, remarks: list[Diagnostic]) -> None:

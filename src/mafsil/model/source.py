@@ -173,10 +173,10 @@ def _checked(data: bytes) -> bytes:
     return data
 
 
-def _at(fault: Fault, data: bytes, at: int, **facts: object) -> Diagnostic:
+def _at(fault: Fault, data: bytes, at: int, **details: object) -> Diagnostic:
     line = data.count(b"\n", 0, at) + 1
-    return Diagnostic(fault, line, at - data.rfind(b"\n", 0, at), facts)
+    return Diagnostic(fault, line, at - data.rfind(b"\n", 0, at), details)
 
 
-def _refusal(fault: Fault, **facts: object) -> Refusal:
-    return Refusal(Diagnostic(fault, 0, 0, facts))
+def _refusal(fault: Fault, **details: object) -> Refusal:
+    return Refusal(Diagnostic(fault, 0, 0, details))

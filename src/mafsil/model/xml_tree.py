@@ -180,9 +180,9 @@ class _Builder:
         self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.doctype
 
-    def refuse(self, fault: Fault, **facts: object) -> Refusal:
+    def refuse(self, fault: Fault, **details: object) -> Refusal:
         line, column = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
-        return Refusal(Diagnostic(fault, line, column, facts))
+        return Refusal(Diagnostic(fault, line, column, details))
 
     def doctype(self, *_: object) -> None:
         raise self.refuse(DOCTYPE)

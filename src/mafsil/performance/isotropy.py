@@ -41,8 +41,8 @@ class IsotropySearch:
     def explain(self, language: str | None = None) -> str:
         """The answer in a sentence."""
         key = "isotropy_found" if self.found else "isotropy_none"
-        facts = {"count": len(self.q), "starts": self.starts, "condition": float(self.condition[0])}
-        return say(f"performance.{key}", language=language, **facts)
+        details = {"count": len(self.q), "starts": self.starts, "condition": float(self.condition[0])}
+        return say(f"performance.{key}", language=language, **details)
 
 
 @of_robot

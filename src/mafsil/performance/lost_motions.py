@@ -30,8 +30,8 @@ class ScrewReading(NamedTuple):
     def sentence(self, key: str, language: str | None = None) -> str:
         """The words for `<key>_line`, `<key>_screw` or `<key>_free`, whichever fits the pitch."""
         form = "free" if np.isinf(self.pitch) else "line" if abs(self.pitch) < 1e-6 else "screw"
-        facts = {"direction": vector_text(self.direction), "point": vector_text(self.point), "pitch": self.pitch}
-        return say(f"performance.{key}_{form}", language=language, **facts)
+        details = {"direction": vector_text(self.direction), "point": vector_text(self.point), "pitch": self.pitch}
+        return say(f"performance.{key}_{form}", language=language, **details)
 
 
 def twist_reading(V: ArrayLike, *, length: float = 1.0) -> ScrewReading:

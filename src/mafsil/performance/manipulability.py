@@ -91,8 +91,8 @@ class Ellipsoid:
         lengths = ", ".join(f"{x:.4g}" for x in self.lengths)
         lines = [say("performance.ellipsoid", language=language, lengths=lengths, ratio=float(self.ratio))]
         if self.unit_dependent:
-            facts = {"slides": ", ".join(self.slides), "length": self.length, "characteristic": self.characteristic}
-            lines.append(say("performance.unit_dependent", language=language, **facts))
+            details = {"slides": ", ".join(self.slides), "length": self.length, "characteristic": self.characteristic}
+            lines.append(say("performance.unit_dependent", language=language, **details))
         return "\n".join(lines)
 
 

@@ -250,7 +250,7 @@ class Singularity:
 
     def explain(self, language: str | None = None) -> str:
         """Rank, causes, lost motions, carried wrenches, in sentences."""
-        facts = {
+        details = {
             "robot": self.robot,
             "rank": self.rank,
             "generic": self.generic_rank,
@@ -260,9 +260,9 @@ class Singularity:
         }
         if not self.singular:
             ratio = float(self.singular_values[self.rank - 1] / self.singular_values[0]) if self.rank else 0.0
-            return say("performance.regular", language=language, ratio=ratio, **facts)
-        lines = [say("performance.deficient", language=language, **facts)] if self.deficient else []
-        lines += [say("performance.singular", language=language, **facts)] if self.drop > 0 else []
+            return say("performance.regular", language=language, ratio=ratio, **details)
+        lines = [say("performance.deficient", language=language, **details)] if self.deficient else []
+        lines += [say("performance.singular", language=language, **details)] if self.drop > 0 else []
         lines += [_cause_line(cause, language) for cause in self.causes]
         lines += [screw.sentence("lost", language) for screw in self.lost_screws]
         lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]

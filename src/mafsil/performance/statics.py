@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
@@ -19,7 +20,7 @@ from mafsil.performance.singularity import wrenches_of
 from mafsil.performance.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.arguments import in_tip
-from mafsil.solvers import Status, decompositions
+from mafsil.solvers import decompositions
 
 BALANCED = 1e-9
 """Efforts that no tip wrench balances, over the largest effort, below this are rounding."""
@@ -111,7 +112,7 @@ class TipWrench:
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """Whether F is the answer, and if not why; wrenches carried by the structure one by one."""
-        facts = {
+        details = {
             "rank": int(self.rank[index]),
             "n": self.n,
             "rows": self.rows,
@@ -119,7 +120,7 @@ class TipWrench:
             "motions": self.n - int(self.rank[index]),
             "unbalanced": vector_text(self.unbalanced[index]),
         }
-        lines = [self.status(*index).sentence(language, **facts)]
+        lines = [self.status(*index).sentence(language, **details)]
         lines += [wrench_reading(F, length=self.length).sentence("carried", language) for F in self.carried]
         return "\n".join(lines)
 

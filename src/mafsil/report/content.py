@@ -152,7 +152,7 @@ class Page:
         joints: names of the joints, in the order of the plots' columns.
         plots, figures, findings, steps: see their classes.
         joint_table: peaks against limits, joint by joint.
-        facts: provenance, the job, versions.
+        details: provenance, the job, versions.
     """
 
     language: str
@@ -168,4 +168,4 @@ class Page:
     findings: tuple[Finding, ...]
     steps: tuple[Step, ...]
     joint_table: Table
-    facts: tuple[Facts, ...] = field(default=())
+    details: tuple[Facts, ...] = field(default=())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.job import judgement
 from mafsil.job.arrival import Arrival
-from mafsil.job.judgement import Summary, error_facts, joint_quantity
+from mafsil.job.judgement import Summary, error_details, joint_quantity
 from mafsil.job.payload import box_in_tip
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
@@ -51,7 +51,7 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
         findings=findings,
         steps=_steps(run, numbers, words),
         joint_table=_joint_table(run, numbers, words),
-        facts=_facts(run, words),
+        details=_details(run, words),
     )
 
 
@@ -65,8 +65,8 @@ def verdict(run: Run, language: str | None = None) -> Finding:
     grave = {remark.key for remark in run.remarks if remark.level == "failure"}
     mild = sum(remark.level == "warning" for remark in run.remarks)
 
-    def failure(key: str, **facts: object) -> Finding:
-        return Finding("failure", say(f"report.verdict_{key}", language=language, **facts))
+    def failure(key: str, **details: object) -> Finding:
+        return Finding("failure", say(f"report.verdict_{key}", language=language, **details))
 
     if run.stopped is not None:
         return failure("stopped")
@@ -162,8 +162,8 @@ class _Words:
     def __init__(self, language: str) -> None:
         self.language = language
 
-    def __call__(self, key: str, **facts: object) -> str:
-        return say(f"report.{key}", language=self.language, **facts)
+    def __call__(self, key: str, **details: object) -> str:
+        return say(f"report.{key}", language=self.language, **details)
 
 
 def _plots(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
@@ -248,18 +248,18 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
 
 def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
     """Where the arm was at the end of a leg, by all that is judged there."""
-    facts = error_facts(run, judged)
+    details = error_details(run, judged)
     grasp = run.job.move[leg.index].pick
     if judged.goal == "pick" and grasp is not None:
         part = {"name": grasp.name, "mass": quantity(grasp.mass, "kg")}
-        return words("picked" if judged.reached else "not_gripped", **part, **facts)
+        return words("picked" if judged.reached else "not_gripped", **part, **details)
     if judged.goal == "place":
         driven = max((one for one in run.driven if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
         if not driven.gripped:
             return words("nothing_placed")
-        return words("placed" if judged.reached else "place_missed", **facts)
+        return words("placed" if judged.reached else "place_missed", **details)
     kind = "_joints" if judged.goal == "joints" else ""
-    return words(("reached" if judged.reached else "missed") + kind, **facts)
+    return words(("reached" if judged.reached else "missed") + kind, **details)
 
 
 def _name(leg: Leg, words: _Words) -> str:
@@ -294,7 +294,7 @@ def _share(value: float, limit: float) -> str:
     return f" ({digits(100 * value / limit)} %)" if np.isfinite(limit) and limit > 0 else ""
 
 
-def _facts(run: Run, words: _Words) -> tuple[Facts, ...]:
+def _details(run: Run, words: _Words) -> tuple[Facts, ...]:
     origin = run.robot.mechanism.provenance
     robot = [(words("name"), run.robot.name), (words("source"), origin.source or words("unknown"))]
     robot += [(words("licence"), origin.licence)] if origin.licence else []

@@ -62,9 +62,9 @@ def table(content: Table) -> str:
     return _html(root)
 
 
-def facts(items: Iterable[Facts]) -> str:
+def details(items: Iterable[Facts]) -> str:
     """Provenance, the job, versions: each under a heading that folds."""
-    return _html(*(_facts(item) for item in items))
+    return _html(*(_details(item) for item in items))
 
 
 def text(value: str) -> str:
@@ -86,7 +86,7 @@ def _figure(item: Figure) -> Element:
     return card
 
 
-def _facts(item: Facts) -> Element:
+def _details(item: Facts) -> Element:
     root = Element("details", {"open": "open"} if item.open else {})
     SubElement(root, "summary").text = visible(item.title)
     if item.text:

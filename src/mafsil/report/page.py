@@ -37,7 +37,7 @@ def render(page: Page) -> str:
         "warnings": fragments.findings(page.findings),
         "moves": fragments.steps(page.steps, page.language),
         "joints": fragments.table(page.joint_table),
-        "source": fragments.facts(page.facts),
+        "source": fragments.details(page.details),
         "data": _embedded(_data(page)),
     }
     return _filled("report.html", slots)

@@ -37,8 +37,8 @@ def arranged(
     for name, value in named.items():
         if name not in names or name in given:
             options = ", ".join(["frame", *OPTIONS] if row.framed else OPTIONS)
-            facts = {"name": name, "inputs": ", ".join(names), "options": options}
-            raise InputError("robot.unexpected", routine=row.name, **facts)
+            details = {"name": name, "inputs": ", ".join(names), "options": options}
+            raise InputError("robot.unexpected", routine=row.name, **details)
         given[name] = value
     missing = [name for name in row.inputs if name not in given]
     if missing:

@@ -80,8 +80,8 @@ def _sources(*rows: Quantity) -> tuple[str, ...]:
         {builder.partition(":")[0] for row in rows for builder in (row.builder, row.beside[1]) if builder}
     )
     roots = ("mafsil.robot.trace", *(f"mafsil.mechanics.{module}" for module in builders))
-    facts = [(r.builder, r.beside, r.inputs, r.optional, r.shape, r.framed, r.regrouped) for r in rows]
-    return repr(facts), meaning(roots, SOURCES, (_CATALOGUE,))
+    details = [(r.builder, r.beside, r.inputs, r.optional, r.shape, r.framed, r.regrouped) for r in rows]
+    return repr(details), meaning(roots, SOURCES, (_CATALOGUE,))
 
 
 def _require_joints(mechanism: Mechanism) -> None:

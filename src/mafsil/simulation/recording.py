@@ -14,11 +14,11 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
-from mafsil.solvers import Status
 
 FORMAT = 1
 """Version of the file layout."""
@@ -78,8 +78,8 @@ class Recording:
 
     def explain(self, language: str | None = None) -> str:
         """How the run ended, in one sentence."""
-        facts = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
-        sentence = self.status.sentence(language, **facts)
+        details = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
+        sentence = self.status.sentence(language, **details)
         if self.status is not SimulationStatus.BLOWN_UP or not self._stiff:
             return sentence
         known = {"integrator": self.metadata["integrator"], "other": IMPLICIT_FRICTION}

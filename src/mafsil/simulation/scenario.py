@@ -74,8 +74,8 @@ class Scenario:
         for push in self.disturbances:
             require_kind("disturbances", push, "WrenchPulse", "push", "duration")
         if self.trajectory.n != self.robot.n:
-            facts = {"expected": f"n = {self.robot.n}", "got": f"n = {self.trajectory.n}", "hint": ""}
-            raise InputError("input.shape", name="trajectory", **facts)
+            details = {"expected": f"n = {self.robot.n}", "got": f"n = {self.trajectory.n}", "hint": ""}
+            raise InputError("input.shape", name="trajectory", **details)
         for name in ("step", "period", "duration"):
             value = getattr(self, name)
             if value is not None or name == "step":
@@ -88,8 +88,8 @@ class Scenario:
         ticks = max(self.length / self.control_period, 1.0)
         if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size) > MOST_NUMBERS:
             limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size)
-            facts = {"duration": self.length, "ticks": ticks, "limit": limit}
-            raise InputError("simulation.too_long", **facts, period=self.control_period)
+            details = {"duration": self.length, "ticks": ticks, "limit": limit}
+            raise InputError("simulation.too_long", **details, period=self.control_period)
         self.start()
 
     @property

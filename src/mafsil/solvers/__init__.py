@@ -14,7 +14,6 @@ from mafsil.solvers.least_squares import damped_step as damped_step
 from mafsil.solvers.least_squares import levenberg_marquardt as levenberg_marquardt
 from mafsil.solvers.outcome import Outcome as Outcome
 from mafsil.solvers.outcome import SolverStatus as SolverStatus
-from mafsil.solvers.outcome import Status as Status
 from mafsil.solvers.solution import Crossing as Crossing
 from mafsil.solvers.solution import IntegrationStatus as IntegrationStatus
 from mafsil.solvers.solution import Solution as Solution

@@ -120,8 +120,8 @@ def integrate_adaptively(
         status = run.until(end)
         if status is not IntegrationStatus.COMPLETED:
             break
-    facts = {"time": run.t, "end": interval[1], "events": len(run.builder.crossings)}
-    return Outcome(run.builder.finished(), status, run.error, run.tried, facts=facts)
+    details = {"time": run.t, "end": interval[1], "events": len(run.builder.crossings)}
+    return Outcome(run.builder.finished(), status, run.error, run.tried, details=details)
 
 
 class _Adaptive:

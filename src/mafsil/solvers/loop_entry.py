@@ -41,11 +41,11 @@ def written(result: Any) -> bytes:
     (name, form, (code, bitcode)), function, environment, typed, objects, lifted, _, reload, others = _parts_of(result)
     if form != "object" or objects or lifted or reload or typed.args != function.argtypes:
         raise NotPlain
-    facts: dict[str, Any] = {name: getattr(function, name) for name in _NAMES}
-    facts |= {"library": name, "args": list(function.args), "result": _word(function.restype)}
-    facts["environment"] = _environment(environment)
-    facts["others"] = [_environment(other) for other in others]
-    head = json.dumps(facts).encode()
+    details: dict[str, Any] = {name: getattr(function, name) for name in _NAMES}
+    details |= {"library": name, "args": list(function.args), "result": _word(function.restype)}
+    details["environment"] = _environment(environment)
+    details["others"] = [_environment(other) for other in others]
+    head = json.dumps(details).encode()
     return _SIZES.pack(len(head), len(code)) + head + code + bitcode
 
 
@@ -59,23 +59,23 @@ def read(payload: bytes, arguments: tuple[Any, ...], target_context: Any) -> Any
     """
     head, code = _SIZES.unpack_from(payload)
     at = _SIZES.size
-    facts = json.loads(payload[at : at + head])
-    library = (facts["library"], "object", (payload[at + head : at + head + code], payload[at + head + code :]))
-    result = _type(facts["result"])
+    details = json.loads(payload[at : at + head])
+    library = (details["library"], "object", (payload[at + head : at + head + code], payload[at + head + code :]))
+    result = _type(details["result"])
     function = PythonFunctionDescriptor(
         native=True,
         doc="",
         typemap=None,
         restype=result,
         calltypes=None,
-        args=tuple(facts["args"]),
+        args=tuple(details["args"]),
         kws=(),
-        mangler=lambda *_args, **_named: facts["mangled_name"],
+        mangler=lambda *_args, **_named: details["mangled_name"],
         argtypes=arguments,
-        **{name: facts[name] for name in _NAMES if name != "mangled_name"},
+        **{name: details[name] for name in _NAMES if name != "mangled_name"},
     )
-    environment = _restored(facts["environment"])
-    others = tuple(_restored(other) for other in facts["others"])
+    environment = _restored(details["environment"])
+    others = tuple(_restored(other) for other in details["others"])
     typed = signature(result, *arguments)
     return _from_parts(target_context, library, function, environment, typed, False, (), "", (), others)
 

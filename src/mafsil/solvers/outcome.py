@@ -4,30 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Generic, TypeVar
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, frozen
-from mafsil.messages import say
 
 Value = TypeVar("Value")
-
-
-class Status(Enum):
-    """How a computation ended. Subclasses declare members as `(sentence key, succeeded)`; this base has none.
-
-    Attributes:
-        key: name of the sentence in the message catalogue, `area.name`.
-        succeeded: whether the value is an answer to the question.
-    """
-
-    def __init__(self, key: str, succeeded: bool) -> None:
-        self.key = key
-        self.succeeded = succeeded
-
-    def sentence(self, language: str | None = None, **facts: object) -> str:
-        """The sentence of this status, in `en` or `ar` or the current language, with its facts filled in."""
-        return say(self.key, language=language, **facts)
 
 
 class SolverStatus(Status):
@@ -49,7 +31,7 @@ class Outcome(Generic[Value]):
         residual: size of what is left of the equation, recomputed at `value`.
         iterations: number of steps made.
         history: (iterations + 1,) residual before the first and after each step; may be empty.
-        facts: what the status's sentence mentions besides residual and iterations.
+        details: what the status's sentence mentions besides residual and iterations.
     """
 
     value: Value
@@ -57,7 +39,7 @@ class Outcome(Generic[Value]):
     residual: float = 0.0
     iterations: int = 0
     history: Floats = field(default_factory=lambda: frozen([]))
-    facts: Mapping[str, object] = field(default_factory=dict[str, object])
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
 
     @property
     def succeeded(self) -> bool:
@@ -66,5 +48,5 @@ class Outcome(Generic[Value]):
 
     def explain(self, language: str | None = None) -> str:
         """One sentence: how it ended and why."""
-        known = {"residual": self.residual, "iterations": self.iterations, **self.facts}
+        known = {"residual": self.residual, "iterations": self.iterations, **self.details}
         return self.status.sentence(language, **known)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, frozen, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.solvers.outcome import Status
 
 
 class IntegrationStatus(Status):

@@ -52,7 +52,7 @@ def cartesian_line(
         tolerance: largest deviation from the path [m, rad].
 
     Returns:
-        The motion. Failing that the status and its facts say why and where: UNREACHABLE, SINGULAR, JOINT_LIMIT
+        The motion. Failing that the status and its details say why and where: UNREACHABLE, SINGULAR, JOINT_LIMIT
         or DEVIATES without a motion, RATE_LIMIT with the motion that breaks the limits.
 
     Raises:
@@ -67,7 +67,7 @@ def cartesian_line(
     start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
     joints = follow(robot, CartesianPath(start, goal, interpolation), q, frame=frame, tolerance=tolerance)
     if joints.value is None or not joints.succeeded:
-        return Outcome(None, joints.status, joints.residual, joints.iterations, facts=joints.facts)
+        return Outcome(None, joints.status, joints.residual, joints.iterations, details=joints.details)
     return timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual)
 
 
@@ -87,17 +87,17 @@ def timed(
     if duration is None:
         if shortest == 0.0:
             raise InputError("trajectory.no_duration")
-        return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, facts={"duration": shortest})
+        return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
     wanted = positive("duration", duration)
     motion = unit.stretched(wanted)
     if wanted >= shortest * (1.0 - 1e-9):
-        return Outcome(motion, PlanStatus.PLANNED, residual, facts={"duration": wanted})
+        return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": wanted})
     worst = check(motion, robot.limits, robot.joint_names).violations[0]
-    facts = {"joint": worst.joint, "quantity": worst.quantity_name(), "wanted": wanted, "duration": shortest}
+    details = {"joint": worst.joint, "quantity": worst.quantity_name(), "wanted": wanted, "duration": shortest}
     if stretch:
-        return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, facts=facts)
-    facts |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
-    return Outcome(motion, PlanStatus.RATE_LIMIT, residual, facts=facts)
+        return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, details=details)
+    details |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
+    return Outcome(motion, PlanStatus.RATE_LIMIT, residual, details=details)
 
 
 def _unit_law(law: TimeLaw) -> PiecewisePolynomial:

@@ -41,8 +41,8 @@ class Violation:
     def explain(self, language: str | None = None) -> str:
         """The violation as a sentence."""
         quantity = self.quantity_name(language)
-        facts = {"joint": self.joint, "time": self.time, "value": self.value, "limit": self.limit}
-        return say("trajectory.exceeded", language=language, quantity=quantity, **facts)
+        details = {"joint": self.joint, "time": self.time, "value": self.value, "limit": self.limit}
+        return say("trajectory.exceeded", language=language, quantity=quantity, **details)
 
 
 @dataclass(frozen=True, slots=True)

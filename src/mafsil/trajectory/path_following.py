@@ -74,7 +74,7 @@ def follow(
             return Outcome(outcome.value, PlanStatus.PLANNED, deviation, pieces)
         if pieces >= MOST_PIECES:
             return Outcome(
-                outcome.value, PlanStatus.DEVIATES, deviation, pieces, facts={"tolerance": tolerance + slack}
+                outcome.value, PlanStatus.DEVIATES, deviation, pieces, details={"tolerance": tolerance + slack}
             )
         pieces *= 2
 
@@ -204,5 +204,5 @@ def _least_norm(A: Floats, b: Floats) -> Floats:
     return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
 
 
-def _ended(status: PlanStatus, place: float, residual: float = 0.0, **facts: object) -> JointPath:
-    return Outcome(None, status, residual, facts={"place": place, **facts})
+def _ended(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> JointPath:
+    return Outcome(None, status, residual, details={"place": place, **details})

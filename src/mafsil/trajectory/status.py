@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mafsil.solvers import Status
+from mafsil.answer import Status
 
 
 class PlanStatus(Status):

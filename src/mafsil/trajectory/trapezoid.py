@@ -41,7 +41,7 @@ def trapezoid(
             so that the motion is a straight line in joint space.
 
     Returns:
-        The trajectory. If `duration` is too short the status is TOO_SHORT, its facts name the joint and the shortest
+        The trajectory. If `duration` is too short the status is TOO_SHORT, its details name the joint and the shortest
         duration, and the value is the trajectory of that duration.
 
     Raises:
@@ -60,13 +60,13 @@ def trapezoid(
         each = shortest_duration(distance, speed, growth)
     shortest = float(each.max(initial=0.0))
     if duration is None:
-        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.PLANNED, facts={"duration": shortest})
+        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
     wanted = positive("duration", duration)
     # The shortest duration, printed and given back, must not be refused for its last digit.
     if wanted < shortest * (1.0 - 1e-12):
-        facts = {"joint": slowest, "duration": wanted, "shortest": shortest}
-        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - wanted, facts=facts)
-    return Outcome(_blended(u0, uf, growth, wanted), PlanStatus.PLANNED, facts={"duration": wanted})
+        details = {"joint": slowest, "duration": wanted, "shortest": shortest}
+        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - wanted, details=details)
+    return Outcome(_blended(u0, uf, growth, wanted), PlanStatus.PLANNED, details={"duration": wanted})
 
 
 def shortest_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> Floats:

@@ -22,7 +22,7 @@ def links(body: str, **arguments: str) -> list[str]:
     """Names of the links of a xacro after `a`, which is in every file: each is reported to hang on nothing."""
     report = urdf.file_reader(arguments=arguments).diagnose(f"{HEAD}{body}\n</robot>")
     assert {d.code for d in report.errors} <= {"S0308"}, report.lines()
-    return [str(d.facts["second"]) for d in report.errors]
+    return [str(d.details["second"]) for d in report.errors]
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.continua import moving_joints
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import ClosedForm
@@ -61,19 +61,19 @@ class Lists(NamedTuple):
     open: NDArray[np.bool_]
 
 
-def exact_lists(setting: Setting, q: JointVector, facts: Facts, tolerance: float) -> Lists:
+def exact_lists(setting: Setting, q: JointVector, details: Facts, tolerance: float) -> Lists:
     """Lists of poses whose solutions are exact as they stand: step 3 only.
 
     Args:
         setting: the arm.
         q: (k, rows, n) of the closed form.
-        facts: of the rows.
+        details: of the rows.
         tolerance: largest residual of a solution.
     """
-    valid = unrepeated(q, facts.residual <= tolerance, setting.turning)
-    within = valid & (facts.excess <= INSIDE)
-    codes, free = _whole(facts.code), np.where(valid, _whole(facts.free), 0)
-    return Lists(q, facts.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
+    valid = unrepeated(q, details.residual <= tolerance, setting.turning)
+    within = valid & (details.excess <= INSIDE)
+    codes, free = _whole(details.code), np.where(valid, _whole(details.free), 0)
+    return Lists(q, details.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
 
 
 def refined_lists(
@@ -86,34 +86,34 @@ def refined_lists(
         form: its exact closed form, no joint held.
         T: (k, 4, 4) clean poses.
         near: (n,) values that free joints take and to which angles are wound.
-        lists: coordinates and facts of the closed form, and the largest residual of a solution.
+        lists: coordinates and details of the closed form, and the largest residual of a solution.
     """
-    q, facts, tolerance = lists
+    q, details, tolerance = lists
     # 1. Candidates.
-    usable = _candidates(setting, q, facts, tolerance)
+    usable = _candidates(setting, q, details, tolerance)
     pose_of, row = np.nonzero(usable)
-    start, loose, poses = q[pose_of, row], _whole(facts.free)[pose_of, row], T[pose_of]
+    start, loose, poses = q[pose_of, row], _whole(details.free)[pose_of, row], T[pose_of]
     moved, loose = straightened(setting, form.pattern, poses, start, loose)
     # 2. Refined.
-    exact = (facts.residual[pose_of, row] <= min(FINEST, tolerance)) & (moved == start).all(axis=1)
+    exact = (details.residual[pose_of, row] <= min(FINEST, tolerance)) & (moved == start).all(axis=1)
     rest = np.flatnonzero(~exact)
-    missed = facts.residual[pose_of, row]
+    missed = details.residual[pose_of, row]
     if setting.few:
         moved[rest], missed[rest] = least_missing(setting.robot, moved[rest], poses[rest], setting.mask)
     else:
         steps = PATIENT if setting.quartic else 8
         moved[rest], missed[rest] = refined(setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps)
     moved[rest] = wound_near(moved[rest], near, setting.lower, setting.upper, setting.turning)
-    q, residual, free = q.copy(), facts.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
+    q, residual, free = q.copy(), details.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
     q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, missed, loose
     # 3. Merged.
     valid = unrepeated(q, usable & (residual <= tolerance), setting.turning)
     within = valid & setting.allowed(q)
     free[~valid] = 0
     # 4. Certified.
-    codes = _whole(facts.code)
-    unproven = _open(setting, form, (q, facts, usable), valid, within, tolerance)
-    doubtful = valid & (free == 0) & ((facts.margin <= APART) | (np.abs(residual - facts.residual) > 0.0))
+    codes = _whole(details.code)
+    unproven = _open(setting, form, (q, details, usable), valid, within, tolerance)
+    doubtful = valid & (free == 0) & ((details.margin <= APART) | (np.abs(residual - details.residual) > 0.0))
     _mark_moving(setting, T, q, free, doubtful & ~unproven[:, None], tolerance)
     return Lists(q, residual, valid, within, codes, free, unproven)
 
@@ -158,13 +158,13 @@ def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bo
     return not setting.few or bool((residual <= EXACTLY).all())
 
 
-def _candidates(setting: Setting, q: JointVector, facts: Facts, tolerance: float) -> NDArray[np.bool_]:
+def _candidates(setting: Setting, q: JointVector, details: Facts, tolerance: float) -> NDArray[np.bool_]:
     """(k, rows) solutions and what may become one."""
     # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-    folded = facts.margin <= FOLD if setting.quartic else setting.folded(facts)
+    folded = details.margin <= FOLD if setting.quartic else setting.folded(details)
     # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
     most = max(setting.candidate, 1e3 * tolerance if setting.few else 0.0)
-    return np.isfinite(q).all(axis=-1) & ((facts.residual <= most) | folded)
+    return np.isfinite(q).all(axis=-1) & ((details.residual <= most) | folded)
 
 
 def _open(
@@ -176,20 +176,20 @@ def _open(
     tolerance: float,
 ) -> NDArray[np.bool_]:
     """(k,) poses whose free joints have to be chosen, where continua may cross, or where nothing was found so far."""
-    q, facts, usable = rows
-    loose = _whole(facts.free)
-    inside = ((q >= setting.lower) & (q <= setting.upper)).all(axis=-1) & (facts.residual <= setting.candidate)
+    q, details, usable = rows
+    loose = _whole(details.free)
+    inside = ((q >= setting.lower) & (q <= setting.upper)).all(axis=-1) & (details.residual <= setting.candidate)
     chosen = (loose > 0).any(axis=1) & ~inside.any(axis=1)
     first = sum(1 << j for j in form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)] if j >= 0)
     crossing = (usable & (loose & first > 0)).any(axis=1)
     found = valid.any(axis=1)
-    least = np.fmin(facts.residual, facts.shortfall)
+    least = np.fmin(details.residual, details.shortfall)
     nearly = np.nan_to_num(least, nan=np.inf).min(axis=1) <= LOOSE
     missing = ~found & (nearly | (not setting.decisive) | (tolerance > LOOSE))
     unsettled = (valid & (loose > 0)).any(axis=1) | setting.quartic
-    unsettled |= (valid & setting.merged_twice(_whole(facts.code))).any(axis=1)
+    unsettled |= (valid & setting.merged_twice(_whole(details.code))).any(axis=1)
     if setting.few:
-        unsettled |= (valid & (facts.residual > EXACTLY)).any(axis=1)
+        unsettled |= (valid & (details.residual > EXACTLY)).any(axis=1)
     return chosen | crossing | missing | (found & ~within.any(axis=1) & unsettled)
 
 

@@ -1,6 +1,6 @@
 """The answer to many poses: the rows of the closed form as they are, and the poses that need more care together.
 
-1. The compiled closed form gives rows, facts and a decision for every pose, by chunks whose facts stay in cache.
+1. The compiled closed form gives rows, details and a decision for every pose, by chunks whose details stay in cache.
 2. Where the solutions are exact their rows are merged; where rows have to be refined that is done for all at once.
 3. Poses of which nothing is proven then are searched one by one: free joints that have to be chosen, continua that
    cross, roots of an equation of fourth degree that are missing.
@@ -17,7 +17,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import VERDICTS, Columns, SolutionBatch
 from mafsil.ik.answers.continua import moving_joints
-from mafsil.ik.answers.facts import Decision, Facts
+from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_batch import redundant_batch
@@ -35,13 +35,13 @@ from mafsil.mechanics.arm_pattern import Missed
 from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
 
 CHUNK = 2048
-"""Poses whose facts are held at once; memory beyond the results does not grow with the batch."""
+"""Poses whose details are held at once; memory beyond the results does not grow with the batch."""
 
 FEW = 256
-"""Poses of a batch whose facts are kept, so that masks, residuals and statuses are made when they are read."""
+"""Poses of a batch whose details are kept, so that masks, residuals and statuses are made when they are read."""
 
 _WORK: list[Floats] = []
-"""Room for facts, one for each thread that asks: fresh memory takes the system longer than the kernel its numbers."""
+"""Room for details, one for each thread that asks: fresh memory takes the system longer than the kernel its numbers."""
 
 _CODE = {verdict: code for code, verdict in enumerate(VERDICTS)}
 
@@ -80,18 +80,18 @@ class _Rest(NamedTuple):
     Attributes:
         at: (k,) which they are.
         T: (k, 4, 4) poses.
-        facts: of their rows.
+        details: of their rows.
         decision: (k,) about each.
     """
 
     at: NDArray[np.intp]
     T: PoseMatrix
-    facts: Facts
+    details: Facts
     decision: Floats
 
     def where(self, which: NDArray[np.bool_]) -> _Rest:
         """Some of them."""
-        return _Rest(self.at[which], self.T[which], self.facts.at(which), self.decision[which])
+        return _Rest(self.at[which], self.T[which], self.details.at(which), self.decision[which])
 
 
 class _Judged:
@@ -109,7 +109,7 @@ class _Judged:
         self._columns: Columns | None = None
 
     def few(self, T: PoseMatrix) -> JointVector:
-        """The coordinates of a batch so small that its facts are kept until something of them is read."""
+        """The coordinates of a batch so small that its details are kept until something of them is read."""
         q, known, decision = self.kernel.ufunc(T, *self.wishes)
         self._waiting = T, q, Facts.of(known), decision
         if not (decision > 0.0).all():
@@ -119,12 +119,12 @@ class _Judged:
     def columns(self) -> Columns:
         """The results, made when they are first asked for."""
         if self._columns is None:
-            T, q, facts, decision = self._waiting
+            T, q, details, decision = self._waiting
             self._columns = columns = _empty(q)
-            self._fill(columns, facts)
+            self._fill(columns, details)
             rest = np.flatnonzero(~(decision > 0.0))
             if len(rest):
-                self._settle(columns, _Rest(rest, T[rest], facts.at(rest), decision[rest]))
+                self._settle(columns, _Rest(rest, T[rest], details.at(rest), decision[rest]))
         return self._columns
 
     def many(self, T: PoseMatrix) -> None:
@@ -137,26 +137,26 @@ class _Judged:
         waiting: list[tuple[NDArray[np.intp], Floats, Floats]] = []
         for begin in range(0, count, CHUNK):
             end = min(begin + CHUNK, count)
-            facts, decided = known[: end - begin], decision[: end - begin]
-            self.kernel(T[begin:end], *self.wishes, out=(made.q[begin:end], facts, decided))
-            self._fill(Columns._make(column[begin:end] for column in made), Facts.of(facts))
+            details, decided = known[: end - begin], decision[: end - begin]
+            self.kernel(T[begin:end], *self.wishes, out=(made.q[begin:end], details, decided))
+            self._fill(Columns._make(column[begin:end] for column in made), Facts.of(details))
             rest = np.flatnonzero(~(decided > 0.0))
             if len(rest):
-                waiting.append((begin + rest, facts[rest], decided[rest]))
+                waiting.append((begin + rest, details[rest], decided[rest]))
             if waiting and (end == count or sum(len(one[0]) for one in waiting) >= CHUNK):
                 at, columns, decisions = (np.concatenate(parts) for parts in zip(*waiting, strict=True))
                 self._settle(made, _Rest(at, T[at], Facts.of(columns), decisions))
                 waiting = []
         _WORK.append(kept)
 
-    def _fill(self, columns: Columns, facts: Facts) -> None:
+    def _fill(self, columns: Columns, details: Facts) -> None:
         """Facts and statuses as if all poses were clear."""
-        columns.residual[...] = facts.residual
+        columns.residual[...] = details.residual
         np.less_equal(columns.residual, self.tolerance, out=columns.valid)
-        np.less_equal(facts.excess, INSIDE, out=columns.within)
+        np.less_equal(details.excess, INSIDE, out=columns.within)
         np.logical_and(columns.within, columns.valid, out=columns.within)
         with np.errstate(invalid="ignore"):
-            columns.codes[...] = facts.code
+            columns.codes[...] = details.code
         np.multiply(_no_row(columns.within), _CODE[Verdict.BEYOND_LIMITS], out=columns.status, casting="unsafe")
 
     def mark_moving(self) -> None:
@@ -174,16 +174,16 @@ class _Judged:
 
     def _settle(self, columns: Columns, rest: _Rest) -> None:
         """Poses whose lists are not clear."""
-        columns.codes[rest.at] = np.nan_to_num(rest.facts.code)
+        columns.codes[rest.at] = np.nan_to_num(rest.details.code)
         none = rest.at[rest.decision == Decision.NO_POSE]
         columns.valid[none], columns.within[none] = False, False
         columns.status[none] = _CODE[Verdict.NOT_A_POSE]
         self._refuse(columns, rest.where(rest.decision == Decision.NONE))
         exact = rest.where((rest.decision == Decision.REPEATED) | (rest.decision == Decision.MEETING))
         if len(exact.at):
-            lists = exact_lists(self.setting, columns.q[exact.at], exact.facts, self.tolerance)
+            lists = exact_lists(self.setting, columns.q[exact.at], exact.details, self.tolerance)
             self._write(columns, exact, lists)
-            near = lists.valid & (lists.free == 0) & (exact.facts.margin <= APART)
+            near = lists.valid & (lists.free == 0) & (exact.details.margin <= APART)
             self._pending.append((exact, near))
         careful = rest.where(rest.decision == Decision.CAREFUL)
         if not len(careful.at):
@@ -191,7 +191,7 @@ class _Judged:
         clean, _ = clean_poses(careful.T)
         searched = np.arange(len(clean))
         if self.setting.arm.general is None:
-            rows = columns.q[careful.at], careful.facts, self.tolerance
+            rows = columns.q[careful.at], careful.details, self.tolerance
             lists = refined_lists(self.setting, self.form, clean, self.near, rows)
             closed, searched = ~lists.open, np.flatnonzero(lists.open)
             self._write(columns, careful.where(closed), Lists._make(column[closed] for column in lists))
@@ -227,7 +227,7 @@ class _Judged:
             return
         elsewhere = np.zeros(len(at), dtype=np.bool_)
         for k in range(len(at)):
-            step = missed_step(rest.facts.at(k))
+            step = missed_step(rest.details.at(k))
             off = step in (Missed.NONE, Missed.ORIENTATION) or out_of_plane(setting, rest.T[k])
             elsewhere[k] = bool(off) and not beyond_reach(setting, rest.T[k])
         open_poses = np.flatnonzero(~elsewhere)

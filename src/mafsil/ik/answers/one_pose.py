@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.facts import Decision, Facts
+from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_single import redundant_single
@@ -52,7 +52,7 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
 
     Args:
         question: to an arm whose closed form is exact and holds no joint; its pose is a copy of the caller's.
-        judged: (rows, m) coordinates, (rows, 6) facts, and the decision about the pose.
+        judged: (rows, m) coordinates, (rows, 6) details, and the decision about the pose.
 
     Raises:
         InputError: no pose.
@@ -87,7 +87,7 @@ def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[i
 
     Args:
         q: (rows, m) coordinates.
-        columns: (rows, 6) facts.
+        columns: (rows, 6) details.
         question: gives the tolerance and which coordinates are angles.
     """
     setting, tolerance = question.setting, question.tolerance

@@ -12,8 +12,8 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.continua import SELF_MOTION, moving_joints
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.eliminated import proven_set
-from mafsil.ik.answers.facts import Facts
 from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.lists import EXACTLY, complete
@@ -146,38 +146,38 @@ class Question:
         """Whether the nearest posture may be within the tolerance."""
         if self.tolerance > LOOSE or arm.form is None or not self.setting.decisive:
             return self.tolerance > LOOSE
-        facts = self._rows_of(arm.form, self.near)[1]
-        missing = np.nan_to_num(np.fmin(facts.residual, facts.shortfall), nan=np.inf)
+        details = self._rows_of(arm.form, self.near)[1]
+        missing = np.nan_to_num(np.fmin(details.residual, details.shortfall), nan=np.inf)
         return bool(missing.min(initial=np.inf) <= LOOSE)
 
     def proven(self, count: int) -> bool:
         """Whether it is proven otherwise than by the closed form that there are so many solutions and no more."""
         return self._proven(self.setting.arm, count)
 
-    def free_of(self, q: JointVector, facts: Facts) -> NDArray[np.int64]:
+    def free_of(self, q: JointVector, details: Facts) -> NDArray[np.int64]:
         """(k,) sum of 2^i over the coordinates that may be chosen, of exact rows of the closed form.
 
         Args:
             q: (k, n) coordinates.
-            facts: of them.
+            details: of them.
         """
-        free = np.nan_to_num(facts.free).astype(np.int64)
-        near = np.flatnonzero((free == 0) & (facts.margin <= APART))
+        free = np.nan_to_num(details.free).astype(np.int64)
+        near = np.flatnonzero((free == 0) & (details.margin <= APART))
         if len(near):
             joints = moving_joints(self.setting, q[near], np.broadcast_to(self.T, (len(near), 4, 4)), self.tolerance)
             free[near] = np.where(joints >= 0, 1 << np.maximum(joints, 0), 0)
         return free
 
-    def list_known(self, facts: Facts) -> bool:
+    def list_known(self, details: Facts) -> bool:
         """Whether the closed form proves that there are no other solutions than these.
 
         Args:
-            facts: of exact rows.
+            details: of exact rows.
         """
         if self.setting.quartic:
             # Where roots of an equation of fourth degree come near each other the list is not called exact.
             return True
-        return complete(self.setting, np.nan_to_num(facts.code).astype(np.int64), facts.residual)
+        return complete(self.setting, np.nan_to_num(details.code).astype(np.int64), details.residual)
 
     def _proven(self, arm: Analysis, count: int) -> bool:
         """Whether elimination proves that there are so many solutions and no more."""
@@ -211,16 +211,16 @@ class Question:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
         start = self.start
         near = self.near if start is None else start.near
-        q, facts = self._rows_of(arm.form, near)
+        q, details = self._rows_of(arm.form, near)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-            folded = (facts.margin <= FOLD) if self.setting.quartic else self.setting.folded(facts)
+            folded = (details.margin <= FOLD) if self.setting.quartic else self.setting.folded(details)
             # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
             loose = 1e3 * self.tolerance if self.setting.few else 0.0
-            usable &= (facts.residual <= max(self.setting.candidate, loose)) | folded
+            usable &= (details.residual <= max(self.setting.candidate, loose)) | folded
         rows = np.flatnonzero(usable)
-        found = Rows.of(q[rows], facts.at(rows), rows)
+        found = Rows.of(q[rows], details.at(rows), rows)
         if arm.exact and not arm.held:
             found = self._straightened(arm.form, found)
         if arm.general is not None:
@@ -254,11 +254,11 @@ class Question:
                 least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
                 for value in values[least]:
                     there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
-                    q, facts = self._rows_of(form, there[0])
-                    member = self._straightened(form, Rows.of(q[[k]], facts.at([k]), np.array([k])))
+                    q, details = self._rows_of(form, there[0])
+                    member = self._straightened(form, Rows.of(q[[k]], details.at([k]), np.array([k])))
                     crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
                     crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - posture[j]) > SAME
-                    if facts.residual[k] <= self.setting.candidate and crossing:
+                    if details.residual[k] <= self.setting.candidate and crossing:
                         more = more.and_more(member)
         return more
 
@@ -268,12 +268,12 @@ class Question:
         Infinite off the pose; negative where several joints are free: they take the preferred values, not those to
         which the continuum leads.
         """
-        q, facts = self._rows_of(form, near)
-        good = facts.residual[:, row] <= self.setting.candidate
+        q, details = self._rows_of(form, near)
+        good = details.residual[:, row] <= self.setting.candidate
         values = np.linalg.svd(self.setting.scaled_jacobians(np.where(good[:, None], q[:, row], 0.0)), compute_uv=False)
         if rank is None:
             rank = int(np.median((values > SELF_MOTION * values[:, :1]).sum(axis=1)[good])) if good.any() else 1
-        several = [len(bits(int(code), self.setting.robot.n)) > 1 for code in np.nan_to_num(facts.free[:, row])]
+        several = [len(bits(int(code), self.setting.robot.n)) > 1 for code in np.nan_to_num(details.free[:, row])]
         return rank, np.where(good, np.where(several, -1.0, values[:, max(rank, 1) - 1]), np.inf)
 
     def _weakest(
@@ -287,7 +287,7 @@ class Question:
         return value
 
     def _rows_of(self, form: ClosedForm, near: JointVector) -> tuple[JointVector, Facts]:
-        """All rows of the closed form with their facts, for one or many vectors of preferred values."""
+        """All rows of the closed form with their details, for one or many vectors of preferred values."""
         q, columns, _ = form.labelled(self.T, near, turns_of(near), *self.setting.bounds)
         return q, Facts.of(columns)
 

@@ -19,7 +19,7 @@ from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, parame
 from mafsil.ik.redundant.parametric_form import parametric_form
 
 CHUNK = 4096
-"""Poses whose facts are held at once."""
+"""Poses whose details are held at once."""
 
 
 def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
@@ -52,18 +52,18 @@ def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, toleranc
         # 1.
         starts = parameter_values(setting, form, poses, near, most)
         # 2.
-        q, facts, summary = form.solutions(poses, starts.values, near, turns, *setting.bounds, most)
+        q, details, summary = form.solutions(poses, starts.values, near, turns, *setting.bounds, most)
         valid = summary[:, 0] <= ORTHOGONALITY
         # 3.
         settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
         regular = np.flatnonzero(valid & (summary[:, 1] + summary[:, 2] == 0.0) & settled)
         whole = len(regular) == len(poses)
         rows = part if whole else begin + regular
-        q, facts = (q, facts) if whole else (q[regular], facts[regular])
-        good = facts[..., 0] <= CLEAR
-        out.q[rows], out.residual[rows], out.valid[rows] = q, facts[..., 0], good
-        out.within[rows] = good & (facts[..., 3] <= INSIDE)
-        out.codes[rows], out.free[rows] = np.nan_to_num(facts[..., 1]), np.where(good, bits, 0)
+        q, details = (q, details) if whole else (q[regular], details[regular])
+        good = details[..., 0] <= CLEAR
+        out.q[rows], out.residual[rows], out.valid[rows] = q, details[..., 0], good
+        out.within[rows] = good & (details[..., 3] <= INSIDE)
+        out.codes[rows], out.free[rows] = np.nan_to_num(details[..., 1]), np.where(good, bits, 0)
         out.verdicts(begin + regular, Verdict.CONTINUUM)
         out.verdicts(begin + regular[~starts.allowed[regular]], Verdict.BEYOND_LIMITS)
         # 4.

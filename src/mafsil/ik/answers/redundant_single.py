@@ -43,7 +43,7 @@ def redundant_single(
     turns = setting.middle_turns if near is setting.middle else turns_of(near)
     # 1.
     values = near[form.joints]
-    q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+    q, details, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
     defect, doubtful, folded, excess = summary.tolist()
     if not defect <= ORTHOGONALITY:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
@@ -56,15 +56,15 @@ def redundant_single(
                 return careful_question(setting, form, T, near, tolerance, others, starts, 0).answer()
             other = starts.values[0]
         values = other
-        q, facts, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+        q, details, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
         doubtful, folded = summary[1], summary[2]
     # 3.
     if doubtful or folded or tolerance < CLEAR:
         none = np.zeros(1, dtype=np.bool_)
         known = ParameterValues(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()
-    good = facts[:, 0] <= CLEAR
-    chosen, rows = facts[good], good.nonzero()[0]
+    good = details[:, 0] <= CLEAR
+    chosen, rows = details[good], good.nonzero()[0]
     return regular_answer(
         Question(setting, T.copy(), near, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
     )

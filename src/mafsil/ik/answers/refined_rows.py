@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.general.findings import MOST
@@ -93,19 +93,19 @@ def refined_rows(setting: Setting, T: PoseMatrix, near: JointVector) -> RefinedR
     form = setting.arm.form
     assert form is not None
     q, columns, _ = form.labelled(T, near, turns_of(near), *setting.bounds)
-    facts = Facts.of(columns)
+    details = Facts.of(columns)
     defect, size = form.pattern.defect, max(1.0, form.pattern.size)
     mark = max(LEAST_MARK, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
-    exists = np.isfinite(q).all(axis=-1) & (facts.shortfall <= mark * size)
-    apart = (facts.margin >= mark) & (facts.free == 0) & (facts.shortfall <= 1e-9)
-    absent = facts.shortfall > mark * size
+    exists = np.isfinite(q).all(axis=-1) & (details.shortfall <= mark * size)
+    apart = (details.margin >= mark) & (details.free == 0) & (details.shortfall <= 1e-9)
+    absent = details.shortfall > mark * size
     where = np.nonzero(exists)
     moved, missed = _moved(setting, q[where], T[where[0]])
     residual = np.full(exists.shape, np.nan)
     residual[where] = np.where(missed <= CLEAR, missed, np.nan)
     q[where] = wound_near(moved, near, setting.lower, setting.upper, setting.turning)
     clear = (absent | (apart & np.isfinite(residual))).all(axis=-1)
-    return RefinedRows(clear, q, residual, np.nan_to_num(facts.code).astype(np.int64))
+    return RefinedRows(clear, q, residual, np.nan_to_num(details.code).astype(np.int64))
 
 
 def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[JointVector, Floats]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.answers.branch import missed
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
@@ -45,28 +45,28 @@ class Refusal:
 
     Attributes:
         verdict: of what kind.
-        facts: what its sentence mentions.
+        details: what its sentence mentions.
         q: (m,) the posture of the nearest pose that was found.
         residual: by how much it misses, the larger of distance [m] and angle [rad].
         steps: keys of the sentences about what misses: place or orientation, and which step of the closed form.
     """
 
     verdict: Verdict
-    facts: Mapping[str, object]
+    details: Mapping[str, object]
     q: JointVector
     residual: float
     steps: tuple[str, ...] = ()
 
     def words(self, language: str | None = None) -> dict[str, str]:
         """The miss with its units, and the tolerance that would accept the nearest posture."""
-        position, rotation = (self.facts[name] for name in ("position_error", "rotation_error"))
+        position, rotation = (self.details[name] for name in ("position_error", "rotation_error"))
         place = say("ik.length", language=language, value=plain(1e3 * float(str(position))))
         turn = say("ik.angle", language=language, value=plain(float(str(rotation))))
-        only = self.facts["place_only"]
+        only = self.details["place_only"]
         miss = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
         return {
             "miss": miss,
-            "shortfall": turn if self.facts["placed"] else place,
+            "shortfall": turn if self.details["placed"] else place,
             "accepting": f"{rounded_up(self.residual):.3g}",
         }
 
@@ -94,7 +94,7 @@ def refusal(
         setting: the arm.
         T: (4, 4) wanted pose.
         near: (m,) a posture to start from.
-        rows: of the closed form: coordinates and facts.
+        rows: of the closed form: coordinates and details.
         tolerance: residual of a solution.
         eliminated: whether elimination proves that there is no solution.
         tried: starts of searches before.
@@ -189,15 +189,15 @@ def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
 _PLACE = (Missed.SHOULDER, Missed.FAR, Missed.NEAR, Missed.DIRECTION)
 
 
-def missed_step(facts: Facts) -> Missed:
+def missed_step(details: Facts) -> Missed:
     """The step that misses in the row of a pose that misses least.
 
     Args:
-        facts: of the rows of one pose.
+        details: of the rows of one pose.
     """
-    short = np.where(np.isfinite(facts.shortfall), facts.shortfall, np.inf)
+    short = np.where(np.isfinite(details.shortfall), details.shortfall, np.inf)
     best = int(short.argmin())
-    return missed(int(np.nan_to_num(facts.code[best]))) if short[best] > 1e-12 else Missed.NONE
+    return missed(int(np.nan_to_num(details.code[best]))) if short[best] > 1e-12 else Missed.NONE
 
 
 def _nearest_place(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +42,9 @@ class Rows:
         )
 
     @classmethod
-    def of(cls, q: JointVector, facts: Facts, rows: NDArray[np.int64]) -> Rows:
-        """Rows of the closed form with their facts."""
-        codes, free = (np.nan_to_num(x).astype(np.int64) for x in (facts.code, facts.free))
+    def of(cls, q: JointVector, details: Facts, rows: NDArray[np.int64]) -> Rows:
+        """Rows of the closed form with their details."""
+        codes, free = (np.nan_to_num(x).astype(np.int64) for x in (details.code, details.free))
         return cls(q, rows, codes, free)
 
 

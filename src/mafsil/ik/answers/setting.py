@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import Plan, cached_plan
@@ -35,7 +35,7 @@ class Quick:
     """The compiled closed form of an arm with the arguments that do not depend on the pose.
 
     Attributes:
-        call: of (T_sd, *wishes, tolerance) to coordinates, facts and decision.
+        call: of (T_sd, *wishes, tolerance) to coordinates, details and decision.
         wishes: preferred values, their cosines and sines, limits.
         setting: the arm.
         chosen: decision -> which rows it means, see `rows`.
@@ -140,13 +140,13 @@ class Setting:
         form = self.arm.form
         return 1e-5 if form is None else candidate(form.pattern)
 
-    def folded(self, facts: Floats | Facts) -> NDArray[np.bool_]:
+    def folded(self, details: Floats | Facts) -> NDArray[np.bool_]:
         """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.
 
         Args:
-            facts: of the closed form, by name or as the kernel's (*batch, k, 6).
+            details: of the closed form, by name or as the kernel's (*batch, k, 6).
         """
-        known = facts if isinstance(facts, Facts) else Facts.of(facts)
+        known = details if isinstance(details, Facts) else Facts.of(details)
         form = self.arm.form
         if form is None or not folds(form.pattern):
             return np.zeros(known.residual.shape, dtype=np.bool_)

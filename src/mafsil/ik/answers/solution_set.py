@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
-from mafsil.ik.answer import Answer
 from mafsil.ik.answers.branch import Branch, branch
-from mafsil.ik.answers.facts import Facts
+from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.verdict import Verdict
 from mafsil.kernels.lazy import lazy
@@ -51,8 +51,8 @@ class LimitExcess:
 
     def explain(self, language: str | None = None) -> str:
         """The sentence."""
-        facts = {"joint": self.joint, "value": self.value, "limit": self.limit, "excess": self.excess}
-        return say("ik.limit_excess", language=language, **facts)
+        details = {"joint": self.joint, "value": self.value, "limit": self.limit, "excess": self.excess}
+        return say("ik.limit_excess", language=language, **details)
 
 
 class SolutionSet(Answer):
@@ -72,7 +72,7 @@ class SolutionSet(Answer):
     method = "closed form"
     # What a clear list is made of, see `clear_set`; sets with another origin carry what is computed from it.
     _setting: Setting
-    _facts: Floats
+    _details: Floats
     _chosen: slice | NDArray[np.intp]
     _isolated = True
 
@@ -110,37 +110,37 @@ class SolutionSet(Answer):
     @lazy
     def residual(self) -> Floats:
         """(k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger."""
-        return Facts.of(self._facts).residual[self._chosen]
+        return Facts.of(self._details).residual[self._chosen]
 
     @lazy
     def within(self) -> NDArray[np.bool_]:
         """(k,) whether the solution is within the joint limits."""
-        return np.asarray(Facts.of(self._facts).excess[self._chosen] <= INSIDE, dtype=np.bool_)
+        return np.asarray(Facts.of(self._details).excess[self._chosen] <= INSIDE, dtype=np.bool_)
 
     @lazy
     def rows(self) -> NDArray[np.int64]:
         """(k,) row of the closed form's table that each solution is; -1 if found otherwise."""
-        return np.arange(len(self._facts))[self._chosen]
+        return np.arange(len(self._details))[self._chosen]
 
     @lazy
     def codes(self) -> NDArray[np.int64]:
         """(k,) branch of each as a number."""
-        return Facts.of(self._facts).code[self._chosen].astype(np.int64)
+        return Facts.of(self._details).code[self._chosen].astype(np.int64)
 
     @lazy
     def own_free(self) -> NDArray[np.int64]:
         """(k,) sum of 2^i over those of the part's own coordinates that may be chosen."""
         if self._isolated or not len(self.own):
             return np.zeros(len(self.own), dtype=np.int64)
-        return self._question.free_of(self.own, Facts.of(self._facts[self._chosen]))
+        return self._question.free_of(self.own, Facts.of(self._details[self._chosen]))
 
     @lazy
     def complete(self) -> bool:
         """Whether it is proven that there are no further solutions and families."""
         if self._isolated or not len(self.own):
             return self._isolated or self._setting.decisive or self._question.proven(0)
-        exact = "_facts" in vars(self)
-        known = exact and self._question.list_known(Facts.of(self._facts[self._chosen]))
+        exact = "_details" in vars(self)
+        known = exact and self._question.list_known(Facts.of(self._details[self._chosen]))
         return known or self._question.proven(len(self.own))
 
     @lazy
@@ -182,16 +182,16 @@ class SolutionSet(Answer):
         if self.within.any():
             return Verdict.CONTINUUM if moving else Verdict.SOLVED
         # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
-        decided = "_facts" in vars(self) and bool((Facts.of(self._facts).free[self._chosen] > 0).any())
+        decided = "_details" in vars(self) and bool((Facts.of(self._details).free[self._chosen] > 0).any())
         proven = (self.complete and not moving) or decided or self._question.refuted
         return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
 
     @lazy
-    def facts(self) -> Mapping[str, object]:
+    def details(self) -> Mapping[str, object]:
         """What the sentence of the status mentions."""
         counts = {"count": len(self.q), "allowed": int(self.within.sum()), "families": len(self.families)}
         if not len(self.q):
-            return {**counts, **self._question.refusal.facts}
+            return {**counts, **self._question.refusal.details}
         if self.within.any():
             return counts
         worst = max(self.violations(self._least_beyond), key=lambda one: one.excess)
@@ -276,18 +276,18 @@ class SolutionSet(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""
-        facts = dict(self.facts)
+        details = dict(self.details)
         if not len(self.q):
-            facts |= self._question.refusal.words(language)
-        lines = [self.status.sentence(language, **facts)]
+            details |= self._question.refusal.words(language)
+        lines = [self.status.sentence(language, **details)]
         if not len(self.q):
-            lines += [say(key, language=language, **facts) for key in self._question.refusal.steps]
+            lines += [say(key, language=language, **details) for key in self._question.refusal.steps]
         alike: dict[tuple[str, str], list[int]] = {}
         for family in self.families:
             alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
         for (joint, moving), solutions in alike.items():
-            facts = {"joint": joint, "moving": moving, "solutions": _listed(solutions)}
-            lines.append(say("ik.family", language=language, **facts))
+            details = {"joint": joint, "moving": moving, "solutions": _listed(solutions)}
+            lines.append(say("ik.family", language=language, **details))
         if not self._isolated:
             lines.extend(self._singular(language))
         method = say(f"ik.method_{self.method.replace(' ', '_')}", language=language)
@@ -368,34 +368,34 @@ class SolutionSet(Answer):
 _new = object.__new__
 
 
-def clear_set(setting: Setting, q: JointVector, facts: Floats, chosen: slice | NDArray[np.intp]) -> SolutionSet:
+def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice | NDArray[np.intp]) -> SolutionSet:
     """The solutions of a pose whose list is clear: distinct, isolated, exact rows of the closed form.
 
     Args:
         setting: the arm.
         q: (k, m) their coordinates.
-        facts: (rows, 6) of all rows of the closed form.
+        details: (rows, 6) of all rows of the closed form.
         chosen: which rows they are.
     """
     answer = _new(SolutionSet)
     answer.own = answer.q = q
-    answer._setting, answer._facts, answer._chosen = setting, facts, chosen  # pyright: ignore[reportPrivateUsage]
+    answer._setting, answer._details, answer._chosen = setting, details, chosen  # pyright: ignore[reportPrivateUsage]
     if setting.part.places is not None:
         answer.q = setting.part.lifted(q, setting.part.middle)
     return answer
 
 
-def exact_set(question: Question, q: JointVector, facts: Floats, rows: list[int]) -> SolutionSet:
+def exact_set(question: Question, q: JointVector, details: Floats, rows: list[int]) -> SolutionSet:
     """The solutions of a pose whose list is exact, but where branches may meet and joints be free; or there are none.
 
     Args:
         question: about the pose.
         q: (rows, m) coordinates of all rows of the closed form.
-        facts: (rows, 6) of them.
+        details: (rows, 6) of them.
         rows: which of them are solutions, each of them once.
     """
     chosen = np.array(rows, dtype=np.intp)
-    answer = clear_set(question.setting, q[chosen], facts, chosen)
+    answer = clear_set(question.setting, q[chosen], details, chosen)
     if question.setting.part.places is not None:
         answer.q = question.setting.part.lifted(answer.own, question.others)
     answer._isolated = False  # pyright: ignore[reportPrivateUsage]

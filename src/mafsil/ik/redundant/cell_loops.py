@@ -32,7 +32,7 @@ def fixed_values(code, first, second, values):
 
 @compiled
 def inside_cells(
-    code, first, second, target, values, ports, slides, middle, half, cells, width, work, room, out, facts
+    code, first, second, target, values, ports, slides, middle, half, cells, width, work, room, out, details
 ):
     """Cells in which a branch exists within the limits, those in which it does not left out.
 
@@ -55,7 +55,7 @@ def inside_cells(
         work: most cells that are looked at; those that are then left are written with their ends exchanged.
         room: (registers, 5, LANES) to work in; register 0 is the parameter.
         out: (most, 2) cells inside, in no order.
-        facts: (2,) number of cells written; of undecided ones.
+        details: (2,) number of cells written; of undecided ones.
     """
     most = len(out)
     stack = np.empty((len(cells) + 64 * LANES, 2))
@@ -112,7 +112,7 @@ def inside_cells(
                 stack[depth, 0], stack[depth, 1] = begin, centre
                 stack[depth + 1, 0], stack[depth + 1, 1] = centre, end
                 depth += 2
-    facts[0], facts[1] = inside, narrow
+    details[0], details[1] = inside, narrow
 
 
 @compiled

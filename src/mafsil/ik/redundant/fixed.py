@@ -82,12 +82,12 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
     if form.regular is None or tolerance < CLEAR:
         return None
     near, turns = setting.middle, setting.middle_turns
-    q, facts, summary = form.regular.solutions.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
+    q, details, summary = form.regular.solutions.call(T, np.array([value]), near, turns, *setting.bounds, tolerance)
     defect, doubtful, _, excess = summary.tolist()
     if doubtful or not defect <= ORTHOGONALITY:
         return None
-    good = facts[:, 0] <= CLEAR
-    q, chosen = q[good], facts[good]
+    good = details[:, 0] <= CLEAR
+    q, chosen = q[good], details[good]
     if form.held >= 0:
         near = near.copy()
         near[form.held] = value

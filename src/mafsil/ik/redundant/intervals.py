@@ -97,12 +97,12 @@ def certified(
     half[held] = 1e200
     parts: list[tuple[Floats, int]] = []
     doubtful: list[Floats] = []
-    out, facts = np.empty((MOST, 2)), np.zeros(2, dtype=np.int64)
+    out, details = np.empty((MOST, 2)), np.zeros(2, dtype=np.int64)
     for k, one in enumerate(programs.branches):
         room = np.zeros((one.registers, 5, LANES))
         program = one.code, one.first, one.second, one.target, values, one.ports
-        inside_cells(*program, slides, middle, half, start, WIDTH, WORK, room, out, facts)
-        cells = out[: facts[0]]
+        inside_cells(*program, slides, middle, half, start, WIDTH, WORK, room, out, details)
+        cells = out[: details[0]]
         unsure = cells[:, 0] > cells[:, 1]
         if unsure.any():
             doubtful.append(np.column_stack([np.full(unsure.sum(), float(k)), cells[unsure][:, ::-1]]))

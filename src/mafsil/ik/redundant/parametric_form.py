@@ -53,7 +53,7 @@ class ParametricForm:
         """
         rows = self.pattern.branches
         return self._made(
-            "solutions", Port("q", (rows, self.pattern.n)), Port("facts", (rows, 4)), Port("summary", (4,))
+            "solutions", Port("q", (rows, self.pattern.n)), Port("details", (rows, 4)), Port("summary", (4,))
         )
 
     @lazy

@@ -129,18 +129,18 @@ def view(name: str, value: object) -> View:
     Raises:
         InputError: not float64, not contiguous, masked or incomplete.
     """
-    facts = cast("dict[str, Any]", getattr(value, INTERFACE))
-    missing = [key for key in _NEEDED if key not in facts]
-    if missing or facts.get("mask") is not None:
+    details = cast("dict[str, Any]", getattr(value, INTERFACE))
+    missing = [key for key in _NEEDED if key not in details]
+    if missing or details.get("mask") is not None:
         raise InputError("export.interface", argument=name, missing=", ".join(missing) or "-")
-    if facts["typestr"] not in ("<f8", "=f8"):
-        raise InputError("export.dtype", argument=name, got=facts["typestr"])
-    shape = tuple(int(size) for size in facts["shape"])
-    strides = facts.get("strides")
+    if details["typestr"] not in ("<f8", "=f8"):
+        raise InputError("export.dtype", argument=name, got=details["typestr"])
+    shape = tuple(int(size) for size in details["shape"])
+    strides = details.get("strides")
     if strides is not None and not _contiguous(shape, tuple(strides)):
         raise InputError("export.contiguous", argument=name, strides=tuple(strides), shape=shape)
-    pointer, read_only = facts["data"]
-    stream = facts.get("stream")
+    pointer, read_only = details["data"]
+    stream = details.get("stream")
     return View(int(pointer or 0), shape, None if stream is None else int(stream), not read_only)
 
 

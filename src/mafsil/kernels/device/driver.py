@@ -196,7 +196,7 @@ class Memory:
             try:
                 device.driver.call("cuMemAlloc_v2", ctypes.byref(found), ctypes.c_size_t(size))
             except KernelError as error:
-                if error.facts["code"] != _OUT_OF_MEMORY:
+                if error.details["code"] != _OUT_OF_MEMORY:
                     raise
                 raise KernelError("export.too_large", name=device.name, bytes=size, free=self._free()) from None
         self.pointer = found.value

@@ -31,12 +31,12 @@ class Export:
     Attributes:
         name: of the function or kernel.
         files: contents by file name.
-        facts: what stands in them: operations, number type, processor, names that a linker must find.
+        details: what stands in them: operations, number type, processor, names that a linker must find.
     """
 
     name: str
     files: Mapping[str, bytes]
-    facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def write(self, folder: str | os.PathLike[str] = ".") -> tuple[Path, ...]:
         """Write the files; each appears whole or not at all.
@@ -119,8 +119,8 @@ def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, rea
         f"{name}.c": text.source(reduced, signature, name, real),
         f"{name}_test.c": check.program(signature, name, real, stored),
     }
-    facts = {"operations": reduced.operations, "real": real, "vectors": stored.rows, "build": build}
-    return Export(name, _bytes(files), facts)
+    details = {"operations": reduced.operations, "real": real, "vectors": stored.rows, "build": build}
+    return Export(name, _bytes(files), details)
 
 
 def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, target: str) -> Export:
@@ -137,16 +137,16 @@ def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str
     contents = {f"{name}.o": code, **_bytes(files)}
     if code[:4] == b"\0asm":
         contents[f"{name}.wasm"] = loadable(code, [name, f"{name}_rows"])
-    facts = {"target": chosen.name, "triple": chosen.target.triple, "machine": found.machine, "bits": found.bits}
-    return Export(name, contents, facts | {"defined": found.defined, "needed": found.needed})
+    details = {"target": chosen.name, "triple": chosen.target.triple, "machine": found.machine, "bits": found.bits}
+    return Export(name, contents, details | {"defined": found.defined, "needed": found.needed})
 
 
 def _ptx(kernel: Kernel, reduced: Tape, legend: Legend, name: str, target: str) -> Export:
     program = grid_program(reduced, kernel.signature, name, target)
     head = [*legend.lines(kernel.signature), *launch_notes(program)]
     comment = "".join(f"// {line}".encode("ascii", "replace").decode().rstrip() + "\n" for line in head)
-    facts = {"target": target, "threads": program.plan.threads, "shared_bytes": 8 * program.plan.size}
-    return Export(name, _bytes({f"{name}.ptx": comment + program.text}), facts)
+    details = {"target": target, "threads": program.plan.threads, "shared_bytes": 8 * program.plan.size}
+    return Export(name, _bytes({f"{name}.ptx": comment + program.text}), details)
 
 
 def _bytes(files: Mapping[str, str]) -> dict[str, bytes]:

@@ -35,7 +35,7 @@ from mafsil.mechanics.closed_form.thresholds import (
 )
 
 REPEATED, MEETING, CAREFUL, NONE, NO_POSE = -1.0, -2.0, -3.0, -4.0, -5.0
-"""What is decided where the solutions are not distinct, isolated and exact; see `mafsil.ik.answers.facts.Decision`."""
+"""What is decided where solutions are not distinct, isolated and exact; see `mafsil.ik.answers.details.Decision`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,27 +35,27 @@ def structure_function(pattern: ArmPattern) -> ex.Function:
 
 
 def labelled_function(pattern: ArmPattern) -> ex.Function:
-    """Of (T_sd, near, turns, lower, upper) to coordinates, facts and the defect of the pose.
+    """Of (T_sd, near, turns, lower, upper) to coordinates, details and the defect of the pose.
 
     Args:
         pattern: of the arm.
     """
     inputs, T, wishes = _asked(pattern)
-    q, facts, defect = labelled(pattern, T, wishes)
-    outputs = ex.cse([_column(q), _column(facts), defect])
+    q, details, defect = labelled(pattern, T, wishes)
+    outputs = ex.cse([_column(q), _column(details), defect])
     return ex.Function("labelled_closed_form", inputs, outputs)
 
 
 def judged_function(pattern: ArmPattern) -> ex.Function:
-    """Of (T_sd, near, turns, lower, upper, tolerance) to coordinates, facts and what is decided about the pose.
+    """Of (T_sd, near, turns, lower, upper, tolerance) to coordinates, details and what is decided about the pose.
 
     Args:
         pattern: of the arm.
     """
     inputs, T, wishes = _asked(pattern)
     tolerance = ex.symbol("tolerance")
-    q, facts, decision = judged(pattern, T, wishes, tolerance)
-    outputs = ex.cse([_column(q), _column(facts), decision])
+    q, details, decision = judged(pattern, T, wishes, tolerance)
+    outputs = ex.cse([_column(q), _column(details), decision])
     return ex.Function("judged_closed_form", [*inputs, tolerance], outputs)
 
 
@@ -82,8 +82,8 @@ def parametric_function(pattern: parametric.Pattern, kind: str, thresholds: para
     most = ex.symbol("most")
     wishes = Wishes(near, ex.reshape(turns, 2, n).T, lower, upper)
     if kind == "solutions":
-        q, facts, summary = parametric.parametric_solutions(pattern, thresholds, _pose(T), values, wishes, most)
-        outputs = [_column(q), _column(facts), summary]
+        q, details, summary = parametric.parametric_solutions(pattern, thresholds, _pose(T), values, wishes, most)
+        outputs = [_column(q), _column(details), summary]
     elif kind == "check":
         outputs = [parametric.parametric_check(pattern, _pose(T), values, wishes, most)]
     else:

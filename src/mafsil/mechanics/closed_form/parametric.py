@@ -72,9 +72,9 @@ def parametric_solutions(
     for row, (_, margin) in zip(rows, marks, strict=True):
         doubtful = ex.logic_or(doubtful, _needs_refinement(thresholds, row, margin))
         folded = ex.logic_or(folded, _folded(pattern, thresholds, row, bend))
-    facts = [ex.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
+    details = [ex.horzcat(row.miss, *code, row.excess) for row, code in zip(rows, marks, strict=True)]
     summary = ex.vertcat(defect, doubtful, folded, least)
-    return ex.vertcat(*[ex.horzcat(*row.q) for row in rows]), ex.vertcat(*facts), summary
+    return ex.vertcat(*[ex.horzcat(*row.q) for row in rows]), ex.vertcat(*details), summary
 
 
 def parametric_check(

@@ -70,10 +70,10 @@ def labelled(
         geometry: the arm's numbers, constants of the pattern if None.
 
     Returns:
-        (branches, n) coordinates, (branches, 6) facts in the order of `FACTS`, and how far T is from a pose.
+        (branches, n) coordinates, (branches, 6) details in the order of `FACTS`, and how far T is from a pose.
     """
     q, rows, defect = _labelled_rows(pattern, T, wishes, geometry)
-    return ex.vertcat(*q), ex.vertcat(*map(_facts, rows)), defect
+    return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), defect
 
 
 def judged(
@@ -88,10 +88,10 @@ def judged(
         tolerance: largest residual of a solution.
     """
     q, rows, defect = _labelled_rows(pattern, T, wishes, None)
-    return ex.vertcat(*q), ex.vertcat(*map(_facts, rows)), decided(pattern, rows, defect, tolerance)
+    return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), decided(pattern, rows, defect, tolerance)
 
 
-def _facts(row: Row) -> ex.Expression:
+def _details(row: Row) -> ex.Expression:
     """(1, 6) in the order of `FACTS`."""
     return ex.horzcat(row.residual, row.shortfall, row.free, row.code, row.margin, row.excess)
 
@@ -99,7 +99,7 @@ def _facts(row: Row) -> ex.Expression:
 def _labelled_rows(
     pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None
 ) -> tuple[list[ex.Expression], list[Row], ex.Expression]:
-    """Coordinates and facts of every branch, and how far T is from a pose."""
+    """Coordinates and details of every branch, and how far T is from a pose."""
     T, defect = repaired(T)
     branches = judged_branches(pattern, T, wishes, geometry)
     q = [ex.horzcat(*one.q) for one in branches]
@@ -241,7 +241,7 @@ def wound_angle(x: ex.Expression, wishes: Wishes, i: int) -> ex.Expression:
 
 
 def row_of(
-    pattern: ArmPattern, posture: Posture, facts: tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]
+    pattern: ArmPattern, posture: Posture, details: tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]
 ) -> Row:
     """A branch with its name and its marks.
 
@@ -250,10 +250,10 @@ def row_of(
     Args:
         pattern: of the arm.
         posture: with its marks.
-        facts: by how much it misses the pose, which coordinates are free, by how much it leaves the limits, and by how
-            much its joints beside the wrist do.
+        details: by how much it misses the pose, which coordinates are free, by how much it leaves the limits, and by
+            how much its joints beside the wrist do.
     """
-    miss, free, excess, fixed = facts
+    miss, free, excess, fixed = details
     code, margin, second = 27 * posture.reason, ex.Expression(1), ex.Expression(1)
     merged: list[ex.Expression] = []
     for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):

@@ -72,10 +72,10 @@ def bodies(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
 def _impossible(link: Link, inertial: Inertial) -> Iterator[Finding]:
     """The readers' judgement, for links made by hand."""
     moments = np.asarray(inertial.inertia)
-    facts: dict[str, object] = {"link": link.name, "mass": inertial.mass}
+    details: dict[str, object] = {"link": link.name, "mass": inertial.mass}
     fault = mass_fault(inertial.mass, moments)
     if fault is not None and fault is not ZERO_MASS:
-        yield Finding(fault, "link", link.name, facts)
+        yield Finding(fault, "link", link.name, details)
     fault = inertia_fault(inertial.mass, moments)
     if fault is not None:
         numbers = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(moments))
@@ -105,26 +105,26 @@ def _shapes_in_millimetres(link: Link, inertial: Inertial, room: Solid) -> Findi
     if not room.meshes or room.size < 20.0 or not LIGHTEST / 100 < density * 1e9 < HEAVIEST:
         return None
     puts = tuple(Put((tag, "geometry", "mesh"), "scale", factor=1e-3) for tag in ("visual", "collision"))
-    facts: dict[str, object] = {"link": link.name, "size": f"{room.size:.4g}", "density": f"{density:.2g}"}
-    return Finding(MILLIMETRES, "link", link.name, facts, ("visual",), None, puts, "lint.scale_meshes")
+    details: dict[str, object] = {"link": link.name, "size": f"{room.size:.4g}", "density": f"{density:.2g}"}
+    return Finding(MILLIMETRES, "link", link.name, details, ("visual",), None, puts, "lint.scale_meshes")
 
 
 def _density(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
     """Mass over the room there is at most, and over the solids themselves."""
     least = inertial.mass / max(room.room, 1e-300)
-    facts: dict[str, object] = {"link": link.name, "mass": f"{inertial.mass:.4g}", "most": f"{HEAVIEST:.0f}"}
+    details: dict[str, object] = {"link": link.name, "mass": f"{inertial.mass:.4g}", "most": f"{HEAVIEST:.0f}"}
     place = ("inertial", "mass")
     if least > HEAVIEST:
-        facts |= {"volume": f"{room.room:.3g}", "density": f"{least:.3g}"}
+        details |= {"volume": f"{room.room:.3g}", "density": f"{least:.3g}"}
         if LIGHTEST < least / 1e3 < HEAVIEST / 2 and inertial.mass > 50.0:
             puts = (Put(place, "value", factor=1e-3), *(Put(p.path, p.attribute, factor=1e-3) for p in _ALL_MOMENTS))
-            yield Finding(GRAMS, "link", link.name, facts, place, "value", puts, "lint.divide_mass")
+            yield Finding(GRAMS, "link", link.name, details, place, "value", puts, "lint.divide_mass")
         else:
-            yield Finding(TOO_HEAVY, "link", link.name, facts, place, "value")
+            yield Finding(TOO_HEAVY, "link", link.name, details, place, "value")
     elif least < LIGHTEST and (volume := room.volume) is not None and inertial.mass < LIGHTEST * volume:
         density = inertial.mass / volume
-        facts |= {"volume": f"{volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
-        yield Finding(TOO_LIGHT, "link", link.name, facts, place, "value")
+        details |= {"volume": f"{volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
+        yield Finding(TOO_LIGHT, "link", link.name, details, place, "value")
 
 
 def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
@@ -133,7 +133,7 @@ def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
     distance = room.outside(com)
     if distance <= limit:
         return
-    facts: dict[str, object] = {
+    details: dict[str, object] = {
         "link": link.name,
         "com": ", ".join(f"{x:.4g}" for x in com),
         "distance": f"{distance:.3g}",
@@ -144,10 +144,10 @@ def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
     if len(inside) == 1:
         mirrored = com * np.where(np.arange(3) == inside[0], -1.0, 1.0)
         puts = (Put(place, "xyz", " ".join(written(float(x)) for x in mirrored)),)
-        facts["axis"] = "xyz"[inside[0]]
-        yield Finding(COM_MIRRORED, "link", link.name, facts, place, "xyz", puts, "lint.mirror_com")
+        details["axis"] = "xyz"[inside[0]]
+        yield Finding(COM_MIRRORED, "link", link.name, details, place, "xyz", puts, "lint.mirror_com")
         return
-    yield Finding(COM_OUTSIDE, "link", link.name, facts, place, "xyz")
+    yield Finding(COM_OUTSIDE, "link", link.name, details, place, "xyz")
 
 
 def _inertia(link: Link, inertial: Inertial, room: Solid, unit: float | None) -> Iterator[Finding]:
@@ -161,19 +161,19 @@ def _inertia(link: Link, inertial: Inertial, room: Solid, unit: float | None) ->
     if trace <= 0 or even <= 0:
         return
     impossible = _is_impossible(inertial, room)
-    facts: dict[str, object] = {"link": link.name, "ratio": f"{trace / even:.3g}", "inertia": f"{trace / 3:.3g}"}
+    details: dict[str, object] = {"link": link.name, "ratio": f"{trace / even:.3g}", "inertia": f"{trace / 3:.3g}"}
     place = ("inertial", "inertia")
     shifted = I - mass * (com @ com * np.eye(3) - np.outer(com, com))
     if trace > 2 * even and 0.2 < np.trace(shifted) / even < 2 and inertia_fault(mass, shifted) is None:
         puts = _written(shifted) if impossible else ()
-        yield Finding(ABOUT_FRAME, "link", link.name, facts, place, None, puts, "lint.shift_inertia")
+        yield Finding(ABOUT_FRAME, "link", link.name, details, place, None, puts, "lint.shift_inertia")
     elif impossible and unit is not None and 0.1 < trace * unit / even < 3:
-        facts["factor"] = f"{unit:g}"
+        details["factor"] = f"{unit:g}"
         puts = tuple(Put(p.path, p.attribute, factor=unit) for p in _ALL_MOMENTS)
-        yield Finding(INERTIA_UNIT, "link", link.name, facts, place, None, puts, "lint.scale_inertia")
+        yield Finding(INERTIA_UNIT, "link", link.name, details, place, None, puts, "lint.scale_inertia")
     elif impossible:
         kind = INERTIA_TOO_LARGE if trace > even else INERTIA_TOO_SMALL
-        yield Finding(kind, "link", link.name, facts, place)
+        yield Finding(kind, "link", link.name, details, place)
 
 
 def _is_impossible(inertial: Inertial, room: Solid) -> bool:
@@ -235,8 +235,8 @@ def _ratios(mechanism: Mechanism) -> Iterator[Finding]:
         if joint.moves and one is not None and two is not None and min(one.mass, two.mass) > 0:
             ratio = max(one.mass / two.mass, two.mass / one.mass)
             if ratio > RATIO:
-                facts: dict[str, object] = {"link": joint.child, "other": joint.parent, "ratio": f"{ratio:.3g}"}
-                yield Finding(MASS_RATIO, "link", joint.child, facts, ("inertial", "mass"))
+                details: dict[str, object] = {"link": joint.child, "other": joint.parent, "ratio": f"{ratio:.3g}"}
+                yield Finding(MASS_RATIO, "link", joint.child, details, ("inertial", "mass"))
 
 
 def _collisions(mechanism: Mechanism) -> Iterator[Finding]:

@@ -36,7 +36,7 @@ class Finding:
         fault: what kind.
         part: `link`, `joint` or `robot`.
         name: of the part.
-        facts: for the sentence.
+        details: for the sentence.
         path: tags from the part's element to the place that is meant.
         attribute: at that place, or None.
         puts: the change that would mend it, for a file; empty where it is not clear.
@@ -46,7 +46,7 @@ class Finding:
     fault: Fault
     part: str
     name: str
-    facts: dict[str, object] = field(default_factory=dict[str, object])
+    details: dict[str, object] = field(default_factory=dict[str, object])
     path: tuple[str, ...] = ()
     attribute: str | None = None
     puts: tuple[Put, ...] = ()
@@ -54,7 +54,7 @@ class Finding:
 
     def without_place(self) -> Diagnostic:
         """The remark about a robot that came from no file."""
-        return Diagnostic(self.fault, 0, 0, _safe(self.facts))
+        return Diagnostic(self.fault, 0, 0, _safe(self.details))
 
     def report(self, reading: Reading, *, repairs: bool) -> None:
         """The remark at its place in a file.
@@ -68,7 +68,7 @@ class Finding:
             reading.diagnostics.append(self.without_place())
             return
         repair = self._repair(reading.document, element) if repairs and self.puts else None
-        reading.report(self.fault, _inner(element, self.path), self.attribute, repair, **self.facts)
+        reading.report(self.fault, _inner(element, self.path), self.attribute, repair, **self.details)
 
     def _repair(self, document: Document, element: Element) -> Repair | None:
         edits: list[Edit] = []
@@ -78,11 +78,11 @@ class Finding:
                 if value is None:
                     return None
                 edits.append(document.set_attribute(target, put.attribute, value))
-        return Repair(self.offer, tuple(edits), _safe(self.facts)) if edits else None
+        return Repair(self.offer, tuple(edits), _safe(self.details)) if edits else None
 
 
-def _safe(facts: dict[str, object]) -> dict[str, object]:
-    return {key: shown(value) if isinstance(value, str) else value for key, value in facts.items()}
+def _safe(details: dict[str, object]) -> dict[str, object]:
+    return {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
 
 
 def _part(root: Element, part: str, name: str) -> Element | None:

@@ -71,23 +71,23 @@ def joints(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
 
 def _bounds(joint: Joint, *, from_file: bool) -> Iterator[Finding]:
     limits, name = joint.limits, joint.name
-    facts: dict[str, object] = {"joint": name, "lower": f"{limits.lower:.6g}", "upper": f"{limits.upper:.6g}"}
+    details: dict[str, object] = {"joint": name, "lower": f"{limits.lower:.6g}", "upper": f"{limits.upper:.6g}"}
     known = [x for x in (limits.lower, limits.upper) if isfinite(x)]
     largest = max((abs(x) for x in known), default=0.0)
     in_degrees = joint.kind is JointKind.REVOLUTE and _looks_like_degrees(known)
     if in_degrees:
-        facts["degrees"] = f"{degrees(limits.lower):.0f}..{degrees(limits.upper):.0f}"
+        details["degrees"] = f"{degrees(limits.lower):.0f}..{degrees(limits.upper):.0f}"
         puts = tuple(
             Put(("limit",), key, written(radians(x))) for key, x in zip(("lower", "upper"), known, strict=False)
         )
-        yield Finding(DEGREES, "joint", name, facts, ("limit",), "lower", puts, "lint.to_radians")
+        yield Finding(DEGREES, "joint", name, details, ("limit",), "lower", puts, "lint.to_radians")
         if 30 <= limits.velocity < inf:
             put = Put(("limit",), "velocity", written(radians(limits.velocity)))
             rate: dict[str, object] = {"joint": name, "velocity": f"{limits.velocity:.6g}"}
             yield Finding(DEGREES_RATE, "joint", name, rate, ("limit",), "velocity", (put,), "lint.to_radians_rate")
     elif joint.kind is JointKind.PRISMATIC and SHORT <= largest < 1e5:
         puts = tuple(Put(("limit",), key, factor=1e-3) for key in ("lower", "upper"))
-        yield Finding(MILLIMETRES_TRAVEL, "joint", name, facts, ("limit",), "lower", puts, "lint.to_metres")
+        yield Finding(MILLIMETRES_TRAVEL, "joint", name, details, ("limit",), "lower", puts, "lint.to_metres")
     for what, value, most in (("velocity", limits.velocity, FASTEST), ("effort", limits.effort, STRONGEST)):
         if most < value < inf and not in_degrees:
             absurd: dict[str, object] = {"joint": name, "attribute": what, "value": f"{value:.3g}"}
@@ -97,7 +97,7 @@ def _bounds(joint: Joint, *, from_file: bool) -> Iterator[Finding]:
     if not known and not joint.wraps and not from_file and joint.mimic is None:
         yield Finding(NO_RANGE, "joint", name, {"joint": name})
     if known and not limits.lower <= 0.0 <= limits.upper:
-        yield Finding(ZERO_OUTSIDE, "joint", name, facts, ("limit",))
+        yield Finding(ZERO_OUTSIDE, "joint", name, details, ("limit",))
 
 
 def _distances(mechanism: Mechanism) -> Iterator[Finding]:
@@ -106,8 +106,8 @@ def _distances(mechanism: Mechanism) -> Iterator[Finding]:
     for name, T in (*places, (mechanism.tip, mechanism.T_lt)):
         distance = float(np.linalg.norm(T[:3, 3]))
         if distance >= SHORT:
-            facts: dict[str, object] = {"joint": name, "distance": f"{distance:.6g}"}
-            yield Finding(LONG_LINK, "joint", name, facts, ("origin",), "xyz")
+            details: dict[str, object] = {"joint": name, "distance": f"{distance:.6g}"}
+            yield Finding(LONG_LINK, "joint", name, details, ("origin",), "xyz")
 
 
 def _looks_like_degrees(bounds: list[float]) -> bool:
@@ -123,8 +123,8 @@ def _axis(joint: Joint) -> Iterator[Finding]:
     k = int(np.abs(axis).argmax())
     miss = float(np.linalg.norm(np.delete(axis, k)))
     if 1e-6 < miss < ALMOST:
-        facts: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(miss):.3g}", "axis": "xyz"[k]}
-        yield Finding(NEARLY_ALONG, "joint", joint.name, facts, ("axis",), "xyz")
+        details: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(miss):.3g}", "axis": "xyz"[k]}
+        yield Finding(NEARLY_ALONG, "joint", joint.name, details, ("axis",), "xyz")
 
 
 def _mimics(mechanism: Mechanism) -> Iterator[Finding]:
@@ -138,11 +138,11 @@ def _mimics(mechanism: Mechanism) -> Iterator[Finding]:
         own = joint.limits
         slack = 1e-3 + 0.01 * max((abs(x) for x in (own.lower, own.upper) if isfinite(x)), default=0.0)
         if all(isfinite(x) for x in ends) and (ends[0] < own.lower - slack or ends[1] > own.upper + slack):
-            facts: dict[str, object] = {
+            details: dict[str, object] = {
                 "joint": joint.name, "leader": m.leader, "from": f"{ends[0]:.4g}", "to": f"{ends[1]:.4g}",
                 "lower": f"{own.lower:.4g}", "upper": f"{own.upper:.4g}",
             }  # fmt: skip
-            yield Finding(MIMIC_RANGE, "joint", joint.name, facts, ("mimic",))
+            yield Finding(MIMIC_RANGE, "joint", joint.name, details, ("mimic",))
 
 
 def _home(mechanism: Mechanism) -> list[Floats]:
@@ -179,11 +179,11 @@ def _mirrors(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
         straight, reversed_ = _gap(ours, theirs), _gap((-ours[1], -ours[0]), theirs)
         wanted, unwanted = (straight, reversed_) if sense > 0 else (reversed_, straight)
         if unwanted < 1e-6 < LOPSIDED < wanted:
-            facts: dict[str, object] = {
+            details: dict[str, object] = {
                 "joint": other, "other": name, "lower": f"{theirs[0]:.4g}", "upper": f"{theirs[1]:.4g}",
                 "sense": "same" if sense > 0 else "opposite",
             }  # fmt: skip
-            yield Finding(MIRRORED_RANGE, "joint", other, facts, ("limit",), "lower")
+            yield Finding(MIRRORED_RANGE, "joint", other, details, ("limit",), "lower")
 
 
 def _gap(one: tuple[float, float], two: tuple[float, float]) -> float:
@@ -203,11 +203,11 @@ def _neighbours(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
         apart = float(np.linalg.norm(np.cross(T_k[:3, 3] - T[:3, 3], one)))
         if np.linalg.norm(np.cross(one, two)) > SAME:
             continue
-        facts: dict[str, object] = {"joint": joint.name, "other": first.name}
+        details: dict[str, object] = {"joint": joint.name, "other": first.name}
         if apart < SAME:
-            yield Finding(SAME_LINE, "joint", joint.name, facts, ("origin",))
+            yield Finding(SAME_LINE, "joint", joint.name, details, ("origin",))
         elif one @ two < 0:
-            yield Finding(ANTIPARALLEL, "joint", joint.name, facts, ("axis",))
+            yield Finding(ANTIPARALLEL, "joint", joint.name, details, ("axis",))
 
 
 def _moving_before(mechanism: Mechanism) -> dict[int, int]:

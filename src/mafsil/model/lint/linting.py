@@ -124,11 +124,11 @@ def findings(mechanism: Mechanism, *, from_file: bool = False) -> Iterator[Findi
 def _whole(mechanism: Mechanism) -> Iterator[Finding]:
     """Gravity, and whether there is any mass."""
     up, size = float(mechanism.gravity[2]), float(np.linalg.norm(mechanism.gravity))
-    facts: dict[str, object] = {"gravity": ", ".join(f"{x:.4g}" for x in mechanism.gravity), "size": f"{size:.4g}"}
+    details: dict[str, object] = {"gravity": ", ".join(f"{x:.4g}" for x in mechanism.gravity), "size": f"{size:.4g}"}
     if up > 0.5 * size > 0:
-        yield Finding(GRAVITY_UP, "robot", mechanism.name, facts)
+        yield Finding(GRAVITY_UP, "robot", mechanism.name, details)
     if not any(low <= size <= high for low, high in (EARTH, *ELSEWHERE)):
-        yield Finding(GRAVITY_SIZE, "robot", mechanism.name, facts)
+        yield Finding(GRAVITY_SIZE, "robot", mechanism.name, details)
     if not any(link.inertial is not None and link.inertial.mass for link in mechanism.links):
         yield Finding(NO_MASSES, "robot", mechanism.name, {"robot": mechanism.name})
 

@@ -42,7 +42,7 @@ def read(path: str | Path, *, limits: MeshLimits = DEFAULT_LIMITS) -> Surface:
     try:
         return reader(data, limits)
     except FileError as error:
-        raise FileError(error.key, path=shown(str(path)), **error.facts) from None
+        raise FileError(error.key, path=shown(str(path)), **error.details) from None
 
 
 def _bytes(path: Path, limits: MeshLimits) -> bytes:

@@ -119,8 +119,8 @@ class TreeReader:
         parts = [p for section in scope.model.bodies() for p in self.unfolding.parts(section, identity, "", scope)]
         for part in parts:
             if part.element.tag in ("joint", "freejoint", "inertial"):
-                facts = {"element": part.element.tag, "parent": "worldbody", "known": "body, geom"}
-                self.reading.report(UNKNOWN_PART, part.element, None, None, **facts)
+                details = {"element": part.element.tag, "parent": "worldbody", "known": "body, geom"}
+                self.reading.report(UNKNOWN_PART, part.element, None, None, **details)
         self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
         self.tree.poses[WORLD] = identity
         self._read_children(parts, Place(WORLD, identity, moves=False))

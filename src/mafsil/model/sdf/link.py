@@ -98,8 +98,8 @@ def _geometry(reading: Reading, shape: Element, assets: Assets) -> Geometry | No
 def _sizes(reading: Reading, element: Element, values: tuple[float, ...]) -> tuple[float, ...]:
     """Lengths, which must be positive."""
     if min(values) <= 0.0:
-        facts = {"element": element.tag, "attribute": element.tag, "value": min(values)}
-        reading.report(BAD_SIZE, element, None, None, **facts)
+        details = {"element": element.tag, "attribute": element.tag, "value": min(values)}
+        reading.report(BAD_SIZE, element, None, None, **details)
     return values
 
 

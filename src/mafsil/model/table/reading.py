@@ -97,8 +97,8 @@ def _require_known(found: Mapping[str, Any], form: type[msgspec.Struct], place: 
         if key not in fields:
             close = get_close_matches(key, fields, n=3, cutoff=0.55)
             sentence = "table.unknown_close" if close else "table.unknown"
-            facts = {"close": ", ".join(close), "known": ", ".join(fields)}
-            raise FileError(sentence, path=path, line=line_of(text, here), place=here, **facts)
+            details = {"close": ", ".join(close), "known": ", ".join(fields)}
+            raise FileError(sentence, path=path, line=line_of(text, here), place=here, **details)
         inner = next((part for part in _parts_of(fields[key]) if issubclass(part, msgspec.Struct)), None)
         tables = cast("list[Any]", value) if isinstance(value, list) else [value]
         for k, table in enumerate(tables if inner is not None else []):

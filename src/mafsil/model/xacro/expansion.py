@@ -111,7 +111,7 @@ class _Expansion:
             result.children = self._contents(root, self.top, result)
             result.attributes |= self._evaluated(root, self.top)  # last: they may use arguments declared inside
         except XacroFault as fault:
-            self.reading.report(fault.fault, root, None, None, **fault.facts)
+            self.reading.report(fault.fault, root, None, None, **fault.details)
             return None
         except Reported:
             return None
@@ -132,7 +132,7 @@ class _Expansion:
         try:
             return self._one(element, scope, holder)
         except XacroFault as fault:
-            self.reading.report(fault.fault, element, None, None, **fault.facts)
+            self.reading.report(fault.fault, element, None, None, **fault.details)
             raise Reported from None
 
     def _one(self, element: Element, scope: Scope, holder: Element) -> list[Element]:
@@ -190,7 +190,7 @@ class _Expansion:
                 if fault.fault is not XACRO_PACKAGE or element.tag not in ("mesh", "texture"):
                     raise
                 attributes[key] = value
-                self._say_missing(element, str(fault.facts["package"]))
+                self._say_missing(element, str(fault.details["package"]))
         return attributes
 
     def _say_missing(self, element: Element, package: str) -> None:

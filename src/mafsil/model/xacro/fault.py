@@ -7,17 +7,17 @@ from mafsil.model.faults import XACRO_EXPRESSION, XACRO_TOO_MUCH
 
 
 class XacroFault(Exception):
-    """A fault with its facts; whoever knows the element gives it a place. Never leaves the expander.
+    """A fault with its details; whoever knows the element gives it a place. Never leaves the expander.
 
     Attributes:
         fault: what kind.
-        facts: values for the sentence.
+        details: values for the sentence.
     """
 
-    def __init__(self, fault: Fault, **facts: object) -> None:
+    def __init__(self, fault: Fault, **details: object) -> None:
         super().__init__(fault.code)
         self.fault = fault
-        self.facts = facts
+        self.details = details
 
 
 class Reported(Exception):

@@ -117,9 +117,9 @@ class Files:
                 known = ", ".join(sorted(self._used)) or "-"
                 self.reading.report(XACRO_UNUSED_ARGUMENT, root, None, None, name=name, known=known)
 
-    def diagnostic(self, fault: Fault, element: Element, **facts: object) -> Diagnostic:
+    def diagnostic(self, fault: Fault, element: Element, **details: object) -> Diagnostic:
         """A diagnostic at an element, for a refusal."""
-        return Diagnostic(fault, element.line, element.column, facts)
+        return Diagnostic(fault, element.line, element.column, details)
 
     def _mark(self, root: Element) -> None:
         for element in root.walk():

@@ -89,8 +89,8 @@ def fixed_step_solution(
     if events:
         solution, ended = _watched(solution, events)
         status = IntegrationStatus.EVENT if ended else status
-    facts = {"time": float(solution.t[-1]), "end": float(t[-1]), "events": len(solution.crossings)}
-    return Outcome(solution, status, residual, len(solution.t) - 1, facts=facts)
+    details = {"time": float(solution.t[-1]), "end": float(t[-1]), "events": len(solution.crossings)}
+    return Outcome(solution, status, residual, len(solution.t) - 1, details=details)
 
 
 def _marched(

@@ -143,8 +143,8 @@ def free_body_motion(
             status = IntegrationStatus.BUDGET_SPENT if spent >= most_steps else status
             status = IntegrationStatus.TIME_SPENT if perf_counter() > deadline else status
         if not status.succeeded or times[-1] >= end:
-            facts = {"time": times[-1], "end": end, "events": 0}
-            ended = replace(outcome, status=status, iterations=spent, facts=facts)
+            details = {"time": times[-1], "end": end, "events": 0}
+            ended = replace(outcome, status=status, iterations=spent, details=details)
             return FreeBodyMotion(body, np.array(times), np.array(poses), np.array(twists), ended, fall)
 
 

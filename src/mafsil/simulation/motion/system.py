@@ -118,8 +118,8 @@ def common_shape(name: str, given: tuple[int, ...], shape: tuple[int, ...]) -> t
     try:
         return np.broadcast_shapes(given, shape)
     except ValueError:
-        facts = {"expected": (*shape, "..."), "got": (*given, "...")}
-        raise InputError("input.shape", name=name, **facts, hint="") from None
+        details = {"expected": (*shape, "..."), "got": (*given, "...")}
+        raise InputError("input.shape", name=name, **details, hint="") from None
 
 
 def spread(name: str, value: Floats, shape: tuple[int, ...]) -> Floats:

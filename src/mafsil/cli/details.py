@@ -1,4 +1,4 @@
-"""Named facts as lines for people, such as those of a computer or of an exported file."""
+"""Named values as lines for people, such as those of a computer or of an exported file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from mafsil.messages import say
 
 
-def facts(values: Mapping[str, Any]) -> list[str]:
+def details(values: Mapping[str, Any]) -> list[str]:
     """A line for each fact, named in the reader's language; variables of the environment keep their names.
 
     Args:
