@@ -82,8 +82,8 @@ class ClosedForm:
 
         Inputs: pose (4, 4); coordinates `near` (n,) to which angles are wound and which free joints take; their cosines
         and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); details (branches, 6): residual, shortfall,
-        sum of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how far
-        the matrix is from a pose.
+        sum of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how
+        far the matrix is from a pose.
         """
         return _compiled_labelled(self.pattern)
 
