@@ -52,5 +52,5 @@ class NaturalScale:
 
 
 def natural_scale(mechanism: Mechanism) -> NaturalScale:
-    """Of a robot, by its characteristic length and mass."""
+    """Of a robot, by its length and mass."""
     return NaturalScale(ArmSize.of(mechanism))

@@ -1,9 +1,9 @@
 """The size of an arm: its one length, its mass, and from them what counts as large for each of its quantities.
 
-The characteristic length L is the longest way from {s} along the links to a centre of mass or a frame, prismatic
-joints half a metre out: no lever, and hence no moment per force and no velocity per rate, is longer. By it positions
-and angles are compared: coordinates of prismatic joints are counted in units of L, so that all joints have one unit;
-efforts then compare with weight times L, the mass matrix with mass times L^2.
+The length L of an arm is the longest way from {s} along the links to a centre of mass or a frame, prismatic joints half
+a metre out: no lever, and hence no moment per force and no velocity per rate, is longer. Coordinates of prismatic joints
+are counted in units of L, so that all joints have one unit; efforts then compare with weight times L, the mass matrix
+with mass times L^2. (`performance.characteristic_length` is the mean lever, by which a Jacobian is made free of units.)
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LEAST_LENGTH, LEAST_MASS = 1e-3, 1e-6
 """Of robots whose description has no length [m] or no mass [kg]."""
 
 
-def characteristic_length(mechanism: Mechanism) -> float:
+def arm_length(mechanism: Mechanism) -> float:
     """L [m]: the longest way from {s} along the links to a centre of mass, a frame or the tip.
 
     Args:
@@ -47,7 +47,7 @@ class ArmSize:
     """Sizes of a robot; what a quantity's natural size is made from.
 
     Attributes:
-        length: the characteristic length L [m].
+        length: of the arm, L [m].
         mass: of all links that move [kg].
         unit: (n,) of each coordinate: 1 or L.
     """
@@ -59,7 +59,7 @@ class ArmSize:
     @classmethod
     def of(cls, mechanism: Mechanism) -> ArmSize:
         """Of a robot."""
-        length = characteristic_length(mechanism)
+        length = arm_length(mechanism)
         mass = sum(link.inertial.mass for link in mechanism.links[1:] if link.inertial is not None)
         prismatic = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         return cls(length, max(mass, LEAST_MASS), np.where(prismatic, length, 1.0))

@@ -15,6 +15,127 @@ class Routine(lazy[Any]):
     def __init__(self, row: Quantity) -> None: ...
 
 class Routines:
+    def center_of_mass(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Centre of mass of all that the joints carry.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            p_sc (*batch, 3) [m], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013, eq. 20
+        """
+
+    def com_jacobian(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Jacobian of the centre of mass: dp_sc/dt = J_com qd.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            J_com (*batch, 3, n) [m | 1], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
+        """
+
+    def centroidal_momentum_matrix(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Centroidal momentum matrix: (k, l) = A qd, about the centre of mass of all that the joints carry.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            A (*batch, 6, n) [kg m^2 | kg m, kg m | kg], expressed in the axes of {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
+        """
+
+    def centroidal_momentum(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Momentum of the robot, angular first, about the centre of mass of all that the joints carry.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            (k, l) (*batch, 6) [N m s, N s], expressed in the axes of {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
+        """
+
+    def centroidal_momentum_rate(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Time derivative of the momentum about the centre of mass: the wrench that everything outside exerts.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            d(k, l)/dt (*batch, 6) [N m, N], expressed in the axes of {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
+        """
+
     def coriolis_matrix(
         self,
         q: ArrayLike,

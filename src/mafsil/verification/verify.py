@@ -115,7 +115,7 @@ class Judge:
         try:
             ours = call(robot, row, s)
         except ModelError as refusal:
-            return self._refused(name, second.key, refusal)
+            return self._refused(row, name, s, refusal)
         try:
             errors = self.error(row.name, ours, second.value(self.book, s))
         except np.linalg.LinAlgError:
@@ -154,11 +154,14 @@ class Judge:
             worst = np.maximum(worst, _worst(gaps[:, k] * scale) / largest)
         return worst * np.maximum(margin, SINGULAR)
 
-    def _refused(self, name: str, method: str, refusal: ModelError) -> Check:
-        """A refusal to invert is right where the mass matrix of the second method is singular too."""
+    def _refused(self, row: Quantity, name: str, s: States, refusal: ModelError) -> Check:
+        """A refusal is right where the mass matrix of the second method is singular, or its numbers are not finite."""
         _, margins = _balanced(self.book.mass_matrix(self.drawn.q))
-        error = 0.0 if float(margins.min()) < SINGULAR else float("inf")
-        return Check(name, method, error, self.limit, reason=str(refusal))
+        right = float(margins.min()) < SINGULAR
+        if not right and not row.solves_mass_matrix:
+            with np.errstate(all="ignore"):
+                right = not np.isfinite(row.second.value(self.book, s)).all()
+        return Check(name, row.second.key, 0.0 if right else float("inf"), self.limit, reason=str(refusal))
 
 
 def _balanced(M: Floats) -> tuple[Floats, Floats]:
