@@ -17,7 +17,8 @@ from mafsil.ik.numerical.search import LANES, Plan, cached_plan
 from mafsil.ik.numerical.search_loops import GROUP, RECORD
 from mafsil.ik.numerical.start_loops import LANE
 from mafsil.ik.numerical.task import PoseTask, pose_task
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.robot import Robot
 
 MOST_ATTEMPTS = 32
@@ -26,7 +27,7 @@ MOST_ATTEMPTS = 32
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
 
-SOLVED = STATUSES.index(IKStatus.SOLVED)
+SOLVED = CODES[IKStatus.SOLVED]
 _SOLVED = np.array(SOLVED, np.int8)
 _SOLVED.setflags(write=False)
 

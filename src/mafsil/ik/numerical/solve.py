@@ -18,7 +18,8 @@ from mafsil.ik.numerical.posture import posture_goal
 from mafsil.ik.numerical.quick import SOLVED, QuickSearch, Report, hashable, search_of
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -32,7 +33,7 @@ MOST_RESTARTS = 2**31 - 1
 """As for all whole numbers of a user."""
 
 _known: dict[tuple[Any, ...], QuickSearch] = {}
-_NOT_A_POSE = STATUSES.index(IKStatus.NOT_A_POSE)
+_NOT_A_POSE = CODES[IKStatus.NOT_A_POSE]
 _POSE, _DOUBLE = (4, 4), np.dtype(np.float64)
 
 
