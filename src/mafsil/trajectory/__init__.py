@@ -2,6 +2,9 @@
 
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.laws import LAWS as LAWS
+from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
+from mafsil.trajectory.laws import TimeLaw as TimeLaw
 from mafsil.trajectory.limit_check import LimitCheck as LimitCheck
 from mafsil.trajectory.limit_check import Violation as Violation
 from mafsil.trajectory.limit_check import check as check
