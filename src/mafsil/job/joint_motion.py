@@ -51,7 +51,7 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
             raise too_fast(where, shortest.duration)
         motion = shortest.stretched(move.duration / shortest.duration)
     verdict = check(motion, limits, tolerance=1e-6)
-    if not verdict.ok:
+    if not verdict:
         raise _beyond(robot, verdict.violations[0], where)
     return motion
 

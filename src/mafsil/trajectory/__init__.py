@@ -19,5 +19,6 @@ from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
 from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
+from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid
