@@ -5,13 +5,23 @@ Planar twist (omega, v_x, v_y). A pole is a homogeneous point (x, y, w): w = 0 i
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION, TRANSLATION
-from mafsil.arrays import Floats, PoseMatrix, Vector3, gate
+from mafsil.arrays import (
+    Matrix3,
+    PlanarPose,
+    PlanarRotation,
+    PoseMatrix,
+    RotationMatrix,
+    Scalar,
+    Truth,
+    Vector2,
+    Vector3,
+    Vector6,
+    gate,
+)
 from mafsil.geometry import membership
 from mafsil.geometry.declared import Declared
 from mafsil.geometry.euler import wrap_positive
@@ -36,17 +46,17 @@ _spatial_pose = Declared("planar.spatial_pose", "T:3,3", "T_spatial:4,4", _T)
 _spatial_twist = Declared("planar.spatial_twist", "V:3", "V_spatial:6")
 
 
-def rotation(theta: ArrayLike) -> Floats:
+def rotation(theta: ArrayLike) -> PlanarRotation:
     """(*batch, 2, 2) [[cos, -sin], [sin, cos]] of (*batch) angles [rad]."""
     return _rotation.at(theta)
 
 
-def angle(R: ArrayLike) -> Any:
+def angle(R: ArrayLike) -> Scalar:
     """(*batch) angle in [0, 2 pi) [rad] of planar rotations (*batch, 2, 2)."""
     return wrap_positive(_angle.at(R))
 
 
-def pose(theta: ArrayLike, p: ArrayLike) -> PoseMatrix:
+def pose(theta: ArrayLike, p: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) planar pose of an angle (*batch) [rad] and an origin (*batch, 2) [m]."""
     return _pose.at(theta, p)
 
@@ -58,22 +68,22 @@ def coordinates(T: ArrayLike) -> Vector3:
     return x
 
 
-def inverse(T: ArrayLike) -> PoseMatrix:
+def inverse(T: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) T^-1 = (R', -R'p)."""
     return _inverse.at(T)
 
 
-def compose(T_ab: ArrayLike, T_bc: ArrayLike) -> PoseMatrix:
+def compose(T_ab: ArrayLike, T_bc: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) T_ac = (PQ, p + P q)."""
     return _compose.at(T_ab, T_bc)
 
 
-def displacement(T_sb: ArrayLike, T_sc: ArrayLike) -> PoseMatrix:
+def displacement(T_sb: ArrayLike, T_sc: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) T_sc T_sb^-1: carries a body from {b} to {c}, coordinates of {s}."""
     return compose(T_sc, inverse(T_sb))
 
 
-def exp(V: ArrayLike) -> PoseMatrix:
+def exp(V: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) displacement of planar exponential coordinates (omega, v_x, v_y) (*batch, 3) [rad, m]."""
     return _exp.at(V)
 
@@ -98,7 +108,7 @@ def pole(T: ArrayLike) -> Vector3:
     return _pole.at(T)
 
 
-def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
+def finite_pole(T: ArrayLike) -> tuple[Vector2, Truth]:
     """Pole (*batch, 2) [m] and whether there is one (*batch).
 
     False with inf where the displacement only translates; False with NaN for the identity, which keeps every point.
@@ -110,7 +120,7 @@ def finite_pole(T: ArrayLike) -> tuple[Floats, Any]:
     return np.where(exists[..., None], x[..., :2] / divisor, nowhere), exists
 
 
-def screw(T: ArrayLike) -> tuple[Any, Any, Floats]:
+def screw(T: ArrayLike) -> tuple[Scalar, Scalar, Vector2]:
     """The unit screw and amount of planar displacements: omega (*batch) in (1, -1, 0), amount (*batch), v (*batch, 2).
 
     T = exp((omega, v) amount), amount in [0, pi] [rad], or [m] of a translation; a clockwise turn has omega = -1. The
@@ -120,14 +130,14 @@ def screw(T: ArrayLike) -> tuple[Any, Any, Floats]:
         T: (*batch, 3, 3).
     """
     V = np.asarray(log(T))
-    angle, slide = np.abs(V[..., 0]), np.linalg.norm(V[..., 1:], axis=-1)
-    turns = angle > TRANSLATION
-    amount = np.where(turns, angle, slide)
-    omega = np.where(turns, np.sign(V[..., 0]), 0.0)
+    angle, distance = np.abs(V[..., 0]), np.linalg.norm(V[..., 1:], axis=-1)
+    rotates = angle > TRANSLATION
+    amount = np.where(rotates, angle, distance)
+    omega = np.where(rotates, np.sign(V[..., 0]), 0.0)
     return omega, amount, V[..., 1:] / np.where(amount > 0, amount, 1.0)[..., None]
 
 
-def about_pole(psi: ArrayLike, point: ArrayLike) -> PoseMatrix:
+def about_pole(psi: ArrayLike, point: ArrayLike) -> PlanarPose:
     """(*batch, 3, 3) displacement by an angle (*batch) [rad] about a point (*batch, 2) [m]."""
     return _about_pole.at(psi, point)
 
@@ -137,12 +147,12 @@ def twist_of_pole(omega: ArrayLike, point: ArrayLike) -> Vector3:
     return _twist_of_pole.at(omega, point)
 
 
-def adjoint(T_ab: ArrayLike) -> Floats:
+def adjoint(T_ab: ArrayLike) -> Matrix3:
     """(*batch, 3, 3) with V_a = Ad(T_ab) V_b for planar twists."""
     return _adjoint.at(T_ab)
 
 
-def to_spatial_rotation(R: ArrayLike) -> Floats:
+def to_spatial_rotation(R: ArrayLike) -> RotationMatrix:
     """(*batch, 3, 3) the planar rotation (*batch, 2, 2) as a rotation about z."""
     return _spatial_rotation.at(R)
 
@@ -152,16 +162,16 @@ def to_spatial_pose(T: ArrayLike) -> PoseMatrix:
     return _spatial_pose.at(T)
 
 
-def to_spatial_twist(V: ArrayLike) -> Floats:
+def to_spatial_twist(V: ArrayLike) -> Vector6:
     """(*batch, 6) (0, 0, omega, v_x, v_y, 0): a screw parallel to z without pitch."""
     return _spatial_twist.at(V)
 
 
-def is_rotation(R: ArrayLike, tolerance: float = ROTATION) -> Any:
+def is_rotation(R: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether (*batch, 2, 2) matrices are rotations within the tolerance."""
     return membership.is_member("planar_rotation", gate("R", R, (2, 2)), tolerance)
 
 
-def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Any:
+def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether (*batch, 3, 3) matrices are planar poses within the tolerance."""
     return membership.is_member("planar_pose", gate("T", T, (3, 3)), tolerance)
