@@ -97,7 +97,8 @@ def _checked(function: Any) -> Callable[..., Any]:
     )
     bare.__annotations__ = shapes
     checked = jaxtyping.jaxtyped(bare, typechecker=beartype)
-    checked.__doc__, checked.__wrapped__ = function.__doc__, function
+    checked.__dict__.update(function.__dict__, __wrapped__=function)
+    checked.__doc__ = function.__doc__
     return checked
 
 
@@ -115,7 +116,7 @@ def _shaped(annotation: Any) -> Any:
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         found = [each for each in parts[1:] if isinstance(each, Shape)]
-        return _array(parts[0], found[0]) if found else _shaped(parts[0])
+        return _array(parts[0], found[0]) if found and get_origin(parts[0]) is np.ndarray else Any
     if origin in (Union, types.UnionType):
         inner = [part if part in (None, type(None)) else _shaped(part) for part in parts]
         return Any if Any in inner else reduce(or_, inner)
