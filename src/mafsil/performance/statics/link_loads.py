@@ -13,8 +13,8 @@ from mafsil.arrays import Floats, JointVector, Vector3, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.model.loading import RobotLike
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.scaling import TOLERANCE, require_one
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import TOLERANCE, require_one
 from mafsil.robot import as_robot
 
 

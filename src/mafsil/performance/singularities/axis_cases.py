@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Vector3
 from mafsil.messages import say
-from mafsil.performance.lost_motions import signed, vector_text, wrench_reading
+from mafsil.performance.singularities.screw_parameters import signed, vector_text, wrench_screw
 
 LOOSE = 100.0
 """Geometry is read this much more loosely than the rank: a rank drops faster than angles and distances close."""
@@ -19,24 +19,25 @@ MOST_JOINTS = 9
 
 
 @dataclass(frozen=True, eq=False)
-class Cause:
+class SingularityCause:
     """Axes that depend on each other, and how they lie.
 
     Attributes:
         case: `collinear_same`, `collinear_opposite` (case I), `parallel_coplanar` (II), `concurrent` (III), `coplanar`
-            (IV), `one_line` (V); `pencil` (three through one point in one plane), `parallel_slides`, `coplanar_slides`,
-            `slide_across` (a slide normal to the plane of two parallel axes), `coplanar_slide` (coplanar axes and a
-            slide normal to them), `planar_motion` (parallel axes and slides across them), `one_plane_of_directions`
-            (all axes parallel to one plane), `ruled_surface` (four axes of one regulus), `complex`
-            (all axes reciprocal to one screw), `parallel` (four parallel axes: concurrent at infinity), `dependent`
-            (none of these); `factor_...`: a factor of the determinant of a part of the pose.
+            (IV), `one_line` (V); `pencil` (three through one point in one plane), `parallel_prismatic`,
+            `coplanar_prismatic`, `prismatic_across` (a prismatic joint normal to the plane of two parallel axes),
+            `coplanar_prismatic_normal` (coplanar axes and a prismatic joint normal to them), `planar_motion` (parallel
+            axes and prismatic joints across them), `one_plane_of_directions` (all axes parallel to one plane),
+            `ruled_surface` (four axes of one regulus), `complex` (all axes reciprocal to one screw), `parallel` (four
+            parallel axes: concurrent at infinity), `dependent` (none of these); `factor_...`: a factor of the
+            determinant of a part of the pose.
         joints: indices from 0 of all joints that share the geometry.
         names: of these joints.
         point: (3,) common point, or point of the common line, in {s} [m]; NaN if there is none.
         direction: (3,) common direction, normal or line; NaN if there is none.
         rates: (n,) joint rates of the dependent set that cancel.
         pitch: of the complex [m].
-        slides: names of the sliding joints among them.
+        prismatic: names of the prismatic joints among them.
         formula: of the factor of the determinant that vanishes.
     """
 
@@ -47,7 +48,7 @@ class Cause:
     direction: Vector3
     rates: Floats
     pitch: float = 0.0
-    slides: tuple[str, ...] = ()
+    prismatic: tuple[str, ...] = ()
     formula: str = ""
 
     @property
@@ -60,7 +61,7 @@ class Cause:
         if self.formula:
             meaning = say(f"performance.{self.case}", language=language, joints=", ".join(self.names))
             return say("performance.case_factor", language=language, formula=self.formula, meaning=meaning)
-        key = "one_line_slides" if self.case == "one_line" and self.slides else self.case
+        key = "one_line_prismatic" if self.case == "one_line" and self.prismatic else self.case
         return say(
             f"performance.case_{key}",
             language=language,
@@ -69,7 +70,7 @@ class Cause:
             point=vector_text(self.point),
             direction=vector_text(self.direction),
             pitch=self.pitch,
-            slides=", ".join(self.slides),
+            prismatic=", ".join(self.prismatic),
         )
 
 
@@ -90,7 +91,7 @@ class Axes:
 
     Attributes:
         screws: (6, n) without units, columns of unit size where that makes sense.
-        sliding, turning: (n,) pure translations, pure rotations; helical and coupled joints are neither.
+        prismatic, revolute: (n,) pure translations, pure rotations; helical and coupled joints are neither.
         names: of the joints.
         centre: (3,) where linear parts are taken, in {s} [m].
         length: [m].
@@ -98,8 +99,8 @@ class Axes:
     """
 
     screws: Floats
-    sliding: Sequence[bool]
-    turning: Sequence[bool]
+    prismatic: Sequence[bool]
+    revolute: Sequence[bool]
     names: tuple[str, ...]
     centre: Vector3
     length: float
@@ -111,12 +112,12 @@ class Axes:
         return LOOSE * self.tolerance
 
     def w(self, i: int) -> Vector3:
-        """(3,) unit direction of a turning joint's axis, or of a slide."""
-        part = self.screws[3:, i] if self.sliding[i] else self.screws[:3, i]
+        """(3,) unit direction of a revolute joint's axis, or of a prismatic joint."""
+        part = self.screws[3:, i] if self.prismatic[i] else self.screws[:3, i]
         return part / np.linalg.norm(part)
 
     def p(self, i: int) -> Vector3:
-        """(3,) point of a turning joint's axis nearest to the centre, over the length."""
+        """(3,) point of a revolute joint's axis nearest to the centre, over the length."""
         w, v = self.screws[:3, i], self.screws[3:, i]
         return np.cross(w, v) / (w @ w)
 
@@ -125,14 +126,14 @@ class Axes:
         return self.centre + self.length * p
 
 
-def causes(axes: Axes, nullity: int) -> tuple[Cause, ...]:
+def causes(axes: Axes, nullity: int) -> tuple[SingularityCause, ...]:
     """The smallest dependent sets of axes that account for all lost rank, each with its geometry.
 
     Args:
         axes: of one configuration.
         nullity: number of independent joint rates that move nothing.
     """
-    found: list[Cause] = []
+    found: list[SingularityCause] = []
     nulls: list[Floats] = []
     for joints, rates in _circuits(axes):
         if len(nulls) >= nullity:
@@ -166,17 +167,17 @@ def _circuits(axes: Axes) -> Iterator[tuple[tuple[int, ...], Floats]]:
             yield joints, rates / np.abs(rates).max()
 
 
-def _named(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
-    turning = tuple(i for i in joints if axes.turning[i])
-    slides = tuple(i for i in joints if axes.sliding[i])
-    if len(turning) + len(slides) < len(joints):
+def _named(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityCause:
+    revolute = tuple(i for i in joints if axes.revolute[i])
+    prismatic = tuple(i for i in joints if axes.prismatic[i])
+    if len(revolute) + len(prismatic) < len(joints):
         return _general(axes, joints, rates)
-    if not slides:
-        return _of_turning(axes, joints, rates)
-    return _with_slides(axes, turning, slides, rates)
+    if not prismatic:
+        return _of_revolute(axes, joints, rates)
+    return _with_prismatic(axes, revolute, prismatic, rates)
 
 
-def _of_turning(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
+def _of_revolute(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityCause:
     first = axes.w(joints[0])
     parallel = all(np.linalg.norm(np.cross(first, axes.w(i))) < axes.loose for i in joints)
     if len(joints) == 2:
@@ -198,41 +199,43 @@ def _of_turning(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
     return _general(axes, joints, rates)
 
 
-def _with_slides(axes: Axes, turning: Sequence[int], slides: Sequence[int], rates: Floats) -> Cause:
-    joints = tuple(sorted((*turning, *slides)))
-    if not turning:
-        case = "parallel_slides" if len(slides) == 2 else "coplanar_slides"
-        normal = np.linalg.svd(np.array([axes.w(i) for i in slides]))[2][-1] if len(slides) > 2 else axes.w(slides[0])
+def _with_prismatic(axes: Axes, revolute: Sequence[int], prismatic: Sequence[int], rates: Floats) -> SingularityCause:
+    joints = tuple(sorted((*revolute, *prismatic)))
+    if not revolute:
+        case = "parallel_prismatic" if len(prismatic) == 2 else "coplanar_prismatic"
+        normal = (
+            np.linalg.svd(np.array([axes.w(i) for i in prismatic]))[2][-1]
+            if len(prismatic) > 2
+            else axes.w(prismatic[0])
+        )
         return _cause(axes, case, joints, rates, None, normal)
-    first = axes.w(turning[0])
-    if len(turning) > 1 and all(np.linalg.norm(np.cross(first, axes.w(i))) < axes.loose for i in turning):
-        across = all(abs(first @ axes.w(i)) < axes.loose for i in slides)
+    first = axes.w(revolute[0])
+    if len(revolute) > 1 and all(np.linalg.norm(np.cross(first, axes.w(i))) < axes.loose for i in revolute):
+        across = all(abs(first @ axes.w(i)) < axes.loose for i in prismatic)
         if across:
-            case = "slide_across" if len(joints) == 3 else "planar_motion"
-            return _cause(axes, case, joints, rates, None, axes.w(slides[0]) if len(joints) == 3 else first)
-    normal = common_plane(axes, turning) if len(turning) > 1 else None
-    if normal is not None and all(np.linalg.norm(np.cross(normal, axes.w(i))) < axes.loose for i in slides):
-        return _cause(axes, "coplanar_slide", joints, rates, axes.p(turning[0]), normal)
+            case = "prismatic_across" if len(joints) == 3 else "planar_motion"
+            return _cause(axes, case, joints, rates, None, axes.w(prismatic[0]) if len(joints) == 3 else first)
+    normal = common_plane(axes, revolute) if len(revolute) > 1 else None
+    if normal is not None and all(np.linalg.norm(np.cross(normal, axes.w(i))) < axes.loose for i in prismatic):
+        return _cause(axes, "coplanar_prismatic_normal", joints, rates, axes.p(revolute[0]), normal)
     return _general(axes, joints, rates)
 
 
-def _general(axes: Axes, joints: tuple[int, ...], rates: Floats) -> Cause:
+def _general(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityCause:
     """One line met by all, one plane of directions, a ruled surface, or a linear complex."""
     U, s, _ = np.linalg.svd(axes.screws)
     rank = int((s > axes.tolerance * s[0]).sum())
     if rank == 5:
         reciprocal = U[:, -1]
-        reading = wrench_reading(reciprocal, length=1.0)
+        screw = wrench_screw(reciprocal, length=1.0)
         involved = tuple(i for i in range(axes.screws.shape[1]) if np.linalg.norm(axes.screws[:, i]) > 0)
         if np.linalg.norm(reciprocal[3:]) < axes.loose:
             direction = signed(reciprocal[:3] / np.linalg.norm(reciprocal[:3]))
             return _cause(axes, "one_plane_of_directions", involved, rates, None, direction)
-        if abs(reading.pitch) < axes.loose:
-            return _cause(axes, "one_line", involved, rates, reading.point, reading.direction)
-        return _cause(
-            axes, "complex", involved, rates, reading.point, reading.direction, pitch=reading.pitch * axes.length
-        )
-    case = "ruled_surface" if len(joints) == 4 and all(axes.turning[i] for i in joints) else "dependent"
+        if abs(screw.pitch) < axes.loose:
+            return _cause(axes, "one_line", involved, rates, screw.point, screw.direction)
+        return _cause(axes, "complex", involved, rates, screw.point, screw.direction, pitch=screw.pitch * axes.length)
+    case = "ruled_surface" if len(joints) == 4 and all(axes.revolute[i] for i in joints) else "dependent"
     return _cause(axes, case, joints, rates, None, None)
 
 
@@ -244,9 +247,9 @@ def _cause(
     point: Vector3 | None,
     direction: Vector3 | None,
     pitch: float = 0.0,
-) -> Cause:
+) -> SingularityCause:
     nowhere = np.full(3, np.nan)
-    return Cause(
+    return SingularityCause(
         case,
         joints,
         tuple(axes.names[i] for i in joints),
@@ -254,7 +257,7 @@ def _cause(
         nowhere if direction is None else signed(direction),
         rates,
         pitch,
-        tuple(axes.names[i] for i in joints if axes.sliding[i]),
+        tuple(axes.names[i] for i in joints if axes.prismatic[i]),
     )
 
 
@@ -277,14 +280,14 @@ def common_plane(axes: Axes, joints: Sequence[int]) -> Vector3 | None:
 
 
 def _through(axes: Axes, point: Vector3) -> tuple[int, ...]:
-    """All turning joints whose axes pass through a point."""
-    near = [i for i, turns in enumerate(axes.turning) if turns]
+    """All revolute joints whose axes pass through a point."""
+    near = [i for i, revolute in enumerate(axes.revolute) if revolute]
     return tuple(i for i in near if np.linalg.norm(np.cross(axes.w(i), point - axes.p(i))) < axes.loose)
 
 
 def _in_plane(axes: Axes, point: Vector3, normal: Vector3) -> tuple[int, ...]:
-    """All turning joints whose axes lie in a plane."""
-    near = [i for i, turns in enumerate(axes.turning) if turns]
+    """All revolute joints whose axes lie in a plane."""
+    near = [i for i, revolute in enumerate(axes.revolute) if revolute]
     return tuple(
         i for i in near if abs(normal @ axes.w(i)) < axes.loose and abs(normal @ (axes.p(i) - point)) < axes.loose
     )

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
-from mafsil.performance.scaling import TOLERANCE, at_point, central_point, rank_of
-from mafsil.performance.screw_systems import canonical_system
+from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_of
 
 
 class ScrewRank(NamedTuple):
@@ -44,9 +44,9 @@ def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: floa
     axes = np.atleast_2d(gate("S", S, (6,), finite=True)).T
     point = central_point(axes)
     J = at_point(axes, point)
-    turning = np.linalg.norm(J[:3], axis=0) > 0
-    levers = np.linalg.norm(J[3:, turning], axis=0) / np.linalg.norm(J[:3, turning], axis=0)
-    extent = float(np.sqrt((levers**2).mean())) if turning.any() else 0.0
+    revolute = np.linalg.norm(J[:3], axis=0) > 0
+    levers = np.linalg.norm(J[3:, revolute], axis=0) / np.linalg.norm(J[:3, revolute], axis=0)
+    extent = float(np.sqrt((levers**2).mean())) if revolute.any() else 0.0
     size = max(float(np.abs(point).max()), float(np.abs(axes[3:]).max()))
     scale = length if length is not None else extent if extent > 1e-6 * size else 1.0
     units = J / np.repeat([1.0, scale], 3)[:, None]

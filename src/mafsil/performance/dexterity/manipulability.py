@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, gate, positive
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.performance.scaling import characteristic_length, scaled_jacobian, sliding_joints
-from mafsil.performance.singularity import asked
-from mafsil.performance.tasks import Task, task_jacobian
+from mafsil.performance.singularities.singular_configuration import resolved_task
+from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, scaled_jacobian
+from mafsil.performance.velocity.tasks import Task, task_jacobian
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 
@@ -33,23 +33,24 @@ class Ellipsoid:
         axes: (*batch, m, k) principal directions as columns, in {s}, longest first; k = min(m, n).
         lengths: (*batch, k) semi-axes; zero for directions that are lost, for forces infinite.
         joint_vectors: (*batch, n, k) unit joint rates (or efforts) that reach the ends of the axes, as columns.
-        slides: names of sliding joints whose rates in m/s share the sphere with rates of turning joints in rad/s, no
-            weights being given: lengths, axes and ratio then change with the unit of length. Empty where they do not.
-        length: [m] by which the rates of slides were divided.
+        prismatic: names of prismatic joints whose rates in m/s share the sphere with rates of revolute joints in rad/s,
+            no weights being given: lengths, axes and ratio then change with the unit of length. Empty where they do
+            not.
+        length: [m] by which the rates of prismatic joints were divided.
         characteristic: the arm's characteristic length [m], which would make them comparable; NaN if not known.
     """
 
     axes: Floats
     lengths: Floats
     joint_vectors: Floats
-    slides: tuple[str, ...] = ()
+    prismatic: tuple[str, ...] = ()
     length: float = 1.0
     characteristic: float = float("nan")
 
     @property
     def unit_dependent(self) -> bool:
         """Whether the shape would be another one with lengths in millimetres."""
-        return bool(self.slides)
+        return bool(self.prismatic)
 
     @property
     def ratio(self) -> Floats:
@@ -91,7 +92,11 @@ class Ellipsoid:
         lengths = ", ".join(f"{x:.4g}" for x in self.lengths)
         lines = [say("performance.ellipsoid", language=language, lengths=lengths, ratio=float(self.ratio))]
         if self.unit_dependent:
-            details = {"slides": ", ".join(self.slides), "length": self.length, "characteristic": self.characteristic}
+            details = {
+                "prismatic": ", ".join(self.prismatic),
+                "length": self.length,
+                "characteristic": self.characteristic,
+            }
             lines.append(say("performance.unit_dependent", language=language, **details))
         return "\n".join(lines)
 
@@ -132,8 +137,9 @@ def velocity_ellipsoid(
 ) -> Ellipsoid:
     """Velocities of the tip (linear, planar or angular) for joint rates of unit size.
 
-    In arms with turning and sliding joints a sphere of joint rates mixes rad/s with m/s, so that the ellipsoid depends
-    on the unit of length unless `weighted` or `length` says how they compare; the answer's `slides` then names them.
+    In arms with revolute and prismatic joints a sphere of joint rates mixes rad/s with m/s, so that the ellipsoid
+    depends on the unit of length unless `weighted` or `length` says how they compare; the answer's `prismatic` then
+    names them.
 
     Args:
         robot: the arm; with fewer joints than rows of the part the ellipsoid is flat.
@@ -141,8 +147,8 @@ def velocity_ellipsoid(
         part: `linear` (of the tip's point), `planar` (its x, y), or `angular`; never mixed: their units differ.
         point: (3,) point of the tip frame [m]; its origin if None.
         weighted: whether each joint rate counts in shares of its limit.
-        length: [m] by which rates of slides are divided before they join those of turning joints; 1 m, and said to be
-            arbitrary, if None. `characteristic_length(robot)` is a choice that belongs to the arm.
+        length: [m] by which rates of prismatic joints are divided before they join those of revolute joints; 1 m, and
+            said to be arbitrary, if None. `characteristic_length(robot)` is a choice that belongs to the arm.
 
     Returns:
         Axes in {s}; lengths [m/s per rad/s] or [1]; [m/s] or [rad/s] if weighted.
@@ -150,7 +156,7 @@ def velocity_ellipsoid(
     Reference: Lynch & Park, Modern Robotics, sec. 5.4; Yoshikawa, Manipulability of robotic mechanisms, 1985.
     """
     J = rate_jacobian(robot, q, part, point=point, weighted=weighted, length=length)
-    return _told(_image(J), robot, weighted, length)
+    return _with_units(_image(J), robot, weighted, length)
 
 
 @of_robot
@@ -166,18 +172,18 @@ def force_ellipsoid(
     """Forces (or moments) at the tip for joint efforts of unit size: same axes, reciprocal lengths.
 
     Arguments as `velocity_ellipsoid`; with `weighted` each effort counts in shares of its limit, and the axes are
-    those of the weighted efforts. Forces of slides are multiplied by `length` before they join torques.
+    those of the weighted efforts. Forces of prismatic joints are multiplied by `length` before they join torques.
 
     Raises:
         InputError: fewer joints than rows: some forces are carried whatever the efforts.
     """
     J = task_jacobian(robot, q, _part(part), point=point)
-    J = J / _shares(robot, "effort") if weighted else J * _slide_factors(robot, length)
+    J = J / _shares(robot, "effort") if weighted else J * _prismatic_factors(robot, length)
     found = ellipsoid_of(J)
     with np.errstate(divide="ignore"):
         lengths = np.where(found.lengths == 0, np.inf, 1.0 / found.lengths)
     backwards = Ellipsoid(found.axes[..., ::-1], lengths[..., ::-1], found.joint_vectors[..., ::-1])
-    return _told(backwards, robot, weighted, length)
+    return _with_units(backwards, robot, weighted, length)
 
 
 def rate_jacobian(
@@ -197,24 +203,24 @@ def rate_jacobian(
         part: `linear`, `planar` or `angular`.
         point: (3,) point of the tip frame [m]; its origin if None.
         weighted: whether each joint rate counts in shares of its limit.
-        length: [m] by which rates of slides are divided; 1 m if None.
+        length: [m] by which rates of prismatic joints are divided; 1 m if None.
     """
     J = task_jacobian(robot, q, _part(part), point=point)
-    return J * (_shares(robot, "velocity") if weighted else _slide_factors(robot, length))
+    return J * (_shares(robot, "velocity") if weighted else _prismatic_factors(robot, length))
 
 
-def _slide_factors(robot: Robot, length: float | None) -> Floats:
-    """(n,) columns of slides are multiplied by the length that divides their rates."""
-    return np.where(sliding_joints(robot), 1.0 if length is None else positive("length", length), 1.0)
+def _prismatic_factors(robot: Robot, length: float | None) -> Floats:
+    """(n,) columns of prismatic joints are multiplied by the length that divides their rates."""
+    return np.where(prismatic_joints(robot), 1.0 if length is None else positive("length", length), 1.0)
 
 
-def _told(found: Ellipsoid, robot: Robot, weighted: bool, length: float | None) -> Ellipsoid:
-    """The ellipsoid with the names of slides that make it depend on the unit of length."""
-    sliding = sliding_joints(robot)
-    if weighted or length is not None or not sliding.any() or sliding.all():
+def _with_units(found: Ellipsoid, robot: Robot, weighted: bool, length: float | None) -> Ellipsoid:
+    """The ellipsoid with the names of prismatic joints that make it depend on the unit of length."""
+    prismatic = prismatic_joints(robot)
+    if weighted or length is not None or not prismatic.any() or prismatic.all():
         return found if length is None else replace(found, length=float(length))
-    names = tuple(name for name, slides in zip(robot.joint_names, sliding, strict=True) if slides)
-    return replace(found, slides=names, characteristic=characteristic_length(robot))
+    names = tuple(name for name, is_prismatic in zip(robot.joint_names, prismatic, strict=True) if is_prismatic)
+    return replace(found, prismatic=names, characteristic=characteristic_length(robot))
 
 
 def _part(part: str) -> Task:
@@ -340,7 +346,7 @@ def manipulability_gradient(
 
 
 def _rows(robot: Robot, task: Task | None) -> Task:
-    return asked(robot).task if task is None else task
+    return resolved_task(robot).task if task is None else task
 
 
 @of_robot

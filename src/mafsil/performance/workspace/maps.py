@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, gate, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.performance.scaling import ranges as drawn_from
-from mafsil.performance.scaling import sliding_joints
+from mafsil.performance.velocity.scaling import prismatic_joints
+from mafsil.performance.velocity.scaling import ranges as drawn_from
 from mafsil.robot import Robot, of_robot
 
 CHUNK = 65_536
@@ -227,16 +227,16 @@ def workspace_map(
         cell: edge of a cell [m]; if None about 20 samples (240 where directions are recorded) for each
             cell of the grid, at most 240 cells across.
         at: for flat views: only positions within half a cell of this coordinate of the third axis count: a slice [m].
-        limited: whether the joint limits are kept; if not, turning joints make a full turn.
-        ranges: (low, high) [rad | m] by name of joint, in place of its limits: needed for slides without limits, whose
-            reach nobody can know.
+        limited: whether the joint limits are kept; if not, revolute joints make a full turn.
+        ranges: (low, high) [rad | m] by name of joint, in place of its limits: needed for prismatic joints without
+            limits, whose reach nobody can know.
         dexterous: whether approach directions (z axis of the tip) are recorded.
         frame: name of a link; the tip frame if None.
         seed: of the generator; chunk k uses its k-th child, whoever works on it.
         dask: hand the chunks to dask's current scheduler (a cluster, if a client is connected).
 
     Raises:
-        InputError: no samples, an unknown view, too fine a grid, a slide without limits and without a given
+        InputError: no samples, an unknown view, too fine a grid, a prismatic joint without limits and without a given
             range, ranges of no joint or the wrong way round, or dask is asked for and not installed.
     """
     if view != "radial" and view not in _AXES:
@@ -279,9 +279,9 @@ def _ranges(robot: Robot, limited: bool, given: Mapping[str, tuple[float, float]
             raise InputError("performance.range_order", joint=name, low=low, high=high)
         lower[names.index(name)], upper[names.index(name)] = low, high
     endless = np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper)
-    for joint in np.flatnonzero(sliding_joints(robot) & endless):
+    for joint in np.flatnonzero(prismatic_joints(robot) & endless):
         if names[joint] not in given:
-            raise InputError("performance.endless_slide", robot=robot.name, joint=names[joint])
+            raise InputError("performance.prismatic_without_limits", robot=robot.name, joint=names[joint])
     return lower, upper
 
 

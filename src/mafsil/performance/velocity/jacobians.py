@@ -136,11 +136,11 @@ def body_from_space(T_sb: ArrayLike, J_s: ArrayLike) -> Floats:
 def jacobian_by_inspection(
     directions: ArrayLike, points: ArrayLike, kinds: str | Sequence[str] | None = None, pitches: ArrayLike = 0.0
 ) -> Floats:
-    """J_s from where the axes stand now: (w, -w x p + h w) for a turning joint, (0, w) for a sliding one.
+    """J_s from where the axes stand now: (w, -w x p + h w) for a revolute joint, (0, w) for a prismatic one.
 
     Args:
         directions: (*batch, n, 3) of the axes, any length but zero, in {s}.
-        points: (*batch, n, 3) a point of each axis [m]; not read for sliding joints.
+        points: (*batch, n, 3) a point of each axis [m]; not read for prismatic joints.
         kinds: a letter for each joint, `R` or `P`; all R if None.
         pitches: (n,) advance per angle of helical joints [m/rad].
 
@@ -161,10 +161,10 @@ def jacobian_by_inspection(
         joint = int(np.argwhere(length[..., 0] == 0.0)[0][-1])
         raise InputError("performance.zero_direction", joint=joint)
     w = w / length
-    sliding = np.array([letter == "P" for letter in letters])[:, None]
+    prismatic = np.array([letter == "P" for letter in letters])[:, None]
     pitch = np.broadcast_to(gate("pitches", pitches, ()), (n,))[:, None]
-    turning = np.concatenate([w, np.cross(p, w) + pitch * w], axis=-1)
-    columns = np.where(sliding, np.concatenate([np.zeros_like(w), w], axis=-1), turning)
+    revolute = np.concatenate([w, np.cross(p, w) + pitch * w], axis=-1)
+    columns = np.where(prismatic, np.concatenate([np.zeros_like(w), w], axis=-1), revolute)
     return np.swapaxes(columns, -1, -2)
 
 

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.performance.axis_cases import Cause
-from mafsil.performance.scaling import characteristic_length, random_configurations, sliding_joints
-from mafsil.performance.tasks import task_jacobian, task_rows
-from mafsil.performance.trigonometric_form import TrigonometricForm, fitted
+from mafsil.performance.singularities.axis_cases import SingularityCause
+from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fitted
+from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
+from mafsil.performance.velocity.tasks import task_jacobian, task_rows
 from mafsil.robot import Robot, of_robot
 
 CHECKS = 200
@@ -37,20 +37,20 @@ class Lines:
     """All joint axes of a batch of configurations.
 
     Attributes:
-        w: (*batch, n, 3) directions of axes and slides.
+        w: (*batch, n, 3) directions of axes and prismatic joints.
         p: (*batch, n, 3) points of the axes [m].
-        slides: (n,).
+        prismatic: (n,).
         tip: (*batch, 3) [m].
     """
 
     w: Floats
     p: Floats
-    slides: tuple[bool, ...]
+    prismatic: tuple[bool, ...]
     tip: Floats
 
     def velocity(self, i: int, point: Floats) -> Floats:
         """(*batch, 3) velocity of a point by unit rate of joint i."""
-        return self.w[..., i, :] if self.slides[i] else np.cross(self.w[..., i, :], point - self.p[..., i, :])
+        return self.w[..., i, :] if self.prismatic[i] else np.cross(self.w[..., i, :], point - self.p[..., i, :])
 
     def meeting(self, joints: Sequence[int]) -> Floats:
         """(*batch, 3) the point nearest to these axes."""
@@ -63,10 +63,13 @@ def lines(robot: Robot, q: Floats) -> Lines:
     """The axes at q (*batch, n)."""
     J = np.swapaxes(robot.jacobian_space(q), -1, -2)
     w, v = J[..., :3], J[..., 3:]
-    slides = tuple(bool(s) for s in sliding_joints(robot))
-    sliding = np.array(slides)[:, None]
+    prismatic = tuple(bool(s) for s in prismatic_joints(robot))
+    column = np.array(prismatic)[:, None]
     return Lines(
-        np.where(sliding, v, w), np.where(sliding, 0.0, np.cross(w, v)), slides, robot.forward_kinematics(q)[..., :3, 3]
+        np.where(column, v, w),
+        np.where(column, 0.0, np.cross(w, v)),
+        prismatic,
+        robot.forward_kinematics(q)[..., :3, 3],
     )
 
 
@@ -163,9 +166,9 @@ def natural_task(robot: Robot) -> str:
         InputError: there is none.
     """
     at = lines(robot, random_configurations(robot, 3, limited=False))
-    turning = [i for i in range(robot.n) if not at.slides[i]]
-    parallel = all(_parallel(at, turning[0], i) for i in turning[1:]) if turning else False
-    up = bool(np.allclose(np.abs(at.w[:, turning, 2]), 1.0)) if turning else False
+    revolute = [i for i in range(robot.n) if not at.prismatic[i]]
+    parallel = all(_parallel(at, revolute[0], i) for i in revolute[1:]) if revolute else False
+    up = bool(np.allclose(np.abs(at.w[:, revolute, 2]), 1.0)) if revolute else False
     match robot.n:
         case 6:
             return "pose"
@@ -181,7 +184,7 @@ def natural_task(robot: Robot) -> str:
             raise InputError("performance.not_square", robot=robot.name, n=robot.n)
 
 
-def vanishing_factors(robot: Robot, task: str, q: Floats, tolerance: float) -> tuple[Cause, ...]:
+def vanishing_factors(robot: Robot, task: str, q: Floats, tolerance: float) -> tuple[SingularityCause, ...]:
     """The factors of a determinant that are zero at one configuration, as causes of its singularity.
 
     Args:
@@ -197,7 +200,7 @@ def vanishing_factors(robot: Robot, task: str, q: Floats, tolerance: float) -> t
     everywhere = found.each(random_configurations(robot, CHECKS, limited=False))
     nowhere = np.full(3, np.nan)
     return tuple(
-        Cause(f"factor_{f.kind}", f.joints, f.names, nowhere, nowhere, np.zeros(robot.n), formula=f.formula)
+        SingularityCause(f"factor_{f.kind}", f.joints, f.names, nowhere, nowhere, np.zeros(robot.n), formula=f.formula)
         for f, values, here in zip(found.factors, everywhere, found.each(q), strict=True)
         if abs(float(here)) <= 100 * tolerance * float(np.abs(values).max())
     )
@@ -251,13 +254,13 @@ def _candidates(robot: Robot, task: str, at: Lines) -> list[list[Factor]]:
             return make.of_pose(everyone)
         case "position":
             return [make.of_velocities(everyone, lambda x: x.tip, "t")]
-        case "orientation" if not any(at.slides):
+        case "orientation" if not any(at.prismatic):
             return [[make.directions(everyone)]]
         case "planar_position":
             return [[make.elbow(everyone, lambda x: x.tip, "t")]]
         case _:
-            turning = tuple(i for i in everyone if not at.slides[i])
-            return [[make.triangle(turning)]] if len(turning) == 3 else []
+            revolute = tuple(i for i in everyone if not at.prismatic[i])
+            return [[make.triangle(revolute)]] if len(revolute) == 3 else []
 
 
 def _whole(robot: Robot, task: str) -> list[Factor]:
@@ -265,7 +268,7 @@ def _whole(robot: Robot, task: str) -> list[Factor]:
 
     def value(x: Lines) -> Floats:
         v = np.stack([x.velocity(i, x.tip) for i in range(robot.n)], axis=-1)
-        w = np.stack([0.0 * x.w[..., i, :] if x.slides[i] else x.w[..., i, :] for i in range(robot.n)], axis=-1)
+        w = np.stack([0.0 * x.w[..., i, :] if x.prismatic[i] else x.w[..., i, :] for i in range(robot.n)], axis=-1)
         return np.linalg.det(np.concatenate([w, v], axis=-2)[..., list(task_rows(task)), :])
 
     return [Factor("whole", tuple(range(robot.n)), "det J", value, robot.joint_names)]
@@ -275,7 +278,7 @@ def _written(robot: Robot, factor: Factor) -> Factor:
     form = fitted(
         lambda q: np.asarray(factor.value(lines(robot, q))),
         robot.n,
-        sliding_joints(robot).tolist(),
+        prismatic_joints(robot).tolist(),
         characteristic_length(robot),
     )
     return Factor(factor.kind, factor.joints, factor.formula, factor.value, factor.names, form)
@@ -286,7 +289,7 @@ def _parallel(at: Lines, i: int, j: int) -> bool:
 
 
 def _concurrent(at: Lines, joints: Sequence[int]) -> bool:
-    if any(at.slides[i] for i in joints) or all(_parallel(at, joints[0], i) for i in joints[1:]):
+    if any(at.prismatic[i] for i in joints) or all(_parallel(at, joints[0], i) for i in joints[1:]):
         return False
     c = at.meeting(joints)
     return all(float(np.linalg.norm(at.velocity(i, c), axis=-1).max()) < ALWAYS for i in joints)
@@ -309,13 +312,15 @@ class _Factory:
             if _concurrent(self.at, three):
                 point: Point = lambda x, three=three: x.meeting(three)  # noqa: E731
                 found.append([*self.of_velocities(rest, point, "c"), self.directions(three)])
-            elif not any(self.at.slides[i] for i in three) and all(_parallel(self.at, three[0], i) for i in three[1:]):
+            elif not any(self.at.prismatic[i] for i in three) and all(
+                _parallel(self.at, three[0], i) for i in three[1:]
+            ):
                 found.append([self.triangle(three), *self.of_quotient(rest, three[0])])
         return sorted(found, key=len, reverse=True)
 
     def of_velocities(self, joints: tuple[int, ...], point: Point, letter: str) -> list[Factor]:
         """Det of three velocities of a point."""
-        pairs = [(a, b) for a, b in combinations(joints, 2) if not (self.at.slides[a] or self.at.slides[b])]
+        pairs = [(a, b) for a, b in combinations(joints, 2) if not (self.at.prismatic[a] or self.at.prismatic[b])]
         for a, b in pairs:
             if _parallel(self.at, a, b):
                 (c,) = (i for i in joints if i not in (a, b))
@@ -362,7 +367,7 @@ class _Factory:
 
     def moved(self, i: int, letter: str) -> str:
         """The velocity of a point by joint i, in letters."""
-        return f"z{i + 1}" if self.at.slides[i] else f"(z{i + 1} x ({letter} - p{i + 1}))"
+        return f"z{i + 1}" if self.at.prismatic[i] else f"(z{i + 1} x ({letter} - p{i + 1}))"
 
     def speed(self, kind: str, c: int, point: Point, along: Point, formula: str) -> Factor:
         """How fast joint c moves a point along a direction."""
@@ -370,7 +375,7 @@ class _Factory:
         def value(x: Lines) -> Floats:
             return (along(x) * x.velocity(c, point(x))).sum(axis=-1)
 
-        return Factor(f"{kind}_slide" if self.at.slides[c] else kind, (c,), formula, value, self._names(c))
+        return Factor(f"{kind}_prismatic" if self.at.prismatic[c] else kind, (c,), formula, value, self._names(c))
 
     def elbow(self, pair: tuple[int, ...], point: Point, letter: str) -> Factor:
         """Twice the area of the triangle of two parallel axes and a point."""

@@ -1,4 +1,4 @@
-"""Workspaces known in closed form: the ring of a planar 2R arm, and the rings of a planar 3R arm."""
+"""Workspaces known in closed form: the annulus of a planar 2R arm, and the annuli of a planar 3R arm."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
-class Ring:
+class Annulus:
     """All points whose distance from the first axis lies between two radii; a disc if the inner one is zero.
 
     Attributes:
@@ -34,8 +34,8 @@ class Ring:
         return (distance >= self.inner) & (distance <= self.outer)
 
 
-def planar_reach(lengths: ArrayLike) -> Ring:
-    """The ring that the tip of a planar chain without joint limits reaches: 2R, 3R and longer.
+def reachable_annulus(lengths: ArrayLike) -> Annulus:
+    """The annulus that the tip of a planar chain without joint limits reaches: 2R, 3R and longer.
 
     outer = sum of lengths; inner = longest - the others, or 0.
 
@@ -46,14 +46,14 @@ def planar_reach(lengths: ArrayLike) -> Ring:
         InputError: no lengths, or a negative one.
     """
     L = _lengths(lengths)
-    return Ring(max(0.0, float(2 * L.max() - L.sum())), float(L.sum()))
+    return Annulus(max(0.0, float(2 * L.max() - L.sum())), float(L.sum()))
 
 
-def planar_dexterous(lengths: ArrayLike) -> tuple[Ring, ...]:
-    """Where a planar 3R arm without joint limits has every orientation: none, one or two rings (or discs).
+def dexterous_annuli(lengths: ArrayLike) -> tuple[Annulus, ...]:
+    """Where a planar 3R arm without joint limits has every orientation: none, one or two annuli (or discs).
 
     The second joint's far end must reach the whole circle of radius L3 about the tip, at distances |r - L3| .. r + L3
-    from the first axis, within the ring of the first two links: r + L3 <= outer and |r - L3| >= inner.
+    from the first axis, within the annulus of the first two links: r + L3 <= outer and |r - L3| >= inner.
 
     Args:
         lengths: (3,) of the links [m].
@@ -61,10 +61,10 @@ def planar_dexterous(lengths: ArrayLike) -> tuple[Ring, ...]:
     L = _lengths(lengths)
     if len(L) != 3:
         raise InputError("input.shape", name="lengths", expected="(3,)", got=L.shape, hint="")
-    ring, last = planar_reach(L[:2]), float(L[2])
+    ring, last = reachable_annulus(L[:2]), float(L[2])
     most = ring.outer - last
     pieces = [(0.0, most)] if ring.inner == 0.0 else [(0.0, min(last - ring.inner, most)), (last + ring.inner, most)]
-    return tuple(Ring(inner, outer) for inner, outer in pieces if inner <= outer and outer > 0.0)
+    return tuple(Annulus(inner, outer) for inner, outer in pieces if inner <= outer and outer > 0.0)
 
 
 def _lengths(lengths: ArrayLike) -> NDArray[np.float64]:

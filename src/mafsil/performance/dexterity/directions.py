@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.manipulability import Part, rate_jacobian
-from mafsil.performance.scaling import TOLERANCE
+from mafsil.performance.dexterity.manipulability import Part, rate_jacobian
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import TOLERANCE
 from mafsil.robot import as_robot
 
 OUTSIDE = 1e-6
 """Part of a unit direction that no joint rates produce, above which the direction is lost."""
 
 
-def rate_effort(
+def least_joint_rate(
     robot: RobotLike,
     q: ArrayLike,
     direction: ArrayLike,
@@ -38,7 +38,8 @@ def rate_effort(
         part: `linear` (motion of the tip's point, however the tip turns), `planar` or `angular`.
         point: (3,) point of the tip frame [m]; its origin if None.
         weighted: whether each joint rate counts in shares of its limit.
-        length: [m] by which rates of slides are divided before they join those of turning joints; 1 m if None.
+        length: [m] by which rates of prismatic joints are divided before they join those of revolute joints; 1 m if
+            None.
 
     Returns:
         (*batch); infinite where the direction is lost.
@@ -53,7 +54,7 @@ def rate_effort(
     return np.where(np.linalg.norm(u - reached, axis=-1) > OUTSIDE, np.inf, effort)
 
 
-def greatest_speed(
+def largest_speed(
     robot: RobotLike,
     q: ArrayLike,
     direction: ArrayLike,
@@ -63,11 +64,11 @@ def greatest_speed(
     weighted: bool = False,
     length: float | None = None,
 ) -> Floats:
-    """(*batch) greatest speed along a direction, and in no other, at joint rates of unit size: 1 / `rate_effort`.
+    """(*batch) greatest speed along a direction, and in no other, at joint rates of unit size: 1 / `least_joint_rate`.
 
-    Zero where the direction is lost; arguments as `rate_effort`.
+    Zero where the direction is lost; arguments as `least_joint_rate`.
     """
-    effort = rate_effort(robot, q, direction, part, point=point, weighted=weighted, length=length)
+    effort = least_joint_rate(robot, q, direction, part, point=point, weighted=weighted, length=length)
     with np.errstate(divide="ignore"):
         return 1.0 / effort
 

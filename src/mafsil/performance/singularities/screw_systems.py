@@ -66,7 +66,7 @@ def _principal(lines: Floats, moments: Floats) -> tuple[Floats, Floats]:
 
 
 def echelon(rows: Floats) -> Floats:
-    """Reduced row echelon form of independent rows (k, m), each scaled to unit length, dust removed."""
+    """Reduced row echelon form of independent rows (k, m), each scaled to unit length, roundoff removed."""
     A = rows.copy()
     k, m = A.shape
     done = 0

@@ -13,23 +13,23 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model import JointKind
-from mafsil.performance.axis_cases import Axes, Cause, causes
-from mafsil.performance.determinant import natural_task, vanishing_factors
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.lost_motions import ScrewReading, twist_reading, vector_text, wrench_reading
-from mafsil.performance.scaling import (
+from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, causes
+from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
+from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
+from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import (
     TOLERANCE,
     Scaled,
     at_point,
     central_point,
+    prismatic_joints,
     random_configurations,
     rank_of,
     require_one,
     scaled_jacobian,
-    sliding_joints,
 )
-from mafsil.performance.screw_systems import canonical_system
-from mafsil.performance.tasks import Task, task_rows
+from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 
@@ -79,7 +79,7 @@ def _is_spherical(robot: Robot) -> bool:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ResolvedTask:
     """What a configuration is judged by.
 
     Attributes:
@@ -93,7 +93,7 @@ class Asked:
     full_rank: int
 
 
-def asked(robot: Robot, task: Task | None = None) -> Asked:
+def resolved_task(robot: Robot, task: Task | None = None) -> ResolvedTask:
     """The task, the default one if None; of the whole Jacobian where the other rows of an arm are zero anyway.
 
     Args:
@@ -102,9 +102,9 @@ def asked(robot: Robot, task: Task | None = None) -> Asked:
     """
     if task is not None:
         rows = task_rows(task)
-        return Asked(task, rows, min(len(rows), robot.n))
+        return ResolvedTask(task, rows, min(len(rows), robot.n))
     name = default_task(robot)
-    return Asked(name, _looked_at(robot, name), min(len(task_rows(name)), robot.n))
+    return ResolvedTask(name, _looked_at(robot, name), min(len(task_rows(name)), robot.n))
 
 
 @lru_cache(maxsize=64)
@@ -132,7 +132,7 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, len
     Returns:
         (*batch, min(m, n)).
     """
-    return decompositions.singular_values(_scaled(robot, q, asked(robot, task).rows, length).J)
+    return decompositions.singular_values(_scaled(robot, q, resolved_task(robot, task).rows, length).J)
 
 
 @of_robot
@@ -159,7 +159,7 @@ def generic_rank(robot: Robot, *, task: Task | None = None) -> int:
         robot: the arm.
         task: rows that count; the arm's `default_task` if None.
     """
-    return _generic(robot, asked(robot, task).rows)
+    return _generic(robot, resolved_task(robot, task).rows)
 
 
 @lru_cache(maxsize=64)
@@ -181,7 +181,7 @@ def is_singular(
     True everywhere for an arm that never reaches that rank; `generic_rank` tells such arms.
     """
     here = rank(robot, q, task=task, length=length, tolerance=tolerance)
-    return (here >= 0) & (here < asked(robot, task).full_rank)
+    return (here >= 0) & (here < resolved_task(robot, task).full_rank)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ class Singularity:
     null_rates: Floats
     lost_twists: Floats
     wrenches: Floats
-    causes: tuple[Cause, ...]
+    causes: tuple[SingularityCause, ...]
 
     @property
     def singular(self) -> bool:
@@ -239,14 +239,14 @@ class Singularity:
         return tuple(f"{cause.number} ({', '.join(cause.names)})" for cause in self.causes if cause.number)
 
     @property
-    def lost_screws(self) -> tuple[ScrewReading, ...]:
+    def lost_screws(self) -> tuple[ScrewParameters, ...]:
         """The lost twists as axis, point and pitch."""
-        return tuple(twist_reading(V, length=self.length) for V in self.lost_twists)
+        return tuple(twist_screw(V, length=self.length) for V in self.lost_twists)
 
     @property
-    def reciprocal_screws(self) -> tuple[ScrewReading, ...]:
+    def reciprocal_screws(self) -> tuple[ScrewParameters, ...]:
         """The carried wrenches as lines of action."""
-        return tuple(wrench_reading(F, length=self.length) for F in self.wrenches)
+        return tuple(wrench_screw(F, length=self.length) for F in self.wrenches)
 
     def explain(self, language: str | None = None) -> str:
         """Rank, causes, lost motions, carried wrenches, in sentences."""
@@ -269,7 +269,7 @@ class Singularity:
         return "\n".join(lines)
 
 
-def _cause_line(cause: Cause, language: str | None) -> str:
+def _cause_line(cause: SingularityCause, language: str | None) -> str:
     sentence = cause.sentence(language)
     if not cause.number:
         return sentence
@@ -301,38 +301,40 @@ def singularity(
     Geometry of Mechanisms, 1978.
     """
     configuration = require_one("q", q, robot.n)
-    wanted = asked(robot, task)
-    scaled = _scaled(robot, configuration, wanted.rows, length)
+    resolved = resolved_task(robot, task)
+    scaled = _scaled(robot, configuration, resolved.rows, length)
     U, s, Vt = np.linalg.svd(scaled.J)
-    found, generic = int(rank_of(s, tolerance)), _generic(robot, wanted.rows)
+    found, generic = int(rank_of(s, tolerance)), _generic(robot, resolved.rows)
     null, left = Vt[found:], U[:, found:]
     every = generic == len(scaled.rows)
     lost = left if every else _reachable(robot, configuration, scaled, null, left, generic - found)
     return Singularity(
         robot.name,
         configuration,
-        wanted.task,
+        resolved.task,
         found,
         generic,
-        wanted.full_rank,
+        resolved.full_rank,
         s,
         scaled.length,
         tolerance,
         null * scaled.columns,
         _twists(scaled, lost),
         wrenches_of(scaled, left),
-        _causes(robot, scaled, wanted, found, tolerance) if found < wanted.full_rank else (),
+        _causes(robot, scaled, resolved, found, tolerance) if found < resolved.full_rank else (),
     )
 
 
-def _causes(robot: Robot, scaled: Scaled, wanted: Asked, found: int, tolerance: float) -> tuple[Cause, ...]:
+def _causes(
+    robot: Robot, scaled: Scaled, resolved: ResolvedTask, found: int, tolerance: float
+) -> tuple[SingularityCause, ...]:
     """Dependent axes for the whole pose; for a part of it the factors of the determinant that vanish."""
     if len(scaled.rows) == 6:
         return causes(_axes(robot, scaled, tolerance), robot.n - found)
-    if not isinstance(wanted.task, str) or len(wanted.rows) != robot.n:
+    if not isinstance(resolved.task, str) or len(resolved.rows) != robot.n:
         return ()
     try:
-        return vanishing_factors(robot, wanted.task, scaled.q, tolerance)
+        return vanishing_factors(robot, resolved.task, scaled.q, tolerance)
     except InputError:
         return ()
 
@@ -346,11 +348,11 @@ def _axes(robot: Robot, scaled: Scaled, tolerance: float) -> Axes:
     plain = [JointKind.REVOLUTE, JointKind.PRISMATIC]
     followed = {joint.mimic.leader for joint in robot.mechanism.joints if joint.mimic is not None}
     simple = [j.kind in plain and j.name not in followed for j in robot.mechanism.coordinates]
-    sliding = sliding_joints(robot)
+    prismatic = prismatic_joints(robot)
     return Axes(
         scaled.J,
-        [bool(s and ok) for s, ok in zip(sliding, simple, strict=True)],
-        [bool(ok and not s) for s, ok in zip(sliding, simple, strict=True)],
+        [bool(s and ok) for s, ok in zip(prismatic, simple, strict=True)],
+        [bool(ok and not s) for s, ok in zip(prismatic, simple, strict=True)],
         robot.joint_names,
         scaled.point,
         scaled.length,

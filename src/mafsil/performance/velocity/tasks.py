@@ -13,7 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.model.loading import RobotLike
-from mafsil.performance.jacobians import tool_jacobian
+from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.robot import Robot, as_robot, of_robot
 
 FLAT = 1e-9

@@ -13,8 +13,8 @@ from mafsil.arrays import Floats, Vector3, gate
 from mafsil.errors import InputError
 from mafsil.model import JointKind
 from mafsil.model.skeleton import reach
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.tasks import Task, task_rows
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers.decompositions import symmetric_pinv
 
@@ -37,7 +37,7 @@ class _Lengths:
 _known: WeakKeyDictionary[Robot, _Lengths] = WeakKeyDictionary()
 
 
-def sliding_joints(robot: Robot) -> NDArray[np.bool_]:
+def prismatic_joints(robot: Robot) -> NDArray[np.bool_]:
     """(n,) which coordinates are translations."""
     return np.array([joint.kind is JointKind.PRISMATIC for joint in robot.mechanism.coordinates], dtype=bool)
 
@@ -49,16 +49,16 @@ def ranges(robot: Robot, *, limited: bool = True) -> tuple[Floats, Floats]:
 
     Args:
         robot: the arm.
-        limited: whether its limits are kept; turning joints make a full turn otherwise.
+        limited: whether its limits are kept; revolute joints make a full turn otherwise.
 
     Returns:
         lower, upper (n,) [rad | m].
     """
     size = sum(float(np.linalg.norm(joint.T_pj[:3, 3])) for joint in robot.mechanism.joints)
-    free = np.where(sliding_joints(robot), max(size, 0.1), np.pi)
+    free = np.where(prismatic_joints(robot), max(size, 0.1), np.pi)
     lower, upper = np.array(robot.limits.lower), np.array(robot.limits.upper)
     if not limited:
-        lower, upper = (np.where(sliding_joints(robot), x, s * np.inf) for x, s in ((lower, -1), (upper, 1)))
+        lower, upper = (np.where(prismatic_joints(robot), x, s * np.inf) for x, s in ((lower, -1), (upper, 1)))
     lower, upper = np.where(np.isinf(lower), -free, lower), np.where(np.isinf(upper), free, upper)
     return lower, np.maximum(lower, upper)
 
@@ -81,10 +81,10 @@ def random_configurations(robot: Robot, count: int, seed: int = SEED, *, limited
 def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -> float:
     """A length [m] of the arm that divides translations so that they compare with angles.
 
-    Root mean square, over configurations, of the lever arms of the turning joints: about the tip, or about the point
+    Root mean square, over configurations, of the lever arms of the revolute joints: about the tip, or about the point
     nearest to all axes, which depends on neither tool nor base. An arm whose lever arms are below `NO_LEVER` of its
     reach has its reach for a length: axes typed with six digits that meet in one point have levers of rounding only.
-    Without turning joints the length is 1.
+    Without revolute joints the length is 1.
 
     Args:
         robot: the arm.
@@ -100,10 +100,10 @@ def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -
 
 def _rms_lever(J: Floats, size: float) -> float:
     """Root mean square of the levers [m]; the size of the arm [m] where they are none beside it."""
-    turning = np.abs(J[:, :3]).max(axis=(0, 1)) > 1e-12
-    if not turning.any():
+    revolute = np.abs(J[:, :3]).max(axis=(0, 1)) > 1e-12
+    if not revolute.any():
         return 1.0
-    lever = float(np.sqrt((J[:, 3:, turning] ** 2).sum(axis=1).mean()))
+    lever = float(np.sqrt((J[:, 3:, revolute] ** 2).sum(axis=1).mean()))
     return lever if lever > NO_LEVER * size else size
 
 
@@ -130,7 +130,7 @@ class Scaled:
     """A Jacobian without units, and the way back.
 
     Attributes:
-        J: (*batch, m, n), rows of (omega, v / length); columns of slides times length.
+        J: (*batch, m, n), rows of (omega, v / length); columns of prismatic joints times length.
         rows: of (omega, v), the task's.
         point: (*batch, 3) where the linear part is taken, in {s} [m].
         length: [m].
@@ -179,7 +179,7 @@ def scaled_jacobian(
     else:
         J = tool_jacobian(robot, q)
         point = robot.forward_kinematics(q)[..., :3, 3]
-    columns = np.where(sliding_joints(robot), length, 1.0)
+    columns = np.where(prismatic_joints(robot), length, 1.0)
     factors = np.array([1.0 if row < 3 else 1.0 / length for row in rows])[:, None] * columns
     return Scaled(J[..., list(rows), :] * factors, rows, point, float(length), columns, np.asarray(q, dtype=float))
 

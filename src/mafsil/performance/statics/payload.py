@@ -10,31 +10,31 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
-from mafsil.performance.directions import unit_direction
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.scaling import require_one
-from mafsil.performance.tasks import Task, task_jacobian, task_rows
+from mafsil.performance.dexterity.directions import unit_direction
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import require_one
+from mafsil.performance.velocity.tasks import Task, task_jacobian, task_rows
 from mafsil.robot import Robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
-class Strength:
+class LoadCapacity:
     """The largest multiple of a load that the joint efforts allow.
 
     Attributes:
         largest: (*batch) multiple [N | kg]; infinite if no bounded joint feels it, NaN where gravity alone exceeds the
             limits.
-        joint: (*batch) index of the joint that gives out; -1 if none.
+        limiting_joint: (*batch) index of the joint that reaches its limit; -1 if none.
     """
 
     largest: Floats
-    joint: NDArray[np.int64]
+    limiting_joint: NDArray[np.int64]
 
 
 @of_robot
 def largest_force(
     robot: Robot, q: ArrayLike, direction: ArrayLike, *, point: ArrayLike | None = None, gravity: bool = True
-) -> Strength:
+) -> LoadCapacity:
     """The largest force [N] that the tip can exert along a direction within the effort limits.
 
     Args:
@@ -46,11 +46,11 @@ def largest_force(
     """
     along = unit_direction(direction)
     J_v = tool_jacobian(robot, q, point=point)[..., 3:, :]
-    return _strength(robot, q, np.einsum("...ij,...i->...j", J_v, along), gravity)
+    return _capacity(robot, q, np.einsum("...ij,...i->...j", J_v, along), gravity)
 
 
 @of_robot
-def largest_payload(robot: Robot, q: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Strength:
+def largest_payload(robot: Robot, q: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> LoadCapacity:
     """The largest mass [kg] that the arm can hold still at a pose, within the effort limits, its own weight counted.
 
     Args:
@@ -65,21 +65,21 @@ def largest_payload(robot: Robot, q: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0
     if not g.any():
         raise InputError("performance.no_gravity", robot=robot.name)
     J_v = tool_jacobian(robot, q, point=centre)[..., 3:, :]
-    return _strength(robot, q, np.einsum("...ij,i->...j", J_v, -g), True)
+    return _capacity(robot, q, np.einsum("...ij,i->...j", J_v, -g), True)
 
 
-def _strength(robot: Robot, q: ArrayLike, load: Floats, gravity: bool) -> Strength:
+def _capacity(robot: Robot, q: ArrayLike, load: Floats, gravity: bool) -> LoadCapacity:
     """Largest s >= 0 with |g + s load| <= limits."""
-    held = robot.gravity_torque(q) if gravity else np.zeros_like(load)
+    weight = robot.gravity_torque(q) if gravity else np.zeros_like(load)
     limits = np.asarray(robot.limits.effort)
     with np.errstate(divide="ignore", invalid="ignore"):
-        room = np.where(load > 0, limits - held, limits + held) / np.abs(load)
-    felt = np.abs(load) > 1e-12 * np.maximum(np.abs(load).max(axis=-1, keepdims=True), 1e-300)
-    room = np.where(felt, room, np.where(np.isnan(load) | np.isnan(held), np.nan, np.inf))
-    joint = room.argmin(axis=-1)
-    largest = room.min(axis=-1)
-    too_weak = (np.abs(held) > limits).any(axis=-1)
-    return Strength(np.where(too_weak, np.nan, largest), np.where(np.isinf(largest), -1, joint))
+        multiples = np.where(load > 0, limits - weight, limits + weight) / np.abs(load)
+    bears = np.abs(load) > 1e-12 * np.maximum(np.abs(load).max(axis=-1, keepdims=True), 1e-300)
+    multiples = np.where(bears, multiples, np.where(np.isnan(load) | np.isnan(weight), np.nan, np.inf))
+    joint = multiples.argmin(axis=-1)
+    largest = multiples.min(axis=-1)
+    too_weak = (np.abs(weight) > limits).any(axis=-1)
+    return LoadCapacity(np.where(too_weak, np.nan, largest), np.where(np.isinf(largest), -1, joint))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +142,11 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
 
     configuration = require_one("q", q, robot.n)
     J, limits = task_jacobian(robot, configuration, task), _bounded(robot, "effort")
-    held = robot.gravity_torque(configuration) if gravity else np.zeros(robot.n)
-    if (np.abs(held) >= limits).any():
-        worst = robot.joint_names[int((np.abs(held) - limits).argmax())]
+    weight = robot.gravity_torque(configuration) if gravity else np.zeros(robot.n)
+    if (np.abs(weight) >= limits).any():
+        worst = robot.joint_names[int((np.abs(weight) - limits).argmax())]
         raise InputError("performance.too_weak", robot=robot.name, joint=worst)
-    A, b = np.concatenate([J.T, -J.T]), np.concatenate([limits - held, limits + held])
+    A, b = np.concatenate([J.T, -J.T]), np.concatenate([limits - weight, limits + weight])
     size = np.linalg.norm(A, axis=1)
     if np.linalg.matrix_rank(J, tol=1e-9 * size.max(initial=1e-300)) < len(task_rows(task)):
         raise InputError("performance.flat", robot=robot.name)

@@ -8,9 +8,9 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.messages import say
-from mafsil.performance.manipulability import jacobian_hessian
-from mafsil.performance.scaling import random_configurations, ranges, scaled_jacobian
-from mafsil.performance.tasks import Task
+from mafsil.performance.dexterity.manipulability import jacobian_hessian
+from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
+from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 from mafsil.solvers.least_squares import damped_step

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
-from mafsil.performance.link_loads import LinkLoad
+from mafsil.performance.statics.link_loads import LinkLoad
 from mafsil.robot import Robot, of_robot
 
 

@@ -14,7 +14,7 @@ PARALLEL = 1e-9
 """A screw whose directed part is shorter than this share of the whole has none: pure translation, pure couple."""
 
 
-class ScrewReading(NamedTuple):
+class ScrewParameters(NamedTuple):
     """A screw as a person sees it.
 
     Attributes:
@@ -34,7 +34,7 @@ class ScrewReading(NamedTuple):
         return say(f"performance.{key}_{form}", language=language, **details)
 
 
-def twist_reading(V: ArrayLike, *, length: float = 1.0) -> ScrewReading:
+def twist_screw(V: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
     """Axis, point and pitch of a twist (omega, v).
 
     Args:
@@ -42,10 +42,10 @@ def twist_reading(V: ArrayLike, *, length: float = 1.0) -> ScrewReading:
         length: [m] by which translations are compared with turns when deciding that it does not turn at all.
     """
     twist = gate("V", V, (6,), finite=True)
-    return _reading(twist[:3], twist[3:], length)
+    return _screw(twist[:3], twist[3:], length)
 
 
-def wrench_reading(F: ArrayLike, *, length: float = 1.0) -> ScrewReading:
+def wrench_screw(F: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
     """Axis, point and pitch of a wrench (m, f): its line of action.
 
     Args:
@@ -53,20 +53,20 @@ def wrench_reading(F: ArrayLike, *, length: float = 1.0) -> ScrewReading:
         length: [m] by which forces are compared with moments when deciding that it has no force.
     """
     wrench = gate("F", F, (6,), finite=True)
-    return _reading(wrench[3:], wrench[:3], length)
+    return _screw(wrench[3:], wrench[:3], length)
 
 
-def _reading(directed: Floats, moment: Floats, length: float) -> ScrewReading:
+def _screw(directed: Floats, moment: Floats, length: float) -> ScrewParameters:
     size = float(np.linalg.norm(directed))
     if size * length <= PARALLEL * float(np.linalg.norm(moment)) or size == 0.0:
         total = float(np.linalg.norm(moment))
-        return ScrewReading(signed(moment / total if total else moment), np.full(3, np.nan), float("inf"))
+        return ScrewParameters(signed(moment / total if total else moment), np.full(3, np.nan), float("inf"))
     pitch = float(directed @ moment) / size**2
-    return ScrewReading(signed(directed / size), np.cross(directed, moment) / size**2, pitch)
+    return ScrewParameters(signed(directed / size), np.cross(directed, moment) / size**2, pitch)
 
 
 def signed(direction: Vector3) -> Vector3:
-    """The same line's direction with its first clearly non-zero component positive, and no rounding dust."""
+    """The same line's direction with its first clearly non-zero component positive, and no roundoff."""
     clean = np.where(np.abs(direction) < 1e-12, 0.0, direction)
     first = clean[np.argmax(np.abs(clean) > 1e-6)]
     return clean * np.sign(first) if first else clean

@@ -1,4 +1,4 @@
-"""The singularity atlas of an arm: every family of singular configurations, its condition, sampled and verified."""
+"""The singularity locus of an arm: every component of singular configurations, its condition, sampled and verified."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.performance.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
-from mafsil.performance.scaling import TOLERANCE, random_configurations, ranges
-from mafsil.performance.singularity import Singularity, is_singular, singularity
+from mafsil.performance.singularities.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
+from mafsil.performance.singularities.singular_configuration import Singularity, is_singular, singularity
+from mafsil.performance.velocity.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.robot import Robot, of_robot
 
 SAMPLES = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Family:
+class LocusComponent:
     """Configurations at which one factor of the determinant vanishes.
 
     Attributes:
@@ -50,7 +50,7 @@ class Family:
 
     def explain(self, language: str | None = None) -> str:
         """Condition, meaning, and how it was verified."""
-        key = "family_empty" if self.empty else "family"
+        key = "component_empty" if self.empty else "component"
         return say(
             f"performance.{key}",
             language=language,
@@ -64,58 +64,60 @@ class Family:
 
 
 @dataclass(frozen=True, eq=False)
-class Atlas:
-    """All singular families of an arm.
+class SingularityLocus:
+    """All components of the singularity locus of an arm.
 
     Attributes:
         determinant: in factors; a configuration is singular exactly where one of them vanishes.
-        families: one for each factor that depends on the configuration.
+        components: one for each factor that depends on the configuration.
     """
 
     determinant: DeterminantFactors
-    families: tuple[Family, ...]
+    components: tuple[LocusComponent, ...]
 
     @property
     def verified(self) -> bool:
-        """Whether every sample of every family is singular."""
-        return all(family.verified == len(family.samples) for family in self.families)
+        """Whether every sample of every component is singular."""
+        return all(component.verified == len(component.samples) for component in self.components)
 
     def explain(self, language: str | None = None) -> str:
-        """The determinant, then the families."""
-        lines = [f"{k}. {family.explain(language)}" for k, family in enumerate(self.families, 1)]
+        """The determinant, then the components."""
+        lines = [f"{k}. {component.explain(language)}" for k, component in enumerate(self.components, 1)]
         return "\n".join([self.determinant.explain(language), *lines])
 
 
 @of_robot
-def singularity_atlas(robot: Robot, task: str | None = None, *, samples: int = SAMPLES, seed: int = 1) -> Atlas:
-    """Every family of singular configurations of an arm with a square Jacobian.
+def singularity_locus(
+    robot: Robot, task: str | None = None, *, samples: int = SAMPLES, seed: int = 1
+) -> SingularityLocus:
+    """Every component of singular configurations of an arm with a square Jacobian.
 
     Args:
         robot: the arm: PUMA-like, UR, SCARA, Stanford, planar, and others whose determinant factors.
         task: as for `determinant_factors`.
-        samples: configurations drawn on each family; all joint limits are left aside.
+        samples: configurations drawn on each component; all joint limits are left aside.
         seed: of the generator.
 
     Raises:
         InputError: the Jacobian is not square.
     """
     determinant = determinant_factors(robot, task)
-    families = [
-        _family(robot, determinant.task, factor, samples, seed)
+    components = [
+        _component(robot, determinant.task, factor, samples, seed)
         for factor in determinant.factors
         if factor.form is None or factor.form.joints
     ]
-    return Atlas(determinant, tuple(families))
+    return SingularityLocus(determinant, tuple(components))
 
 
-def _family(robot: Robot, task: str, factor: Factor, count: int, seed: int) -> Family:
+def _component(robot: Robot, task: str, factor: Factor, count: int, seed: int) -> LocusComponent:
     form = factor.form
     joints = tuple(range(robot.n)) if form is None else form.joints
     q = sampled(robot, factor, count, seed)
     singular = is_singular(robot, q, task=task, tolerance=10 * TOLERANCE) if len(q) else np.zeros(0, bool)
     lower, upper = ranges(robot)
     inside = ((q >= lower) & (q <= upper)).all(axis=-1)
-    return Family(
+    return LocusComponent(
         robot,
         factor,
         joints,

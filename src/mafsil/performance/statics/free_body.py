@@ -17,7 +17,7 @@ from mafsil.robot import as_robot
 
 
 @dataclass(frozen=True, eq=False)
-class FreeBody:
+class FreeBodyDiagram:
     """What acts on a link, all as wrenches (m, f) about the origin of the link's frame, in its axes [N m, N].
 
     Attributes:
@@ -49,14 +49,14 @@ class FreeBody:
         return "\n".join([title, head, *body])
 
 
-def free_body(
+def free_body_diagram(
     robot: RobotLike,
     link: str,
     q: ArrayLike,
     qd: ArrayLike | None = None,
     qdd: ArrayLike | None = None,
     tip_wrench: ArrayLike | None = None,
-) -> FreeBody:
+) -> FreeBodyDiagram:
     """The free-body diagram of a link as a table.
 
     Args:
@@ -94,6 +94,6 @@ def free_body(
         T_tip_link = np.linalg.inv(mechanism.T_lt)
         acting.append((say("performance.free_body_world"), -wrench.transform(T_tip_link, F_tip)))
     V, dV = arm.link_twists(u, v)[index], arm.link_accelerations(u, v, a)[index]
-    return FreeBody(
+    return FreeBodyDiagram(
         link, tuple(name for name, _ in acting), np.array([F for _, F in acting]), RigidBody(body).wrench(V, dV)
     )

@@ -13,11 +13,11 @@ from mafsil.answer import Status
 from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
-from mafsil.performance.jacobians import tool_jacobian
-from mafsil.performance.lost_motions import vector_text, wrench_reading
-from mafsil.performance.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
-from mafsil.performance.singularity import wrenches_of
-from mafsil.performance.tasks import Task
+from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
+from mafsil.performance.singularities.singular_configuration import wrenches_of
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
+from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.arguments import in_tip
 from mafsil.solvers import decompositions
@@ -121,7 +121,7 @@ class TipWrench:
             "unbalanced": vector_text(self.unbalanced[index]),
         }
         lines = [self.status(*index).sentence(language, **details)]
-        lines += [wrench_reading(F, length=self.length).sentence("carried", language) for F in self.carried]
+        lines += [wrench_screw(F, length=self.length).sentence("carried", language) for F in self.carried]
         return "\n".join(lines)
 
 

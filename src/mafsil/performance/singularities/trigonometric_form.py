@@ -1,4 +1,4 @@
-"""A function of a few joint coordinates written out exactly: sines and cosines of angle sums, powers of slides."""
+"""A function of a few joint coordinates written out exactly: sines and cosines of angle sums, powers of lengths."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 
-DUST = 1e-11
+ROUNDOFF = 1e-11
 """Coefficients smaller than this share of the largest are rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """coefficient * slides^powers * exp(i k . angles); real parts of pairs k, -k make cosines and sines.
+    """coefficient * lengths^powers * exp(i k . angles); real parts of pairs k, -k make cosines and sines.
 
     Attributes:
         coefficient: complex.
-        powers: for each joint; k for turning joints is the multiple of the angle, for slides the power.
+        powers: for each joint; k for revolute joints is the multiple of the angle, for prismatic joints the power.
     """
 
     coefficient: complex
@@ -35,12 +35,12 @@ class TrigonometricForm:
 
     Attributes:
         joints: indices of the coordinates that occur.
-        sliding: for each of them, whether it is a slide.
-        terms: all with coefficients above dust.
+        prismatic: for each of them, whether it is the length of a prismatic joint.
+        terms: all with coefficients above roundoff.
     """
 
     joints: tuple[int, ...]
-    sliding: tuple[bool, ...]
+    prismatic: tuple[bool, ...]
     terms: tuple[Term, ...]
 
     def __call__(self, q: Floats) -> Floats:
@@ -52,9 +52,9 @@ class TrigonometricForm:
 
     def _base(self, q: Floats, powers: Sequence[int], without: int | None = None) -> NDArray[np.complex128]:
         value: Any = np.ones(q.shape[:-1], dtype=complex)
-        for joint, slides, k in zip(self.joints, self.sliding, powers, strict=True):
+        for joint, prismatic, k in zip(self.joints, self.prismatic, powers, strict=True):
             if k and joint != without:
-                value = value * (q[..., joint] ** k if slides else np.exp(1j * k * q[..., joint]))
+                value = value * (q[..., joint] ** k if prismatic else np.exp(1j * k * q[..., joint]))
         return value
 
     def roots(self, q: Floats, joint: int) -> Floats:
@@ -66,15 +66,15 @@ class TrigonometricForm:
         """
         place = self.joints.index(joint)
         degree = max((abs(term.powers[place]) for term in self.terms), default=0)
-        slides = self.sliding[place]
-        low = 0 if slides else -degree
+        prismatic = self.prismatic[place]
+        low = 0 if prismatic else -degree
         coefficients = np.zeros(degree - low + 1, dtype=complex)
         for term in self.terms:
             coefficients[term.powers[place] - low] += term.coefficient * self._base(q, term.powers, joint)
         if not np.abs(coefficients).max(initial=0.0) > 0:
             return np.zeros(0)
         zeros: Any = np.roots(np.trim_zeros(coefficients[::-1], "f"))
-        if slides:
+        if prismatic:
             return np.sort(zeros[np.abs(zeros.imag) < 1e-6 * np.maximum(1.0, np.abs(zeros))].real)
         on_circle = zeros[np.abs(np.abs(zeros) - 1.0) < 1e-5]
         return _distinct(self._polished(q, joint, np.angle(on_circle)))
@@ -101,32 +101,34 @@ class TrigonometricForm:
         Args:
             longest: how many terms are written; all if None.
         """
-        parts = [part for term in self.terms if _leads(term.powers, self.sliding) for part in self._written(term)]
+        parts = [part for term in self.terms if _leads(term.powers, self.prismatic) for part in self._written(term)]
         more = f" + ... ({len(parts)} terms)" if longest is not None and len(parts) > longest else ""
         text = " ".join(f"{'-' if x < 0 else '+'} {_product(abs(x), rest)}" for x, rest in parts[:longest]) + more
         return text.removeprefix("+ ") if not text.startswith("- ") else "-" + text[2:]
 
     def _written(self, term: Term) -> list[tuple[float, str]]:
-        slide = [
+        lengths = [
             f"q{j + 1}" + (f"^{k}" if k > 1 else "")
-            for j, s, k in zip(self.joints, self.sliding, term.powers, strict=True)
+            for j, s, k in zip(self.joints, self.prismatic, term.powers, strict=True)
             if s and k
         ]
-        angle = _angle([(j, k) for j, s, k in zip(self.joints, self.sliding, term.powers, strict=True) if k and not s])
+        angle = _angle(
+            [(j, k) for j, s, k in zip(self.joints, self.prismatic, term.powers, strict=True) if k and not s]
+        )
         if not angle:
-            return [(term.coefficient.real, " ".join(slide))]
+            return [(term.coefficient.real, " ".join(lengths))]
         pair = [(2 * term.coefficient.real, f"cos({angle})"), (-2 * term.coefficient.imag, f"sin({angle})")]
         largest = max(abs(t.coefficient) for t in self.terms)
-        return [(x, " ".join([*slide, name])) for x, name in pair if abs(x) > DUST * largest]
+        return [(x, " ".join([*lengths, name])) for x, name in pair if abs(x) > ROUNDOFF * largest]
 
 
 def _product(x: float, rest: str) -> str:
     return rest if rest and abs(x - 1.0) < 5e-7 else f"{x:.6g} {rest}".strip()
 
 
-def _leads(powers: Sequence[int], sliding: Sequence[bool]) -> bool:
+def _leads(powers: Sequence[int], prismatic: Sequence[bool]) -> bool:
     """Whether this is the member of a conjugate pair that is written: its first multiple is positive."""
-    multiples = [k for k, s in zip(powers, sliding, strict=True) if k and not s]
+    multiples = [k for k, s in zip(powers, prismatic, strict=True) if k and not s]
     return not multiples or multiples[0] > 0
 
 
@@ -150,46 +152,46 @@ def _distinct(angles: Floats) -> Floats:
 
 
 def fitted(
-    function: Callable[[Floats], Floats], n: int, sliding: Sequence[bool], scale: float, degree: int = 2
+    function: Callable[[Floats], Floats], n: int, prismatic: Sequence[bool], scale: float, degree: int = 2
 ) -> TrigonometricForm | None:
     """The exact form of a function of q whose degree in every coordinate is at most `degree`, or None if it has none.
 
     Args:
         function: q (k, n) to (k,).
         n: number of coordinates.
-        sliding: (n,) which are slides.
-        scale: size of slides [m].
-        degree: highest multiple of an angle, or power of a slide.
+        prismatic: (n,) which are prismatic joints.
+        scale: size of prismatic joints [m].
+        degree: highest multiple of an angle, or power of a prismatic joint.
     """
     rng = np.random.default_rng(5)
-    joints = _dependencies(function, n, sliding, scale, rng)
+    joints = _dependencies(function, n, prismatic, scale, rng)
     if len(joints) > 4:
         return None
-    nodes = [_nodes(sliding[j], scale, degree) for j in joints]
+    nodes = [_nodes(prismatic[j], scale, degree) for j in joints]
     grid = np.array(list(product(*nodes))).reshape(-1, len(joints))
     q = np.zeros((len(grid), n))
     q[:, list(joints)] = grid
-    values = function(q).astype(complex).reshape([2 * degree + 1 if not sliding[j] else degree + 1 for j in joints])
+    values = function(q).astype(complex).reshape([2 * degree + 1 if not prismatic[j] else degree + 1 for j in joints])
     for axis, j in enumerate(joints):
-        inverse = np.linalg.inv(_basis(_nodes(sliding[j], scale, degree), sliding[j], degree))
+        inverse = np.linalg.inv(_basis(_nodes(prismatic[j], scale, degree), prismatic[j], degree))
         values = np.moveaxis(np.tensordot(inverse, values, axes=(1, axis)), 0, axis)
     largest = np.abs(values).max(initial=0.0)
-    lows = [0 if sliding[j] else -degree for j in joints]
+    lows = [0 if prismatic[j] else -degree for j in joints]
     terms = tuple(
         Term(complex(x), tuple(int(i) + low for i, low in zip(index, lows, strict=True)))
         for index, x in np.ndenumerate(values)
-        if abs(x) > DUST * largest
+        if abs(x) > ROUNDOFF * largest
     )
-    form = TrigonometricForm(joints, tuple(bool(sliding[j]) for j in joints), terms)
-    trial = _trial(n, sliding, scale, rng, 32)
+    form = TrigonometricForm(joints, tuple(bool(prismatic[j]) for j in joints), terms)
+    trial = _trial(n, prismatic, scale, rng, 32)
     return form if np.abs(form(trial) - function(trial)).max() < 1e-9 * max(largest, 1e-300) else None
 
 
 def _dependencies(
-    function: Callable[[Floats], Floats], n: int, sliding: Sequence[bool], scale: float, rng: np.random.Generator
+    function: Callable[[Floats], Floats], n: int, prismatic: Sequence[bool], scale: float, rng: np.random.Generator
 ) -> tuple[int, ...]:
-    start = _trial(n, sliding, scale, rng, 8)
-    other = _trial(n, sliding, scale, rng, 8)
+    start = _trial(n, prismatic, scale, rng, 8)
+    other = _trial(n, prismatic, scale, rng, 8)
     reference = function(start)
     found: list[int] = []
     for j in range(n):
@@ -200,17 +202,17 @@ def _dependencies(
     return tuple(found)
 
 
-def _trial(n: int, sliding: Sequence[bool], scale: float, rng: np.random.Generator, count: int) -> Floats:
-    return np.where(list(sliding), scale, np.pi) * rng.uniform(-1, 1, (count, n))
+def _trial(n: int, prismatic: Sequence[bool], scale: float, rng: np.random.Generator, count: int) -> Floats:
+    return np.where(list(prismatic), scale, np.pi) * rng.uniform(-1, 1, (count, n))
 
 
-def _nodes(slides: bool, scale: float, degree: int) -> Floats:
-    if slides:
+def _nodes(prismatic: bool, scale: float, degree: int) -> Floats:
+    if prismatic:
         return scale * np.linspace(-1, 1, degree + 1)
     return 2 * np.pi * np.arange(2 * degree + 1) / (2 * degree + 1)
 
 
-def _basis(nodes: Floats, slides: bool, degree: int) -> NDArray[np.complex128]:
-    if slides:
+def _basis(nodes: Floats, prismatic: bool, degree: int) -> NDArray[np.complex128]:
+    if prismatic:
         return np.vander(nodes, degree + 1, increasing=True).astype(complex)
     return np.exp(1j * np.outer(nodes, np.arange(-degree, degree + 1)))
