@@ -105,7 +105,7 @@ def test_numerical_answers_leave_other_joints_where_they_are(arms):
     seeded = solve_ik(held, T[0], np.full(7, 0.013))
     assert seeded
     assert seeded.q[jaw] == 0.013
-    wished = solve_ik(held, T, posture=np.full(7, 0.007))
+    wished = solve_ik(held, T, q_preferred=np.full(7, 0.007))
     assert (wished.q[:, jaw] == 0.007).all()
     assert many.moving == 6
     with pytest.raises(mf.InputError):

@@ -10,8 +10,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.ik import IKStatus, solve_ik
+from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.quick import BLOCK
 from mafsil.ik.status import CODES
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 
@@ -105,7 +105,7 @@ def test_tolerances_apart(panda):
 def test_postures_are_approached_in_the_self_motion(panda):
     T = poses(panda, 60)
     middle = problem_of(panda, None, True).middle
-    plain, wished = solve_ik(panda, T), solve_ik(panda, T, posture=middle)
+    plain, wished = solve_ik(panda, T), solve_ik(panda, T, q_preferred=middle)
     assert wished.all_solved
     before = ((plain.q - middle) ** 2).sum(axis=1)
     after = ((wished.q - middle) ** 2).sum(axis=1)
@@ -119,10 +119,10 @@ def test_postures_are_approached_in_the_self_motion(panda):
     assert np.quantile(np.linalg.norm(along, axis=1), 0.9) < 1e-3
 
 
-def test_posture_weights_choose_the_joints(panda):
+def test_preferred_weights_choose_the_joints(panda):
     T = poses(panda, 30)
     posture = np.array([0.0, 0, 0, -1.5, 0, 1.5, 0])
-    first = solve_ik(panda, T, posture=posture, posture_weights=[1, 0, 0, 0, 0, 0, 0])
+    first = solve_ik(panda, T, q_preferred=posture, preferred_weights=[1, 0, 0, 0, 0, 0, 0])
     plain = solve_ik(panda, T)
     assert np.abs(first.q[:, 0]).sum() < np.abs(plain.q[:, 0]).sum()
 
@@ -265,14 +265,14 @@ def test_too_few_joints_say_how_near_they_come():
         ({"restarts": 1.5}, "restarts"),
         ({"restarts": np.nan}, "restarts"),
         ({"restarts": 10**30}, "restarts"),
-        ({"rng": "a"}, "rng"),
-        ({"rng": np.random.default_rng(0)}, "rng"),
+        ({"seed": "a"}, "seed"),
+        ({"seed": np.random.default_rng(0)}, "seed"),
         ({"frame": ["link5"]}, "frame"),
         ({"task": ["pose"]}, "task"),
         ({"axis": "z"}, "axis"),
         ({"weights": "w"}, "weights"),
-        ({"posture": np.zeros(3)}, "posture"),
-        ({"posture": np.zeros(7), "posture_weights": np.zeros(7)}, "posture_weights"),
+        ({"q_preferred": np.zeros(3)}, "q_preferred"),
+        ({"q_preferred": np.zeros(7), "preferred_weights": np.zeros(7)}, "preferred_weights"),
     ],
 )
 def test_wrong_settings_are_named(panda, given, words):

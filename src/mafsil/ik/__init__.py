@@ -11,6 +11,8 @@ from mafsil.ik.calibrated import Continuation as Continuation
 from mafsil.ik.calibrated import continued_branches as continued_branches
 from mafsil.ik.closed_form import Branches as Branches
 from mafsil.ik.closed_form import ClosedForm as ClosedForm
+from mafsil.ik.desired_motion import twist_of_motion as twist_of_motion
+from mafsil.ik.desired_motion import twists_between as twists_between
 from mafsil.ik.general import GeneralSix as GeneralSix
 from mafsil.ik.general import GeneralSolutions as GeneralSolutions
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
@@ -58,5 +60,3 @@ from mafsil.ik.tracking import Switch as Switch
 from mafsil.ik.tracking import Track as Track
 from mafsil.ik.tracking import TrackStatus as TrackStatus
 from mafsil.ik.tracking import track as track
-from mafsil.ik.wanted_motion import twist_of_motion as twist_of_motion
-from mafsil.ik.wanted_motion import twists_between as twists_between

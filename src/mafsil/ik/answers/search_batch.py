@@ -93,11 +93,11 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
 
     robot, mask = setting.robot, setting.mask
     q, residual = np.full((len(T), robot.n), np.nan), np.full(len(T), np.nan)
-    for rng in range(SEARCHES // 2):
+    for seed in range(SEARCHES // 2):
         rows = np.flatnonzero(np.isnan(residual))
         if not len(rows):
             break
-        found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, rng=rng)
+        found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
         before = residuals(misses(robot, start, T[rows], mask, None))
         better, after = refined(robot, start, T[rows], mask, None)

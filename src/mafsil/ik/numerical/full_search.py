@@ -1,4 +1,4 @@
-"""The careful way to an answer, block by block: search, check, second looks, posture goals, and a status for all."""
+"""The full search, block by block: attempts, check, second attempts, preferred configurations, and a status for all."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical import block_loops as columns
 from mafsil.ik.numerical import search_loops as loops
 from mafsil.ik.numerical.exact_starts import exact_starts
-from mafsil.ik.numerical.posture import PostureGoal, settled
+from mafsil.ik.numerical.fast_search import BLOCK
+from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.quick import BLOCK
 from mafsil.ik.numerical.search import Plan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
 
@@ -26,7 +26,7 @@ EXACT_FROM = 8
 asked for by those who want the solution near their own start, or none."""
 
 
-class CarefulSearch:
+class FullSearch:
     """Poses, and the report that their answers go to: second looks, posture goals, time limits, and reasons.
 
     Args:
@@ -43,7 +43,7 @@ class CarefulSearch:
         plan: Plan,
         wanted: Floats,
         first: JointVector,
-        goal: PostureGoal | None,
+        goal: PreferredConfiguration | None,
         restarts: int,
         deadline: float,
     ) -> None:
@@ -81,7 +81,7 @@ class CarefulSearch:
             self._wind(best, rows)
             found = self.plan.checked(best, T)
         if self.goal is not None:
-            settled(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
+            approached(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
             found = self.plan.checked(best, T)
         out, rotation, position, good = found
         report = self.report[rows]
@@ -94,10 +94,10 @@ class CarefulSearch:
         self._verdicts(rows, T, good == 1, beyond, valid, records)
 
     def _near(self, rows: slice) -> JointVector:
-        """(k, n) or (1, n) what solutions are wound to: the user's start, the posture or zero."""
+        """(k, n) or (1, n) what solutions are wound to: the initial guess, the preferred configuration or zero."""
         if len(self.first):
             return self.first[rows]
-        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).posture
+        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).q
 
     def _wind(self, best: Floats, rows: slice) -> None:
         """Whole turns of the joints."""
