@@ -23,7 +23,7 @@ from benchmarks.large_robots import large_robot  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, machine, race, verdict  # noqa: E402
 from mafsil.kernels.reduce import reduce  # noqa: E402
 from mafsil.kernels.tape import read  # noqa: E402
-from mafsil.mechanics.quantities import quantity  # noqa: E402
+from mafsil.mechanics.catalogue import quantity  # noqa: E402
 from mafsil.model import library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from mafsil.robot.trace import trace  # noqa: E402

@@ -15,7 +15,7 @@ from benchmarks.stopwatch import race
 from mafsil.kernels import target
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
 from mafsil.robot.trace import trace_together
 

@@ -11,7 +11,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 
 DOCS = Path(__file__).parent
 SOURCE = DOCS.parent / "src" / "mafsil"
@@ -39,8 +39,8 @@ def _lines() -> list[str]:
     lines = ["# Where is ...?", "", "Made by `docs/make_map.py` from the first sentence of every module.", ""]
     lines += ["## Quantities of a robot", "", "| name | what | file |", "|---|---|---|"]
     for row in CATALOGUE.values():
-        module = row.builder.partition(":")[0]
-        lines.append(f"| `robot.{row.name}` | {row.title.replace('|', '&#124;')} | `mechanics/{module}.py` |")
+        module = row.home.removeprefix("mafsil.").replace(".", "/")
+        lines.append(f"| `robot.{row.name}` | {row.title.replace('|', '&#124;')} | `{module}.py` |")
     lines += ["", "## Modules, lowest layer first", ""]
     for package in layers():
         lines += [f"### {package}", "", *_modules(SOURCE / package), ""]

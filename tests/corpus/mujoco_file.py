@@ -69,7 +69,7 @@ class MuJoCoFile:
                 "inverse_dynamics": spread.B.T @ self.data.qfrc_bias[rows],
             }
             errors = {n: float(scale.error(n, mine[n][k : k + 1], theirs[n][None]).max()) for n in theirs}
-            errors["link_poses"] = self._pose_error(mechanism, mine["link_poses"][k], scale.reach)
+            errors["link_poses"] = self._pose_error(mechanism, mine["link_poses"][k], scale.size.length)
             for name, error in errors.items():
                 if not error <= worst:
                     worst, where = error, f"{name} differs by {error:.2g}"

@@ -40,3 +40,8 @@ def test_reliability_page_is_current() -> None:
 def test_mjcf_page_is_current() -> None:
     done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_mjcf.py"), "--check"], check=False)
     assert done.returncode == 0, "run python docs/make_mjcf.py"
+
+
+def test_stub_of_the_robot_is_current() -> None:
+    done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_robot_stub.py"), "--check"], check=False)
+    assert done.returncode == 0, "run python docs/make_robot_stub.py"

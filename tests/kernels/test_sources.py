@@ -139,15 +139,15 @@ def test_a_damaged_note_is_made_again(arms: Path) -> None:
 
 
 def test_a_quantity_depends_on_its_own_builder_alone() -> None:
-    from mafsil.mechanics.quantities import quantity
+    from mafsil.mechanics.catalogue import quantity
     from mafsil.robot import compiling
 
     energy, coriolis = (compiling._sources(quantity(name)) for name in ("kinetic_energy", "coriolis_matrix"))
     assert energy != coriolis
     assert all(len(found) == 2 for found in (energy, coriolis))
-    roots = ("mafsil.robot.trace", "mafsil.mechanics.coriolis")
+    roots = ("mafsil.robot.trace", "mafsil.mechanics.quantities.coriolis")
     texts = {root: sources._file(root).read_bytes() for root in roots}  # type: ignore[union-attr]
     changed = {**texts, roots[1]: texts[roots[1]] + b"\nEXTRA = 1\n"}
-    found = [sources._closure(each, compiling.SOURCES, (compiling._CATALOGUE,)) for each in (texts, changed)]
+    found = [sources._closure(each, compiling.SOURCES, compiling.BESIDE) for each in (texts, changed)]
     assert found[0] is not None
     assert found[0] != found[1]

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from mafsil.errors import ModelError
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, Mimic, library
 from mafsil.robot import Robot
-from mafsil.robot.masses import OF_MASSES
-from mafsil.robot.motionless import OF_STILL
 from mafsil.robot.regularity import Answered
 
 BRICK = Inertial(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3) * 0.01)
@@ -88,7 +86,7 @@ def test_an_armature_is_inertia_enough() -> None:
     np.testing.assert_allclose(found, [2.0, 4.0], rtol=1e-15)
 
 
-@pytest.mark.parametrize("name", sorted(CATALOGUE.keys() - OF_STILL))
+@pytest.mark.parametrize("name", sorted(name for name, row in CATALOGUE.items() if row.needs_joints))
 def test_a_robot_without_joints_says_so(name: str) -> None:
     robot = Robot(Mechanism.assemble("table", [Link("top", POINT)], []))
     with pytest.raises(ModelError, match="no moving joint"):
@@ -99,7 +97,7 @@ def test_a_robot_without_joints_says_so(name: str) -> None:
 def test_a_robot_without_mass_has_kinematics_and_says_that_it_has_no_dynamics(name: str) -> None:
     robot = chain((TURN, None), (SLIDE, None))
     inputs = [np.ones((3, 2)) for _ in CATALOGUE[name].inputs]
-    if name in OF_MASSES:
+    if CATALOGUE[name].needs_mass:
         with pytest.raises(ModelError) as caught:
             getattr(robot, name)(*inputs)
         assert caught.value.key == "robot.massless"

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import trace

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 import mafsil.expression as ex
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
-from mafsil.mechanics import derivatives, mass_matrix
 from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
-from mafsil.mechanics.forward_dynamics import forward_dynamics
+from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.gauge import regauged
 from mafsil.mechanics.ground_frame import ground_is_shorter
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.quantities import dynamics_derivatives, mass_matrix
+from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import library
 from mafsil.robot.trace import trace
@@ -152,9 +152,9 @@ def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
     states = sample(mechanism, 3, np.random.default_rng(9))
     functions = []
     for ground in (False, True):
-        for module in (derivatives, mass_matrix):
+        for module in (dynamics_derivatives, mass_matrix):
             monkeypatch.setattr(module, "ground_is_shorter", lambda *_a, ground=ground, **_k: ground)
-        blocks = [*derivatives.matrices(tree, *symbols), mass_matrix.mass_matrix(tree, symbols[0])]
+        blocks = [*dynamics_derivatives.matrices(tree, *symbols), mass_matrix.mass_matrix(tree, symbols[0])]
         functions.append(ex.Function("blocks", symbols, blocks))
     for values in zip(*states.arguments(("q", "qd", "qdd", "tip_wrench")), strict=True):
         body, ground = ([block.full() for block in function.call(values)] for function in functions)

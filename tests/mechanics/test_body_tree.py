@@ -7,10 +7,10 @@ import mafsil.expression as ex
 from mafsil.arrays import frozen
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lumped, rotation_onto
-from mafsil.mechanics.forward_dynamics import by_mass_matrix
 from mafsil.mechanics.gauge import DUST, regauged, without_dust
-from mafsil.mechanics.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.mass_matrix import mass_matrix
+from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix
+from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 

@@ -7,7 +7,7 @@ import pytest
 import mafsil.expression as ex
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.catalogue import quantity
 from mafsil.model import library
 from mafsil.robot import Robot
 from mafsil.robot.trace import trace

@@ -8,9 +8,9 @@ import mafsil.expression as ex
 from mafsil.errors import InputError
 from mafsil.geometry import pose, twist
 from mafsil.mechanics.body_tree import lumped
-from mafsil.mechanics.lagrange import christoffel_of
+from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.newton_euler import newton_euler, twist_torque
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.quantities.lagrange import christoffel_of
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.mechanics.stacked_form import stacked_form
 from mafsil.mechanics.twist_chain import TwistChain

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import ModelError
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model import Mechanism
 from mafsil.robot.trace import signature, trace
 from tests.oracles.casadi_expression import as_casadi

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.errors import MafsilError
-from mafsil.mechanics.quantities import CATALOGUE, INPUTS
+from mafsil.mechanics.catalogue import CATALOGUE
+from mafsil.mechanics.quantity import INPUTS
 from mafsil.robot import Robot, load
 from tests.oracles.ours import ALL
 from tests.reliability import figures

@@ -17,13 +17,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.arm_size import ArmSize
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.textbook import Textbook, along, gradient, inverse
 from mafsil.model import JointKind, Mechanism, library
 from mafsil.robot import Robot
 from mafsil.robot.trace import trace
-from mafsil.verification.references import States, random_states
-from mafsil.verification.sizes import Sizes
-from mafsil.verification.textbook import Textbook, along, gradient, inverse
 from mafsil.verification.verify import Judge, call
 from tests.oracles.casadi_expression import as_casadi
 from tests.oracles.random_tree import random_tree
@@ -39,7 +39,7 @@ EFFORTS = ("inverse_dynamics", "forward_dynamics")
 def work(seed: int, cases: int) -> dict[str, int]:
     """States of one robot; counts of errors by their size."""
     robot, book, modes = subject(seed % len(subjects()))
-    sizes, count = Sizes.of(robot.mechanism), {"cases": cases}
+    sizes, count = ArmSize.of(robot.mechanism), {"cases": cases}
     for start in range(0, cases, CHUNK):
         drawn = random_states(robot.mechanism, sizes, min(CHUNK, cases - start), seed * cases + start)
         judge = Judge(book, sizes, on_seams(book, drawn, seed, start), LIMIT)

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from mafsil.kernels.tape import Tape
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.arm_size import ArmSize
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.textbook import Textbook
 from mafsil.model import library
 from mafsil.robot import Robot
 from mafsil.robot.trace import signature
-from mafsil.verification.references import ROADS, States, random_states
-from mafsil.verification.sizes import Sizes
-from mafsil.verification.textbook import Textbook
 from mafsil.verification.verify import LIMIT, Judge
 from tests.oracles.random_tree import random_tree
 from tests.reliability import figures
@@ -41,22 +41,22 @@ class Survey:
     """A routine called in one way with the states that `verify` draws, and the road's numbers for them."""
 
     def __init__(self, robot: Robot, way: Way, s: States, tape: Tape | None = None) -> None:
-        book, sizes = Textbook(robot.mechanism), Sizes.of(robot.mechanism)
+        book, sizes = Textbook(robot.mechanism), ArmSize.of(robot.mechanism)
         self.way, self.tape = way, tape or way.tape(robot.mechanism)
-        self.judge, self.road = Judge(book, sizes, s, LIMIT), ROADS[way.routine].value(book, s)
+        self.judge, self.reference = Judge(book, sizes, s, LIMIT), quantity(way.routine).second.value(book, s)
         self.wide = Judge(book, sizes, random_states(robot.mechanism, sizes, WIDE_STATES, 1), LIMIT)
 
     @property
     def is_caught(self) -> bool:
         """Whether `verify` finds out the tape as it is."""
-        return self._errors(self.judge, self.road, [])[0] > LIMIT
+        return self._errors(self.judge, self.reference, [])[0] > LIMIT
 
     def not_caught(self) -> Iterator[tuple[int, bool]]:
         """Every exchange that `verify` does not find out, and whether it changes a number at all."""
         numbers = places(self.tape)
         for start in range(0, len(numbers), TOGETHER):
             some = numbers[start : start + TOGETHER]
-            for number, error in zip(some, self._errors(self.judge, self.road, some), strict=True):
+            for number, error in zip(some, self._errors(self.judge, self.reference, some), strict=True):
                 if error <= LIMIT:
                     truth = self._outputs(self.wide, [])[0]
                     yield number, self._errors(self.wide, truth, [number])[0] > NOTHING

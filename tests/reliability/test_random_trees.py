@@ -90,9 +90,7 @@ def test_a_wrong_number_is_found() -> None:
 
     def off_by_a_little(states):
         answers = ours.traced(mechanism, states)
-        return answers | {
-            "gravity_torque": answers["gravity_torque"] + 1e-11 * natural_scale(mechanism).weight_times_reach
-        }
+        return answers | {"gravity_torque": answers["gravity_torque"] + 1e-11 * natural_scale(mechanism).size.moment}
 
     errors, _ = errors_of(2, mechanism, off_by_a_little)
     assert errors["gravity_torque"] > LIMIT

@@ -12,7 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError, InputWarning, ModelError
 from mafsil.geometry import pose
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 
 SMALL = np.array([0.1, -0.4, 0.3])

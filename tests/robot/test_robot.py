@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.mechanics.quantities import CATALOGUE
+from mafsil.mechanics.catalogue import CATALOGUE
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,12 @@ import numpy as np
 
 from mafsil.kernels.reference import _VALUES, evaluate
 from mafsil.kernels.tape import Node, Tape, read
-from mafsil.mechanics.quantities import CATALOGUE, quantity
+from mafsil.mechanics.arm_size import ArmSize
+from mafsil.mechanics.catalogue import CATALOGUE, quantity
+from mafsil.mechanics.states import States, random_states
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import signature, trace
-from mafsil.verification.references import States, random_states
-from mafsil.verification.sizes import Sizes
 from mafsil.verification.verify import ways
 
 EXCHANGED = {"add": "sub", "sub": "add", "sin": "cos", "cos": "sin"}
@@ -43,8 +43,8 @@ class Mutant(Robot):
         super().__init__(mechanism)
         self.way, self.tape = way, tape
 
-    def _routine(self, name: str) -> Any:
-        true = super()._routine(name)
+    def routine(self, name: str) -> Any:
+        true = super().routine(name)
         if name != self.way.routine:
             return true
 
@@ -116,7 +116,7 @@ def outputs_of(tape: Tape, columns: list[Any], numbers: list[int]) -> Any:
 
 def calls(robot: Robot) -> Iterator[tuple[Way, States]]:
     """Every routine in every way in which `verify` calls it."""
-    drawn = random_states(robot.mechanism, Sizes.of(robot.mechanism), STATES, 0)
+    drawn = random_states(robot.mechanism, ArmSize.of(robot.mechanism), STATES, 0)
     for row in CATALOGUE.values():
         for s in ways(row, drawn, robot):
             yield Way(row.name, tuple(name for name in row.optional if getattr(s, name) is not None), s.frame), s

@@ -159,7 +159,7 @@ def _check(name: str, test: Any) -> dict[str, Any]:
 def _audit() -> dict[str, Any]:
     """A freshly compiled kernel, bit for bit and digit for digit."""
     from mafsil.kernels.audit import audit
-    from mafsil.mechanics.quantities import quantity
+    from mafsil.mechanics.catalogue import quantity
     from mafsil.robot.trace import signature, trace
 
     name = say("cli.check_audit")

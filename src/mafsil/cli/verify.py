@@ -1,4 +1,4 @@
-"""`mafsil verify`: every routine of a robot held against independent roads to the same numbers."""
+"""`mafsil verify`: every routine of a robot compared with independent methods for the same numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STATES = 8
 
 
 def verify(robot: str, tip: str | None, against: str | None, states: str | None, seed: str | None) -> Answer:
-    """A table of routines, roads and errors.
+    """A table of routines, methods and errors.
 
     Args:
         robot: name or file.
@@ -34,6 +34,6 @@ def verify(robot: str, tip: str | None, against: str | None, states: str | None,
         states=STATES if states is None else count("states", states),
         seed=0 if seed is None else count("seed", seed),
     )
-    head = [say(f"verification.{name}") for name in ("routine", "road", "error", "limit", "verdict")]
+    head = [say(f"verification.{name}") for name in ("routine", "method", "error", "limit", "verdict")]
     lines = [*table(head, report.table()), "", *report.explain().split("\n")]
-    return Answer(report.as_dict(), tuple(lines), None if report.ok else report.explain().split("\n")[0])
+    return Answer(report.to_dict(), tuple(lines), None if report else report.explain().split("\n")[0])

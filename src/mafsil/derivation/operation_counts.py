@@ -9,7 +9,7 @@ from mafsil.derivation.lagrange_road import Lagrange
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
-from mafsil.mechanics.quantities import quantity
+from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
 from mafsil.robot.trace import trace
 

@@ -75,7 +75,13 @@ def loop(triple: str) -> str:
 
 
 def builtin(
-    address: int, bind: int, signature: Signature, doc: str, fallback: Callable[..., Any], owner: object
+    address: int,
+    bind: int,
+    signature: Signature,
+    doc: str,
+    fallback: Callable[..., Any],
+    owner: object,
+    parameters: str = "",
 ) -> Callable[..., Any]:
     """The Python builtin around the compiled call.
 
@@ -87,9 +93,11 @@ def builtin(
         fallback: called with the same arguments whenever they are not plain contiguous float64 arrays of core shape.
         owner: object that must outlive the builtin, such as the kernel; if it has this builtin as `call` and
             pickles, so does the builtin.
+        parameters: of the call, as Python writes them; the ports, `out` and `threads` if empty.
     """
     ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2)(bind)(ctypes.addressof(table()), ctypes.addressof(names(signature)))
-    head = f"{signature.name}({', '.join(p.name for p in signature.inputs)}, *, out=None, threads=None)\n--\n\n"
+    ports = ", ".join(port.name for port in signature.inputs)
+    head = f"{signature.name}{parameters or f'({ports}, *, out=None, threads=None)'}\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
     method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
     keeper = _Fallback(signature.name, fallback, owner, (method, texts))

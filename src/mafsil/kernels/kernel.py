@@ -60,6 +60,7 @@ class Kernel:
             not one plain contiguous point.
         recipe: picklable (function, arguments) that makes this kernel again; None pickles the attributes.
         target: machine to compile for; None is this one.
+        parameters: of the call as Python writes them, for `inspect.signature`; the ports, `out`, `threads` if empty.
     """
 
     signature: Signature
@@ -70,6 +71,7 @@ class Kernel:
     fallback: Callable[..., Any] | None = None
     recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None
     target: Target | None = None
+    parameters: str = ""
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         """Evaluate at one point or over a batch; see `Evaluator.__call__`."""
@@ -82,7 +84,7 @@ class Kernel:
         if not runtime.available():
             return slow
         at = self.image.part(CALL).addresses
-        routine = call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self)
+        routine = call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self, self.parameters)
         self.evaluate.twins = routine.__self__  # pyright: ignore[reportFunctionMemberAccess]
         return routine
 
@@ -143,8 +145,8 @@ class Kernel:
     def __reduce__(self) -> tuple[Callable[..., Kernel], tuple[Any, ...]]:
         if self.recipe is not None:
             return self.recipe
-        given = (self.signature, self.key, self.build, self.fingerprints, self.doc, self.fallback, None, self.target)
-        return Kernel, given
+        same = (self.signature, self.key, self.build, self.fingerprints, self.doc, self.fallback, None, self.target)
+        return Kernel, (*same, self.parameters)
 
     def __copy__(self) -> Kernel:
         return self
@@ -169,9 +171,10 @@ def compile(
     fallback: Callable[..., Any] | None = None,
     recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None,
     target: Target | None = None,
+    parameters: str = "",
 ) -> Kernel:
     """A kernel that compiles at its first use; arguments as the attributes of `Kernel`."""
-    return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target)
+    return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target, parameters)
 
 
 def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:

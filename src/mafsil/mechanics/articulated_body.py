@@ -12,8 +12,8 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import turned
-from mafsil.mechanics.mass_matrix import turned_symmetric
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+from mafsil.mechanics.quantities.mass_matrix import turned_symmetric
 
 SINGULAR = 1e-14
 """Share of the largest inertia that a joint may move below which what it feels is rounding: no acceleration follows."""

@@ -8,15 +8,15 @@ from typing import Any, TypeAlias
 import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
-from mafsil.mechanics.forward_kinematics import forward_kinematics
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.mechanics.gauge import regauged
-from mafsil.mechanics.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.jacobian import jacobian_body
 from mafsil.mechanics.loop_terms import Loop, input_sizes
-from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression, constant
+from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
+from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
+from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.jacobian import jacobian_body
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 

@@ -13,8 +13,8 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.gauge import regauged
 from mafsil.mechanics.hamiltonian import lagrangian_slope
-from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.energy import kinetic_energy
-from mafsil.mechanics.forward_dynamics import solved
 from mafsil.mechanics.gauge import regauged
-from mafsil.mechanics.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.energy import kinetic_energy
+from mafsil.mechanics.quantities.forward_dynamics import solved
+from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 

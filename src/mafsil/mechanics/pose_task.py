@@ -7,9 +7,9 @@ from math import nan, pi
 import mafsil.expression as ex
 from mafsil.algebra import se3, so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.forward_kinematics import forward_kinematics
 from mafsil.mechanics.gauge import regauged
-from mafsil.mechanics.jacobian import jacobian_body
+from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
+from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.model import JointKind, Mechanism
 
 FAR = 16.0

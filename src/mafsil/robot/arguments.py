@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.errors import InputError
-from mafsil.mechanics.quantities import Quantity
+from mafsil.mechanics.quantity import Quantity
 
 OPTIONS = ("out", "threads")
 """What every routine takes by name."""

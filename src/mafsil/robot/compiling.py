@@ -9,7 +9,8 @@ from typing import Any
 from mafsil.errors import ModelError
 from mafsil.kernels.kernel import Kernel, compile
 from mafsil.kernels.sources import meaning
-from mafsil.mechanics.quantities import Quantity, quantity
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.robot.trace import joint_signature, signature, trace, trace_together
@@ -17,7 +18,11 @@ from mafsil.robot.trace import joint_signature, signature, trace, trace_together
 SOURCES = ("mafsil.algebra", "mafsil.mechanics")
 """Packages whose code shapes the expressions: where a builder's own code or what it imports changes, it is traced anew.
 """
-_CATALOGUE = "mafsil.mechanics.quantities"
+BESIDE = (
+    "mafsil.mechanics.catalogue", "mafsil.mechanics.quantity", "mafsil.mechanics.arm_size", "mafsil.mechanics.states",
+    "mafsil.mechanics.textbook",
+)  # fmt: skip
+"""What the files of quantities import for their rows: it shapes no expression."""
 
 
 def compiled(
@@ -46,6 +51,7 @@ def compiled(
         key=f"{fingerprint(mechanism)} {name} {frame!r} {optional}",
         fingerprints=_sources(row),
         doc=row.doc(),
+        parameters=row.parameters,
         fallback=fallback,
         recipe=recipe or (compiled, (mechanism, name, frame, optional)),
     )
@@ -76,12 +82,9 @@ def compiled_together(
 
 def _sources(*rows: Quantity) -> tuple[str, ...]:
     """What shapes the expressions of quantities besides the robot: the code of their builders, and their rows."""
-    builders = sorted(
-        {builder.partition(":")[0] for row in rows for builder in (row.builder, row.beside[1]) if builder}
-    )
-    roots = ("mafsil.robot.trace", *(f"mafsil.mechanics.{module}" for module in builders))
-    details = [(r.builder, r.beside, r.inputs, r.optional, r.shape, r.framed, r.regrouped) for r in rows]
-    return repr(details), meaning(roots, SOURCES, (_CATALOGUE,))
+    roots = ("mafsil.robot.trace", *sorted({row.home for row in rows}))
+    details = [(r.name, r.home, r.inputs, r.optional, r.shape, r.framed, r.regrouped) for r in rows]
+    return repr(details), meaning(roots, SOURCES, BESIDE)
 
 
 def _require_joints(mechanism: Mechanism) -> None:

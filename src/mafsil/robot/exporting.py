@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from mafsil.kernels.export import Export, Legend
 from mafsil.kernels.export import export as export_kernel
-from mafsil.mechanics.quantities import INPUT_TEXTS, Quantity, quantity
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.quantity import INPUT_TEXTS, Quantity
 
 if TYPE_CHECKING:
     from mafsil.model.loading import RobotLike

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from mafsil.errors import ModelError
+from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 
-OF_MASSES = frozenset(
-    {
-        "inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "velocity_torque", "gravity_torque",
-        "kinetic_energy", "potential_energy", "centrifugal_torque", "coriolis_torque", "christoffel_symbols",
-        "lagrange_torque", "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "link_wrenches",
-        "com_wrenches",
-    }
-)  # fmt: skip
-"""Names of the catalogue whose value is zero everywhere, or undefined, where nothing has mass."""
 
-
-def require_masses(mechanism: Mechanism, name: str) -> None:
+def require_masses(mechanism: Mechanism, row: Quantity) -> None:
     """Refuse a quantity of masses for a mechanism in which nothing has any.
 
     Args:
         mechanism: the robot.
-        name: of the catalogue.
+        row: the quantity.
 
     Raises:
         ModelError: no link has mass or inertia and no motor a rotor; the sentence says how to give them.
     """
-    if name in OF_MASSES and not _has_inertia(mechanism):
-        raise ModelError("robot.massless", robot=mechanism.name, name=name)
+    if row.needs_mass and not _has_inertia(mechanism):
+        raise ModelError("robot.massless", robot=mechanism.name, name=row.name)
 
 
 def _has_inertia(mechanism: Mechanism) -> bool:

@@ -9,13 +9,12 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError
+from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
+from mafsil.robot.routines import signature_of
 
 if TYPE_CHECKING:
     from mafsil.robot.robot import Robot
-
-OF_STILL = ("forward_kinematics", "link_poses")
-"""Names of the catalogue that have a value without any joint."""
 
 
 class Motionless:
@@ -29,6 +28,8 @@ class Motionless:
     def __init__(self, robot: Robot, name: str) -> None:
         self._robot, self._name = robot, name
         self._poses = _link_poses(robot.mechanism)
+        row = quantity(name)
+        self.__name__, self.__doc__, self.__signature__ = name, row.doc(), signature_of(row)
 
     def __call__(
         self, q: ArrayLike, *, frame: str | None = None, out: Floats | None = None, threads: int | None = None

@@ -8,7 +8,10 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.mechanics.catalogue import quantity
+from mafsil.model import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
+from mafsil.robot.routines import signature_of
 
 if TYPE_CHECKING:
     from mafsil.robot.robot import Robot
@@ -18,31 +21,31 @@ NO_FINITE_ANSWER = ("call.overflow", "call.undefined")
 """Keys of the errors of a kernel that finds no finite number."""
 
 
-def dividing(robot: Robot, name: str, rank: int) -> Any:
-    """A routine that divides by the mass matrix; where that may be singular at some position, an answering one.
+def may_be_singular(mechanism: Mechanism) -> bool:
+    """Whether some joint moves no matter of its own, so that the mass matrix may be singular at some position.
 
     Args:
-        robot: whose routine.
-        name: of the routine.
-        rank: dimensions of its result for one state.
+        mechanism: the robot.
     """
-    mechanism = robot.mechanism
     moving = {joint.name for joint in mechanism.joints if joint.moves}
-    if moving <= joints_that_move_matter(mechanism):
-        return robot._routine(name)  # pyright: ignore[reportPrivateUsage]
-    return Answered(robot, name, rank)
+    return not moving <= joints_that_move_matter(mechanism)
 
 
 class Answered:
     """A routine that divides by the mass matrix: a single call that has no finite answer raises, with the reason.
 
     In batches such rows stay NaN, and the others keep their numbers.
+
+    Args:
+        robot: whose routine.
+        name: of the quantity.
     """
 
-    def __init__(self, robot: Robot, name: str, rank: int) -> None:
-        self.robot, self.name, self.rank = robot, name, rank
-        self.routine: Any = robot._routine(name)  # pyright: ignore[reportPrivateUsage]
-        self.__doc__ = self.routine.__doc__
+    def __init__(self, robot: Robot, name: str) -> None:
+        self.robot, self.name = robot, name
+        self.row = quantity(name)
+        self.routine: Any = robot.compiled_routine(name)
+        self.__name__, self.__doc__, self.__signature__ = name, self.routine.__doc__, signature_of(self.row)
 
     def __call__(self, *arrays: Any, **named: Any) -> Floats:
         """As the routine.
@@ -57,9 +60,9 @@ class Answered:
             if error.key in NO_FINITE_ANSWER:
                 self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
             raise
-        if found.ndim == self.rank and not np.isfinite(found).all():
+        if found.ndim == len(self.row.shape) and not np.isfinite(found).all():
             self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
         return found
 
-    def __reduce__(self) -> tuple[type[Answered], tuple[Robot, str, int]]:
-        return Answered, (self.robot, self.name, self.rank)
+    def __reduce__(self) -> tuple[type[Answered], tuple[Robot, str]]:
+        return Answered, (self.robot, self.name)

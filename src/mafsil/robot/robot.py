@@ -14,10 +14,11 @@ from mafsil.errors import InputError
 from mafsil.kernels.batch import Evaluator
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_columns, friction_law
 from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters, inertial_parameters
-from mafsil.mechanics.quantities import Quantity, quantity
+from mafsil.mechanics.quantity import Quantity
 from mafsil.mechanics.task_space import TaskSpace
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
@@ -25,30 +26,18 @@ from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.degrees import DegreesHint
 from mafsil.robot.description import Description
 from mafsil.robot.masses import require_masses
-from mafsil.robot.motionless import OF_STILL, Motionless
-from mafsil.robot.regularity import dividing
-from mafsil.robot.routine import (
-    ForwardDynamics,
-    InverseDynamics,
-    InverseDynamicsOfCarried,
-    OfLinkAcceleration,
-    OfLinkVelocity,
-    OfMotion,
-    OfMotionInFrame,
-    OfPosition,
-    OfPositionInFrame,
-    OfVelocity,
-    OfVelocityInFrame,
-    Together,
-)
+from mafsil.robot.motionless import Motionless
+from mafsil.robot.regularity import Answered, may_be_singular
+from mafsil.robot.routines import Routines
 from mafsil.robot.task import task_space_of
+from mafsil.robot.together import Together
 from mafsil.robot.torque_terms import TorqueTerms, torque_terms_of
 
 if TYPE_CHECKING:
     from mafsil.kernels.export import Export
 
 
-class Robot(Description):
+class Robot(Description, Routines):
     """The quantities of a mechanism as fast routines.
 
     Every routine takes single states or batches with any leading dimensions: q (*batch, n) and so on, inputs broadcast.
@@ -61,146 +50,6 @@ class Robot(Description):
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism)
         self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], Kernel] = {}
-
-    @lazy
-    def forward_kinematics(self) -> OfPositionInFrame:
-        """T_sf (*batch, 4, 4) of the tip frame, or of the link `frame`, in {s}: `robot.forward_kinematics(q)`."""
-        return self._routine("forward_kinematics")
-
-    @lazy
-    def link_poses(self) -> OfPosition:
-        """(*batch, L, 4, 4) poses of all links in {s}, in the order of `mechanism.links`."""
-        return self._routine("link_poses")
-
-    @lazy
-    def jacobian_space(self) -> OfPositionInFrame:
-        """J_s (*batch, 6, n), V_s = J_s qd, rows (omega, v), in {s}."""
-        return self._routine("jacobian_space")
-
-    @lazy
-    def jacobian_body(self) -> OfPositionInFrame:
-        """J_b (*batch, 6, n), V_b = J_b qd, rows (omega, v), in the frame itself."""
-        return self._routine("jacobian_body")
-
-    @lazy
-    def jacobian_space_rate(self) -> OfVelocityInFrame:
-        """dJ_s/dt (*batch, 6, n) of (q, qd)."""
-        return self._routine("jacobian_space_rate")
-
-    @lazy
-    def jacobian_body_rate(self) -> OfVelocityInFrame:
-        """dJ_b/dt (*batch, 6, n) of (q, qd)."""
-        return self._routine("jacobian_body_rate")
-
-    @lazy
-    def inverse_dynamics(self) -> InverseDynamicsOfCarried:
-        """Tau (*batch, n) = M qdd + c + g + J' F_tip [N m | N] of (q, qd, qdd, tip_wrench=None); the base may move."""
-        return self._routine("inverse_dynamics")
-
-    @lazy
-    def forward_dynamics(self) -> ForwardDynamics:
-        """Qdd (*batch, n) from M qdd = tau - c - g - J' F_tip, of (q, qd, tau, tip_wrench=None)."""
-        return dividing(self, "forward_dynamics", 1)
-
-    @lazy
-    def mass_matrix(self) -> OfPosition:
-        """M (*batch, n, n), symmetric."""
-        return self._routine("mass_matrix")
-
-    @lazy
-    def coriolis_matrix(self) -> OfVelocity:
-        """C (*batch, n, n) with C qd = c and dM/dt - 2 C skew."""
-        return self._routine("coriolis_matrix")
-
-    @lazy
-    def velocity_torque(self) -> OfVelocity:
-        """C (*batch, n): centrifugal and Coriolis efforts [N m | N]."""
-        return self._routine("velocity_torque")
-
-    @lazy
-    def gravity_torque(self) -> OfPosition:
-        """G (*batch, n): efforts that hold the robot still [N m | N]."""
-        return self._routine("gravity_torque")
-
-    @lazy
-    def kinetic_energy(self) -> OfVelocity:
-        """K (*batch,) [J]."""
-        return self._routine("kinetic_energy")
-
-    @lazy
-    def potential_energy(self) -> OfPosition:
-        """P (*batch,) [J], zero height at the origin of {s}."""
-        return self._routine("potential_energy")
-
-    @lazy
-    def centrifugal_torque(self) -> OfVelocity:
-        """(*batch, n): sum of Gamma_ijj qd_j^2 [N m | N]."""
-        return self._routine("centrifugal_torque")
-
-    @lazy
-    def coriolis_torque(self) -> OfVelocity:
-        """(*batch, n): velocity efforts of pairs of different rates [N m | N]."""
-        return self._routine("coriolis_torque")
-
-    @lazy
-    def christoffel_symbols(self) -> OfPosition:
-        """Gamma (*batch, n, n, n) of the first kind: c_i = sum of Gamma_ijk qd_j qd_k."""
-        return self._routine("christoffel_symbols")
-
-    @lazy
-    def lagrange_torque(self) -> OfMotion:
-        """Tau (*batch, n) [N m | N] by Lagrange: the second road to `inverse_dynamics`."""
-        return self._routine("lagrange_torque")
-
-    @lazy
-    def inverse_dynamics_derivatives(self) -> InverseDynamics:
-        """(*batch, 3, n, n): d tau/dq, d tau/dqd, M, of (q, qd, qdd, tip_wrench=None)."""
-        return self._routine("inverse_dynamics_derivatives")
-
-    @lazy
-    def forward_dynamics_derivatives(self) -> ForwardDynamics:
-        """(*batch, 3, n, n): d qdd/dq, d qdd/dqd, M^-1, of (q, qd, tau, tip_wrench=None)."""
-        return dividing(self, "forward_dynamics_derivatives", 3)
-
-    @lazy
-    def link_twists(self) -> OfLinkVelocity:
-        """V_l (*batch, L, 6) of all links, each in its own frame, of (q, qd, base_twist=None)."""
-        return self._routine("link_twists")
-
-    @lazy
-    def link_accelerations(self) -> OfLinkAcceleration:
-        """dV_l/dt (*batch, L, 6), gravity given back, each in its own frame."""
-        return self._routine("link_accelerations")
-
-    @lazy
-    def link_wrenches(self) -> InverseDynamicsOfCarried:
-        """F_l (*batch, L, 6): what each link gets from the one before, in its own frame [N m, N]."""
-        return self._routine("link_wrenches")
-
-    @lazy
-    def com_twists(self) -> OfLinkVelocity:
-        """V_i (*batch, L, 6) as `link_twists`, in frames at the centres of mass."""
-        return self._routine("com_twists")
-
-    @lazy
-    def com_accelerations(self) -> OfLinkAcceleration:
-        """dV_i/dt (*batch, L, 6) as `link_accelerations`, in frames at the centres of mass."""
-        return self._routine("com_accelerations")
-
-    @lazy
-    def com_wrenches(self) -> InverseDynamicsOfCarried:
-        """F_i (*batch, L, 6) as `link_wrenches`, in frames at the centres of mass."""
-        return self._routine("com_wrenches")
-
-    @lazy
-    def regressor(self) -> OfMotion:
-        """Y (*batch, n, L, 10): efforts per inertial parameter of each link, see `inertial_parameters`."""
-        return self._routine("regressor")
-
-    @lazy
-    def payload_regressor(self) -> OfMotionInFrame:
-        """Y_f (*batch, n, 10): efforts per inertial parameter of a body in the tip frame or a link frame."""
-        return self._routine("payload_regressor")
 
     def torque_terms(
         self,
@@ -354,11 +203,26 @@ class Robot(Description):
             self._kernels[wanted] = compiled_together(self.mechanism, names, frame, optional)
         return self._kernels[wanted].call
 
-    def _routine(self, name: str) -> Any:
-        """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
-        if not self.n and name in OF_STILL:
+    def routine(self, name: str) -> Any:
+        """The routine of a quantity, as `robot.<name>`; that attribute keeps it.
+
+        Args:
+            name: of the catalogue.
+
+        Raises:
+            InputError: no such quantity.
+            ModelError: a quantity of masses, for a robot that has none.
+        """
+        row = quantity(name)
+        if not self.n and not row.needs_joints:
             return Motionless(self, name)
-        require_masses(self.mechanism, name)
+        require_masses(self.mechanism, row)
+        if row.solves_mass_matrix and may_be_singular(self.mechanism):
+            return Answered(self, name)
+        return self.compiled_routine(name)
+
+    def compiled_routine(self, name: str) -> Any:
+        """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
         return _routine_kernel(self, name).call
 
     def _general(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from mafsil.kernels.layout import Port, Signature
-from mafsil.mechanics.quantities import INPUTS, Quantity
+from mafsil.mechanics.quantity import INPUTS, Quantity
 from mafsil.model import Mechanism
 
 if TYPE_CHECKING:
@@ -75,5 +75,5 @@ def trace_together(
         arguments: list[Any] = [symbols.get(name) for name in (*row.inputs, *row.optional)]
         if row.framed:
             arguments.append(chosen.tip if frame is None else chosen.frames[frame])
-        columns.append(ex.vec(row.build(names)(chosen, *arguments).T))
+        columns.append(ex.vec(row.chosen_builder(names)(chosen, *arguments).T))
     return ex.Function(ports.name, list(symbols.values()), columns, cse=True)

@@ -1,4 +1,4 @@
-"""Every routine of a robot held against independent roads to the same numbers, in one call."""
+"""Every routine of a robot compared with independent methods for the same numbers, in one call."""
 
 from mafsil.verification.verification import Check as Check
 from mafsil.verification.verification import Verification as Verification

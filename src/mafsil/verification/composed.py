@@ -10,26 +10,27 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import ModelError
+from mafsil.mechanics.arm_size import RATE, ArmSize
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook, along
 from mafsil.robot import Robot
-from mafsil.verification.references import ROADS, States
-from mafsil.verification.sizes import Sizes
-from mafsil.verification.textbook import Textbook, along
 from mafsil.verification.verification import Check
 
 CONDITION = 1e-6
 """Smallest margin of task-space inertia at which two inversions are compared."""
 
 
-def composed_checks(robot: Robot, book: Textbook, sizes: Sizes, s: States, limit: float) -> list[Check]:
-    """Each with the routine's name and the sentence of its road.
+def composed_checks(robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float) -> list[Check]:
+    """Each with the routine's name and the sentence of its method.
 
     Args:
-        robot, book, sizes: the robot, its second road and its sizes.
+        robot, book, size: the robot, its second methods and its size.
         s: states.
         limit: relative error allowed.
     """
-    checks = [_power(robot, sizes, s, limit), _passivity(robot, sizes, s, limit), *_friction(robot, s, limit)]
-    checks.append(_base_parameters(robot, book, sizes, s, limit))
+    checks = [_power(robot, size, s, limit), _passivity(robot, size, s, limit), *_friction(robot, s, limit)]
+    checks.append(_base_parameters(robot, book, size, s, limit))
     for check in (_round_trip, _task_space):
         try:
             checks += check(robot, book, s, limit)
@@ -38,23 +39,23 @@ def composed_checks(robot: Robot, book: Textbook, sizes: Sizes, s: States, limit
     return checks
 
 
-def _power(robot: Robot, sizes: Sizes, s: States, limit: float) -> Check:
-    """Tau . qd = d(K + P)/dt, the energies of the other road differentiated along the motion."""
+def _power(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
+    """Tau . qd = d(K + P)/dt, the energies of the second method differentiated along the motion."""
     tau = robot.inverse_dynamics(s.q, s.qd, s.qdd)
     book = Textbook(robot.mechanism)
     kinetic = np.einsum("bi,bij,bj->b", s.qd, book.mass_matrix(s.q), s.qdd)
     kinetic += np.einsum("bi,bij,bj->b", s.qd, along(book.mass_matrix, s.q, s.qd), s.qd) / 2
     lifted = along(book.potential_energy, s.q, s.qd)
     power = np.abs(np.einsum("bi,bi->b", tau, s.qd) - kinetic - lifted)
-    size = np.maximum(sizes.mass * 9.81 * sizes.reach * 2, np.einsum("bi,bi->b", np.abs(tau), np.abs(s.qd)))
-    return _check("inverse_dynamics . qd", "verification.power", power / size, limit)
+    largest = np.maximum(RATE * size.moment, np.einsum("bi,bi->b", np.abs(tau), np.abs(s.qd)))
+    return _check("inverse_dynamics . qd", "verification.power", power / largest, limit)
 
 
-def _passivity(robot: Robot, sizes: Sizes, s: States, limit: float) -> Check:
+def _passivity(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
     """dM/dt - 2 C is skew-symmetric, dM/dt by the complex step."""
     N = along(Textbook(robot.mechanism).mass_matrix, s.q, s.qd) - 2 * robot.coriolis_matrix(s.q, s.qd)
-    size = sizes.of_quantity("coriolis_matrix")
-    return _check("coriolis_matrix (passivity)", "verification.skew", (N + np.swapaxes(N, 1, 2)) / size, limit)
+    entry = quantity("coriolis_matrix").size(size)
+    return _check("coriolis_matrix (passivity)", "verification.skew", (N + np.swapaxes(N, 1, 2)) / entry, limit)
 
 
 def _friction(robot: Robot, s: States, limit: float) -> list[Check]:
@@ -78,15 +79,14 @@ def _friction(robot: Robot, s: States, limit: float) -> list[Check]:
     return checks
 
 
-def _base_parameters(robot: Robot, book: Textbook, sizes: Sizes, s: States, limit: float) -> Check:
+def _base_parameters(robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float) -> Check:
     """Efforts from the regressor's independent columns alone, times their combined parameters."""
     base = robot.base_parameters()
     resting = replace(s, base_twist=None, base_acceleration=None)
-    Y = ROADS["regressor"].value(book, resting).reshape(len(s.q), robot.n, -1)[..., list(base.columns)]
+    Y = quantity("regressor").second.value(book, resting).reshape(len(s.q), robot.n, -1)[..., list(base.columns)]
     tau = Y @ (base.combination @ robot.inertial_parameters.ravel())
     rotors = (s.qdd @ book.share.T * book.armature) @ book.share
-    size = sizes.of_quantity("inverse_dynamics")
-    gap = (tau + rotors - robot.inverse_dynamics(s.q, s.qd, s.qdd)) / size
+    gap = (tau + rotors - robot.inverse_dynamics(s.q, s.qd, s.qdd)) / size.effort
     return _check("base_parameters", "verification.unit_bodies", gap, limit)
 
 
@@ -103,8 +103,8 @@ def _round_trip(robot: Robot, book: Textbook, s: States, limit: float) -> list[C
 def _task_space(robot: Robot, book: Textbook, s: States, limit: float) -> list[Check]:
     """Lambda, mu and p by solving, and F -> dV -> F, in both frames, for as many rows as the arm can move freely."""
     rows = tuple(range(6)) if robot.n >= 6 else (3, 4, 5)[: max(1, min(robot.n, 3))]
-    M, g = book.mass_matrix(s.q), ROADS["gravity_torque"].value(book, s)
-    c = ROADS["velocity_torque"].value(book, s)
+    M, g = book.mass_matrix(s.q), quantity("gravity_torque").second.value(book, s)
+    c = quantity("velocity_torque").second.value(book, s)
     checks: list[Check] = []
     frames: tuple[tuple[Literal["body", "space"], Callable[..., Floats]], ...] = (
         ("body", book.jacobian_body),
@@ -141,7 +141,7 @@ def _relative(a: Floats, b: Floats) -> Floats:
     return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), 1e-300)
 
 
-def _check(routine: str, road: str, ratio: Floats, limit: float) -> Check:
+def _check(routine: str, method: str, ratio: Floats, limit: float) -> Check:
     flat = np.abs(ratio).reshape(len(ratio), -1).max(axis=1)
     flat = np.where(np.isfinite(flat), flat, np.inf)
-    return Check(routine, road, float(flat.max()), limit, int(flat.argmax()))
+    return Check(routine, method, float(flat.max()), limit, int(flat.argmax()))

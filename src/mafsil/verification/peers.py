@@ -1,4 +1,4 @@
-"""Peers as a further road, where they are installed: the same mechanism built in their memory, the same states."""
+"""Peers as a further method, where they are installed: the same mechanism built in their memory, the same states."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.states import States
 from mafsil.robot import Robot
-from mafsil.verification.references import States
-from mafsil.verification.sizes import Sizes
 from mafsil.verification.verification import Check
 
-PEERS = {"pinocchio": "mafsil.verification.pinocchio_road", "mujoco": "mafsil.verification.mujoco_road"}
+PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.verification.mujoco_peer"}
 """Their names as Python imports them, and the module that knows how to ask them."""
 
 
@@ -28,13 +28,13 @@ def standing(against: str | None) -> tuple[tuple[str, str], ...]:
 
 
 def peer_checks(
-    name: str, robot: Robot, sizes: Sizes, s: States, limit: float, error: Callable[[str, Floats, Floats], Floats]
+    name: str, robot: Robot, s: States, limit: float, error: Callable[[str, Floats, Floats], Floats]
 ) -> tuple[list[Check], list[tuple[str, str]]]:
     """Checks of all that the peer computes too, and what was left out.
 
     Args:
         name: of the peer.
-        robot, sizes: the robot and its sizes.
+        robot: the robot.
         s: states.
         limit: relative error allowed.
         error: how far two arrays of a quantity are apart, per state.
@@ -54,8 +54,6 @@ def peer_checks(
 
 
 def _ours(robot: Robot, routine: str, s: States) -> Floats:
-    from mafsil.mechanics.quantities import quantity
-
     name, _, with_wrench = routine.partition("(")
     inputs = [getattr(s, key) for key in quantity(name).inputs]
     return np.asarray(getattr(robot, name)(*inputs, *([s.tip_wrench] if with_wrench else [])))

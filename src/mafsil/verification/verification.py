@@ -1,29 +1,38 @@
-"""What `verify` hands back: one check per routine and road, with the worst error and what it means."""
+"""What `verify` hands back: one check per routine and method, with the worst error and what it means."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
+from mafsil.answer import Answer, Status
 from mafsil.messages import say
+
+
+class Agreement(Status):
+    """How the checks of a robot ended."""
+
+    AGREES = ("verification.all_agree", True)
+    DIFFERS = ("verification.some_differ", False)
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One routine, called in one way, held against one road.
+    """One routine, called in one way, compared with one method.
 
     Attributes:
         routine: such as `inverse_dynamics(tip_wrench)`.
-        road: key of the sentence that says how the other number was made.
+        method: key of the sentence that says how the other number was made.
         error: worst difference, relative to the robot's natural size or the largest entry of the state.
         limit: what rounding may cost.
         state: number of the worst state.
-        reason: why there is no number (a refusal of the routine, confirmed by the other road), or empty.
+        reason: why there is no number (a refusal of the routine, confirmed by the other method), or empty.
     """
 
     routine: str
-    road: str
+    method: str
     error: float
     limit: float
     state: int = 0
@@ -31,11 +40,11 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Both roads agree; NaN agrees with nothing."""
+        """Both methods agree; NaN agrees with nothing."""
         return isfinite(self.error) and self.error <= self.limit
 
     def sentence(self, language: str | None = None) -> str:
-        """Routine, road, error and verdict in words."""
+        """Routine, method, error and verdict in words."""
         key = (
             "verification.refused" if self.reason else "verification.agrees" if self.passed else "verification.differs"
         )
@@ -43,7 +52,7 @@ class Check:
             key,
             language=language,
             routine=self.routine,
-            road=say(self.road, language=language),
+            method=say(self.method, language=language),
             error=f"{self.error:.1e}",
             limit=f"{self.limit:.0e}",
             state=self.state,
@@ -52,15 +61,15 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Verification:
-    """All checks of one robot.
+class Verification(Answer):
+    """All checks of one robot: true if all agree, iterable over the checks, a table when printed.
 
     Attributes:
         robot: its name.
         checks: in the order of the catalogue.
         states: how many random states.
         seed: of the states.
-        left_out: routines and roads that were not held, with the key of the reason.
+        left_out: routines that were not compared, with the key of the reason.
         peers: other libraries that could be asked, with the key of the sentence that says whether this one was.
     """
 
@@ -71,10 +80,28 @@ class Verification:
     left_out: tuple[tuple[str, str], ...] = ()
     peers: tuple[tuple[str, str], ...] = ()
 
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.checks)
+
+    def __iter__(self) -> Iterator[Check]:
+        return iter(self.checks)
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    @property
+    def status(self) -> Agreement:
+        """Whether every routine agrees with its independent method."""
+        passed = bool(self.checks) and all(check.passed for check in self.checks)
+        return Agreement.AGREES if passed else Agreement.DIFFERS
+
     @property
     def ok(self) -> bool:
-        """Every routine agrees with its independent road."""
-        return bool(self.checks) and all(check.passed for check in self.checks)
+        """Every routine agrees with its independent method."""
+        return bool(self)
 
     @property
     def failed(self) -> tuple[Check, ...]:
@@ -89,9 +116,8 @@ class Verification:
     def explain(self, language: str | None = None) -> str:
         """The verdict, every disagreement, and what was left out."""
         lines = [
-            say(
-                "verification.all_agree" if self.ok else "verification.some_differ",
-                language=language,
+            self.status.sentence(
+                language,
                 robot=self.robot,
                 checks=len(self.checks),
                 failed=len(self.failed),
@@ -110,11 +136,11 @@ class Verification:
         return "\n".join(lines)
 
     def table(self, language: str | None = None) -> list[tuple[str, str, str, str, str]]:
-        """Rows of text: routine, road, error, limit, verdict."""
+        """Rows of text: routine, method, error, limit, verdict."""
         return [
             (
                 check.routine,
-                say(check.road, language=language),
+                say(check.method, language=language),
                 "" if check.reason else f"{check.error:.1e}",
                 f"{check.limit:.0e}",
                 say("verification.yes" if check.passed else "verification.no", language=language),
@@ -122,8 +148,8 @@ class Verification:
             for check in self.checks
         ]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, fit for JSON."""
         return {
             "robot": self.robot,
             "ok": self.ok,
@@ -132,7 +158,7 @@ class Verification:
             "checks": [
                 {
                     "routine": check.routine,
-                    "road": check.road.removeprefix("verification."),
+                    "method": check.method.removeprefix("verification."),
                     "error": check.error,
                     "limit": check.limit,
                     "passed": check.passed,

@@ -1,4 +1,4 @@
-"""One call that holds every routine of a robot against an independent road to the same number."""
+"""One call that compares every routine of a robot with an independent method for the same number."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
-from mafsil.mechanics.quantities import CATALOGUE, Quantity
+from mafsil.mechanics.arm_size import ArmSize
+from mafsil.mechanics.catalogue import CATALOGUE, quantity
+from mafsil.mechanics.quantity import Quantity
+from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.textbook import Textbook
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 from mafsil.verification.composed import composed_checks
 from mafsil.verification.peers import PEERS, peer_checks, standing
-from mafsil.verification.references import ROADS, States, random_states
-from mafsil.verification.sizes import Sizes
-from mafsil.verification.textbook import Textbook
 from mafsil.verification.verification import Check, Verification
 
 LIMIT = 1e-11
-"""Largest error, relative to the natural size: rounding of both roads."""
+"""Largest error, relative to the natural size: rounding of both methods."""
 MOST_STATES = 10_000
 SINGULAR = 1e-11
 """Smallest eigenvalue of a mass matrix of unit diagonal below which a refusal to invert it is right."""
@@ -36,10 +37,10 @@ def verify(
     seed: int = 0,
     limit: float = LIMIT,
 ) -> Verification:
-    """Every routine of the robot against a second road to the same number, at random states.
+    """Every routine of the robot against a second method for the same number, at random states.
 
-    The roads are the textbooks' formulas in NumPy (sums over links, virtual work, energies and Jacobians differentiated
-    by the complex step, the recursion of Newton and Euler), which share no code with the compiled routines.
+    The methods are the textbooks' formulas in NumPy (sums over links, virtual work, energies and Jacobians
+    differentiated by the complex step, the recursion of Newton and Euler), which share no code with the routines.
 
     Args:
         robot: any.
@@ -61,19 +62,16 @@ def verify(
         raise InputError("verification.states", count=states, most=MOST_STATES)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
-    sizes, book = Sizes.of(robot.mechanism), Textbook(robot.mechanism)
-    drawn = random_states(robot.mechanism, sizes, states, seed)
-    judge = Judge(book, sizes, drawn, limit)
+    size, book = ArmSize.of(robot.mechanism), Textbook(robot.mechanism)
+    drawn = random_states(robot.mechanism, size, states, seed)
+    judge = Judge(book, size, drawn, limit)
     checks: list[Check] = []
     left_out: list[tuple[str, str]] = []
     for row in CATALOGUE.values():
-        if row.name not in ROADS:
-            left_out.append((row.name, "verification.no_road"))
-            continue
         checks += [judge.check(robot, row, called) for called in ways(row, drawn, robot)]
-    checks += composed_checks(robot, book, sizes, drawn, limit)
+    checks += composed_checks(robot, book, size, drawn, limit)
     if against is not None:
-        found, missing = peer_checks(against, robot, sizes, drawn, limit, judge.error)
+        found, missing = peer_checks(against, robot, drawn, limit, judge.error)
         checks, left_out = checks + found, left_out + missing
     return Verification(robot.name, tuple(checks), states, seed, tuple(left_out), standing(against))
 
@@ -99,36 +97,37 @@ ROUNDING = 1e-19
 
 
 class Judge:
-    """Holds a routine against its road.
+    """Compares a routine with its second method.
 
     Attributes:
-        book: the second road.
-        sizes: of the robot.
+        book: of the second methods.
+        size: of the robot.
         drawn: the states.
         limit: relative error allowed.
     """
 
-    def __init__(self, book: Textbook, sizes: Sizes, drawn: States, limit: float) -> None:
-        self.book, self.sizes, self.drawn, self.limit = book, sizes, drawn, limit
+    def __init__(self, book: Textbook, size: ArmSize, drawn: States, limit: float) -> None:
+        self.book, self.size, self.drawn, self.limit = book, size, drawn, limit
 
     def check(self, robot: Robot, row: Quantity, s: States) -> Check:
         """One routine called in one way."""
-        road, name = ROADS[row.name], call_name(row, s)
+        second, name = row.second, call_name(row, s)
         try:
             ours = call(robot, row, s)
         except ModelError as refusal:
-            return self._refused(name, road.key, refusal)
+            return self._refused(row, name, s, refusal)
         try:
-            errors = self.error(row.name, ours, road.value(self.book, s))
+            errors = self.error(row.name, ours, second.value(self.book, s))
         except np.linalg.LinAlgError:
-            return Check(name, road.key, float("inf"), self.limit, reason=say("verification.should_refuse"))
-        return Check(name, road.key, float(errors.max()), self.limit, int(errors.argmax()))
+            return Check(name, second.key, float("inf"), self.limit, reason=say("verification.should_refuse"))
+        return Check(name, second.key, float(errors.max()), self.limit, int(errors.argmax()))
 
     def error(self, name: str, ours: Floats, reference: Floats) -> Floats:
         """(b,) largest error of each state; infinite where a number is missing."""
-        if name.startswith("forward_dynamics"):
+        row = quantity(name)
+        if row.solves_mass_matrix:
             return self._error_of_motion(ours, reference)
-        size = self.sizes.of_quantity(name)
+        size = row.size(self.size)
         largest = np.maximum(1.0, _worst(np.abs(reference) / size))
         return _worst(np.abs(ours - reference) / size) / largest
 
@@ -139,7 +138,7 @@ class Judge:
         accelerations are at least as large as these, for a turn by one radian.
         """
         D, margin = _balanced(self.book.mass_matrix(self.drawn.q))
-        unit = np.broadcast_to(self.sizes.unit, D.shape)
+        unit = np.broadcast_to(self.size.unit, D.shape)
         least = (D * unit).max(axis=1)
         if reference.ndim == 2:
             pairs = [(np.ones((len(D), 1)), least)]
@@ -155,11 +154,14 @@ class Judge:
             worst = np.maximum(worst, _worst(gaps[:, k] * scale) / largest)
         return worst * np.maximum(margin, SINGULAR)
 
-    def _refused(self, name: str, road: str, refusal: ModelError) -> Check:
-        """A refusal to invert is right where the mass matrix of the other road is singular too."""
+    def _refused(self, row: Quantity, name: str, s: States, refusal: ModelError) -> Check:
+        """A refusal is right where the mass matrix of the second method is singular, or its numbers are not finite."""
         _, margins = _balanced(self.book.mass_matrix(self.drawn.q))
-        error = 0.0 if float(margins.min()) < SINGULAR else float("inf")
-        return Check(name, road, error, self.limit, reason=str(refusal))
+        right = float(margins.min()) < SINGULAR
+        if not right and not row.solves_mass_matrix:
+            with np.errstate(all="ignore"):
+                right = not np.isfinite(row.second.value(self.book, s)).all()
+        return Check(name, row.second.key, 0.0 if right else float("inf"), self.limit, reason=str(refusal))
 
 
 def _balanced(M: Floats) -> tuple[Floats, Floats]:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import mafsil.expression as ex
+from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.energy import kinetic_energy, potential_energy
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook, along, gradient, repeated
 
 
 def euler_lagrange(lagrangian: Expression, q: Expression, qd: Expression, qdd: Expression) -> Expression:
@@ -56,3 +62,27 @@ def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
         along = ex.vertcat(*(slope[j][:, i].T for j in range(n)))
         gamma.append((slope[i] + slope[i].T - along) / 2)
     return gamma
+
+
+def _by_complex_step(book: Textbook, s: States) -> Floats:
+    """M qdd + (dM/dt) qd - dK/dq + dP/dq, all by the complex step."""
+    momentum_rate = np.einsum("bij,bj->bi", along(book.mass_matrix, s.q, s.qd), s.qd)
+    slope = gradient(lambda q: book.kinetic_energy(q, repeated(s.qd, len(q))), s.q)
+    weight = gradient(book.potential_energy, s.q)
+    return np.einsum("bij,bj->bi", book.mass_matrix(s.q), s.qdd) + momentum_rate - slope + weight
+
+
+LAGRANGE_TORQUE = Quantity(
+    name="lagrange_torque",
+    symbol="tau",
+    title="Joint efforts of a motion from the energies, by Lagrange's equations: a second `inverse_dynamics`.",
+    builder=lagrange_torque,
+    inputs=("q", "qd", "qdd"),
+    shape=("n",),
+    unit="N m | N",
+    reference=LYNCH + "sec. 8.1.2",
+    size=lambda arm: arm.effort,
+    second=SecondMethod("verification.lagrange", _by_complex_step),
+    regrouped=False,
+    needs_mass=True,
+)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.derivatives import matrices
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.dynamics_derivatives import matrices
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 
 
 def coriolis_matrix(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
@@ -38,3 +41,34 @@ def christoffel_symbols(tree: BodyTree, q: Expression) -> Expression:
     unit = ex.eye(tree.n)
     columns = [ex.vec(coriolis_matrix(tree, q, unit[:, k]).T) for k in range(tree.n)]
     return ex.horzcat(*columns) if columns else ex.zeros(0, 0)
+
+
+CORIOLIS_MATRIX = Quantity(
+    name="coriolis_matrix",
+    symbol="C",
+    title="Coriolis matrix of the Christoffel symbols: C qd = c, dM/dt - 2 C skew.",
+    builder=coriolis_matrix,
+    inputs=("q", "qd"),
+    shape=("n", "n"),
+    unit="N m s | N s",
+    reference=LYNCH + "sec. 8.1.3, prop. 8.1",
+    size=lambda arm: arm.inertia / arm.units,
+    second=SecondMethod(
+        "verification.christoffel", lambda book, s: np.einsum("bijk,bk->bij", book.christoffel_symbols(s.q), s.qd)
+    ),
+    needs_mass=True,
+)
+
+CHRISTOFFEL_SYMBOLS = Quantity(
+    name="christoffel_symbols",
+    symbol="Gamma",
+    title="Christoffel symbols of the first kind: c_i = sum of Gamma_ijk qd_j qd_k.",
+    builder=christoffel_symbols,
+    inputs=("q",),
+    shape=("n", "n", "n"),
+    unit="kg m^2 | kg m | kg",
+    reference=LYNCH + "eq. 8.12",
+    size=lambda arm: arm.inertia / (arm.units[:, :, None] * arm.unit),
+    second=SecondMethod("verification.christoffel", lambda book, s: book.christoffel_symbols(s.q)),
+    needs_mass=True,
+)

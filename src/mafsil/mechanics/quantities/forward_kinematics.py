@@ -5,6 +5,7 @@ from __future__ import annotations
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.placement import Expression, attached, constant, placements, poses_inward, world_placements
+from mafsil.mechanics.quantity import LYNCH, Beside, Quantity, SecondMethod
 
 
 def forward_kinematics(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -49,3 +50,38 @@ def _in_space(tree: BodyTree, R: Expression, p: Expression) -> Expression:
     R_s0 = constant(tree.R_s0)
     top = ex.horzcat(R_s0 @ R, constant(tree.p_s0) + R_s0 @ p)
     return ex.vertcat(top, ex.Expression([[0, 0, 0, 1]]))
+
+
+FORWARD_KINEMATICS = Quantity(
+    name="forward_kinematics",
+    symbol="T_sf",
+    title="Pose of the tip frame, or of a named link's frame, in the space frame {s}.",
+    builder=forward_kinematics,
+    inputs=("q",),
+    shape=(4, 4),
+    unit="1, m",
+    framed=True,
+    expressed_in="{s}",
+    reference=LYNCH + "sec. 4.1",
+    size=lambda arm: arm.pose,
+    second=SecondMethod("verification.rodrigues", lambda book, s: book.pose(s.q, s.frame)),
+    regrouped=False,
+    needs_joints=False,
+    beside=Beside(("jacobian_body", "jacobian_body_rate"), forward_kinematics_inward),
+)
+
+LINK_POSES = Quantity(
+    name="link_poses",
+    symbol="T_sl",
+    title="Poses of all links in the space frame {s}, in the order of `mechanism.links`.",
+    builder=link_poses,
+    inputs=("q",),
+    shape=("L", 4, 4),
+    unit="1, m",
+    expressed_in="{s}",
+    reference=LYNCH + "sec. 4.1",
+    size=lambda arm: arm.pose,
+    second=SecondMethod("verification.rodrigues", lambda book, s: book.poses(s.q)),
+    regrouped=False,
+    needs_joints=False,
+)

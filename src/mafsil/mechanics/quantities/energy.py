@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, constant, joint_values, placements, world_placements
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 
 
 def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
@@ -42,3 +45,33 @@ def potential_energy(tree: BodyTree, q: Expression) -> Expression:
         lever = body.inertia.mass * p[i] + R[i] @ constant(body.inertia.h)
         energy = energy - ex.dot(gravity, lever) - body.inertia.mass * base_height
     return energy
+
+
+KINETIC_ENERGY = Quantity(
+    name="kinetic_energy",
+    symbol="K",
+    title="Kinetic energy of all links and armatures.",
+    builder=kinetic_energy,
+    inputs=("q", "qd"),
+    shape=(),
+    unit="J",
+    reference=LYNCH + "sec. 8.1.3",
+    size=lambda arm: np.array(arm.moment),
+    second=SecondMethod("verification.sum_over_links", lambda book, s: book.kinetic_energy(s.q, s.qd)),
+    needs_mass=True,
+)
+
+POTENTIAL_ENERGY = Quantity(
+    name="potential_energy",
+    symbol="P",
+    title="Potential energy of all links in gravity; zero height at the origin of {s}.",
+    builder=potential_energy,
+    inputs=("q",),
+    shape=(),
+    unit="J",
+    reference=LYNCH + "sec. 8.1",
+    size=lambda arm: np.array(arm.moment),
+    second=SecondMethod("verification.sum_over_links", lambda book, s: book.potential_energy(s.q)),
+    regrouped=False,
+    needs_mass=True,
+)

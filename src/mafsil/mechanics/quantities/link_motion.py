@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.base_motion import base_motion
@@ -12,6 +14,9 @@ from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
 from mafsil.mechanics.composite_motion import spin_acceleration
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook, adjoint, inverse
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,3 +154,88 @@ def _accelerations(
 ) -> Expression:
     motion = outward_motion(tree, placements(tree, q), qd, qdd, V_0, dV_0)
     return ex.vertcat(*(motion.acceleration(frame).T for frame in frames))
+
+
+def com_frames_of(book: Textbook) -> Floats:
+    """(L, 4, 4) poses in the links of frames at their centres of mass, parallel to {s} at zero coordinates."""
+    home = book.poses(np.zeros((1, book.mechanism.n)))[0]
+    frames = np.tile(np.eye(4), (len(home), 1, 1))
+    frames[:, :3, :3] = np.swapaxes(home[:, :3, :3], 1, 2)
+    for k, link in enumerate(book.mechanism.links):
+        if link.inertial is not None and link.inertial.mass:
+            frames[k, :3, 3] = link.inertial.com
+    return frames
+
+
+def _at_com(book: Textbook, motion: Floats) -> Floats:
+    """(b, L, 6) twists or their derivatives, in the frames at the centres of mass."""
+    return np.einsum("lij,blj->bli", adjoint(inverse(com_frames_of(book))), motion)
+
+
+def _accelerations_of(book: Textbook, s: States) -> Floats:
+    return book.accelerations(s.q, s.qd, s.qdd, s.base_twist, s.base_acceleration)
+
+
+LINK_TWISTS = Quantity(
+    name="link_twists",
+    symbol="V_l",
+    title="Body twists of all links, each in its own frame, in the order of `mechanism.links`.",
+    builder=link_twists,
+    inputs=("q", "qd"),
+    optional=("base_twist",),
+    shape=("L", 6),
+    unit="rad/s, m/s",
+    expressed_in="the links' frames",
+    reference=LYNCH + "eq. 8.50",
+    size=lambda arm: arm.twist,
+    second=SecondMethod("verification.screws", lambda book, s: book.twists(s.q, s.qd, s.base_twist)),
+    regrouped=False,
+)
+
+LINK_ACCELERATIONS = Quantity(
+    name="link_accelerations",
+    symbol="dV_l/dt",
+    title="Time derivatives of the body twists of all links, gravity given back, each in its own frame.",
+    builder=link_accelerations,
+    inputs=("q", "qd", "qdd"),
+    optional=("base_twist", "base_acceleration"),
+    shape=("L", 6),
+    unit="rad/s^2, m/s^2",
+    expressed_in="the links' frames",
+    reference=LYNCH + "eq. 8.51",
+    size=lambda arm: arm.twist,
+    second=SecondMethod("verification.complex_step", _accelerations_of),
+    regrouped=False,
+)
+
+COM_TWISTS = Quantity(
+    name="com_twists",
+    symbol="V_i",
+    title="Twists of all links in frames at their centres of mass, parallel to {s} at zero coordinates.",
+    builder=com_twists,
+    inputs=("q", "qd"),
+    optional=("base_twist",),
+    shape=("L", 6),
+    unit="rad/s, m/s",
+    expressed_in="frames at the centres of mass",
+    reference=LYNCH + "eq. 8.50",
+    size=lambda arm: arm.twist,
+    second=SecondMethod("verification.screws", lambda book, s: _at_com(book, book.twists(s.q, s.qd, s.base_twist))),
+    regrouped=False,
+)
+
+COM_ACCELERATIONS = Quantity(
+    name="com_accelerations",
+    symbol="dV_i/dt",
+    title="Time derivatives of the twists at the centres of mass, gravity given back.",
+    builder=com_accelerations,
+    inputs=("q", "qd", "qdd"),
+    optional=("base_twist", "base_acceleration"),
+    shape=("L", 6),
+    unit="rad/s^2, m/s^2",
+    expressed_in="frames at the centres of mass",
+    reference=LYNCH + "eq. 8.51",
+    size=lambda arm: arm.twist,
+    second=SecondMethod("verification.complex_step", lambda book, s: _at_com(book, _accelerations_of(book, s))),
+    regrouped=False,
+)

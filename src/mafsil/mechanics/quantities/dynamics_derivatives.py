@@ -11,18 +11,25 @@ algebra, IEEE RA-L 7, 2022 (the recursion over composite bodies); Carpentier & M
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 import mafsil.expression as ex
+from mafsil.arrays import Floats
+from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.composite_motion import body_motion, composites
-from mafsil.mechanics.forward_dynamics import forward_dynamics, require_accelerations
 from mafsil.mechanics.ground_frame import ground_is_shorter
 from mafsil.mechanics.joint_pairs import BodyFramePairs, GroundFramePairs
-from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression, joint_values, placements
+from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, require_accelerations
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
+from mafsil.mechanics.quantity import Quantity, SecondMethod
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Numbers, Textbook, gradient, repeated
 
 DEEP = 14
 """From this many joints in a row on, derivatives of forward dynamics need fewer operations by articulated bodies."""
@@ -100,3 +107,81 @@ def matrices(
     motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
     pairs = GroundFramePairs if ground_is_shorter(tree, wrenches=3, rows=1) else BodyFramePairs
     return pairs(tree, steps, motion, composites(tree, steps, motion, F_tip)).matrices()
+
+
+def _size_of_efforts(arm: ArmSize) -> Floats:
+    return np.stack([arm.moment / arm.units, arm.inertia / arm.units, arm.inertia / arm.units])
+
+
+def _size_of_motion(arm: ArmSize) -> Floats:
+    by_position = arm.unit[:, None] / arm.unit
+    return np.stack([by_position, by_position, arm.units / arm.inertia])
+
+
+def _of_efforts(book: Textbook, s: States) -> Floats:
+    """The recursion of Newton and Euler, differentiated by the complex step."""
+
+    def efforts(q: Numbers, qd: Numbers, qdd: Numbers) -> Numbers:
+        F = None if s.tip_wrench is None else repeated(s.tip_wrench, len(q))
+        return book.newton_euler(_complex(q), _complex(qd), _complex(qdd), F).tau
+
+    return _blocks(efforts, s.q, s.qd, s.qdd)
+
+
+def _of_accelerations(book: Textbook, s: States) -> Floats:
+    """The equation M qdd = tau - bias, solved in complex numbers."""
+
+    def motion(q: Numbers, qd: Numbers, tau: Numbers) -> Numbers:
+        F = None if s.tip_wrench is None else repeated(s.tip_wrench, len(q))
+        return book.accelerations_of(_complex(q), _complex(qd), _complex(tau), F)
+
+    return _blocks(motion, s.q, s.qd, s.tau)
+
+
+def _blocks(function: Callable[[Numbers, Numbers, Numbers], Numbers], *inputs: Floats) -> Floats:
+    """(b, 3, n, n): derivatives by each of three inputs (b, n)."""
+    found: list[Floats] = []
+    for k in range(3):
+
+        def varied(x: Numbers, k: int = k) -> Numbers:
+            others = [repeated(value, len(x)) for value in inputs]
+            return function(*(x if j == k else other for j, other in enumerate(others)))
+
+        found.append(gradient(varied, inputs[k]))
+    return np.stack(found, axis=1)
+
+
+def _complex(x: Numbers) -> Numbers:
+    return x.astype(np.complex128)
+
+
+INVERSE_DYNAMICS_DERIVATIVES = Quantity(
+    name="inverse_dynamics_derivatives",
+    symbol="dtau/d(q, qd, qdd)",
+    title="Derivatives of inverse dynamics, in closed form: [0] by q, [1] by qd, [2] by qdd, the mass matrix.",
+    builder=inverse_dynamics_derivatives,
+    inputs=("q", "qd", "qdd"),
+    optional=("tip_wrench",),
+    shape=(3, "n", "n"),
+    unit="N m | N per rad | m, and per s, s^2",
+    reference="Singh, Wensing, Echeandia 2022",
+    size=_size_of_efforts,
+    second=SecondMethod("verification.complex_recursion", _of_efforts),
+    needs_mass=True,
+)
+
+FORWARD_DYNAMICS_DERIVATIVES = Quantity(
+    name="forward_dynamics_derivatives",
+    symbol="dqdd/d(q, qd, tau)",
+    title="Derivatives of forward dynamics, in closed form: [0] by q, [1] by qd, [2] by tau, the inverse mass matrix.",
+    builder=forward_dynamics_derivatives,
+    inputs=("q", "qd", "tau"),
+    optional=("tip_wrench",),
+    shape=(3, "n", "n"),
+    unit="rad/s^2 | m/s^2 per rad | m, per their rates, per N m | N",
+    reference="Carpentier & Mansard 2018",
+    size=_size_of_motion,
+    second=SecondMethod("verification.complex_solution", _of_accelerations),
+    needs_mass=True,
+    solves_mass_matrix=True,
+)

@@ -8,6 +8,7 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
 from mafsil.mechanics.placement import Expression, Placement, constant, placements, world_placements
+from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
 from mafsil.mechanics.wrench import Wrench
 
 
@@ -135,3 +136,18 @@ def _shift(p: Expression, g: Expression) -> Expression:
     gx, gy, gz = g[0], g[1], g[2]
     x, y, z = 2 * px * gx, 2 * py * gy, 2 * pz * gz
     return _from_six(y + z, x + z, x + y, -(px * gy + py * gx), -(px * gz + pz * gx), -(py * gz + pz * gy))
+
+
+MASS_MATRIX = Quantity(
+    name="mass_matrix",
+    symbol="M",
+    title="Mass matrix, symmetric: kinetic energy qd' M qd / 2.",
+    builder=mass_matrix,
+    inputs=("q",),
+    shape=("n", "n"),
+    unit="kg m^2 | kg m | kg",
+    reference=FEATHERSTONE + "sec. 6.2",
+    size=lambda arm: arm.inertia / arm.units,
+    second=SecondMethod("verification.sum_over_links", lambda book, s: book.mass_matrix(s.q)),
+    needs_mass=True,
+)

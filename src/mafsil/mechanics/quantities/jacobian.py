@@ -11,6 +11,8 @@ from mafsil.mechanics.placement import (
     poses_inward,
     world_placements,
 )
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
+from mafsil.mechanics.textbook import along
 
 
 def jacobian_space(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -119,3 +121,72 @@ def _summed(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) ->
         body = tree.bodies[i]
         columns[body.coordinate] = columns[body.coordinate] + body.multiplier * screws[i]
     return ex.horzcat(*columns) if columns else ex.zeros(6, 0)
+
+
+JACOBIAN_SPACE = Quantity(
+    name="jacobian_space",
+    symbol="J_s",
+    title="Space Jacobian: V_s = J_s qd, rows (omega, v).",
+    builder=jacobian_space,
+    inputs=("q",),
+    shape=(6, "n"),
+    unit="1 | m",
+    framed=True,
+    expressed_in="{s}",
+    reference=LYNCH + "def. 5.1",
+    size=lambda arm: arm.twist[:, None] / arm.unit,
+    second=SecondMethod("verification.screws", lambda book, s: book.jacobian_space(s.q, s.frame)),
+    regrouped=False,
+)
+
+JACOBIAN_BODY = Quantity(
+    name="jacobian_body",
+    symbol="J_b",
+    title="Body Jacobian: V_b = J_b qd, rows (omega, v).",
+    builder=jacobian_body,
+    inputs=("q",),
+    shape=(6, "n"),
+    unit="1 | m",
+    framed=True,
+    expressed_in="the frame itself",
+    reference=LYNCH + "def. 5.2",
+    size=lambda arm: arm.twist[:, None] / arm.unit,
+    second=SecondMethod("verification.screws", lambda book, s: book.jacobian_body(s.q, s.frame)),
+    regrouped=False,
+)
+
+JACOBIAN_SPACE_RATE = Quantity(
+    name="jacobian_space_rate",
+    symbol="dJ_s/dt",
+    title="Time derivative of the space Jacobian: dV_s/dt = J_s qdd + dJ_s/dt qd.",
+    builder=jacobian_space_rate,
+    inputs=("q", "qd"),
+    shape=(6, "n"),
+    unit="1/s | m/s",
+    framed=True,
+    expressed_in="{s}",
+    reference=LYNCH + "sec. 8.6",
+    size=lambda arm: arm.twist[:, None] / arm.unit,
+    second=SecondMethod(
+        "verification.complex_step", lambda book, s: along(lambda q: book.jacobian_space(q, s.frame), s.q, s.qd)
+    ),
+    regrouped=False,
+)
+
+JACOBIAN_BODY_RATE = Quantity(
+    name="jacobian_body_rate",
+    symbol="dJ_b/dt",
+    title="Time derivative of the body Jacobian: dV_b/dt = J_b qdd + dJ_b/dt qd.",
+    builder=jacobian_body_rate,
+    inputs=("q", "qd"),
+    shape=(6, "n"),
+    unit="1/s | m/s",
+    framed=True,
+    expressed_in="the frame itself",
+    reference=LYNCH + "sec. 8.6",
+    size=lambda arm: arm.twist[:, None] / arm.unit,
+    second=SecondMethod(
+        "verification.complex_step", lambda book, s: along(lambda q: book.jacobian_body(q, s.frame), s.q, s.qd)
+    ),
+    regrouped=False,
+)

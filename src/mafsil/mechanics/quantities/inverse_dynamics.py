@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 import mafsil.expression as ex
+from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_values, placements
+from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook, gradient
 from mafsil.mechanics.wrench import Wrench, transmitted
 
 
@@ -78,3 +84,56 @@ def _needs(tree: BodyTree, motion: BodyMotion) -> list[Wrench]:
 
 def _add_tip_wrench(tree: BodyTree, F_tip: Expression, needs: list[Wrench]) -> None:
     needs[tree.tip.body] = needs[tree.tip.body] + Wrench.at(tree.tip, F_tip)
+
+
+def _by_virtual_work(book: Textbook, s: States) -> Floats:
+    """Virtual work on a resting base, the recursion in matrices on one that is carried."""
+    if s.base_twist is None:
+        return book.virtual_work(s.q, s.qd, s.qdd, s.tip_wrench)
+    return book.newton_euler(s.q, s.qd, s.qdd, s.tip_wrench, s.base_twist, s.base_acceleration).tau
+
+
+INVERSE_DYNAMICS = Quantity(
+    name="inverse_dynamics",
+    symbol="tau",
+    title="Joint efforts that produce a motion: tau = M qdd + c + g + J' F_tip.",
+    builder=inverse_dynamics,
+    inputs=("q", "qd", "qdd"),
+    optional=("tip_wrench", "base_twist", "base_acceleration"),
+    shape=("n",),
+    unit="N m | N",
+    reference="Luh, Walker, Paul 1980; " + LYNCH + "sec. 8.3",
+    size=lambda arm: arm.effort,
+    second=SecondMethod("verification.virtual_work", _by_virtual_work),
+    needs_mass=True,
+)
+
+VELOCITY_TORQUE = Quantity(
+    name="velocity_torque",
+    symbol="c",
+    title="Centrifugal and Coriolis efforts c(q, qd).",
+    builder=velocity_torque,
+    inputs=("q", "qd"),
+    shape=("n",),
+    unit="N m | N",
+    reference=LYNCH + "sec. 8.1",
+    size=lambda arm: arm.effort,
+    second=SecondMethod(
+        "verification.virtual_work", lambda book, s: book.virtual_work(s.q, s.qd, np.zeros_like(s.qd), weight=0.0)
+    ),
+    needs_mass=True,
+)
+
+GRAVITY_TORQUE = Quantity(
+    name="gravity_torque",
+    symbol="g",
+    title="Efforts g(q) that hold the robot still against gravity.",
+    builder=gravity_torque,
+    inputs=("q",),
+    shape=("n",),
+    unit="N m | N",
+    reference=LYNCH + "sec. 8.1",
+    size=lambda arm: arm.effort,
+    second=SecondMethod("verification.potential", lambda book, s: gradient(book.potential_energy, s.q)),
+    needs_mass=True,
+)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook
 from mafsil.model import JointKind, Mechanism
-from mafsil.verification.references import States
-from mafsil.verification.textbook import Textbook
 
 OURS = [3, 4, 5, 0, 1, 2]
 """Rows (v, omega) of Pinocchio in our order."""

@@ -123,11 +123,41 @@ class Textbook:
                 energy = energy - link.inertial.mass * (p @ self.mechanism.gravity)
         return energy
 
-    def accelerations(self, q: Floats, qd: Floats, qdd: Floats) -> Floats:
+    def christoffel_symbols(self, q: Floats) -> Floats:
+        """(b, n, n, n) Gamma_ijk = (dm_ij/dq_k + dm_ik/dq_j - dm_jk/dq_i) / 2, by the complex step.
+
+        Reference: Lynch & Park, Modern Robotics, eq. 8.12.
+        """
+        dM = gradient(self.mass_matrix, q)
+        return (dM + np.swapaxes(dM, 2, 3) - np.moveaxis(dM, 3, 1)) / 2
+
+    def twists(self, q: Floats, qd: Floats, base_twist: Floats | None = None) -> Floats:
+        """(b, L, 6) twists of the links: J_l qd, and the base's twist seen from each link."""
+        V = np.einsum("blin,bn->bli", self.link_jacobians(q), qd)
+        if base_twist is None:
+            return V
+        return V + np.einsum("blij,bj->bli", adjoint(inverse(self.poses(q))), base_twist)
+
+    def accelerations(
+        self,
+        q: Floats,
+        qd: Floats,
+        qdd: Floats,
+        base_twist: Floats | None = None,
+        base_acceleration: Floats | None = None,
+    ) -> Floats:
         """(b, L, 6) derivatives of the links' twists: J qdd + dJ/dt qd, dJ/dt by the complex step along qd."""
         J = self.link_jacobians(q)
         dJ = along(self.link_jacobians, q, qd)
-        return np.einsum("blin,bn->bli", J, qdd) + np.einsum("blin,bn->bli", dJ, qd)
+        dV = np.einsum("blin,bn->bli", J, qdd) + np.einsum("blin,bn->bli", dJ, qd)
+        if base_twist is None or base_acceleration is None:
+            return dV
+
+        def seen(q: Numbers) -> Numbers:
+            return adjoint(inverse(self.poses(q)))
+
+        turned = np.einsum("blij,bj->bli", along(seen, q, qd), base_twist)
+        return dV + turned + np.einsum("blij,bj->bli", seen(q), base_acceleration)
 
     def virtual_work(
         self, q: Floats, qd: Floats, qdd: Floats, tip_wrench: Floats | None = None, *, weight: float = 1.0
@@ -269,6 +299,11 @@ def gradient(function: Callable[[Numbers], Numbers], x: Floats) -> Floats:
     directions = np.tile(np.eye(n), (count, 1))
     values = along(function, np.repeat(x, n, axis=0), directions)
     return np.moveaxis(values.reshape(count, n, *values.shape[1:]), 1, -1)
+
+
+def repeated(x: Numbers, count: int) -> Numbers:
+    """Rows of states repeated for the directions in which `gradient` asks."""
+    return np.repeat(x, count // len(x), axis=0)
 
 
 def _couplings(mechanism: Mechanism) -> tuple[Floats, Floats]:

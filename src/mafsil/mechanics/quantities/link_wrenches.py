@@ -11,11 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 import mafsil.expression as ex
+from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
-from mafsil.mechanics.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.placement import Expression, placements
+from mafsil.mechanics.quantities.link_motion import BodyMotion, com_frames_of, outward_motion
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
+from mafsil.mechanics.states import States
+from mafsil.mechanics.textbook import Textbook, adjoint
 from mafsil.mechanics.wrench import Wrench, transmitted
 
 
@@ -94,3 +100,47 @@ def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion) -> Wrenc
 def _in_frames(frames: Sequence[Attachment], F: Sequence[Wrench]) -> Expression:
     """Rows (6,) of the wrenches, each seen from the frame attached to its body."""
     return ex.vertcat(*(wrench.seen_from(frame).T for frame, wrench in zip(frames, F, strict=True)))
+
+
+def _by_recursion(book: Textbook, s: States) -> Floats:
+    """The recursion in matrices, link by link."""
+    return book.newton_euler(s.q, s.qd, s.qdd, s.tip_wrench, s.base_twist, s.base_acceleration).F
+
+
+def _at_com(book: Textbook, s: States) -> Floats:
+    return np.einsum("lji,blj->bli", adjoint(com_frames_of(book)), _by_recursion(book, s))
+
+
+LINK_WRENCHES = Quantity(
+    name="link_wrenches",
+    symbol="F_l",
+    title="Wrenches that each link gets from the one before (the first from the ground), through any joint.",
+    builder=link_wrenches,
+    inputs=("q", "qd", "qdd"),
+    optional=("tip_wrench", "base_twist", "base_acceleration"),
+    shape=("L", 6),
+    unit="N m, N",
+    expressed_in="the links' frames",
+    reference=LYNCH + "eq. 8.53",
+    size=lambda arm: arm.wrench,
+    second=SecondMethod("verification.newton_euler", _by_recursion),
+    regrouped=False,
+    needs_mass=True,
+)
+
+COM_WRENCHES = Quantity(
+    name="com_wrenches",
+    symbol="F_i",
+    title="Wrenches as `link_wrenches`, at the centres of mass, in axes parallel to {s} at zero coordinates.",
+    builder=com_wrenches,
+    inputs=("q", "qd", "qdd"),
+    optional=("tip_wrench", "base_twist", "base_acceleration"),
+    shape=("L", 6),
+    unit="N m, N",
+    expressed_in="frames at the centres of mass",
+    reference=LYNCH + "eq. 8.53",
+    size=lambda arm: arm.wrench,
+    second=SecondMethod("verification.newton_euler", _at_com),
+    regrouped=False,
+    needs_mass=True,
+)

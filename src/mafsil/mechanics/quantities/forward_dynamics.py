@@ -9,10 +9,11 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.branch_factor import SINGULAR, BranchFactor
-from mafsil.mechanics.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.jacobian import jacobian_body
-from mafsil.mechanics.mass_matrix import mass_matrix
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.jacobian import jacobian_body
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
+from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
 
 LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
@@ -102,3 +103,20 @@ def solved(M: Expression, b: Expression) -> Expression:
     """X (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
     factor = BranchFactor(M)
     return ex.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))
+
+
+FORWARD_DYNAMICS = Quantity(
+    name="forward_dynamics",
+    symbol="qdd",
+    title="Joint accelerations that efforts produce: M qdd = tau - c - g - J' F_tip.",
+    builder=forward_dynamics,
+    inputs=("q", "qd", "tau"),
+    optional=("tip_wrench",),
+    shape=("n",),
+    unit="rad/s^2 | m/s^2",
+    reference=FEATHERSTONE + "sec. 6.5 and 7.3",
+    size=lambda arm: arm.unit,
+    second=SecondMethod("verification.solved", lambda book, s: book.accelerations_of(s.q, s.qd, s.tau, s.tip_wrench)),
+    needs_mass=True,
+    solves_mass_matrix=True,
+)
