@@ -12,7 +12,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.ik import IKStatus, solve_ik
 from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.result import STATUSES
+from mafsil.ik.status import CODES
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 
 
@@ -146,7 +146,7 @@ def test_time_limits_are_kept_and_nothing_is_said_unchecked(panda):
 
 def test_poses_that_nobody_began_in_time_say_so_with_a_configuration(panda):
     answer = solve_ik(panda, poses(panda, 5 * BLOCK), seconds=1e-3)
-    late = answer.codes == STATUSES.index(IKStatus.TIME_SPENT)
+    late = answer.codes == CODES[IKStatus.TIME_SPENT]
     assert late.any()
     assert np.isfinite(answer.q).all()
     assert np.isfinite(answer.residual).all()
@@ -210,7 +210,7 @@ def test_five_joints_asked_for_six_conditions():
     T = poses(mf.load("panda"), 20)
     answer = solve_ik(five, T)
     assert {answer.status[k] for k in range(20)} <= {IKStatus.FEW_JOINTS, IKStatus.OUT_OF_REACH}
-    missed = int(np.flatnonzero(answer.codes == STATUSES.index(IKStatus.FEW_JOINTS))[0])
+    missed = int(np.flatnonzero(answer.codes == CODES[IKStatus.FEW_JOINTS])[0])
     for language in ("en", "ar"):
         assert "'axis'" in answer.explain(missed, language=language)
 

@@ -24,7 +24,8 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan, lanes_for, new_search
 from mafsil.ik.numerical.task import PoseTask, pose_task
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.kernels.loop_compiler import Rows
 from mafsil.robot import Robot
 
@@ -37,7 +38,7 @@ BLOCK = 4096
 KEPT = 512
 """Most poses for which the memory of a search is kept for the next call."""
 
-SOLVED = STATUSES.index(IKStatus.SOLVED)
+SOLVED = CODES[IKStatus.SOLVED]
 _SOLVED = np.array(SOLVED, np.int8)
 _SOLVED.setflags(write=False)
 
@@ -151,7 +152,7 @@ class Report:
         numbers: (*batch, CONFIGURATION + n) columns as `records` names them.
         record: (*batch,) of the poses.
         plan: of the search.
-        codes: (*batch,) index into STATUSES; all solved if None.
+        codes: (*batch,) index into `STATUSES`; all solved if None.
         worst: row -> joint that a solution without limits exceeds most.
     """
 

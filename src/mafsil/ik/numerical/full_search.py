@@ -22,7 +22,7 @@ from mafsil.ik.numerical.records import (
     PoseRecord,
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
-from mafsil.ik.result import STATUSES, IKStatus
+from mafsil.ik.status import CODES, IKStatus
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -30,8 +30,6 @@ FREE_RESTARTS = 7
 EXACT_FROM = 8
 """Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
 asked for by those who want the solution near their own start, or none."""
-
-_CODE = {status: code for code, status in enumerate(STATUSES)}
 
 
 class FullSearch:
@@ -165,22 +163,22 @@ class FullSearch:
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
-        codes[:] = _CODE[IKStatus.SOLVED]
+        codes[:] = CODES[IKStatus.SOLVED]
         if good.all():
             return
         begun = records["begun"]
-        codes[~good] = _CODE[IKStatus.BUDGET_SPENT]
+        codes[~good] = CODES[IKStatus.BUDGET_SPENT]
         if perf_counter() >= self.deadline:
-            codes[~good & (begun <= self.restarts)] = _CODE[IKStatus.TIME_SPENT]
-        codes[~good & beyond] = _CODE[IKStatus.OUT_OF_REACH]
-        codes[~valid] = _CODE[IKStatus.NOT_A_POSE]
+            codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]
+        codes[~good & beyond] = CODES[IKStatus.OUT_OF_REACH]
+        codes[~valid] = CODES[IKStatus.NOT_A_POSE]
         self._beyond_limits(rows.start, T, codes)
         if self.plan.task.dimension > self.plan.problem.robot.n:
-            codes[codes == _CODE[IKStatus.BUDGET_SPENT]] = _CODE[IKStatus.FEW_JOINTS]
+            codes[codes == CODES[IKStatus.BUDGET_SPENT]] = CODES[IKStatus.FEW_JOINTS]
 
     def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
         """For poses not found: whether they can be reached without limits, and which joint leaves them most."""
-        rows = np.flatnonzero(codes == _CODE[IKStatus.BUDGET_SPENT])
+        rows = np.flatnonzero(codes == CODES[IKStatus.BUDGET_SPENT])
         problem = self.plan.problem
         if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
             return
@@ -192,5 +190,5 @@ class FullSearch:
         good = free.checked(best, T)[3] == 1
         excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
         for row, q_excess in zip(rows[good], excess[good], strict=True):
-            codes[row] = _CODE[IKStatus.BEYOND_LIMITS]
+            codes[row] = CODES[IKStatus.BEYOND_LIMITS]
             self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]

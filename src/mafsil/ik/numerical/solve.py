@@ -17,7 +17,8 @@ from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -31,7 +32,7 @@ MOST_RESTARTS = 2**31 - 1
 """As for all whole numbers of a user."""
 
 _known: dict[tuple[Any, ...], FastSearch] = {}
-_NOT_A_POSE = STATUSES.index(IKStatus.NOT_A_POSE)
+_NOT_A_POSE = CODES[IKStatus.NOT_A_POSE]
 _POSE, _DOUBLE = (4, 4), np.dtype(np.float64)
 
 
