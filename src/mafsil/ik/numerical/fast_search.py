@@ -38,6 +38,9 @@ BLOCK = 4096
 KEPT = 512
 """Most poses for which the memory of a search is kept for the next call."""
 
+POSE_RECORD = PoseRecord.dtype()
+"""Of a NumPy array of records of poses."""
+
 SOLVED = CODES[IKStatus.SOLVED]
 _SOLVED = np.array(SOLVED, np.int8)
 _SOLVED.setflags(write=False)
@@ -69,11 +72,12 @@ class FastSearch:
         work.T[...] = T_sd
         if q0 is not None:
             work.q0[...] = q0
-        work.search.guessed = 0 if q0 is None else 1
-        work.batch.allowed = restarts + 1 if restarts < MOST_ATTEMPTS else MOST_ATTEMPTS
+        guessed = q0 is not None
+        if guessed is not work.guessed or restarts != work.restarts:
+            work.set(guessed, restarts)
         report = None
-        if self._entry(work.batch.address):
-            report = Report(work.report.copy(), work.record[0].copy(), self.plan)
+        if self._entry(work.address):
+            report = Report(work.report.copy(), work.counts.copy(), self.plan)
         self._single.append(work)
         return None if report is None else IKResult(report.field)
 
@@ -86,7 +90,7 @@ class FastSearch:
             restarts: how many more starts are tried after the first.
         """
         k = len(desired)
-        report, record = np.empty((k, CONFIGURATION + self.n)), np.empty(k, PoseRecord.dtype())
+        report, record = np.empty((k, CONFIGURATION + self.n)), np.empty(k, POSE_RECORD)
         attempts = min(restarts + 1, MOST_ATTEMPTS)
 
         def block(index: int) -> None:
@@ -127,7 +131,7 @@ class _Workspace:
 
     def __init__(self, plan: SearchPlan, size: int) -> None:
         self.size = size
-        self.search = new_search(plan, np.empty((size, 16)), np.empty(size, PoseRecord.dtype()))
+        self.search = new_search(plan, np.empty((size, 16)), np.empty(size, POSE_RECORD))
         self.search.step = plan.step.addresses.batch
         self.batch = Batch(search=self.search, check=plan.check.addresses.batch, zeros=np.zeros(plan.problem.robot.n))
 
@@ -139,10 +143,15 @@ class _SinglePose(_Workspace):
         super().__init__(plan, 1)
         n = plan.problem.robot.n
         self.T, self.q0, self.report = np.zeros((4, 4)), np.zeros(n), np.zeros(CONFIGURATION + n)
-        self.record = np.zeros(1, PoseRecord.dtype())
+        self.counts, self.address = self.search.record[0].memory, self.batch.address
         self.search.step, self.batch.check = plan.step.addresses.few, plan.check.addresses.few
-        self.search.q0, self.search.record = self.q0, Rows(PoseRecord, self.record)
-        self.batch.given, self.batch.report = self.T, self.report
+        self.search.q0, self.batch.given, self.batch.report = self.q0, self.T, self.report
+        self.set(False, 0)
+
+    def set(self, guessed: bool, restarts: int) -> None:
+        """Whether there is an initial guess, and how many more starts are tried; mostly the same in the next call."""
+        self.guessed, self.restarts = guessed, restarts
+        self.search.guessed, self.batch.allowed = int(guessed), min(restarts + 1, MOST_ATTEMPTS)
 
 
 class Report:
@@ -150,23 +159,23 @@ class Report:
 
     Args:
         numbers: (*batch, CONFIGURATION + n) columns as `records` names them.
-        record: (*batch,) of the poses.
+        counts: (*batch, 4) int64, the memory of the poses' records.
         plan: of the search.
         codes: (*batch,) index into `STATUSES`; all solved if None.
         worst: row -> joint that a solution without limits exceeds most.
     """
 
-    __slots__ = ("codes", "numbers", "plan", "record", "worst")
+    __slots__ = ("codes", "counts", "numbers", "plan", "worst")
 
     def __init__(
         self,
         numbers: Floats,
-        record: NDArray[np.void] | np.void,
+        counts: NDArray[np.int64],
         plan: SearchPlan,
         codes: NDArray[np.int8] | None = None,
         worst: dict[int, str] | None = None,
     ) -> None:
-        self.numbers, self.record, self.plan, self.codes, self.worst = numbers, record, plan, codes, worst
+        self.numbers, self.counts, self.plan, self.codes, self.worst = numbers, counts, plan, codes, worst
 
     def shaped(self, batch: tuple[int, ...]) -> Report:
         """The same in the shape of a batch.
@@ -175,8 +184,8 @@ class Report:
             batch: leading dimensions.
         """
         codes = None if self.codes is None else self.codes.reshape(batch)
-        numbers = self.numbers.reshape(*batch, self.numbers.shape[-1])
-        return Report(numbers, self.record.reshape(batch), self.plan, codes, self.worst)
+        numbers, counts = (part.reshape(*batch, part.shape[-1]) for part in (self.numbers, self.counts))
+        return Report(numbers, counts, self.plan, codes, self.worst)
 
     def field(self, name: str) -> Any:
         """A field of the answer."""
@@ -191,14 +200,19 @@ class Report:
         if name in _COLUMNS:
             return np.array(numbers[..., _COLUMNS[name]])
         if name == "iterations":
-            return np.array(self.record["steps"])
+            return np.array(self._record["steps"])
         if name == "attempts":
             # What solved it was the last attempt.
-            winner = self.record["winner"]
-            return np.where(winner >= 0, winner + 1, self.record["begun"])
+            winner = self._record["winner"]
+            return np.where(winner >= 0, winner + 1, self._record["begun"])
         if name == "reach":
             return np.full(batch, self.plan.problem.reach[1])
         return self.plan.problem.robot.n if name == "moving" else self._worst(batch)
+
+    @property
+    def _record(self) -> NDArray[np.void]:
+        """(*batch,) `PoseRecord` of every pose."""
+        return self.counts.view(POSE_RECORD)[..., 0]
 
     def _worst(self, batch: tuple[int, ...]) -> NDArray[np.str_]:
         found = self.worst or {}

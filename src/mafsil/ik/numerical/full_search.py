@@ -65,6 +65,11 @@ class FullSearch:
         blocks = -(-self.count // BLOCK)
         threads.run(self.block, blocks, threads.available() if blocks > 1 else 1)
 
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """(k, 4) the memory of the records."""
+        return self.record.view(np.int64).reshape(self.count, -1)
+
     def block(self, index: int) -> None:
         """Solve one block of poses."""
         rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))

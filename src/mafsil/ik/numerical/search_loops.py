@@ -112,20 +112,14 @@ def judge(search: Search, before: Floats, after: Floats) -> None:
         search: of the poses.
         before, after: (lanes, n + LEFT) states.
     """
-    n = search.plan.joints
+    plan, mode = search.plan, search.mode
+    n = plan.joints
     width, place = n + LEFT, 0
     while place < search.active:
-        pose = search.lane[place].pose
+        lane = search.lane[place]
+        pose = lane.pose
         record, state = search.record[pose], after[width * place :]
-        found = judged(
-            search.plan,
-            search.mode,
-            search.lane[place],
-            record,
-            before[width * place :],
-            state,
-            search.q[(n + 1) * pose :],
-        )
+        found = judged(plan, mode, lane, record, before[width * place :], state, search.q[(n + 1) * pose :])
         if found == CONTINUES:
             place += 1
         elif found == FAILED and record.begun < record.allowed:
@@ -138,7 +132,7 @@ def judge(search: Search, before: Floats, after: Floats) -> None:
                 copy(search.lane_desired[16 * last :], search.lane_desired[16 * place :], 16)
                 copy(before[width * last :], before[width * place :], n)
                 copy(after[width * last :], state, width)
-                move(search.lane[last], search.lane[place])
+                move(search.lane[last], lane)
 
 
 def copy(source: Floats, out: Floats, count: int) -> None:

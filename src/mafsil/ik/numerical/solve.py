@@ -137,7 +137,7 @@ def solve_ik(
     else:
         full = FullSearch(plan, rows, start, goal, restarts, deadline)
         full.run()
-        report = Report(full.report, full.record, plan, full.codes, full.worst)
+        report = Report(full.report, full.counts, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     result = IKResult(report.shaped(batch).field)
@@ -159,15 +159,16 @@ def _array_seed(seed: object) -> ArrayLike | None:
 def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
     """All poses by the fast search, and those that it leaves open by the full one."""
     numbers, record = search.rows(desired, q0, restarts)
+    counts = record.view(np.int64).reshape(len(record), -1)
     rest = np.flatnonzero(record["winner"] < 0)
     if not len(rest):
-        return Report(numbers, record, search.plan)
+        return Report(numbers, counts, search.plan)
     some = np.ascontiguousarray(q0[rest] if len(q0) else q0)
     full = FullSearch(search.plan, desired[rest], some, None, restarts, np.inf)
     full.run()
     codes = np.full(len(desired), SOLVED, np.int8)
     numbers[rest], record[rest], codes[rest] = full.report, full.record, full.codes
-    return Report(numbers, record, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
+    return Report(numbers, counts, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
 
 
 def _again(named: tuple[Any, ...], T_sd: PoseMatrix, q0: ArrayLike | None, restarts: int) -> IKResult | None:

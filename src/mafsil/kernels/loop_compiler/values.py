@@ -193,7 +193,9 @@ class Block:
     def field(self, record: Value, index: int, kind: Kind) -> Value:
         """The number or address in a field of a record."""
         place = self._field(record, index)
-        return self.let(kind, f"load {kind.llvm}, ptr {place}, align {FIELD}, {_tag('')}")
+        # Addresses are given from outside: as long as a loop runs they stay what they are.
+        fixed = ", !invariant.load !9" if kind.address else ""
+        return self.let(kind, f"load {kind.llvm}, ptr {place}, align {FIELD}, {_tag('')}{fixed}")
 
     def set_field(self, record: Value, index: int, kind: Kind, value: Value) -> None:
         """Write a number to a field of a record.
@@ -319,6 +321,7 @@ def _tag(element: str) -> str:
 
 TAGS = """
 !0 = !{!"loops"}
+!9 = !{}
 !5 = !{!"double", !0}
 !6 = !{!"i64", !0}
 !7 = !{!"float", !0}
