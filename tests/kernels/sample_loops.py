@@ -5,9 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.kernels.loop_compiler import Singles, Whole
+from mafsil.kernels.loop_compiler import Record, Rows, Singles, Whole
 
 SHIFT, COUNT = 0.25, 3
+
+
+class Point(Record):
+    """Numbers of both kinds."""
+
+    x: float
+    count: int
+
+
+class Cloud(Record):
+    """Points, one of them alone, and an array."""
+
+    points: Rows[Point]
+    first: Point
+    numbers: Floats
+    size: int
+    total: float
 
 
 def arithmetic(x: Floats, i: Whole, out: Floats, whole: Whole) -> None:
@@ -77,3 +94,17 @@ def add(row: Floats, out: Floats) -> None:
     """Element by element."""
     for i in range(COUNT):
         out[i] += row[i]
+
+
+def recorded(cloud: Cloud) -> int:
+    """Fields read and written, of a record, of one it leads to and of rows of them."""
+    seen = 0
+    for i in range(cloud.size):
+        point = cloud.points[i]
+        cloud.total += point.x
+        point.count, cloud.points[i].x = i + cloud.first.count, point.x * 2.0
+        cloud.numbers[i] += cloud.points[i].x
+        seen += point.count
+    cloud.total += cloud.first.x
+    cloud.first.count = seen
+    return seen

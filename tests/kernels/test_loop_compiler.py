@@ -15,13 +15,18 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.errors import KernelError
-from mafsil.ik.numerical import block_loops, pose_loops, search_loops, start_loops
+from mafsil.ik.numerical import batch_loops, pose_loops, records, search_loops
+from mafsil.ik.numerical import sample_loops as sample_loops_of_search
 from mafsil.ik.numerical.fast_search import search_of
-from mafsil.ik.numerical.program import PROGRAM
-from mafsil.kernels.loop_compiler import LoopProgram
+from mafsil.ik.numerical.program import MODULES, PROGRAM
+from mafsil.ik.numerical.search import new_search
+from mafsil.kernels.loop_compiler import LoopProgram, Rows
 from tests.kernels import sample_loops
 
-SAMPLES = LoopProgram(["tests.kernels.sample_loops"], ("arithmetic", "squared", "singles", "control", "views"))
+SAMPLES = LoopProgram(
+    ["tests.kernels.sample_loops"], ("arithmetic", "squared", "singles", "control", "views", "recorded")
+)
+LOADED = "from mafsil.kernels.loop_compiler import Record, Rows"
 reals = st.floats(-1e6, 1e6, allow_nan=False)
 wholes = st.integers(-1000, 1000)
 
@@ -99,11 +104,14 @@ def test_views_and_conditions_that_must_not_be_looked_at(x):
         "def f(x: float) -> float:\n    return x ** 3",
         "def f(x: float) -> None:\n    for i in x: pass",
         "def f(x: Floats, y: Whole) -> None:\n    z = x\n    z = y",
+        "class P(Record):\n    a: int\ndef f(p: P) -> int:\n    return p.b",
+        "class P(Record):\n    a: Floats\ndef f(p: P, x: Floats) -> None:\n    p.a = x",
+        "class P(Record):\n    a: int\ndef f(p: Rows[P]) -> int:\n    return p.a",
     ],
 )
 def test_what_is_not_of_the_language_is_refused(body, tmp_path, monkeypatch):
     name = f"refused_{abs(hash(body))}"
-    (tmp_path / f"{name}.py").write_text(f"from __future__ import annotations\nimport numpy as np\n{body}\n")
+    (tmp_path / f"{name}.py").write_text(f"from __future__ import annotations\nimport numpy as np\n{LOADED}\n{body}\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(KernelError, match="refused"):
         _ = LoopProgram([name], ("f",))["f"]
@@ -114,36 +122,39 @@ def test_the_search_is_the_same_as_python(name):
     """The whole search for some poses, its loops run by Python around the same kernels."""
     robot = mf.load(name)
     search = search_of(robot, None, True, 0, "pose", (0.0, 0.0, 1.0), None, 1e-10, None)
-    plan, n, k, lanes = search.plan, robot.n, 5, 8
+    plan, n, k = search.plan, robot.n, 5
     q = np.random.default_rng(3).uniform(-1, 1, (k, n))
     T = robot.forward_kinematics(np.clip(q, robot.limits.lower, robot.limits.upper)).reshape(k, 16)
     T[3, 5] += 0.1
-    found = search.rows(T, np.zeros((0, n)), 31)
-    work, report = np.zeros((17 + n) * k + n + (28 + 2 * n) * lanes), np.zeros_like(found).ravel()
-    whole = np.zeros(search_loops.RECORD * k + start_loops.LANE * lanes + 3, np.int64)
-    entries = plan.step.addresses.batch, plan.check.addresses.batch
-    given = plan.record, plan.pool.features.ravel(), *entries, T.ravel(), np.zeros(0), 0, k, lanes, 32
-    assert block_loops.block(*given, work, whole, report) == k - 1
+    found, _ = search.rows(T, np.zeros((0, n)), 31)
+    state = new_search(plan, np.zeros((k, 16)), np.zeros(k, records.PoseRecord.dtype()))
+    state.step, state.q0 = plan.step.addresses.batch, np.zeros(0)
+    for name in ("desired", "q", "lane_desired", "lane_states"):
+        setattr(state, name, getattr(state, name).ravel())
+    report = np.zeros_like(found).ravel()
+    batch = records.Batch(search=state, check=plan.check.addresses.batch, given=T.ravel(), allowed=32, report=report)
+    batch.zeros = np.zeros(n)
+    assert batch_loops.solve_batch(batch) == k - 1
     np.testing.assert_array_equal(report.reshape(found.shape), found)
     for row in (0, 1, 2, 4):
         alone = search.single(T[row].reshape(4, 4), None, 31)
-        np.testing.assert_array_equal(alone.nearest, found[row, block_loops.CONFIGURATION :])
+        np.testing.assert_array_equal(alone.nearest, found[row, records.CONFIGURATION :])
 
 
 def test_samples_come_in_the_order_of_their_distance():
     robot = mf.load("puma560")
     plan = search_of(robot, None, True, 0, "pose", (0.0, 0.0, 1.0), None, 1e-10, None).plan
     T = robot.forward_kinematics(np.full(6, 0.3)).reshape(1, 16)
-    exact, lane = np.zeros(12), np.full(start_loops.LANE, -1, np.int64)
-    start_loops.features_of(plan.record, T[0], exact)
-    rows = plan.problem.poses(plan.pool.samples)
-    features = np.hstack([plan.pool.turning * rows[:, :3, :3].reshape(-1, 9), plan.pool.shifting * rows[:, :3, 3]])
+    exact, lane = np.zeros(12), records.Lane(nearest=-1, last=-1)
+    sample_loops_of_search.features_of(plan.record, T[0], exact)
+    rows, pool = plan.problem.poses(plan.pool.samples), plan.pool
+    features = np.hstack([pool.rotation_factor * rows[:, :3, :3].reshape(-1, 9), pool.position_factor * rows[:, :3, 3]])
     distances = ((features - exact) ** 2).sum(axis=1)
     chosen = []
-    while (k := start_loops.next_sample(plan.record, plan.pool.features.ravel(), T[0], lane)) >= 0:
+    while (k := sample_loops_of_search.next_sample(plan.record, T[0], lane)) >= 0:
         chosen.append(k)
-    begins = plan.pool.begins
-    cells = [np.arange(begins[c], begins[c + 1]) for c in lane[start_loops.NEAREST : start_loops.SECOND + 1]]
+    begins = pool.first_sample
+    cells = [np.arange(begins[c], begins[c + 1]) for c in (lane.nearest, lane.second)]
     assert sorted(chosen) == sorted(np.concatenate(cells).tolist())
     np.testing.assert_array_less(-1e-5, np.diff(distances[chosen]))
     assert distances[chosen[0]] <= np.sort(distances)[20]
@@ -167,14 +178,26 @@ def test_no_call_leaves_the_compiled_search():
 
     machine = target.host()
     code = target.optimised(PROGRAM.ir(machine), machine)
-    assert elf.load(code, ("advance", "block")) is not None or sys.platform != "linux"
-    assert {search_loops.RECORD, pose_loops.TASK} == {4, 16}
+    assert elf.load(code, ("advance", "solve_batch")) is not None or sys.platform != "linux"
 
 
 def test_a_program_takes_numbers_from_its_own_modules_only():
     """Numbers imported from elsewhere would be frozen in the code without being part of its name."""
-    own = {f"mafsil.ik.numerical.{name}_loops" for name in ("start", "search", "pose", "block")}
-    for module in (start_loops, search_loops, pose_loops, block_loops):
+    own = {f"mafsil.ik.numerical.{name}" for name in MODULES}
+    for module in (records, sample_loops_of_search, search_loops, pose_loops, batch_loops):
+        assert module.__name__ in own
         for node in ast.walk(ast.parse(inspect.getsource(module))):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("mafsil"):
                 assert node.module in own | {"mafsil.arrays", "mafsil.kernels.loop_compiler"}, node.module
+
+
+def test_records_are_read_and_written_as_in_python():
+    states = []
+    for run in (sample_loops.recorded, lambda outer: SAMPLES["recorded"](outer.address)):
+        points = np.zeros(3, sample_loops.Point.dtype())
+        points["x"] = [0.5, -1.5, 2.0]
+        outer = sample_loops.Cloud(points=Rows(sample_loops.Point, points), numbers=np.arange(3.0), size=3, total=0.25)
+        outer.first = sample_loops.Point(x=7.0, count=2)
+        states.append((run(outer), outer.total, outer.first.count, outer.numbers.tolist(), points.tolist()))
+    assert states[0] == states[1]
+    assert states[0][1] == 0.25 + 0.5 - 1.5 + 2.0 + 7.0

@@ -14,7 +14,7 @@ from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.details import Facts
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel
@@ -113,7 +113,7 @@ class Setting:
         return None if kernel is None else Quick(kernel.call, (self.middle, self.middle_turns, *self.bounds), self)
 
     @lazy
-    def newton(self) -> Plan:
+    def newton(self) -> SearchPlan:
         """Steps and check of Newton's method for whole poses, without limits, as compiled kernels."""
         task = pose_task("pose", (0.0, 0.0, 1.0), None, CLEAR, None)
         return cached_plan(problem_of(self.robot, None, False), task, 0)

@@ -35,11 +35,11 @@ def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: Joint
     if arm.form is None or not arm.exact or arm.held:
         return None
     branches = arm.form.solve(T_sd.reshape(-1, 4, 4))
-    q, turning = branches.q, problem.turning == 1
+    q, revolute = branches.q, problem.revolute == 1
     # Angles come within half a turn of zero: first near to the given, then up or down into the bounds.
-    q = q - np.where(turning, TURN * np.round((q - near[:, None]) / TURN), 0.0)
-    q = q + np.where(turning & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEAR), 0.0)
-    q = q - np.where(turning & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEAR), 0.0)
+    q = q - np.where(revolute, TURN * np.round((q - near[:, None]) / TURN), 0.0)
+    q = q + np.where(revolute & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEAR), 0.0)
+    q = q - np.where(revolute & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEAR), 0.0)
     fits = (q >= problem.lower - NEAR) & (q <= problem.upper + NEAR)
     good = fits.all(axis=-1) & (branches.residual <= NEAR)
     far = np.where(good, np.abs(q - near[:, None]).max(axis=-1), np.inf)

@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical import block_loops as columns
-from mafsil.ik.numerical import search_loops as loops
 from mafsil.ik.numerical.exact_starts import exact_starts
 from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.numerical.records import (
+    CONFIGURATION,
+    DISTANCE,
+    POSITION_ERROR,
+    REACHED,
+    ROTATION_ERROR,
+    PoseRecord,
+)
+from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
 
 FREE_RESTARTS = 7
@@ -31,25 +37,26 @@ class FullSearch:
 
     Args:
         plan: of the search.
-        wanted: (k, 16) poses.
-        first: (k, n) starts, or (0, n).
-        goal: null-space goal.
+        desired: (k, 16) poses.
+        q0: (k, n) initial guesses, or (0, n).
+        goal: the preferred configuration, or None.
         restarts: how many more starts are tried after the first.
         deadline: of `perf_counter`.
     """
 
     def __init__(
         self,
-        plan: Plan,
-        wanted: Floats,
-        first: JointVector,
+        plan: SearchPlan,
+        desired: Floats,
+        q0: JointVector,
         goal: PreferredConfiguration | None,
         restarts: int,
         deadline: float,
     ) -> None:
-        self.plan, self.first, self.goal, self.restarts, self.deadline = plan, first, goal, restarts, deadline
-        self.wanted, self.count = wanted, len(wanted)
-        self.report = np.full((self.count, columns.CONFIGURATION + plan.problem.robot.n), np.nan)
+        self.plan, self.q0, self.goal, self.restarts, self.deadline = plan, q0, goal, restarts, deadline
+        self.desired, self.count = desired, len(desired)
+        self.report = np.full((self.count, CONFIGURATION + plan.problem.robot.n), np.nan)
+        self.record = np.zeros(self.count, PoseRecord.dtype())
         self.codes = np.empty(self.count, np.int8)
         self.worst: dict[int, str] = {}
 
@@ -58,19 +65,23 @@ class FullSearch:
         blocks = -(-self.count // BLOCK)
         threads.run(self.block, blocks, threads.available() if blocks > 1 else 1)
 
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """(k, 4) the memory of the records."""
+        return self.record.view(np.int64).reshape(self.count, -1)
+
     def block(self, index: int) -> None:
         """Solve one block of poses."""
         rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))
-        first, problem = self.first[rows], self.plan.problem
-        T, distance = self.plan.clean(self.wanted[rows])
+        q0, problem = self.q0[rows], self.plan.problem
+        T, distance = self.plan.clean(self.desired[rows])
         valid = distance >= 0.0
         # Poses whose place is proven out of reach.
         beyond = (distance > problem.reach[1] * (1.0 + 1e-12)) & self.plan.task.all_positions
         allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * valid
-        best, records = self.plan.run(T, first, allowed, deadline=self.deadline)
+        best, records = self.plan.run(T, q0, allowed, deadline=self.deadline)
         unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
-        best[unseen, :-1] = np.clip(first[unseen] if len(first) else problem.middle, problem.lower, problem.upper)
-        winner = records[:, loops.WINNER]
+        best[unseen, :-1] = np.clip(q0[unseen] if len(q0) else problem.middle, problem.lower, problem.upper)
         self._wind(best, rows)
         found = self.plan.checked(best, T)
         if (found[3] != 1).any():
@@ -85,68 +96,66 @@ class FullSearch:
             found = self.plan.checked(best, T)
         out, rotation, position, good = found
         report = self.report[rows]
-        report[:, columns.ROTATION], report[:, columns.POSITION] = rotation, position
-        report[:, columns.DISTANCE], report[:, columns.ITERATIONS] = distance, records[:, loops.STEPS]
-        report[:, columns.ATTEMPTS] = np.where(winner >= 0, winner + 1, records[:, loops.STARTED])
-        report[:, columns.REACHED : columns.CONFIGURATION] = out
-        report[:, columns.CONFIGURATION :] = best[:, :-1]
-        report[~valid, columns.REACHED :] = report[~valid, : columns.ITERATIONS] = np.nan
+        report[:, ROTATION_ERROR], report[:, POSITION_ERROR], report[:, DISTANCE] = rotation, position, distance
+        report[:, REACHED:CONFIGURATION], report[:, CONFIGURATION:] = out, best[:, :-1]
+        report[~valid] = np.nan
+        self.record[rows] = records
         self._verdicts(rows, T, good == 1, beyond, valid, records)
 
-    def _near(self, rows: slice) -> JointVector:
-        """(k, n) or (1, n) what solutions are wound to: the initial guess, the preferred configuration or zero."""
-        if len(self.first):
-            return self.first[rows]
+    def _initial_guess(self, rows: slice) -> JointVector:
+        """(k, n) or (1, n) what solutions are wound to: the user's, or the preferred configuration, or zero."""
+        if len(self.q0):
+            return self.q0[rows]
         return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).q
 
     def _wind(self, best: Floats, rows: slice) -> None:
         """Whole turns of the joints."""
-        self.plan.wind(best, self._near(rows))
+        self.plan.wind(best, self._initial_guess(rows))
 
     def _again(
         self,
         best: Floats,
-        records: NDArray[np.int64],
+        records: NDArray[np.void],
         T: Floats,
         good: NDArray[np.bool_],
         allowed: NDArray[np.int64],
     ) -> None:
-        """Rows that the check refused: trusted steps are looked at, and misses go on to the nearest configuration."""
-        winner = loops.WINNER
-        refused = np.flatnonzero(~good & (records[:, winner] >= 0))
+        """Rows that the check refused: trusted steps are checked, failed searches end at the nearest configuration."""
+        winner = records["winner"]
+        refused = np.flatnonzero(~good & (winner >= 0))
         if len(refused):
             new, again = self.plan.run(
                 T[refused], best[refused, :-1].copy(), allowed[refused], trust=False, deadline=self.deadline
             )
             best[refused] = new
-            records[refused, winner] = np.where(again[:, winner] < 0, -1, records[refused, winner] + again[:, winner])
-        missed = np.flatnonzero((records[:, winner] < 0) & (records[:, loops.STARTED] > 0))
-        if len(missed) and perf_counter() < self.deadline:
-            once = np.ones(len(missed), np.int64)
-            new, again = self.plan.run(T[missed], best[missed, :-1].copy(), once, trust=False, patient=True)
+            winner[refused] = np.where(again["winner"] < 0, -1, winner[refused] + again["winner"])
+        open_rows = np.flatnonzero((winner < 0) & (records["begun"] > 0))
+        if len(open_rows) and perf_counter() < self.deadline:
+            once = np.ones(len(open_rows), np.int64)
+            new, again = self.plan.run(T[open_rows], best[open_rows, :-1].copy(), once, trust=False, patient=True)
             # Of poses so far away that their squares overflow nothing is seen.
-            best[missed] = np.where(np.isfinite(new), new, best[missed])
-            records[missed, winner] = np.where(again[:, winner] < 0, -1, records[missed, loops.STARTED] - 1)
+            best[open_rows] = np.where(np.isfinite(new), new, best[open_rows])
+            winner[open_rows] = np.where(again["winner"] < 0, -1, records["begun"][open_rows] - 1)
 
-    def _exact(self, best: Floats, records: NDArray[np.int64], T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
-        """Rows that the search missed: the arm's closed form is asked, where it has one, and its branches are tried."""
-        begun = records[:, loops.STARTED]
-        missed = np.flatnonzero(~good & (begun >= EXACT_FROM))
-        if not len(missed) or perf_counter() >= self.deadline:
+    def _exact(self, best: Floats, records: NDArray[np.void], T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
+        """Rows that the search did not solve: the arm's closed form, where it has one, gives branches to begin at."""
+        begun = records["begun"]
+        failed = np.flatnonzero(~good & (begun >= EXACT_FROM))
+        if not len(failed) or perf_counter() >= self.deadline:
             return
-        near = self._near(rows)
-        starts = exact_starts(self.plan.problem, self.plan.task, T[missed], near if len(near) == 1 else near[missed])
+        q0 = self._initial_guess(rows)
+        starts = exact_starts(self.plan.problem, self.plan.task, T[failed], q0 if len(q0) == 1 else q0[failed])
         if starts is None:
             return
         open_rows, branch = np.nonzero(np.isfinite(starts).all(axis=-1))
-        tried = missed[open_rows]
+        tried = failed[open_rows]
         once = np.ones(len(tried), np.int64)
         new, again = self.plan.run(T[tried], starts[open_rows, branch], once, trust=False)
         # In the order of the branches, the nearest last: it is the one that stays.
-        for k in np.flatnonzero(again[:, loops.WINNER] >= 0)[::-1]:
+        for k in np.flatnonzero(again["winner"] >= 0)[::-1]:
             row = tried[k]
             best[row] = new[k]
-            records[row, loops.WINNER], records[row, loops.STEPS] = begun[row], again[k, loops.STEPS]
+            records["winner"][row], records["steps"][row] = begun[row], again["steps"][k]
 
     def _verdicts(
         self,
@@ -155,14 +164,14 @@ class FullSearch:
         good: NDArray[np.bool_],
         beyond: NDArray[np.bool_],
         valid: NDArray[np.bool_],
-        records: NDArray[np.int64],
+        records: NDArray[np.void],
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
         codes[:] = CODES[IKStatus.SOLVED]
         if good.all():
             return
-        begun = records[:, loops.STARTED]
+        begun = records["begun"]
         codes[~good] = CODES[IKStatus.BUDGET_SPENT]
         if perf_counter() >= self.deadline:
             codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]

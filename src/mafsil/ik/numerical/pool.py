@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical.problem import PoseProblem
-from mafsil.ik.numerical.start_loops import GROUP, MOST_CELLS, MOST_SAMPLES
+from mafsil.ik.numerical.records import FEATURE_GROUP, FEATURES, MOST_CELLS, MOST_SAMPLES
 from mafsil.ik.numerical.task import PoseTask
 
 SAMPLES, CELLS = MOST_SAMPLES, MOST_CELLS
@@ -27,24 +27,23 @@ class Pool:
 
     Attributes:
         samples: (m, n) sorted by cell.
-        features: float32 whose distances measure how far poses lie apart, in groups (12, GROUP): of the cells' centres,
-            then cell by cell, filled up with far ones.
-        begins: (c + 1) first sample of every cell.
-        groups: (c + 1) first group of features of every cell.
-        turning, shifting: factors of the features of rotations and positions.
+        features: float32 whose distances measure how far poses lie apart, in groups (FEATURES, FEATURE_GROUP): of the
+            cells' centres, then cell by cell, filled up with far ones.
+        first_sample, first_group: (c + 1) of every cell.
+        rotation_factor, position_factor: of the features of rotations and positions.
     """
 
     samples: JointVector
     features: NDArray[np.float32]
-    begins: NDArray[np.int64]
-    groups: NDArray[np.int64]
-    turning: float
-    shifting: float
+    first_sample: NDArray[np.int64]
+    first_group: NDArray[np.int64]
+    rotation_factor: float
+    position_factor: float
 
     @property
     def cells(self) -> int:
         """How many."""
-        return len(self.begins) - 1
+        return len(self.first_sample) - 1
 
 
 def pool_of(problem: PoseProblem, task: PoseTask, seed: int) -> Pool:
@@ -58,29 +57,30 @@ def pool_of(problem: PoseProblem, task: PoseTask, seed: int) -> Pool:
     q = problem.sample(np.random.default_rng(seed), SAMPLES)
     T = problem.poses(q)
     # |R - R'| ~ sqrt(2) angle, |a - a'| ~ angle.
-    turning = float(task.turns) * (1.0 if task.one_axis else np.sqrt(0.5))
-    shifting = float(task.shifts) / problem.length
-    features = np.zeros((SAMPLES, 12))
+    rotation_factor = float(task.rotates) * (1.0 if task.one_axis else np.sqrt(0.5))
+    position_factor = float(task.translates) / problem.length
+    features = np.zeros((SAMPLES, FEATURES))
     if task.one_axis:
-        features[:, :3] = turning * (T[:, :3, :3] @ task.axis)
+        features[:, :3] = rotation_factor * (T[:, :3, :3] @ task.axis)
     else:
-        features[:, :9] = turning * T[:, :3, :3].reshape(-1, 9)
-    features[:, 9:] = shifting * T[:, :3, 3]
+        features[:, :9] = rotation_factor * T[:, :3, :3].reshape(-1, 9)
+    features[:, 9:] = position_factor * T[:, :3, 3]
     centres = features[:CELLS]
     cell = _nearest(features, centres)
     order = np.argsort(cell, kind="stable")
-    begins = np.searchsorted(cell[order], np.arange(CELLS + 1)).astype(np.int64)
+    first_sample = np.searchsorted(cell[order], np.arange(CELLS + 1)).astype(np.int64)
     table = features[order]
-    grouped = [_grouped(centres), *(_grouped(table[begin:end]) for begin, end in itertools.pairwise(begins))]
-    groups = np.cumsum([len(each) for each in grouped])
-    return Pool(np.ascontiguousarray(q[order]), np.concatenate(grouped), begins, groups, turning, shifting)
+    grouped = [_grouped(centres), *(_grouped(table[begin:end]) for begin, end in itertools.pairwise(first_sample))]
+    first_group = np.cumsum([len(each) for each in grouped])
+    factors = rotation_factor, position_factor
+    return Pool(np.ascontiguousarray(q[order]), np.concatenate(grouped), first_sample, first_group, *factors)
 
 
 def _grouped(features: Floats) -> NDArray[np.float32]:
-    """(k, 12, GROUP) features of samples, filled up with ones that are far from everything."""
-    rows = np.full((-(-len(features) // GROUP) * GROUP, 12), FAR, np.float32)
+    """(k, FEATURES, FEATURE_GROUP) features of samples, filled up with ones that are far from everything."""
+    rows = np.full((-(-len(features) // FEATURE_GROUP) * FEATURE_GROUP, FEATURES), FAR, np.float32)
     rows[: len(features)] = features
-    return np.ascontiguousarray(rows.reshape(-1, GROUP, 12).transpose(0, 2, 1))
+    return np.ascontiguousarray(rows.reshape(-1, FEATURE_GROUP, FEATURES).transpose(0, 2, 1))
 
 
 def _nearest(features: Floats, centres: Floats) -> NDArray[np.intp]:

@@ -1,25 +1,25 @@
-"""Poses before the search and answers after it, compiled: repair of rotations, whole turns, the check's verdict."""
+"""Poses before the search and answers after it, compiled: repair of rotations, whole turns, tolerances and bounds."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical.start_loops import CENTRE, DEFECT, JOINTS, SHIFT_LIMIT, TASK, TURN_LIMIT
+from mafsil.ik.numerical.records import Plan
 from mafsil.kernels.loop_compiler import Whole
 
 FARTHEST = 1e100
 """As `ik.problem.FARTHEST`; written here since the key of the compiled code covers these files only."""
 
 
-def cleaned(plan: Floats, given: Floats, made: Floats) -> float:
+def clean_pose(plan: Plan, given: Floats, made: Floats) -> float:
     """A pose with its rotation brought to working precision; identity where it is none.
 
-    1. A pose has finite numbers, the last row (0, 0, 0, 1) and a rotation, all up to the plan's DEFECT.
+    1. A pose has finite numbers, the last row (0, 0, 0, 1) and a rotation, all up to the plan's `defect`.
     2. Newton's iteration for the polar factor, R - R (R'R - I) / 2, twice: the defect is squared each time.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         given: (16) what a user gave.
         made: (16) out.
 
@@ -33,11 +33,11 @@ def cleaned(plan: Floats, given: Floats, made: Floats) -> float:
         made[i] = 1.0 if i % 5 == 0 else 0.0
         good = good and abs(given[i]) < FARTHEST
         if i >= 12:
-            good = good and abs(given[i] - made[i]) <= plan[DEFECT]
+            good = good and abs(given[i] - made[i]) <= plan.defect
     for i in range(3):
         for j in range(3):
             R[3 * i + j] = given[4 * i + j]
-    if not good or not defect(R, S) <= plan[DEFECT] or not determinant(R) > 0.0:
+    if not good or not defect(R, S) <= plan.defect or not determinant(R) > 0.0:
         return -1.0
     # 2.
     for repeat in range(2):
@@ -50,24 +50,24 @@ def cleaned(plan: Floats, given: Floats, made: Floats) -> float:
     square = 0.0
     for i in range(3):
         made[4 * i + 3] = given[4 * i + 3]
-        square += (made[4 * i + 3] - plan[CENTRE + i]) ** 2
+        square += (made[4 * i + 3] - plan.centre[i]) ** 2
         for j in range(3):
             made[4 * i + j] = R[3 * i + j]
     return np.sqrt(square)
 
 
-def clean(plan: Floats, T: Floats, poses: int, out: Floats, distance: Floats) -> None:
-    """As `cleaned`, of many poses.
+def clean(plan: Plan, T: Floats, poses: int, out: Floats, distance: Floats) -> None:
+    """As `clean_pose`, of many poses.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         T: (poses, 16).
         poses: how many.
         out: (poses, 16).
         distance: (poses) of the origin from the centre of the reach, -1 for rows that are no poses, out.
     """
     for row in range(poses):
-        distance[row] = cleaned(plan, T[16 * row :], out[16 * row :])
+        distance[row] = clean_pose(plan, T[16 * row :], out[16 * row :])
 
 
 def defect(R: Floats, S: Floats) -> float:
@@ -91,75 +91,71 @@ def determinant(R: Floats) -> float:
     return R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) + R[2] * (R[3] * R[7] - R[4] * R[6])
 
 
-def wound(plan: Floats, q: JointVector, near: JointVector) -> None:
-    """Turning joints moved by whole turns as close to `near` as their bounds allow.
+def wind_one(plan: Plan, q: JointVector, q0: JointVector) -> None:
+    """Move revolute joints by whole turns as close to an initial guess as their bounds allow.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         q: (n) changed.
-        near: (n).
+        q0: (n).
     """
-    n = int(plan[JOINTS])
-    task = plan[TASK:]
-    for i in range(n):
-        if task[9 + 2 * n + i] > 0.0:
-            moved = q[i] - 2.0 * np.pi * np.rint((q[i] - near[i]) / (2.0 * np.pi))
-            if moved >= task[9 + i] and moved <= task[9 + n + i]:
+    for i in range(plan.joints):
+        if plan.revolute[i] > 0:
+            moved = q[i] - 2.0 * np.pi * np.rint((q[i] - q0[i]) / (2.0 * np.pi))
+            if moved >= plan.lower[i] and moved <= plan.upper[i]:
                 q[i] = moved
 
 
-def wind(plan: Floats, poses: int, best: Floats, near: JointVector, one: int) -> None:
-    """As `wound`, of many configurations.
+def wind(plan: Plan, poses: int, q: Floats, q0: JointVector, one: int) -> None:
+    """As `wind_one`, of many configurations.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         poses: how many.
-        best: (poses, n + 1) configurations, changed.
-        near: (poses, n), or (1, n) for all.
+        q: (poses, n + 1) configurations, changed.
+        q0: (poses, n), or (1, n) for all.
         one: 1 if it is the same for all.
     """
-    n = int(plan[JOINTS])
+    n = plan.joints
     for row in range(poses):
-        wound(plan, best[(n + 1) * row :], near[n * row * (1 - one) :])
+        wind_one(plan, q[(n + 1) * row :], q0[n * row * (1 - one) :])
 
 
-def met(plan: Floats, q: JointVector, twist: Floats, errors: Floats) -> bool:
+def met(plan: Plan, q: JointVector, twist: Floats, errors: Floats) -> bool:
     """Whether a configuration meets tolerances and bounds.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         q: (n).
         twist: (6) that is left, by the check kernel.
         errors: (2) of rotation and position [rad, m], as far as they count, out.
     """
-    n = int(plan[JOINTS])
-    task = plan[TASK:]
-    turn = shift = 0.0
+    rotation = position = 0.0
     for i in range(3):
-        if task[i] > 0.0:
-            turn += twist[i] ** 2
-        if task[3 + i] > 0.0:
-            shift += twist[3 + i] ** 2
-    errors[0], errors[1] = np.sqrt(turn), np.sqrt(shift)
+        if plan.weights[i] > 0.0:
+            rotation += twist[i] ** 2
+        if plan.weights[3 + i] > 0.0:
+            position += twist[3 + i] ** 2
+    errors[0], errors[1] = np.sqrt(rotation), np.sqrt(position)
     # The search aims at half the tolerances, whose squares the plan holds.
-    good = turn <= 4.0 * plan[TURN_LIMIT] and shift <= 4.0 * plan[SHIFT_LIMIT]
-    for i in range(n):
-        good = good and q[i] >= task[9 + i] and q[i] <= task[9 + n + i]
+    good = rotation <= 4.0 * plan.rotation_limit and position <= 4.0 * plan.position_limit
+    for i in range(plan.joints):
+        good = good and q[i] >= plan.lower[i] and q[i] <= plan.upper[i]
     return good
 
 
-def verdict(plan: Floats, poses: int, checked: Floats, best: Floats, errors: Floats, good: Whole) -> None:
+def check(plan: Plan, poses: int, checked: Floats, q: Floats, errors: Floats, good: Whole) -> None:
     """As `met`, of many configurations.
 
     Args:
-        plan: see `start_loops`.
+        plan: of the search.
         poses: how many.
         checked: (poses, 22) pose and twist that is left, by the check kernel.
-        best: (poses, n + 1) configurations.
+        q: (poses, n + 1) configurations.
         errors: (poses, 2) of rotation and position [rad, m], out.
         good: (poses) 1 where tolerances and bounds are met, out.
     """
-    n = int(plan[JOINTS])
+    n = plan.joints
     for row in range(poses):
-        fine = met(plan, best[(n + 1) * row :], checked[22 * row + 16 :], errors[2 * row :])
+        fine = met(plan, q[(n + 1) * row :], checked[22 * row + 16 :], errors[2 * row :])
         good[row] = 1 if fine else 0

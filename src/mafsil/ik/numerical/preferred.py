@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.ik.numerical.problem import PoseProblem
-from mafsil.ik.numerical.search import Plan
+from mafsil.ik.numerical.search import SearchPlan
 
 STEPS = 300
 """Most steps of self-motion."""
@@ -71,7 +71,7 @@ def preferred_configuration(
 
 
 def approached(
-    plan: Plan,
+    plan: SearchPlan,
     best: Floats,
     T_sd: Floats,
     goal: PreferredConfiguration,
@@ -103,7 +103,7 @@ def approached(
 
 
 def _descended(
-    plan: Plan, start: JointVector, T_sd: Floats, q_preferred: JointVector, weights: Floats, deadline: float
+    plan: SearchPlan, start: JointVector, T_sd: Floats, q_preferred: JointVector, weights: Floats, deadline: float
 ) -> JointVector:
     """(k, n) where the self-motion towards the preferred configuration comes to rest."""
     n = start.shape[1]

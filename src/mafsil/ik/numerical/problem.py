@@ -75,8 +75,8 @@ class PoseProblem:
         return unit_length(self.robot.mechanism, self.frame)
 
     @lazy
-    def turning(self) -> NDArray[np.int64]:
-        """(n,) 1 for joints that turn."""
+    def revolute(self) -> NDArray[np.int64]:
+        """(n,) 1 for revolute joints."""
         return np.array([joint.kind is JointKind.REVOLUTE for joint in self.robot.mechanism.coordinates], np.int64)
 
     @lazy
@@ -104,7 +104,7 @@ class PoseProblem:
 
     def sample(self, generator: np.random.Generator, count: int) -> JointVector:
         """(count, n) uniform configurations within the bounds; within a turn, or the length, where there are none."""
-        span = np.where(self.turning == 1, np.pi, self.length)
+        span = np.where(self.revolute == 1, np.pi, self.length)
         lower = np.where(np.isfinite(self.lower), self.lower, np.minimum(-span, self.upper - 2 * span))
         upper = np.where(np.isfinite(self.upper), self.upper, np.maximum(span, self.lower + 2 * span))
         return generator.uniform(lower, upper, (count, self.robot.n))

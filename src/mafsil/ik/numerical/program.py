@@ -2,7 +2,7 @@
 
 from mafsil.kernels.loop_compiler import LoopProgram
 
+MODULES = ("records", "sample_loops", "search_loops", "pose_loops", "batch_loops")
 PROGRAM = LoopProgram(
-    [f"mafsil.ik.numerical.{name}_loops" for name in ("start", "search", "pose", "block")],
-    ("advance", "clean", "wind", "verdict", "block"),
+    [f"mafsil.ik.numerical.{name}" for name in MODULES], ("advance", "clean", "wind", "check", "solve_batch")
 )

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
 from mafsil.ik.moving_part import MovingPart
-from mafsil.ik.numerical.block_loops import ATTEMPTS
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
 from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
@@ -138,7 +137,7 @@ def solve_ik(
     else:
         full = FullSearch(plan, rows, start, goal, restarts, deadline)
         full.run()
-        report = Report(full.report, plan, full.codes, full.worst)
+        report = Report(full.report, full.counts, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     result = IKResult(report.shaped(batch).field)
@@ -157,18 +156,19 @@ def _array_seed(seed: object) -> ArrayLike | None:
     return np.asarray(seed)
 
 
-def _reported(search: FastSearch, wanted: Floats, starts: JointVector, restarts: int) -> Report:
+def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
     """All poses by the fast search, and those that it leaves open by the full one."""
-    numbers = search.rows(wanted, starts, restarts)
-    missed = np.flatnonzero(numbers[:, ATTEMPTS] < 0.0)
-    if not len(missed):
-        return Report(numbers, search.plan)
-    some = np.ascontiguousarray(starts[missed] if len(starts) else starts)
-    full = FullSearch(search.plan, wanted[missed], some, None, restarts, np.inf)
+    numbers, record = search.rows(desired, q0, restarts)
+    counts = record.view(np.int64).reshape(len(record), -1)
+    rest = np.flatnonzero(record["winner"] < 0)
+    if not len(rest):
+        return Report(numbers, counts, search.plan)
+    some = np.ascontiguousarray(q0[rest] if len(q0) else q0)
+    full = FullSearch(search.plan, desired[rest], some, None, restarts, np.inf)
     full.run()
-    codes = np.full(len(wanted), SOLVED, np.int8)
-    numbers[missed], codes[missed] = full.report, full.codes
-    return Report(numbers, search.plan, codes, {int(missed[row]): name for row, name in full.worst.items()})
+    codes = np.full(len(desired), SOLVED, np.int8)
+    numbers[rest], record[rest], codes[rest] = full.report, full.record, full.codes
+    return Report(numbers, counts, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
 
 
 def _again(named: tuple[Any, ...], T_sd: PoseMatrix, q0: ArrayLike | None, restarts: int) -> IKResult | None:

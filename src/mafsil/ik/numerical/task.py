@@ -48,12 +48,12 @@ class PoseTask:
         return self.kind in ("axis", "direction")
 
     @property
-    def turns(self) -> bool:
+    def rotates(self) -> bool:
         """Whether any rotation counts."""
         return bool(self.weights[:3].any())
 
     @property
-    def shifts(self) -> bool:
+    def translates(self) -> bool:
         """Whether any position counts."""
         return bool(self.weights[3:].any())
 

@@ -7,7 +7,8 @@ numbers of one type. The same functions run as ordinary Python over NumPy arrays
 What the language has: `int`, `float`, `bool`, arrays `Floats`, `Whole` and `Singles` of one axis; assignments, `if`,
 `while`, `for` over `range`, `return`, `break`, `continue`; arithmetic, comparisons, `and`, `or`, `not`, conditional
 expressions; elements `x[i]` and views `x[i:]`; `np.empty(12)` with a fixed size; `abs`, `min`, `max`, `int`, `float`,
-`np.sqrt`, `np.rint`, `np.float32`; other functions of the program; constants of its modules; `address`, `run_kernel`.
+`np.sqrt`, `np.rint`, `np.float32`; other functions of the program; constants of its modules; `address`, `run_kernel`;
+records of its modules: fields `x.name`, read and written, and members `x[i]` of rows (`records`).
 """
 
 from mafsil.kernels.loop_compiler.interface import Singles as Singles
@@ -15,3 +16,5 @@ from mafsil.kernels.loop_compiler.interface import Whole as Whole
 from mafsil.kernels.loop_compiler.interface import address as address
 from mafsil.kernels.loop_compiler.interface import run_kernel as run_kernel
 from mafsil.kernels.loop_compiler.program import LoopProgram as LoopProgram
+from mafsil.kernels.loop_compiler.records import Record as Record
+from mafsil.kernels.loop_compiler.records import Rows as Rows

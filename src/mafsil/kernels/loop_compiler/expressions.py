@@ -16,6 +16,7 @@ from mafsil.kernels.loop_compiler.values import (
     TRUTH,
     Block,
     Kind,
+    Layout,
     Value,
     constant,
     refused,
@@ -34,10 +35,13 @@ class Expressions:
     Args:
         headers: of all functions of the program.
         constants: of its module.
+        records: of the program.
     """
 
-    def __init__(self, headers: Mapping[str, Header], constants: Mapping[str, int | float]) -> None:
-        self.headers, self.constants = headers, constants
+    def __init__(
+        self, headers: Mapping[str, Header], constants: Mapping[str, int | float], records: Mapping[str, Layout]
+    ) -> None:
+        self.headers, self.constants, self.records = headers, constants, records
         self.block = Block()
         self.variables: dict[str, tuple[Kind, Value]] = {}
         self.forms: dict[type[ast.expr], Callable[..., Value]] = {
@@ -94,11 +98,19 @@ class Expressions:
         raise refused(f"the name {node.id}")
 
     def attribute(self, node: ast.Attribute) -> Value:
-        """`np.pi` or `np.inf`."""
+        """`np.pi`, `np.inf` or the field of a record."""
         known = {"np.pi": math.pi, "np.inf": math.inf}
-        if ast.unparse(node) not in known:
+        if ast.unparse(node) in known:
+            return constant(known[ast.unparse(node)])
+        return self.block.field(*self.field(node))
+
+    def field(self, node: ast.Attribute) -> tuple[Value, int, Kind]:
+        """The record whose field it is, the field's place there, and its type."""
+        record = self.value(node.value)
+        layout = self.records.get(record.kind.record, {})
+        if node.attr not in layout or record.kind.rows:
             raise refused(ast.unparse(node))
-        return constant(known[ast.unparse(node)])
+        return record, list(layout).index(node.attr), layout[node.attr]
 
     def binary(self, node: ast.BinOp) -> Value:
         """Arithmetic of two numbers; the only power is the square."""
@@ -157,18 +169,24 @@ class Expressions:
 
     def place(self, node: ast.Subscript) -> Value:
         """The array that begins at the element."""
-        array = self.value(node.value)
-        if not array.kind.element:
-            raise refused(ast.unparse(node))
-        return self.block.moved(array, self.value(node.slice))
+        return self.moved(node, self.value(node.value), node.slice)
 
     def subscript(self, node: ast.Subscript) -> Value:
-        """An element, or the view from an element on."""
-        if not isinstance(node.slice, ast.Slice):
-            return self.block.load(self.place(node))
-        if node.slice.upper or node.slice.step or node.slice.lower is None:
+        """An element, a member of some records, or the view from an element on."""
+        array, index = self.value(node.value), node.slice
+        if isinstance(index, ast.Slice):
+            if index.upper or index.step or index.lower is None:
+                raise refused(ast.unparse(node))
+            return self.moved(node, array, index.lower)
+        if array.kind.rows:
+            return self.block.member(array, self.value(index), len(self.records[array.kind.record]))
+        return self.block.load(self.moved(node, array, index))
+
+    def moved(self, node: ast.Subscript, array: Value, index: ast.expr) -> Value:
+        """The array from an element on."""
+        if not array.kind.element:
             raise refused(ast.unparse(node))
-        return self.block.moved(self.value(node.value), self.value(node.slice.lower))
+        return self.block.moved(array, self.value(index))
 
     def called(self, node: ast.expr) -> Value:
         """A call with a result."""

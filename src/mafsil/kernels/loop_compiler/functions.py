@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 
 from mafsil.kernels.loop_compiler.expressions import Expressions
 from mafsil.kernels.loop_compiler.values import (
-    ANNOTATIONS,
     INTEGER,
     OPERATIONS,
     Kind,
+    Layout,
     Value,
     constant,
+    kind_of,
     refused,
 )
 
@@ -33,17 +34,19 @@ class Header:
     result: Kind | None
 
 
-def header_of(node: ast.FunctionDef) -> Header:
-    """The types that a function's annotations say."""
-    result = None if node.returns is None or ast.unparse(node.returns) == "None" else _kind(node.returns)
-    return Header(node.name, {each.arg: _kind(each.annotation) for each in node.args.args}, result)
+def header_of(node: ast.FunctionDef, records: Container[str] = ()) -> Header:
+    """The types that a function's annotations say.
 
+    Args:
+        node: its source.
+        records: names of the program's records.
+    """
 
-def _kind(annotation: ast.expr | None) -> Kind:
-    name = "" if annotation is None else ast.unparse(annotation)
-    if name not in ANNOTATIONS:
-        raise refused(f"the annotation {name!r}")
-    return ANNOTATIONS[name]
+    def kind(annotation: ast.expr | None) -> Kind:
+        return kind_of("" if annotation is None else ast.unparse(annotation), records)
+
+    result = None if node.returns is None or ast.unparse(node.returns) == "None" else kind(node.returns)
+    return Header(node.name, {each.arg: kind(each.annotation) for each in node.args.args}, result)
 
 
 class Function(Expressions):
@@ -57,12 +60,17 @@ class Function(Expressions):
         node: its source.
         headers: of all functions of the program.
         constants: of its module.
+        records: of the program.
     """
 
     def __init__(
-        self, node: ast.FunctionDef, headers: Mapping[str, Header], constants: Mapping[str, int | float]
+        self,
+        node: ast.FunctionDef,
+        headers: Mapping[str, Header],
+        constants: Mapping[str, int | float],
+        records: Mapping[str, Layout],
     ) -> None:
-        super().__init__(headers, constants)
+        super().__init__(headers, constants, records)
         self.header = headers[node.name]
         self.loops: list[tuple[str, str]] = []
         self.statements: dict[type[ast.stmt], Callable[..., None]] = {
@@ -110,7 +118,7 @@ class Function(Expressions):
             self.call(node.value)
 
     def assignment(self, node: ast.Assign) -> None:
-        """Values for names and elements; of several at once all are found before the first is given."""
+        """Values for names, elements and fields; of several at once all are found before the first is given."""
         target = node.targets[0]
         if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
             values = [self.value(each) for each in node.value.elts]
@@ -122,16 +130,18 @@ class Function(Expressions):
             self.give(each, value)
 
     def change(self, node: ast.AugAssign) -> None:
-        """A name or element changed by an operation."""
+        """A name, element or field changed by an operation."""
         old, by = self.value(node.target), self.value(node.value)
         self.give(node.target, self.block.arithmetic(OPERATIONS[type(node.op)], old, by))
 
     def give(self, target: ast.expr, value: Value) -> None:
-        """Give a name or an element its value."""
+        """Give a name, an element or a field its value."""
         if isinstance(target, ast.Name):
             self.assign(target.id, value)
         elif isinstance(target, ast.Subscript):
             self.block.store(value, self.place(target))
+        elif isinstance(target, ast.Attribute):
+            self.block.set_field(*self.field(target), value)
         else:
             raise refused(ast.unparse(target))
 

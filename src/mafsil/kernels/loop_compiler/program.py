@@ -16,7 +16,8 @@ from mafsil.kernels.cache import Entry
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loop_compiler.functions import Function, Header, header_of
-from mafsil.kernels.loop_compiler.values import INTEGER, REAL, TAGS, TRUTH, Kind, refused
+from mafsil.kernels.loop_compiler.records import Record
+from mafsil.kernels.loop_compiler.values import INTEGER, REAL, TAGS, TRUTH, Kind, Layout, kind_of, refused
 from mafsil.kernels.target import Code, Target
 
 _DECLARED = """
@@ -33,7 +34,8 @@ class LoopProgram:
     """Functions of some modules, compiled together; which robot they work for they learn from their arguments.
 
     Args:
-        modules: dotted names; their top level holds nothing but imports, constants and functions of the language.
+        modules: dotted names; their top level holds nothing but imports, constants, records and functions of the
+            language.
         entries: the functions that are called from Python.
     """
 
@@ -60,10 +62,10 @@ class LoopProgram:
         Args:
             machine: for which it is compiled.
         """
-        headers, texts = self._headers(), list[str]()
+        headers, records, texts = self._headers(), self._records, list[str]()
         for tree, constants in self._sources.values():
             for node in _functions_of(tree):
-                texts.append(Function(node, headers, constants).text(exported=node.name in self._entries))
+                texts.append(Function(node, headers, constants, records).text(exported=node.name in self._entries))
         return f'target triple = "{machine.triple}"\n' + "".join(texts) + _DECLARED + TAGS
 
     @lazy
@@ -83,7 +85,18 @@ class LoopProgram:
 
     def _headers(self) -> dict[str, Header]:
         nodes = [node for tree, _ in self._sources.values() for node in _functions_of(tree)]
-        return {node.name: header_of(node) for node in nodes}
+        return {node.name: header_of(node, self._records) for node in nodes}
+
+    @lazy
+    def _records(self) -> dict[str, Layout]:
+        """The records that are declared in the modules."""
+        declared = [each for name in self._modules for each in vars(import_module(name)).values()]
+        found = {each.__name__: each.layout for each in declared if isinstance(each, type) and issubclass(each, Record)}
+        found.pop(Record.__name__, None)
+        return {
+            name: {field: kind_of(annotation, found) for field, annotation in layout.items()}
+            for name, layout in found.items()
+        }
 
     def _code(self) -> Code:
         """The code from the disk, or made."""
@@ -118,9 +131,9 @@ def _prototype(header: Header) -> Any:
 
 def _ctype(kind: Kind) -> Any:
     known = {INTEGER: ctypes.c_int64, REAL: ctypes.c_double, TRUTH: ctypes.c_bool}
-    if not kind.element and kind not in known:
+    if not kind.address and kind not in known:
         raise refused(f"{kind.llvm} as an argument from outside")
-    return ctypes.c_void_p if kind.element else known[kind]
+    return ctypes.c_void_p if kind.address else known[kind]
 
 
 _kept: list[object] = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import struct
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
 from mafsil.errors import KernelError
@@ -16,10 +17,19 @@ class Kind:
     Attributes:
         llvm: its name in LLVM.
         element: the type of the elements of an array; empty for a number.
+        record: the name of the record that an address leads to; empty for others.
+        rows: whether it leads to rows of such records.
     """
 
     llvm: str
     element: str = ""
+    record: str = ""
+    rows: bool = False
+
+    @property
+    def address(self) -> bool:
+        """Whether it is an array, a record or rows of records."""
+        return self.llvm == "ptr"
 
 
 INTEGER, REAL, SINGLE, TRUTH = Kind("i64"), Kind("double"), Kind("float"), Kind("i1")
@@ -33,6 +43,30 @@ ANNOTATIONS = {
     "Singles": Kind("ptr", "float"),
 }
 """How functions say the types of their arguments and results."""
+FIELD = 8
+"""Bytes of a field of a record."""
+Layout = Mapping[str, Kind]
+"""Name -> type of every field of a record, in their order."""
+
+
+def kind_of(annotation: str, records: Container[str]) -> Kind:
+    """The type that an annotation says: a number, an array, a record, or `Rows[...]` of one.
+
+    Args:
+        annotation: as it is written.
+        records: names of the program's records.
+
+    Raises:
+        KernelError: none of these.
+    """
+    if annotation in ANNOTATIONS:
+        return ANNOTATIONS[annotation]
+    name = annotation.removeprefix("Rows[").removesuffix("]")
+    if name not in records:
+        raise refused(f"the annotation {annotation!r}")
+    return Kind("ptr", record=name, rows=name != annotation)
+
+
 SIZES = {"double": 8, "i64": 8, "float": 4}
 OPERATIONS: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%",
@@ -140,7 +174,7 @@ class Block:
         Raises:
             KernelError: an array of another type.
         """
-        if not kind.element:
+        if not kind.address:
             self.store(value, place)
         elif value.kind == kind:
             self.store(Value(Kind("ptr"), value.name), place)
@@ -155,6 +189,33 @@ class Block:
         """The array from an element on."""
         by = self.converted(index, INTEGER).name
         return self.let(array.kind, f"getelementptr inbounds {array.kind.element}, ptr {array.name}, i64 {by}")
+
+    def field(self, record: Value, index: int, kind: Kind) -> Value:
+        """The number or address in a field of a record."""
+        place = self._field(record, index)
+        # Addresses are given from outside: as long as a loop runs they stay what they are.
+        fixed = ", !invariant.load !9" if kind.address else ""
+        return self.let(kind, f"load {kind.llvm}, ptr {place}, align {FIELD}, {_tag('')}{fixed}")
+
+    def set_field(self, record: Value, index: int, kind: Kind, value: Value) -> None:
+        """Write a number to a field of a record.
+
+        Raises:
+            KernelError: an address, which is given from outside only.
+        """
+        if kind.address:
+            raise refused("another array for a field")
+        place, name = self._field(record, index), self.converted(value, kind).name
+        self.do(f"store {kind.llvm} {name}, ptr {place}, align {FIELD}, {_tag('')}")
+
+    def _field(self, record: Value, index: int) -> str:
+        return self.let(record.kind, f"getelementptr inbounds i64, ptr {record.name}, i64 {index}").name
+
+    def member(self, rows: Value, index: Value, size: int) -> Value:
+        """One of some records of so many fields."""
+        place = self.arithmetic("*", self.converted(index, INTEGER), constant(size))
+        kind = Kind("ptr", record=rows.kind.record)
+        return self.let(kind, f"getelementptr inbounds i64, ptr {rows.name}, i64 {place.name}")
 
     def converted(self, value: Value, kind: Kind) -> Value:
         """The value as another type; only numbers are, and none loses its fraction unasked.
@@ -260,6 +321,7 @@ def _tag(element: str) -> str:
 
 TAGS = """
 !0 = !{!"loops"}
+!9 = !{}
 !5 = !{!"double", !0}
 !6 = !{!"i64", !0}
 !7 = !{!"float", !0}
