@@ -89,16 +89,17 @@ def real_array(name: str, value: ArrayLike) -> Floats:
     """
     if isinstance(value, np.ma.MaskedArray):
         raise InputError("input.numbers", name=name, got="masked array")
+    numbers: Any = value
     if not isinstance(value, np.ndarray | list | tuple | float | int):
-        value = _matrix_of(value)
+        numbers = _matrix_of(value)
     try:
-        array: NDArray[Any] = np.asarray(value)
+        array: NDArray[Any] = np.asarray(numbers)
     except (ValueError, TypeError):
-        raise InputError("input.numbers", name=name, got=_kind(value)) from None
+        raise InputError("input.numbers", name=name, got=_kind(numbers)) from None
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":
-            key = "input.numbers_in_q" if array.ndim == 0 and hasattr(value, "q") else "input.numbers"
-            raise InputError(key, name=name, got=_kind(value, array))
+            key = "input.numbers_in_q" if array.ndim == 0 and hasattr(numbers, "q") else "input.numbers"
+            raise InputError(key, name=name, got=_kind(numbers, array))
     return array.astype(np.float64, copy=False)
 
 
@@ -227,9 +228,10 @@ def whole(name: str, value: object, least: int = 0, most: int = 2**31 - 1) -> in
     Raises:
         InputError: it is not.
     """
-    if (type(value) is not int and not isinstance(value, np.integer)) or not least <= value <= most:
+    kind = type(value)
+    if (kind is not int and not issubclass(kind, np.integer)) or not least <= cast("int", value) <= most:
         raise InputError("input.whole", name=name, value=value, low=least, high=most)
-    return int(value)
+    return int(cast("int", value))
 
 
 def require_function(name: str, value: object, form: str, count: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,18 +55,20 @@ def common_normal(
     sine = np.linalg.norm(across, axis=-1)
     parallel = sine <= PARALLEL
     square = np.where(parallel, 1.0, sine**2)[..., None]
-    along = np.sum(np.cross(step, e) * across, axis=-1, keepdims=True) / square
-    back = np.sum(np.cross(step, d) * across, axis=-1, keepdims=True) / square
+    along = cast("Floats", np.sum(np.cross(step, e) * across, axis=-1, keepdims=True)) / square
+    back = cast("Floats", np.sum(np.cross(step, d) * across, axis=-1, keepdims=True)) / square
     flat = parallel[..., None]
     first = p + np.where(flat, 0.0, along) * d
-    second = np.where(flat, p + step - np.sum(step * d, axis=-1, keepdims=True) * d, r + back * e)
+    beside = cast("Floats", np.sum(step * d, axis=-1, keepdims=True)) * d
+    second = np.where(flat, p + step - beside, r + back * e)
     gap = second - first
     distance = np.linalg.norm(gap, axis=-1)
     size = 1e-12 * (np.linalg.norm(step, axis=-1) + np.linalg.norm(p, axis=-1))
     apart = (distance > size)[..., None]
     with np.errstate(invalid="ignore", divide="ignore"):
         normal = np.where(apart, gap / distance[..., None], np.where(flat, np.nan, across / sine[..., None]))
-    signed = np.where(np.isnan(normal[..., 0]), sine, np.sum(across * normal, axis=-1))
+    projected = cast("Floats", np.sum(across * normal, axis=-1))
+    signed = np.where(np.isnan(normal[..., 0]), sine, projected)
     angle = np.arctan2(signed, np.sum(d * e, axis=-1))
     return CommonNormal(first, second, normal, np.where(apart[..., 0], distance, 0.0), angle, parallel)
 

@@ -1,14 +1,15 @@
-"""Linear differential equations xdot = A x with constant A: the exponential of a matrix by several roads.
+"""Linear differential equations xdot = A x with constant A: the exponential of a matrix by several methods.
 
 `exponential` is the accurate one (scaling and squaring). Series, similarity and the characteristic polynomial are the
-roads of the textbook; each says how far it carries.
+methods of the textbook; each says how far it carries.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial, inf
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,9 +45,7 @@ def exponential(A: ArrayLike, t: float = 1.0) -> Floats:
 
     Reference: Al-Mohy & Higham, A new scaling and squaring algorithm, SIAM J. Matrix Anal. Appl. 31, 2009 (SciPy).
     """
-    from scipy.linalg import expm
-
-    return np.asarray(expm(_square(A) * t), dtype=np.float64)
+    return np.asarray(_scipy_expm(_square(A) * t), dtype=np.float64)
 
 
 def solution(A: ArrayLike, x0: ArrayLike, t: float) -> Floats:
@@ -171,9 +170,15 @@ def commute(A: ArrayLike, B: ArrayLike, tolerance: float = 1e-12) -> bool:
 
 
 def _complex_exponential(M: NDArray[Any]) -> NDArray[Any]:
-    from scipy.linalg import expm
+    return np.asarray(_scipy_expm(M))
 
-    return np.asarray(expm(M))
+
+def _scipy_expm(M: NDArray[Any]) -> NDArray[Any]:
+    """SciPy's matrix exponential, loaded when it is called for, with the types that it lacks."""
+    from scipy import linalg
+
+    expm = cast("Callable[[NDArray[Any]], NDArray[Any]]", linalg.expm)  # pyright: ignore[reportUnknownMemberType]
+    return expm(M)
 
 
 def _rest(size: float, n: int) -> float:

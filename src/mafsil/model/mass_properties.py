@@ -143,7 +143,7 @@ def voxels(densities: ArrayLike, lower: ArrayLike, spacing: ArrayLike) -> Inerti
     if rho.ndim != 3:
         raise InputError("input.shape", name="densities", expected="(a, b, c)", got=rho.shape, hint="")
     corner, size = gate("lower", lower, (3,), finite=True), _lengths("spacing", spacing, 3)
-    axes = [corner[k] + size[k] * (np.arange(rho.shape[k]) + 0.5) for k in range(3)]
+    axes: list[Floats] = [corner[k] + size[k] * (np.arange(rho.shape[k]) + 0.5) for k in range(3)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     m = gate("densities", rho.ravel(), (rho.size,), finite=True) * float(np.prod(size))
     second = (centres * m[:, None]).T @ centres + m.sum() * np.diag(size**2 / 12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class Value(ABC):
         return self.batch[0]
 
     def __getitem__(self, index: Any) -> Self:
-        places = index if isinstance(index, tuple) else (index,)
+        places: tuple[Any, ...] = cast("tuple[Any, ...]", index) if isinstance(index, tuple) else (index,)
         return replace(self, array=self.array[(*places, ...) if Ellipsis not in places else places])
 
     def __iter__(self) -> Iterator[Self]:

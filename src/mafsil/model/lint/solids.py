@@ -50,7 +50,8 @@ class Solid:
         """Volume of the smaller of two boxes around everything [m^3]: no matter fills more."""
         centred = self.points - self.points.mean(axis=0)
         _, _, axes = np.linalg.svd(centred, full_matrices=False)
-        return float(min(np.prod(np.ptp(self.points, axis=0)), np.prod(np.ptp(centred @ axes.T, axis=0))))
+        across: list[Floats] = [np.ptp(points, axis=0) for points in (self.points, centred @ axes.T)]
+        return float(min(np.prod(sides) for sides in across))
 
     @property
     def size(self) -> float:

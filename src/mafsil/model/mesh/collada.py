@@ -132,7 +132,7 @@ class _Scene:
         starts = np.cumsum(counts) - counts
         fans = counts - 2
         first = np.repeat(starts, fans)
-        step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
+        step: Faces = np.arange(int(fans.sum())) - np.repeat(np.cumsum(fans) - fans, fans)
         return np.stack([indices[first], indices[first + step + 1], indices[first + step + 2]], axis=1)
 
     def _points(self, holder: Element) -> Floats:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 
@@ -37,17 +37,17 @@ def numbers_of(value: Any, place: str = "$") -> Iterator[tuple[str, float]]:
     if isinstance(value, float):
         yield place, value
     elif isinstance(value, Mapping):
-        for key, inner in value.items():
+        for key, inner in cast("Mapping[str, Any]", value).items():
             yield from numbers_of(inner, f"{place}.{key}")
     elif isinstance(value, list | tuple):
-        for k, inner in enumerate(value):
+        for k, inner in enumerate(cast("Sequence[Any]", value)):
             yield from numbers_of(inner, f"{place}[{k}]")
 
 
 def toml_text(root: Mapping[str, object], joints: Iterable[Mapping[str, object]]) -> str:
     """A robot table: keys of the root, its tables, then one `[[joint]]` each; floats keep all their digits."""
     plain = {key: value for key, value in root.items() if not isinstance(value, Mapping)}
-    tables = {key: value for key, value in root.items() if isinstance(value, Mapping)}
+    tables = {key: cast("Mapping[str, object]", value) for key, value in root.items() if isinstance(value, Mapping)}
     blocks = [_block("", plain), *(_block(f"[{key}]", value) for key, value in tables.items())]
     return "\n".join([*blocks, *(_block("[[joint]]", joint) for joint in joints)])
 
@@ -90,9 +90,13 @@ def _value(value: object) -> str:
     if isinstance(value, np.ndarray):
         return _value(value.tolist())
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_value(inner)}" for key, inner in value.items()) + " }"
+        return (
+            "{ "
+            + ", ".join(f"{key} = {_value(inner)}" for key, inner in cast("Mapping[str, object]", value).items())
+            + " }"
+        )
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_value, value)) + "]"
+        return "[" + ", ".join(map(_value, cast("Sequence[object]", value))) + "]"
     if isinstance(value, float):
         return repr(float(value))
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

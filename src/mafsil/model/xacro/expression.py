@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 from mafsil.model.faults import XACRO_TOO_MUCH, XACRO_UNDEFINED
 from mafsil.model.xacro.fault import Budget, XacroFault, wrong
@@ -79,22 +79,22 @@ def _add(a: Value, b: Value) -> Value:
     if isinstance(a, str | list | tuple) and isinstance(b, str | list | tuple):
         if len(cast("str", a)) + len(cast("str", b)) > LONGEST_TEXT:
             raise wrong("too long")
-    return operator.add(a, b)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    return cast("Any", a) + b
 
 
 def _multiply(a: Value, b: Value) -> Value:
     if isinstance(a, int) and isinstance(b, str | list | tuple):
-        a, b = b, a
+        a, b = cast("Value", b), a
     if isinstance(a, str | list | tuple) and isinstance(b, int):
         if len(cast("str", a)) * max(b, 0) > LONGEST_TEXT:
             raise wrong("too long")
-    return operator.mul(a, b)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    return cast("Any", a) * b
 
 
 def _power(a: Value, b: Value) -> Value:
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * max(b, 0) > MOST_BITS:
         raise wrong("the power is too large")
-    result = operator.pow(a, b)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    result: Value = cast("Any", a) ** b
     if isinstance(result, complex):
         raise wrong("the power of a negative number has no real value")
     return result
@@ -103,20 +103,20 @@ def _power(a: Value, b: Value) -> Value:
 def _remainder(a: Value, b: Value) -> Value:
     if isinstance(a, str) and (_PAD.search(a) or len(a) > 1000):
         raise wrong("a format of this width is not allowed")
-    return operator.mod(a, b)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    return cast("Any", a) % b
 
 
-_BINARY: dict[type[ast.operator], Callable[..., Value]] = {
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Value]] = {
     ast.Add: _add,
     ast.Sub: operator.sub,
     ast.Mult: _multiply,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
+    ast.Div: lambda a, b: a / b,
+    ast.FloorDiv: lambda a, b: a // b,
     ast.Mod: _remainder,
     ast.Pow: _power,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
+    ast.BitAnd: lambda a, b: a & b,
+    ast.BitOr: lambda a, b: a | b,
+    ast.BitXor: lambda a, b: a ^ b,
 }
 _UNARY: dict[type[ast.unaryop], Callable[..., Value]] = {
     ast.UAdd: operator.pos,
@@ -124,7 +124,7 @@ _UNARY: dict[type[ast.unaryop], Callable[..., Value]] = {
     ast.Not: operator.not_,
     ast.Invert: operator.invert,
 }
-_COMPARE: dict[type[ast.cmpop], Callable[..., Value]] = {
+_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Value]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
     ast.Lt: operator.lt,
@@ -238,11 +238,12 @@ class _Evaluation:
                 return holder.get(node.attr)
             except KeyError:
                 raise XacroFault(XACRO_UNDEFINED, name=node.attr, close="") from None
-        if isinstance(holder, dict) and node.attr in holder:
+        kind = type(holder)
+        if isinstance(holder, dict) and node.attr in cast("dict[Value, Value]", holder):
             return cast("dict[Value, Value]", holder)[node.attr]
-        method = METHODS.get((type(holder), node.attr))
+        method = METHODS.get((kind, node.attr))
         if method is None:
-            raise wrong(f"{type(holder).__name__} has no {node.attr}")
+            raise wrong(f"{kind.__name__} has no {node.attr}")
         return Function(node.attr, lambda *arguments: method(holder, *arguments))
 
     def call(self, node: ast.Call, depth: int) -> Value:

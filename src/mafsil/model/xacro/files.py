@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import cast
 
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Diagnostic, Fault, shown
@@ -101,10 +100,10 @@ class Files:
         silent = ("message", "warning", "error", "print_location")
         functions: dict[str, Callable[..., Value]] = {
             "load_yaml": self._load_yaml,
-            "abs_filename": lambda name: str(self._absolute(str(name))),
-            "dotify": lambda value: value,
-            "arg": lambda name: self._argument(str(name)),
-            "tokenize": lambda text, sep=",; ", skip_empty=True: _tokens(str(text), str(sep), bool(skip_empty)),
+            "abs_filename": self._absolute_name,
+            "dotify": _unchanged,
+            "arg": self._argument_of,
+            "tokenize": _tokenized,
             "fatal": lambda *words: _fatal(words),
             **dict.fromkeys(silent, lambda *_, **__: ""),
         }
@@ -141,6 +140,12 @@ class Files:
     def _shown(self, path: Path) -> str:
         base = self.assets.root
         return shown(str(path.relative_to(base)) if base is not None and path.is_relative_to(base) else str(path))
+
+    def _absolute_name(self, name: Value) -> Value:
+        return str(self._absolute(str(name)))
+
+    def _argument_of(self, name: Value) -> Value:
+        return self._argument(str(name))
 
     def _absolute(self, reference: str) -> Path:
         folder = self._folders[-1]
@@ -227,9 +232,13 @@ class _Arguments:
         yield from self.files.arguments
 
 
-def _tokens(text: str, separators: str, skip_empty: bool) -> list[Value]:
-    words = re.split("[" + re.escape(separators) + "]", text)
-    return cast("list[Value]", [word for word in words if word] if skip_empty else words)
+def _tokenized(text: Value, sep: Value = ",; ", skip_empty: Value = True) -> Value:
+    words = re.split("[" + re.escape(str(sep)) + "]", str(text))
+    return [word for word in words if word] if skip_empty else words
+
+
+def _unchanged(value: Value) -> Value:
+    return value
 
 
 def _fatal(words: tuple[Value, ...]) -> Value:

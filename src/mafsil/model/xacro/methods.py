@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
 from mafsil.model.xacro.fault import wrong
@@ -31,15 +31,8 @@ _CONVERSIONS: dict[str, Callable[..., Value]] = {
     "ord": ord,
     "repr": repr,
     "divmod": divmod,
-    "sorted": lambda members, reverse=False: sorted(members, reverse=bool(reverse)),
-    "list": lambda members=(): list(members),
-    "tuple": lambda members=(): tuple(members),
     "dict": dict,
-    "enumerate": lambda members, start=0: list(enumerate(members, start)),
     "zip": lambda *columns: list(zip(*columns, strict=False)),
-    "reversed": lambda members: list(reversed(members)),
-    "map": lambda function, members: [_called(function, member) for member in members],
-    "filter": lambda function, members: [member for member in members if _called(function, member)],
 }
 
 
@@ -48,6 +41,34 @@ def _range(*ends: int) -> Value:
     if len(found) > LARGEST_COLLECTION:
         raise wrong("the range is too long")
     return list(found)
+
+
+def _sorted(members: Iterable[Any], reverse: Value = False) -> Value:
+    return sorted(members, reverse=bool(reverse))
+
+
+def _list(members: Iterable[Value] = ()) -> Value:
+    return list(members)
+
+
+def _tuple(members: Iterable[Value] = ()) -> Value:
+    return tuple(members)
+
+
+def _enumerate(members: Iterable[Value], start: int = 0) -> Value:
+    return list(enumerate(members, start))
+
+
+def _reversed(members: Sequence[Value]) -> Value:
+    return list(reversed(members))
+
+
+def _map(function: Value, members: Iterable[Value]) -> Value:
+    return [_called(function, member) for member in members]
+
+
+def _filter(function: Value, members: Iterable[Value]) -> Value:
+    return [member for member in members if _called(function, member)]
 
 
 def _sum(members: Iterable[Value], start: Value = 0) -> Value:
@@ -77,7 +98,29 @@ def _replaced(text: str, old: str, new: str) -> str:
     return text.replace(old, new)
 
 
-_CONVERSIONS |= {"range": _range, "sum": _sum}
+def _keys(holder: dict[Value, Value]) -> Value:
+    return list(holder)
+
+
+def _dict_values(holder: dict[Value, Value]) -> Value:
+    return list(holder.values())
+
+
+def _items(holder: dict[Value, Value]) -> Value:
+    return list(holder.items())
+
+
+_CONVERSIONS |= {
+    "range": _range,
+    "sum": _sum,
+    "sorted": _sorted,
+    "list": _list,
+    "tuple": _tuple,
+    "enumerate": _enumerate,
+    "reversed": _reversed,
+    "map": _map,
+    "filter": _filter,
+}
 
 METHODS: dict[tuple[type, str], Callable[..., Value]] = {
     **{
@@ -89,14 +132,14 @@ METHODS: dict[tuple[type, str], Callable[..., Value]] = {
     },
     (str, "replace"): _replaced,
     (str, "join"): _joined,
-    (dict, "get"): dict.get,
-    (dict, "keys"): lambda holder: list(cast("dict[Value, Value]", holder)),
-    (dict, "values"): lambda holder: list(cast("dict[Value, Value]", holder).values()),
-    (dict, "items"): lambda holder: list(cast("dict[Value, Value]", holder).items()),
-    (list, "index"): list.index,
-    (list, "count"): list.count,
-    (tuple, "index"): tuple.index,
-    (tuple, "count"): tuple.count,
+    (dict, "get"): dict[Value, Value].get,
+    (dict, "keys"): _keys,
+    (dict, "values"): _dict_values,
+    (dict, "items"): _items,
+    (list, "index"): list[Value].index,
+    (list, "count"): list[Value].count,
+    (tuple, "index"): tuple[Value, ...].index,
+    (tuple, "count"): tuple[Value, ...].count,
 }  # fmt: skip
 """Methods by the type of what they belong to and by name."""
 

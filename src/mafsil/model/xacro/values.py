@@ -61,7 +61,7 @@ def bounded(value: Value, budget: Budget) -> Value:
             raise wrong(f"integer of more than {MOST_BITS} bits")
     elif isinstance(value, list | tuple | dict):
         budget.spend(_weight(cast("list[Value] | tuple[Value, ...] | dict[Value, Value]", value)))
-    return value
+    return cast("Value", value)
 
 
 def members(value: list[Value] | tuple[Value, ...] | dict[Value, Value]) -> Iterable[Value]:
