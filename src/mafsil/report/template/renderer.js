@@ -1,142 +1,260 @@
-// A small WebGL 2 renderer: lit meshes, one shadow map with soft edges, a fading grid floor.
-const LIT_VERTEX = `#version 300 es
-layout(location=0) in vec3 position; layout(location=1) in vec3 normal;
-uniform mat4 model, camera, light; out vec3 world, facing; out vec4 shade;
-void main() { vec4 p = model * vec4(position, 1.); world = p.xyz; facing = mat3(model) * normal; shade = light * p; gl_Position = camera * p; }`;
-const SHADOW = `
-uniform highp sampler2DShadow shadows; uniform float texel;
-float lit(vec4 shade, float bias) {
-  vec3 p = shade.xyz / shade.w * .5 + .5; float sum = 0.;
-  if (p.x < 0. || p.x > 1. || p.y < 0. || p.y > 1. || p.z > 1.) return 1.;
-  for (int i = -2; i <= 2; i++) for (int j = -2; j <= 2; j++) sum += texture(shadows, vec3(p.xy + vec2(i, j) * texel * 1.3, p.z - bias));
+// A small WebGL 2 renderer: lit triangles, one shadow map with soft edges, a grid floor that fades with distance.
+//
+// A picture is made in three passes:
+//   1. the depth of all bodies as the sun sees them, into the shadow map;
+//   2. the floor, with grid and shadows, which covers nothing (it writes no depth);
+//   3. the bodies: opaque ones first, then translucent ones over them.
+// Colours are premultiplied by their opacity, so that the page's background shows through. z points up, lengths are metres.
+
+// Every program shares this vertex shader: places in the world, in the sun's picture and on the screen.
+const VERTEX_SHADER = `#version 300 es
+layout(location=0) in vec3 position;
+layout(location=1) in vec3 normal;
+uniform mat4 model, camera, light;
+out vec3 world, facing;
+out vec4 shade;
+void main() {
+  vec4 place = model * vec4(position, 1.);
+  world = place.xyz;
+  facing = mat3(model) * normal;
+  shade = light * place;
+  gl_Position = camera * place;
+}`;
+
+// Share of the sun that reaches a place: the mean of 25 comparisons with the shadow map around it, which softens edges.
+const SUNLIT_SHARE = `
+uniform highp sampler2DShadow shadows;
+uniform float texel;
+float sunlitShare(vec4 shade, float bias) {
+  vec3 place = shade.xyz / shade.w * .5 + .5;
+  if (any(lessThan(place.xy, vec2(0.))) || any(greaterThan(place, vec3(1.)))) return 1.;
+  float sum = 0.;
+  for (int i = -2; i <= 2; i++)
+    for (int j = -2; j <= 2; j++)
+      sum += texture(shadows, vec3(place.xy + vec2(i, j) * texel * 1.3, place.z - bias));
   return sum / 25.;
 }`;
-const LIT_FRAGMENT = `#version 300 es
-precision highp float; in vec3 world, facing; in vec4 shade; out vec4 pixel;
-uniform vec4 colour; uniform vec3 eye, sun; uniform float gloss;${SHADOW}
+
+// Bodies: light of the sky (grey from below, bluish from above), the sun, a weak second light from behind, gloss.
+const BODY_SHADER = `#version 300 es
+precision highp float;
+in vec3 world, facing;
+in vec4 shade;
+out vec4 pixel;
+uniform vec4 colour;
+uniform vec3 eye, sun;
+uniform float gloss;${SUNLIT_SHARE}
 void main() {
-  vec3 n = normalize(facing), v = normalize(eye - world), h = normalize(sun + v);
-  if (dot(n, v) < 0.) n = -n;
-  float direct = max(dot(n, sun), 0.), open = lit(shade, .0016);
-  vec3 sky = mix(vec3(.36, .35, .36), vec3(.74, .77, .82), n.z * .5 + .5);
-  float edge = pow(1. - max(dot(n, v), 0.), 4.);
-  vec3 base = pow(colour.rgb, vec3(2.2));
-  vec3 sum = base * (sky * .62 + vec3(1., .97, .92) * direct * open * .92 + .10 * max(dot(n, normalize(vec3(-.6, .5, .2))), 0.));
-  sum += gloss * (vec3(pow(max(dot(n, h), 0.), 48.)) * open * .35 + edge * .10);
-  pixel = vec4(pow(sum, vec3(1. / 2.2)) * colour.a, colour.a);
+  vec3 normal = normalize(facing), toEye = normalize(eye - world), halfway = normalize(sun + toEye);
+  if (dot(normal, toEye) < 0.) normal = -normal;
+  float share = sunlitShare(shade, .0016);
+  vec3 sky = mix(vec3(.36, .35, .36), vec3(.74, .77, .82), normal.z * .5 + .5);
+  vec3 sunlight = vec3(1., .97, .92) * max(dot(normal, sun), 0.) * share;
+  float behind = max(dot(normal, normalize(vec3(-.6, .5, .2))), 0.);
+  vec3 linear = pow(colour.rgb, vec3(2.2)) * (sky * .62 + sunlight * .92 + .10 * behind);
+  float highlight = pow(max(dot(normal, halfway), 0.), 48.) * share;
+  float edge = pow(1. - max(dot(normal, toEye), 0.), 4.);
+  linear += gloss * (vec3(highlight) * .35 + edge * .10);
+  pixel = vec4(pow(linear, vec3(1. / 2.2)) * colour.a, colour.a);
 }`;
-const FLOOR_FRAGMENT = `#version 300 es
-precision highp float; in vec3 world, facing; in vec4 shade; out vec4 pixel;
-uniform vec4 colour, lines; uniform vec3 eye, middle; uniform float pitch, reach;${SHADOW}
-float grid(float step_) { vec2 q = world.xy / step_, w = fwidth(q); vec2 d = abs(fract(q - .5) - .5) / w; return 1. - min(min(d.x, d.y), 1.); }
+
+// The floor: lines one pixel wide at every pitch, stronger at every fifth; all fades out between 0.35 and 1 of the reach.
+const FLOOR_SHADER = `#version 300 es
+precision highp float;
+in vec3 world, facing;
+in vec4 shade;
+out vec4 pixel;
+uniform vec4 colour, lines;
+uniform vec3 eye, middle;
+uniform float pitch, reach;${SUNLIT_SHARE}
+float gridLine(float spacing) {
+  vec2 place = world.xy / spacing;
+  vec2 pixels = abs(fract(place - .5) - .5) / fwidth(place);
+  return 1. - min(min(pixels.x, pixels.y), 1.);
+}
 void main() {
-  float away = length(world.xy - middle.xy) / reach, fade = 1. - smoothstep(.35, 1., away);
-  float g = max(grid(pitch) * .38, grid(pitch * 5.) * .8);
-  vec3 c = mix(colour.rgb, lines.rgb, g * fade) * mix(.74, 1., lit(shade, .0012));
-  pixel = vec4(c, 1.) * fade;
+  float fade = 1. - smoothstep(.35, 1., length(world.xy - middle.xy) / reach);
+  float line = max(gridLine(pitch) * .38, gridLine(pitch * 5.) * .8);
+  vec3 shown = mix(colour.rgb, lines.rgb, line * fade) * mix(.74, 1., sunlitShare(shade, .0012));
+  pixel = vec4(shown, 1.) * fade;
 }`;
-const DEPTH_FRAGMENT = `#version 300 es
-precision mediump float; void main() {}`;
+
+const DEPTH_SHADER = `#version 300 es
+precision mediump float;
+void main() {}`;
+
+const UP = [0, 0, 1];
+const SUN = Vector.unit([0.45, -0.55, 1.0]);
+const SHADOW_MAP_SIZE = 2048;
+const FIELD_OF_VIEW = 0.62; // radians
+const CONTEXT = { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true };
+const FLOAT_BYTES = 4, INDEX_BYTES = 4;
 
 class Renderer {
+  // Throws where the browser has no WebGL 2.
   constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true });
+    const gl = canvas.getContext("webgl2", CONTEXT);
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.canvas = canvas;
-    this.lit = this.program(LIT_VERTEX, LIT_FRAGMENT);
-    this.floor = this.program(LIT_VERTEX, FLOOR_FRAGMENT);
-    this.depth = this.program(LIT_VERTEX, DEPTH_FRAGMENT);
-    this.makeShadowMap(2048);
+    this.bodyProgram = this.compile(VERTEX_SHADER, BODY_SHADER);
+    this.floorProgram = this.compile(VERTEX_SHADER, FLOOR_SHADER);
+    this.depthProgram = this.compile(VERTEX_SHADER, DEPTH_SHADER);
+    this.makeShadowMap();
   }
-  program(vertex, fragment) {
-    const gl = this.gl, program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+
+  // A program and the locations of its uniforms, by name.
+  compile(vertexText, fragmentText) {
+    const gl = this.gl;
+    const program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertexText], [gl.FRAGMENT_SHADER, fragmentText]]) {
       const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text); gl.compileShader(shader); gl.attachShader(program, shader);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
       if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+      gl.attachShader(program, shader);
     }
     gl.linkProgram(program);
-    const places = {}, count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
-    for (let i = 0; i < count; i++) { const name = gl.getActiveUniform(program, i).name; places[name] = gl.getUniformLocation(program, name); }
-    return { program, places };
+    const locations = {};
+    const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+    for (let i = 0; i < count; i++) {
+      const name = gl.getActiveUniform(program, i).name;
+      locations[name] = gl.getUniformLocation(program, name);
+    }
+    return { program, locations };
   }
-  makeShadowMap(size) {
+
+  // A depth texture that compares when it is read, and the framebuffer that draws into it.
+  makeShadowMap() {
     const gl = this.gl;
-    this.shadowSize = size;
     this.shadowMap = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, size, size);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADOW_MAP_SIZE, SHADOW_MAP_SIZE);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
-    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
     this.shadowTarget = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowTarget);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadowMap, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
+
+  // Triangles on the graphics processor. vertices: position and normal, six numbers each; indices: three a triangle.
   mesh({ vertices, indices }) {
-    const gl = this.gl, array = gl.createVertexArray();
+    const gl = this.gl;
+    const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(vertices), gl.STATIC_DRAW);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
-    for (const [place, offset] of [[0, 0], [1, 12]]) { gl.enableVertexAttribArray(place); gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 24, offset); }
+    for (const [attribute, firstNumber] of [[0, 0], [1, 3]]) {
+      gl.enableVertexAttribArray(attribute);
+      gl.vertexAttribPointer(attribute, 3, gl.FLOAT, false, 6 * FLOAT_BYTES, firstNumber * FLOAT_BYTES);
+    }
     gl.bindVertexArray(null);
     return { array, count: indices.length };
   }
-  set(program, values) {
+
+  // Hand values to the program in use: matrices, colours, points and numbers, told apart by their length.
+  setUniforms(program, values) {
     const gl = this.gl;
     for (const [name, value] of Object.entries(values)) {
-      const place = program.places[name];
-      if (!place) continue;
-      if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
-      else if (value.length === 4) gl.uniform4fv(place, value);
-      else if (value.length === 3) gl.uniform3fv(place, value);
-      else gl.uniform1f(place, value);
+      const location = program.locations[name];
+      if (!location) continue; // the shader does not use it
+      if (value.length === 16) gl.uniformMatrix4fv(location, false, value);
+      else if (value.length === 4) gl.uniform4fv(location, value);
+      else if (value.length === 3) gl.uniform3fv(location, value);
+      else gl.uniform1f(location, value);
     }
   }
+
+  // item: {mesh, model, colour}, and if wanted gloss, and the range {first, count} of its indices.
   draw(program, item) {
-    const gl = this.gl, first = item.first || 0, count = item.count ?? item.mesh.count;
-    this.set(program, { model: item.model, colour: item.colour, gloss: item.gloss ?? 1 });
+    const gl = this.gl;
+    this.setUniforms(program, { model: item.model, colour: item.colour, gloss: item.gloss ?? 1 });
     gl.bindVertexArray(item.mesh.array);
-    gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, first * 4);
+    gl.drawElements(gl.TRIANGLES, item.count ?? item.mesh.count, gl.UNSIGNED_INT, (item.first || 0) * INDEX_BYTES);
   }
-  // items: {mesh, model, colour, shadow, first, count}; view: {eye, target, centre, size, floor, lines, pitch, ground}
+
+  // One picture. items: as for draw, with `shadow` where they throw one;
+  // view: {eye, target, centre, size, ground, floor, lines, pitch}.
   render(items, view) {
-    const gl = this.gl, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = Math.round(this.canvas.clientWidth * ratio), height = Math.round(this.canvas.clientHeight * ratio);
-    if (this.canvas.width !== width || this.canvas.height !== height) { this.canvas.width = width; this.canvas.height = height; }
-    const sun = Vector.unit([0.45, -0.55, 1.0]);
-    const light = Matrix.multiply(Matrix.orthographic(view.size * 1.25, 0.1, view.size * 6),
-      Matrix.lookAt(Vector.plus(view.centre, sun, view.size * 3), view.centre, [0, 0, 1]));
-    const camera = Matrix.multiply(Matrix.perspective(0.62, width / Math.max(height, 1), view.size * 0.02, view.size * 40),
-      Matrix.lookAt(view.eye, view.target, [0, 0, 1]));
+    const { width, height } = this.fitCanvas();
+    const light = this.lightMatrix(view);
+    const camera = this.cameraMatrix(view, width / Math.max(height, 1));
+    this.drawShadowMap(items, light);
+    this.clearScreen(width, height);
+    const shared = { camera, light, eye: view.eye, sun: SUN, texel: 1 / SHADOW_MAP_SIZE };
+    this.drawFloor(view, shared);
+    this.drawBodies(items, shared);
+  }
+
+  // Give the canvas as many pixels as the screen shows, at most two a CSS pixel in each direction.
+  fitCanvas() {
+    const canvas = this.canvas;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
+    if (canvas.width !== width) canvas.width = width;
+    if (canvas.height !== height) canvas.height = height;
+    return { width, height };
+  }
+
+  // From the world to the sun's picture of it.
+  lightMatrix({ centre, size }) {
+    const place = Vector.plus(centre, SUN, size * 3);
+    return Matrix.multiply(Matrix.orthographic(size * 1.25, 0.1, size * 6), Matrix.lookAt(place, centre, UP));
+  }
+
+  // From the world to the screen.
+  cameraMatrix({ eye, target, size }, aspect) {
+    const lens = Matrix.perspective(FIELD_OF_VIEW, aspect, size * 0.02, size * 40);
+    return Matrix.multiply(lens, Matrix.lookAt(eye, target, UP));
+  }
+
+  // 1. What the sun sees, as depths.
+  drawShadowMap(items, light) {
+    const gl = this.gl;
     gl.enable(gl.DEPTH_TEST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowTarget);
-    gl.viewport(0, 0, this.shadowSize, this.shadowSize);
+    gl.viewport(0, 0, SHADOW_MAP_SIZE, SHADOW_MAP_SIZE);
     gl.clear(gl.DEPTH_BUFFER_BIT);
-    gl.useProgram(this.depth.program);
-    this.set(this.depth, { camera: light, light });
-    for (const item of items) if (item.shadow) this.draw(this.depth, item);
+    gl.useProgram(this.depthProgram.program);
+    this.setUniforms(this.depthProgram, { camera: light, light });
+    for (const item of items) if (item.shadow) this.draw(this.depthProgram, item);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  clearScreen(width, height) {
+    const gl = this.gl;
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
-    const shared = { camera, light, eye: view.eye, sun, texel: 1 / this.shadowSize };
-    gl.useProgram(this.floor.program);
-    this.set(this.floor, { ...shared, lines: view.lines, pitch: view.pitch, reach: view.size * 4.2, middle: view.centre });
+  }
+
+  // 2. The floor, which writes no depth: bodies below it stay visible.
+  drawFloor(view, shared) {
+    const gl = this.gl;
+    const { lines, pitch, centre, size } = view;
+    gl.useProgram(this.floorProgram.program);
+    this.setUniforms(this.floorProgram, { ...shared, lines, pitch, reach: size * 4.2, middle: centre });
     gl.depthMask(false);
-    this.draw(this.floor, { ...view.ground, colour: view.floor });
+    this.draw(this.floorProgram, { ...view.ground, colour: view.floor });
     gl.depthMask(true);
-    gl.useProgram(this.lit.program);
-    this.set(this.lit, shared);
-    for (const item of items) if (item.colour[3] >= 1) this.draw(this.lit, item);
+  }
+
+  // 3. The bodies: translucent ones last, without writing depth.
+  drawBodies(items, shared) {
+    const gl = this.gl;
+    const isOpaque = (item) => item.colour[3] >= 1;
+    gl.useProgram(this.bodyProgram.program);
+    this.setUniforms(this.bodyProgram, shared);
+    for (const item of items) if (isOpaque(item)) this.draw(this.bodyProgram, item);
     gl.depthMask(false);
-    for (const item of items) if (item.colour[3] < 1) this.draw(this.lit, item);
+    for (const item of items) if (!isOpaque(item)) this.draw(this.bodyProgram, item);
     gl.depthMask(true);
   }
 }
