@@ -247,12 +247,12 @@ def test_reasons_of_a_planar_arm():
     far = at(reach + 0.3)
     assert far.status is IKStatus.OUT_OF_REACH
     assert far.complete
-    assert far.details["shortfall"] == pytest.approx(0.3, abs=1e-9)
+    assert far.details["error"] == pytest.approx(0.3, abs=1e-9)
     assert "too far away" in far.explain("en")
     inner = np.linalg.norm(robot.forward_kinematics(np.array([0.0, np.pi]))[:2, 3])
     if inner > 1e-3:
         near = at(inner / 2)
-        assert near.details["shortfall"] == pytest.approx(inner / 2, abs=1e-9)
+        assert near.details["error"] == pytest.approx(inner / 2, abs=1e-9)
         assert "too near" in near.explain("en")
         assert near.explain("ar")
 
@@ -271,7 +271,7 @@ def test_the_nearest_pose_keeps_the_orientation_and_nothing_is_nearer():
         assert answer.complete
         np.testing.assert_allclose(answer.T_nearest[:3, :3], T[:3, :3], atol=1e-8)
         distance = np.linalg.norm(answer.T_nearest[:3, 3] - T[:3, 3])
-        assert answer.details["shortfall"] == pytest.approx(distance, rel=1e-6)
+        assert answer.details["error"] == pytest.approx(distance, rel=1e-6)
         # No pose of the same orientation nearer than that is reachable.
         for _ in range(200):
             other = T.copy()

@@ -25,8 +25,8 @@ def measured(robot, size, seed):
     w = chain.axes + size * rng.normal(size=(6, 3))
     w /= np.linalg.norm(w, axis=1, keepdims=True)
     r = chain.points + size * rng.normal(size=(6, 3))
-    slides = np.array(chain.slides)[:, None]
-    screws = np.concatenate([np.where(slides, 0, w), np.where(slides, w, np.cross(r, w))], axis=1)
+    prismatic = np.array(chain.prismatic)[:, None]
+    screws = np.concatenate([np.where(prismatic, 0, w), np.where(prismatic, w, np.cross(r, w))], axis=1)
     return mf.Robot.from_screws(screws, chain.home)
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.ik import IKStatus, SolutionBatch, SolutionSet, inverse_kinematics
-from mafsil.ik.answers.details import Decision, Facts
+from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.lists import unrepeated
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct
@@ -70,7 +70,7 @@ def same(robot: Robot, batch: SolutionBatch, i: int, one: SolutionSet) -> None:
     moving = {family.solution for family in one.families}
     assert len(rows) == len(one), (i, len(rows), len(one))
     for row in rows:
-        apart = turned(one.q, batch.q[i, row], asked.turning)
+        apart = turned(one.q, batch.q[i, row], asked.revolute)
         k = int(apart.argmin())
         assert apart[k] <= 1e-9
         assert bool(one.within[k]) == bool(batch.within[i, row])
@@ -117,18 +117,18 @@ def test_the_posture_that_made_the_pose_is_found_beside_every_fold(
     assert np.abs(reached - T[owner]).max() <= 2e-9
     for i in range(len(T)):
         if not (batch.free[i] > 0).any():
-            apart = turned(batch.q[i][batch.valid[i]], q[i], setting(robot, None, "pose").turning)
+            apart = turned(batch.q[i][batch.valid[i]], q[i], setting(robot, None, "pose").revolute)
             # Merged roots are known to the square root of the rounding, times what the arm makes of it.
             assert apart.min() <= 1e-5
 
 
-def decided_by_rule(asked: Setting, details: Facts, tolerance: float) -> np.ndarray:
+def decided_by_rule(asked: Setting, details: CandidateTable, tolerance: float) -> np.ndarray:
     """(k,) whether a pose needs refinement or merging, by the rule that the kernel's decision sharpens."""
     good = details.residual <= tolerance
     free = details.free > 0
     odd = (details.residual <= max(asked.candidate, tolerance)) & (details.residual > CLEAR)
     odd |= good & (free | (details.margin <= MERGED))
-    odd |= (np.fmin(details.residual, details.shortfall) <= LOOSE) & ~good.any(axis=1, keepdims=True)
+    odd |= (np.fmin(details.residual, details.subproblem_residual) <= LOOSE) & ~good.any(axis=1, keepdims=True)
     odd |= asked.folded(details)
     lost = ~(good & (details.excess <= INSIDE)).any(axis=1) & free.any(axis=1)
     return np.asarray(odd.any(axis=1) | lost)
@@ -141,11 +141,11 @@ def test_decisions_keep_to_the_rule_in_numpy(name: str) -> None:
     assert asked.kernel is not None
     T = np.concatenate([kinds(robot, 5), robot.forward_kinematics(np.random.default_rng(5).uniform(-3, 3, (500, 6)))])
     q, columns, decision = asked.kernel(T, asked.middle, asked.middle_turns, *asked.bounds, 1e-9)
-    details, rule = Facts.of(columns), decided_by_rule(asked, Facts.of(columns), 1e-9)
+    details, rule = CandidateTable.of(columns), decided_by_rule(asked, CandidateTable.of(columns), 1e-9)
     solved = details.residual <= 1e-9
     clear = decision > 0
     # A clear list is one that nothing speaks against; what the rule finds odd beside is a row that falls short.
-    short = (details.shortfall >= 0.1 * details.residual) & (details.residual > 1e-9)
+    short = (details.subproblem_residual >= 0.1 * details.residual) & (details.residual > 1e-9)
     doubtful = rule & clear
     between = (details.residual > CLEAR) & ~short & (details.residual <= asked.candidate)
     assert not between[doubtful].any()
@@ -156,7 +156,7 @@ def test_decisions_keep_to_the_rule_in_numpy(name: str) -> None:
     # Where rows are short of a solution by more than rounding, refinement finds none either.
     for i in np.flatnonzero(doubtful)[:20]:
         assert len(inverse_kinematics(robot, T[i])) == solved[i].sum()
-    assert unrepeated(q[clear], solved[clear], asked.turning).sum() == solved[clear].sum()
+    assert unrepeated(q[clear], solved[clear], asked.revolute).sum() == solved[clear].sum()
 
 
 def test_rows_that_repeat_earlier_ones_are_left_out_as_one_by_one() -> None:

@@ -170,7 +170,7 @@ def test_families_carry_the_intervals_of_the_held_joint():
     robot = mf.load("fr3")
     q = np.array([0.1, 0.5, 0.2, -1.8, 0.3, 1.9, 0.4])
     T = robot.forward_kinematics(q)
-    answer = inverse_kinematics(robot, T, near=q)
+    answer = inverse_kinematics(robot, T, q0=q)
     mine = [f for f in answer.families if f.joint == "joint7" and np.abs(answer.q[f.solution] - q).max() < 1e-9]
     assert len(mine) == 1
     assert any(low <= q[6] <= high for low, high in mine[0].intervals)

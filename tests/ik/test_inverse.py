@@ -167,7 +167,7 @@ def test_seven_joints_by_a_held_one(name):
     q = np.random.default_rng(5).uniform(robot.limits.lower, robot.limits.upper, (500, 7))
     answer = form.solve(robot.forward_kinematics(q), q)
     assert (answer.found() & (apart(robot, answer.q, q[:, None]) < 1e-6)).any(axis=1).all()
-    one = inverse_kinematics(robot, robot.forward_kinematics(q[0]), near=q[0])
+    one = inverse_kinematics(robot, robot.forward_kinematics(q[0]), q0=q[0])
     assert apart(robot, one.q, q[0]).min() < 1e-6
     assert one.families
     assert not one.complete
@@ -217,7 +217,7 @@ def test_out_of_reach_says_by_how_much():
     assert answer.status is IKStatus.OUT_OF_REACH
     assert not answer
     assert answer.complete
-    assert answer.details["shortfall"] == pytest.approx(0.25, abs=1e-6)
+    assert answer.details["error"] == pytest.approx(0.25, abs=1e-6)
     assert "out of reach by 250 mm" in answer.explain("en")
     assert answer.explain("ar")
     np.testing.assert_allclose(answer.T_nearest, robot.forward_kinematics(answer.q_nearest))

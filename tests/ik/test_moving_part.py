@@ -63,7 +63,7 @@ def test_a_gripper_changes_nothing_but_its_own_column(arms):
     np.testing.assert_array_equal(many.status, other.status)
     near = np.full(7, 0.01)
     for k in range(5):
-        one, plain = inverse_kinematics(held, T[k], near=near), inverse_kinematics(lone, T[k], near=near[places])
+        one, plain = inverse_kinematics(held, T[k], q0=near), inverse_kinematics(lone, T[k], q0=near[places])
         assert one.method == "closed form"
         assert one.complete
         assert one.branches == plain.branches
@@ -151,7 +151,7 @@ def test_a_follower_on_the_way_counts_through_its_leader_beside_it(tmp_path):
     assert answer
     assert answer.q[robot.joint_names.index("idle")] == 0.0
     np.testing.assert_allclose(robot.forward_kinematics(answer.q), T, atol=1e-9)
-    found = inverse_kinematics(robot, T, near=q)
+    found = inverse_kinematics(robot, T, q0=q)
     assert found
     assert (found.q[:, robot.joint_names.index("idle")] == 0.9).all()
 

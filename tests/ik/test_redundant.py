@@ -152,7 +152,7 @@ def test_an_arm_of_no_shape_is_solved_by_a_held_joint():
         assert form.families(T[0]) == ()
         away = np.where(np.isnan(found.residual), np.inf, apart(np.nan_to_num(found.q), q[:, None, None]))
         assert away.min(axis=(1, 2)).max() < 1e-6
-    answer = inverse_kinematics(robot, T[0], near=q[0])
+    answer = inverse_kinematics(robot, T[0], q0=q[0])
     assert answer.method == "elimination"
     assert not answer.complete
     assert apart(answer.q, q[0]).min() < 1e-6

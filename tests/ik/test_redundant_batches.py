@@ -77,11 +77,11 @@ def rows_of_one(answer):
     return rows[np.lexsort(np.round(rows, 6).T)]
 
 
-def agree(robot, task, T, tolerance=1e-9, near=None):
+def agree(robot, task, T, tolerance=1e-9, q0=None):
     """Every pose of a batch as the single call answers it."""
-    many = mf.inverse_kinematics(robot, T, task=task, tolerance=tolerance, near=near)
+    many = mf.inverse_kinematics(robot, T, task=task, tolerance=tolerance, q0=q0)
     for i, one in enumerate(T):
-        answer = mf.inverse_kinematics(robot, one, task=task, tolerance=tolerance, near=near)
+        answer = mf.inverse_kinematics(robot, one, task=task, tolerance=tolerance, q0=q0)
         assert many.status[i] is answer.status, (i, many.status[i], answer.status)
         expected, found = rows_of_one(answer), rows_of(many, i)
         assert expected.shape == found.shape, i
@@ -138,11 +138,11 @@ def test_preferred_values_inside_and_outside_the_limits(name):
     for preferred in (0.3, float(robot.limits.upper[6]), 4.0):
         near = (robot.limits.lower + robot.limits.upper) / 2
         near[6] = preferred
-        many = agree(robot, "pose", T, near=near)
+        many = agree(robot, "pose", T, q0=near)
         assert many.solved.all()
     # The preferred value itself wherever it leads to a solution within the limits.
     near[6] = 0.3
-    many = mf.inverse_kinematics(robot, T, near=near)
+    many = mf.inverse_kinematics(robot, T, q0=near)
     kept = [np.abs(many.q[i, many.within[i], 6] - 0.3).max() < 1e-12 for i in range(len(T))]
     found = mf.ik.redundancy(robot, robot.joint_names[6]).solve(T, np.array([0.3])).within.any(axis=(1, 2))
     assert (np.array(kept) == found).all()
@@ -182,7 +182,7 @@ def test_planar_arms_with_a_joint_more_than_the_task_needs_have_a_closed_form():
     for count, task, held in ((3, "position", 1), (4, "position", 2), (4, "pose", 1)):
         robot = arm([z] * count, [0.5 * k * x for k in range(count)], (0.4, 0.0, 0.0))
         q = configurations(robot, 1, 8)[0]
-        answer = mf.inverse_kinematics(robot, robot.forward_kinematics(q), task=task, near=q)
+        answer = mf.inverse_kinematics(robot, robot.forward_kinematics(q), task=task, q0=q)
         assert answer.method == "closed form"
         assert answer.status is IKStatus.CONTINUUM
         assert len(answer.q) == 2

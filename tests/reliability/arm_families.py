@@ -109,7 +109,7 @@ def jacobian(chain: Chain, q: np.ndarray) -> np.ndarray:
         T = T @ pose.exp(screw * x[..., None])
     # About the middle of the arm, so that far origins do not count.
     J = np.stack(columns, axis=-1)
-    centre = chain.points[~np.array(chain.slides)].mean(axis=0) if not all(chain.slides) else np.zeros(3)
+    centre = chain.points[~np.array(chain.prismatic)].mean(axis=0) if not all(chain.prismatic) else np.zeros(3)
     shift = np.eye(4)
     shift[:3, 3] = -centre
     return pose.adjoint(shift) @ J / np.repeat([1.0, chain.size], 3)[:, None]

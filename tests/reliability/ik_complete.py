@@ -50,7 +50,7 @@ def library() -> dict[str, Robot]:
         robot = load(name)
         if 0 < robot.n <= 6 and chain_of(robot.mechanism) is not None:
             form = closed_form(robot)
-            if form is not None and form.pattern.defect <= EXACT and not form.pattern.held:
+            if form is not None and form.pattern.defect <= EXACT and not form.pattern.locked:
                 found[name] = robot
     return found
 
@@ -114,7 +114,7 @@ def _judged(
     clean = np.where(valid[..., None], found, 0.0)
     reached = forward(chain, clean)
     wrong = valid & ~(np.abs(reached - T[:, None]).max(axis=(-2, -1)) <= RESIDUAL + DELTA * max(1.0, chain.size))
-    distance = np.where(valid, apart(clean, q[:, None], chain.slides), np.inf)
+    distance = np.where(valid, apart(clean, q[:, None], chain.prismatic), np.inf)
     nearest = distance.argmin(axis=1)
     distance = distance.min(axis=1)
     residual = np.abs(reached - T[:, None]).max(axis=(-2, -1))[np.arange(len(q)), nearest]
@@ -129,8 +129,8 @@ def _judged(
     twice = np.zeros(len(q), dtype=bool)
     for k in range(1, found.shape[1]):
         for j in range(k):
-            same = valid[:, k] & valid[:, j] & (apart(clean[:, k], clean[:, j], chain.slides) < 1e-9)
-            if not repeats and (any(chain.slides) or len(chain) < 6):
+            same = valid[:, k] & valid[:, j] & (apart(clean[:, k], clean[:, j], chain.prismatic) < 1e-9)
+            if not repeats and (any(chain.prismatic) or len(chain) < 6):
                 same[:] = False
             if not repeats and same.any():
                 # Where roots merge, or the degree is lower, the table holds them twice; the public answer merges them.
@@ -159,14 +159,14 @@ def _judged(
 
 def _repeats(q: np.ndarray, chain: Chain) -> bool:
     """Whether a list holds a solution twice."""
-    away = apart(q[:, None], q[None], chain.slides) + 9 * np.eye(len(q))
+    away = apart(q[:, None], q[None], chain.prismatic) + 9 * np.eye(len(q))
     return bool((away < 1e-9).any())
 
 
 def _answers(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> bool:
     """Whether the public call finds a planted configuration, or a continuum through it."""
     answer = inverse_kinematics(robot, T)
-    near = apart(answer.q, q, chain.slides)
+    near = apart(answer.q, q, chain.prismatic)
     reached = np.abs(forward(chain, answer.q) - T).max(axis=(-2, -1))
     allowed = bound(jacobian(chain, q[None]), len(chain), reached.max(initial=0.0))[0]
     # At a singular posture itself the merged root is known to the square root of the residual that is asked for.

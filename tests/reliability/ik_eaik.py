@@ -34,7 +34,7 @@ def rival(chain: Chain) -> Any | None:
     """EAIK's solver; None where it does not know the arm, or an axis slides."""
     from eaik.IK_HP import HPRobot
 
-    if any(chain.slides):
+    if any(chain.prismatic):
         return None
     offsets = np.diff(np.concatenate([np.zeros((1, 3)), chain.points, chain.home[None, :3, 3]]), axis=0)
     try:
@@ -71,7 +71,7 @@ def _lacking(chain: Chain, some: np.ndarray, others: np.ndarray) -> int:
     """How many of some postures are not among others."""
     if not len(some) or not len(others):
         return len(some)
-    return int((apart(some[:, None], others[None], chain.slides).min(axis=1) > SAME).sum())
+    return int((apart(some[:, None], others[None], chain.prismatic).min(axis=1) > SAME).sum())
 
 
 def main() -> int:

@@ -205,7 +205,7 @@ def _misses(chain: Chain, answer: SolutionSet, T: np.ndarray) -> int:
 
 def _twice(chain: Chain, answer: SolutionSet) -> int:
     """How many solutions repeat an earlier one."""
-    return sum(bool((apart(answer.q[:k], answer.q[k], chain.slides) < 1e-9).any()) for k in range(1, len(answer)))
+    return sum(bool((apart(answer.q[:k], answer.q[k], chain.prismatic) < 1e-9).any()) for k in range(1, len(answer)))
 
 
 def _has(
@@ -243,7 +243,7 @@ def _near(chain: Chain, J: np.ndarray, some: np.ndarray, q: np.ndarray, T: np.nd
     """Whether one of some configurations is the planted one, as near as its residual says."""
     missed = np.abs(forward(chain, some) - T).max(axis=(1, 2))
     allowed = np.maximum(bound(np.repeat(J, len(some), axis=0), len(chain), missed, merged=True), MERGED)
-    return bool((apart(some, q, chain.slides) <= allowed).any())
+    return bool((apart(some, q, chain.prismatic) <= allowed).any())
 
 
 def _beyond(robot: Robot, chain: Chain, T: np.ndarray, way: np.ndarray) -> dict[str, int]:

@@ -137,7 +137,7 @@ def _refused(robot: Robot, T: Floats, near: Floats, why: Floats, task: str) -> d
         bad = {
             "bad_verdict": one.status is not IKStatus.OUT_OF_REACH or not one.complete,
             "bad_reason": not any(why[i] & bit and text in words for bit, text in reasons.items()),
-            "bad_distance": not abs(one.details["shortfall"] - near[i]) <= EXACT * size,
+            "bad_distance": not abs(one.details["error"] - near[i]) <= EXACT * size,
             "bad_nearest": not (abs(moved - near[i]) <= EXACT * size and turned <= EXACT),
         }
         if any(bad.values()):

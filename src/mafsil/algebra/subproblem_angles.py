@@ -1,4 +1,4 @@
-"""The canonical subproblems as tables of angles: a row (angles, shortfall, free) per root."""
+"""The canonical subproblems as tables of angles: a row (angles, residual, free) per root."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def heights(w: ex.Expression, h: ex.Expression, p: ex.Expression, height: ex.Exp
 
 
 def two_axes(w1: ex.Expression, w2: ex.Expression, p: ex.Expression, z: ex.Expression) -> ex.Expression:
-    """(2, 5) turns about w1 and w2 that bring p to z, and a zero; lengths that differ are a shortfall."""
+    """(2, 5) turns about w1 and w2 that bring p to z, and a zero; lengths that differ are a residual."""
     length = ex.fabs(ex.norm_2(p) - ex.norm_2(z))
     rows: list[ex.Expression] = []
     for pair in turns_about_two_axes(w1, w2, p, z, (unturned(), unturned())):
         free = ex.fmax(pair.first.free, pair.second.free)
-        short = ex.if_else(length > 1e-9, length, pair.first.shortfall)
+        short = ex.if_else(length > 1e-9, length, pair.first.residual)
         rows.append(ex.horzcat(pair.first.turn.angle, pair.second.turn.angle, 0, short, free))
     return ex.vertcat(*rows)
 
@@ -49,7 +49,7 @@ def wrist(w4: ex.Expression, w5: ex.Expression, w6: ex.Expression, R: ex.Express
         side = pair.second.turn.back().about(w5, pair.first.turn.back().about(w4, R @ aside))
         last = turn_onto(w6, aside, side, unturned())
         angles = (pair.first.turn.angle, pair.second.turn.angle, last.turn.angle)
-        rows.append(ex.horzcat(*angles, pair.first.shortfall, pair.first.free))
+        rows.append(ex.horzcat(*angles, pair.first.residual, pair.first.free))
     return ex.vertcat(*rows)
 
 
@@ -88,4 +88,4 @@ def circles(A: ex.Expression, B: ex.Expression, b: ex.Expression) -> ex.Expressi
 
 
 def _table(roots: tuple[Root, Root]) -> ex.Expression:
-    return ex.vertcat(*(ex.horzcat(root.turn.angle, root.shortfall, root.free) for root in roots))
+    return ex.vertcat(*(ex.horzcat(root.turn.angle, root.residual, root.free) for root in roots))

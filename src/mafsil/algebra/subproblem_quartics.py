@@ -56,7 +56,7 @@ def sliding(w: ex.Expression, offset: ex.Expression) -> Course:
 
 
 class Triple(NamedTuple):
-    """Two further motions with the one that was found from the conic, and the largest shortfall."""
+    """Two further motions with the one that was found from the conic, and the largest residual."""
 
     first: Root | ex.Expression
     second: Root | ex.Expression

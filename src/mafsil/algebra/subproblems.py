@@ -1,7 +1,7 @@
 """Canonical subproblems of inverse kinematics as expressions: which turns about known axes bring points together?
 
 A turn is kept as (cosine, sine); the angle is taken only at the end. Where a subproblem has no solution the turn is
-that of the nearest miss, and `shortfall` says by how much it misses; where every angle solves it, `free` is one and the
+that of the nearest miss, and `residual` says by how much it misses; where every angle solves it, `free` is one and the
 turn is the one preferred.
 
 References: Paden, Kinematics and Control of Robot Manipulators, 1986; Elias and Wen, IK-Geo, 2022 (numbers 1 to 4).
@@ -49,14 +49,14 @@ class Root(NamedTuple):
     Attributes:
         turn: the angle.
         free: one where every angle solves.
-        shortfall: how far the nearest miss misses, zero where the subproblem is solved.
+        residual: how far the nearest miss misses, zero where the subproblem is solved.
         inside: zero where a wanted distance is too long; where it is too short, one, or two if because the point that
             is turned is farther from the axis than that from which is measured.
     """
 
     turn: Turn
     free: ex.Expression
-    shortfall: ex.Expression
+    residual: ex.Expression
     inside: ex.Expression | float = 0.0
 
 
@@ -118,12 +118,12 @@ def turns_to_distance(
     a, b = _norm(p), _norm(o)
     far, near = (a + b) ** 2 - square, square - (a - b) ** 2
     distance = ex.sqrt(ex.fmax(square, 0))
-    shortfall = ex.fmax(ex.fmax(distance - (a + b), ex.fabs(a - b) - distance), 0) + ex.sqrt(ex.fmax(-square, 0))
+    residual = ex.fmax(ex.fmax(distance - (a + b), ex.fabs(a - b) - distance), 0) + ex.sqrt(ex.fmax(-square, 0))
     off_axis = ex.fmin(a, b) > FREE * scale
     middle = _direction(
         ex.if_else(off_axis, ex.dot(p, o), 0), ex.if_else(off_axis, ex.dot(w, cross(p, o)), 0), preferred, 0.0
     )
-    return _both(middle, near, far, shortfall, ex.if_else(near < 0, ex.if_else(a > b, 2.0, 1.0), 0.0))
+    return _both(middle, near, far, residual, ex.if_else(near < 0, ex.if_else(a > b, 2.0, 1.0), 0.0))
 
 
 def turns_to_height(
@@ -149,8 +149,8 @@ def turns_to_height(
     amplitude = ex.sqrt(c * c + s * s)
     middle = _direction(c, s, preferred, FREE * scale)
     rest = height - along
-    shortfall = ex.fmax(ex.fabs(rest) - amplitude, 0)
-    return _both(middle, amplitude - rest, amplitude + rest, shortfall)
+    residual = ex.fmax(ex.fabs(rest) - amplitude, 0)
+    return _both(middle, amplitude - rest, amplitude + rest, residual)
 
 
 class Pair(NamedTuple):
@@ -190,13 +190,13 @@ def turns_about_two_axes(
     inside = ex.fmin(ex.fmax(g, -radius), radius)
     aside = ex.sqrt((radius - inside) * (radius + inside))
     p1, p2, y1 = ex.dot(f1, p), -ex.dot(e2, p), sine * height - k * inside
-    shortfall = ex.fmax(ex.fabs(g) - radius, 0)
+    residual = ex.fmax(ex.fabs(g) - radius, 0)
     # |y| and |z| are equal off the first axis; off the second, |y| is the same for both points.
     first = _Sized(square, (FREE * scale) ** 2)
     second = _Sized(ex.sqrt((p1 * p1 + p2 * p2) * (y1 * y1 + aside * aside)), (FREE * scale) ** 2)
     return tuple(  # type: ignore[return-value]
         Pair(
-            first.root(inside * z1 + y2 * z2, inside * z2 - y2 * z1, preferred[0], shortfall),
+            first.root(inside * z1 + y2 * z2, inside * z2 - y2 * z1, preferred[0], residual),
             second.root(p1 * y1 - p2 * y2, -p1 * y2 - p2 * y1, preferred[1], ex.Expression(0)),
         )
         for y2 in (aside, -aside)
@@ -210,19 +210,19 @@ class _Sized:
         self.known = size > least
         self.factor = 1 / ex.if_else(self.known, size, 1.0)
 
-    def root(self, c: ex.Expression, s: ex.Expression, preferred: Turn, shortfall: ex.Expression) -> Root:
+    def root(self, c: ex.Expression, s: ex.Expression, preferred: Turn, residual: ex.Expression) -> Root:
         """The turn along (c, s), or the preferred one."""
         turn = Turn(
             ex.if_else(self.known, c * self.factor, preferred.c), ex.if_else(self.known, s * self.factor, preferred.s)
         )
-        return Root(turn, ex.logic_not(self.known), shortfall)
+        return Root(turn, ex.logic_not(self.known), residual)
 
 
 def _both(
     middle: Root,
     sine: ex.Expression,
     cosine: ex.Expression,
-    shortfall: ex.Expression,
+    residual: ex.Expression,
     inside: ex.Expression | float = 0.0,
 ) -> tuple[Root, Root]:
     """The turns middle +- phi with tan^2(phi / 2) = sine / cosine, clamped to where there is one."""
@@ -233,8 +233,8 @@ def _both(
     used = ex.logic_and(known, ex.logic_not(middle.free))
     phi = Turn(ex.if_else(used, (y - x) * factor, 1.0), ex.if_else(used, 2 * ex.sqrt(x * y) * factor, 0.0))
     return (
-        Root(middle.turn.then(phi), middle.free, shortfall, inside),
-        Root(middle.turn.then(phi.back()), middle.free, shortfall, inside),
+        Root(middle.turn.then(phi), middle.free, residual, inside),
+        Root(middle.turn.then(phi.back()), middle.free, residual, inside),
     )
 
 

@@ -102,7 +102,7 @@ def _windings(answer: SolutionSet, k: int) -> int:
     """In how many ways whole turns of its joints keep a solution within the limits; joints without are not turned."""
     first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - 1e-12)
     last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + 1e-12)
-    turned = answer.turning & np.isfinite(first) & np.isfinite(last)
+    turned = answer.revolute & np.isfinite(first) & np.isfinite(last)
     return int(np.prod((last - first + 1)[turned])) if answer.within[k] else 0
 
 

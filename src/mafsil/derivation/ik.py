@@ -13,7 +13,7 @@ from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
 from mafsil.derivation.expression import Expression, function, named, number, plus_minus
 from mafsil.derivation.ik_judge import AngleJudge, vector_text
 from mafsil.errors import ModelError
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
 from mafsil.model import Mechanism
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import of_mechanism
@@ -37,11 +37,11 @@ def derive_ik(mechanism: Mechanism, pattern: ArmPattern | None, solve: Solve) ->
 
     Reference: Pieper, The kinematics of manipulators under computer control, 1968; Paden and Kahan's subproblems.
     """
-    if pattern is None or pattern.held or pattern.shifted or pattern.road_reversed or pattern.slides[0]:
+    if pattern is None or pattern.locked or pattern.shifted or pattern.positioning_reversed or pattern.prismatic[0]:
         raise ModelError("derivation.ik_no_form", robot=mechanism.name)
     roads = {Family.SPHERICAL_WRIST: _wrist_arm, Family.THREE_PARALLEL: _parallel_arm, Family.PLANAR: _planar_arm}
     build = roads.get(pattern.family)
-    if build is None or pattern.road not in (PointRoad.PARALLEL, PointRoad.MEET):
+    if build is None or pattern.positioning not in (PositioningMethod.PARALLEL, PositioningMethod.MEET):
         raise ModelError("derivation.ik_no_form", robot=mechanism.name)
     judge = AngleJudge(mechanism, pattern, solve)
     steps = [_structure(mechanism, pattern, judge), _displacement(judge), *build(judge)]
@@ -56,7 +56,7 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
         (
             str(judge.index(k)),
             vector_text(judge.axes[k]),
-            vector_text(judge.points[k]) if not pattern.slides[k] else "—",
+            vector_text(judge.points[k]) if not pattern.prismatic[k] else "—",
         )
         for k in range(len(pattern.axes))
         if pattern.joints[k] >= 0
@@ -74,9 +74,9 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
     }
     kind = pattern.family.value
     if pattern.family is Family.SPHERICAL_WRIST:
-        kind += "_" + pattern.road.value + ("_slide" if pattern.slides[2] else "")
+        kind += "_" + pattern.positioning.value + ("_slide" if pattern.prismatic[2] else "")
     lines = [Line((Name("m"),), (vector_text(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
-    if pattern.road is PointRoad.MEET and pattern.family is Family.SPHERICAL_WRIST:
+    if pattern.positioning is PositioningMethod.MEET and pattern.family is Family.SPHERICAL_WRIST:
         lines.append(Line((Name("o"),), (vector_text(pattern.meeting) + " m",)))
     return Step(f"derivation.ik_{kind}", details, tuple(lines), Grid(head, rows))
 
@@ -92,9 +92,9 @@ def _displacement(judge: AngleJudge) -> Step:
 
 def _wrist_arm(judge: AngleJudge) -> list[Step]:
     """Three joints place the wrist's centre, three turn about it."""
-    road = _parallel_road(judge) if judge.pattern.road is PointRoad.PARALLEL else _meeting_road(judge)
+    road = _parallel_road(judge) if judge.pattern.positioning is PositioningMethod.PARALLEL else _meeting_road(judge)
     w4, w5, w6 = (judge.w(k) for k in (3, 4, 5))
-    turns = [function("Rot", judge.w(k), -judge.angle(k)) for k in (2, 1, 0) if not judge.pattern.slides[k]]
+    turns = [function("Rot", judge.w(k), -judge.angle(k)) for k in (2, 1, 0) if not judge.pattern.prismatic[k]]
     product = turns[0]
     for turn in turns[1:]:
         product = product * turn
@@ -160,7 +160,7 @@ def _distance(
     """Joint k sets how far a point is from a centre that the joints before it do not move: the law of cosines."""
     x, y, reach = judge.letter("x", k), judge.letter("y", k), function("square", goal - centre)
     lines = list(before)
-    if judge.pattern.slides[k]:
+    if judge.pattern.prismatic[k]:
         lines.append(judge.define(x, moved - centre))
         along = judge.w(k).dot(named(x))
         root = function("sqrt", function("square", along) - function("square", named(x)) + reach)

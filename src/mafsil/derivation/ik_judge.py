@@ -10,7 +10,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Line, Name
 from mafsil.derivation.expression import Expression, function, named, plus_minus
 from mafsil.derivation.verification import DerivationError
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 
@@ -138,18 +138,18 @@ class AngleJudge:
             self.signed.append(_plain(self._unknown(k)))
         if self.pattern.joints[k] < 0:
             return Line((Name(self._unknown(k)),), (formula,))
-        return self._solved(self._unknown(k), formula, self.pattern.slides[k])
+        return self._solved(self._unknown(k), formula, self.pattern.prismatic[k])
 
     def singular(self) -> list[tuple[str, dict[str, object]]]:
         """Places where steps lose their meaning: keys and details."""
         pattern, cases = self.pattern, list[tuple[str, dict[str, object]]]()
         if pattern.family is Family.PLANAR:
             return [("elbow", self.details(1, 0))]
-        if pattern.family is Family.SPHERICAL_WRIST and pattern.road is PointRoad.MEET:
+        if pattern.family is Family.SPHERICAL_WRIST and pattern.positioning is PositioningMethod.MEET:
             cases.append(("pole", self.details(0)))
         else:
             cases.append(("shoulder", self.details(0, 1)))
-        if not pattern.slides[2]:
+        if not pattern.prismatic[2]:
             cases.append(("elbow", self.details(2, 1)))
         wrist = (5, 4) if pattern.family is Family.THREE_PARALLEL else (3, 4, 5)
         cases.append(("last" if len(wrist) == 2 else "wrist", self.details(*wrist)))
@@ -170,7 +170,7 @@ class AngleJudge:
 
     def _unknown(self, k: int) -> str:
         joint = self.pattern.joints[k]
-        return f"{'d' if self.pattern.slides[k] else 'theta'}{(joint if joint >= 0 else k) + 1}"
+        return f"{'d' if self.pattern.prismatic[k] else 'theta'}{(joint if joint >= 0 else k) + 1}"
 
     def _sense(self, k: int, first: int) -> float:
         return float(np.sign(self.axes[k] @ self.axes[first]))

@@ -13,13 +13,13 @@ import numpy as np
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.recognise import EXACT, recognise_holding
+from mafsil.ik.recognise import EXACT, recognise_locked
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
 
 MOST_SETS = 100
-"""Choices of held joints that are looked at: each takes some milliseconds."""
+"""Choices of locked joints that are looked at: each takes some milliseconds."""
 
 Task = Literal["pose", "position", "axis"]
 
@@ -29,16 +29,16 @@ class Analysis:
     """What an arm was recognised as, for a task.
 
     Attributes:
-        chain: of the arm; None if it is none of turning and sliding joints.
+        chain: of the arm; None if it is none of revolute and prismatic joints.
         form: its closed form, if it has one.
         general: elimination for the general six-joint arm, where there is no exact closed form.
-        held: coordinates whose values are chosen, because the arm has more joints than the task needs.
+        locked: coordinates whose values are chosen, because the arm has more joints than the task needs.
     """
 
     chain: Chain | None
     form: ClosedForm | None
     general: GeneralSix | None
-    held: tuple[int, ...]
+    locked: tuple[int, ...]
 
     @property
     def exact(self) -> bool:
@@ -62,39 +62,39 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
         seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
     excess = max(0, len(seen) - _equations(seen, orientation))
     quartic: tuple[ArmPattern, tuple[int, ...]] | None = None
-    for held in _held_sets(seen, excess):
-        pattern = recognise_holding(seen, n, held, orientation=orientation)
-        if pattern is not None and held and pattern.quartic:
+    for locked in _locked_sets(seen, excess):
+        pattern = recognise_locked(seen, n, locked, orientation=orientation)
+        if pattern is not None and locked and pattern.quartic:
             # Another choice may do without an equation of fourth degree.
-            quartic = quartic or (pattern, held)
+            quartic = quartic or (pattern, locked)
         elif pattern is not None:
-            return _recognised(chain, seen, pattern, held, task)
+            return _recognised(chain, seen, pattern, locked, task)
     if quartic is not None:
         return _recognised(chain, seen, *quartic, task)
     general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
 
 
-def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, held: tuple[int, ...], task: Task) -> Analysis:
+def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[int, ...], task: Task) -> Analysis:
     """An arm with a closed form.
 
     Args:
         chain: of the arm.
         seen: the same with the joint that a task adds.
         pattern: the closed form's.
-        held: places of the held joints in the chain.
+        locked: places of the locked joints in the chain.
         task: as for `analysis`.
     """
     # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
-    near = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not held
-    general = GeneralSix(seen) if near and 3 <= len(seen) <= 6 else None
-    return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in held))
+    incomplete = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not locked
+    general = GeneralSix(seen) if incomplete and 3 <= len(seen) <= 6 else None
+    return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in locked))
 
 
 def _equations(chain: Chain, orientation: bool) -> int:
     """How many equations a task has: in space, or in the plane of an arm whose joints all turn about parallel axes."""
     along = np.linalg.norm(np.cross(chain.axes, chain.axes[0]), axis=1)
-    if not any(chain.slides) and (along <= EXACT).all():
+    if not any(chain.prismatic) and (along <= EXACT).all():
         return 3 if orientation else 2
     return 6 if orientation else 3
 
@@ -104,7 +104,7 @@ def elimination(robot: Robot) -> GeneralSix | None:
     """The elimination of a robot's tip, for whole batches of poses; None where it has another number of joints.
 
     Args:
-        robot: with three to six turning or sliding joints, of any shape.
+        robot: with three to six revolute or prismatic joints, of any shape.
     """
     chain = chain_of(robot.mechanism)
     return None if chain is None or not 3 <= len(chain) <= 6 else _elimination(robot.mechanism)
@@ -128,8 +128,8 @@ def closed_form(robot: Robot, task: Task = "pose") -> ClosedForm | None:
     return analysis(robot.mechanism, task).form
 
 
-def _held_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
-    """Which joints to hold, by position: the last ones first for wrists, else any; of very many the first."""
+def _locked_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
+    """Which joints to lock, by position: the last ones first for wrists, else any; of very many the first."""
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
-    for held in islice(combinations(reversed(real), excess), MOST_SETS):
-        yield tuple(sorted(held))
+    for locked in islice(combinations(reversed(real), excess), MOST_SETS):
+        yield tuple(sorted(locked))

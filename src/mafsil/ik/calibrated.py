@@ -1,6 +1,6 @@
 """Almost ideal arms: which branch of the ideal arm each solution continues, and which are lost or gained at folds.
 
-A measured arm misses the shape that gave it a closed form by millimetres. Its solutions are those of the ideal arm
+A measured arm is off the shape that gave it a closed form by millimetres. Its solutions are those of the ideal arm
 moved a little, except near folds, where two branches meet: there a pair may vanish or appear.
 """
 
@@ -24,7 +24,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
 REACHED = 1e-9
-"""By how much the ideal arm's steps may miss and its branch still exist [m | rad]."""
+"""By how much the ideal arm's subproblems may be unsolved and its branch still exist [m | rad]."""
 
 QUARTIC_REACHED = 1e-5
 """The same of equations of fourth degree, whose roots rounding moves more where axes are almost parallel or meet."""
@@ -73,45 +73,45 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     """The solutions of one pose, each with the branch of the nearest ideal arm that it continues.
 
     Args:
-        robot: of up to six joints that move its tip, of a shape that has a closed form or nearly so. The answer holds
+        robot: of up to six joints that move its tip, of a shape that has a closed form or nearly so. The answer has
             these joints only.
-        T_sd: (4, 4) wanted pose in {s}.
+        T_sd: (4, 4) requested pose in {s}.
 
     Raises:
         InputError: no such arm, a wrong shape, or no pose.
     """
-    asked = setting(as_robot(robot), None, "pose")
-    robot = asked.robot
+    shared = setting(as_robot(robot), None, "pose")
+    robot = shared.robot
     answer, arm = inverse_kinematics(robot, T_sd), analysis(robot.mechanism)
-    if arm.form is None or arm.held:
+    if arm.form is None or arm.locked:
         raise InputError("calibrated.no_ideal", joints=robot.n)
     if not isinstance(answer, SolutionSet):
         raise InputError("input.shape", name="T_sd", expected="(4, 4)", got=np.shape(T_sd), hint="")
     T = np.asarray(T_sd, dtype=np.float64)
-    q, details, _ = arm.form.labelled(T, asked.middle, asked.middle_turns, *asked.bounds)
-    reached = QUARTIC_REACHED if asked.quartic else REACHED
+    q, details, _ = arm.form.labelled(T, shared.middle, shared.middle_turns, *shared.bounds)
+    reached = QUARTIC_REACHED if shared.quartic else REACHED
     exists = np.isfinite(q).all(axis=-1) & (details[:, 1] <= reached)
     ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
-    rows = rows[distinct(ideal[rows], asked.turning)]
+    rows = rows[distinct(ideal[rows], shared.revolute)]
     solution, moved = np.full(len(ideal), -1), np.full(len(ideal), np.nan)
     ends = [_continued(robot, ideal[row], T) for row in rows]
     order = np.argsort([way for _, way in ends])
     for i in order:
         if not len(answer) or not np.isfinite(ends[i][0]).all():
             continue
-        away = _apart(answer.q, ends[i][0], asked.turning)
+        away = _apart(answer.q, ends[i][0], shared.revolute)
         best = int(away.argmin())
         if away[best] < 1e-5 and best not in solution:
             solution[rows[i]] = best
-            moved[rows[i]] = _apart(answer.q[best], ideal[rows[i]], asked.turning)
+            moved[rows[i]] = _apart(answer.q[best], ideal[rows[i]], shared.revolute)
     lost = tuple(int(row) for row in rows if solution[row] < 0)
     gained = tuple(k for k in range(len(answer)) if k not in solution)
     return Continuation(answer, ideal, solution, moved, lost, gained, float(arm.form.pattern.defect))
 
 
 def _continued(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector, float]:
-    """Where the measured arm's posture q goes while its pose moves to T, and by how much; NaN where it ends on the way.
+    """Where the measured configuration q goes while its pose moves to T, and by how much; NaN where it ends on the way.
 
     The pose moves along a screw, by steps that Newton's method can follow.
     """
@@ -130,9 +130,9 @@ def _continued(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector
     return here, float(np.abs(here - q).max())
 
 
-def _apart(q: JointVector, other: JointVector, turning: NDArray[np.bool_]) -> Floats:
+def _apart(q: JointVector, other: JointVector, revolute: NDArray[np.bool_]) -> Floats:
     d = q - other
-    return np.abs(np.where(turning, (d + np.pi) % (2 * np.pi) - np.pi, d)).max(axis=-1)
+    return np.abs(np.where(revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)).max(axis=-1)
 
 
 def _listed(numbers: tuple[int, ...]) -> str:

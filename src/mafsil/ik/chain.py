@@ -12,18 +12,18 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.model.exponentials import chain_to_tip, screws
 from mafsil.model.mechanism import JointLimits
 
-DUST = 1e-13
+DESCRIPTION_ROUNDING = 1e-13
 """Rounding of the description: smaller components are zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """An open chain exp(S_1 q_1) ... exp(S_m q_m) home of turning and sliding joints.
+    """An open chain exp(S_1 q_1) ... exp(S_m q_m) home of revolute and prismatic joints.
 
     Attributes:
         axes: (m, 3) unit directions at q = 0, in {s}.
-        points: (m, 3) the point of each axis nearest to the origin [m]; zero for slides.
-        slides: (m) whether the joint slides.
+        points: (m, 3) the point of each axis nearest to the origin [m]; zero for prismatic joints.
+        prismatic: (m) whether the joint is prismatic.
         joints: (m) coordinate of the robot; -1 an added joint that must stand still, -2 one that may turn.
         home: (4, 4) pose of the tip at q = 0.
         reversed: the chain is seen from the tip.
@@ -31,65 +31,65 @@ class Chain:
 
     axes: Floats
     points: Floats
-    slides: tuple[bool, ...]
+    prismatic: tuple[bool, ...]
     joints: tuple[int, ...]
     home: PoseMatrix
     reversed: bool = False
 
     def __len__(self) -> int:
-        return len(self.slides)
+        return len(self.prismatic)
 
     @property
     def screws(self) -> Floats:
         """(m, 6) screw axes in {s}."""
         moment = np.cross(self.points, self.axes)
-        turning = ~np.array(self.slides, dtype=np.bool_)[:, None]
-        return np.concatenate([self.axes * turning, np.where(turning, moment, self.axes)], axis=1)
+        revolute = ~np.array(self.prismatic, dtype=np.bool_)[:, None]
+        return np.concatenate([self.axes * revolute, np.where(revolute, moment, self.axes)], axis=1)
 
     @property
     def size(self) -> float:
         """A length of the arm [m]: the widest extent of its axes and tip, one if it has none."""
-        places = np.concatenate([self.points[~np.array(self.slides, dtype=np.bool_)], self.home[None, :3, 3]])
+        places = np.concatenate([self.points[~np.array(self.prismatic, dtype=np.bool_)], self.home[None, :3, 3]])
         extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
         return extent if extent > 1e-9 else 1.0
 
     def length_without(self, k: int, limits: JointLimits) -> float:
-        """How far the tip may come from the origin while joint k, a slide, is at zero [m].
+        """How far the tip may come from the origin while joint k, a prismatic joint, is at zero [m].
 
         Args:
             k: place of the joint.
             limits: of the robot's coordinates.
         """
-        turning = ~np.array(self.slides, dtype=np.bool_)
-        places = np.concatenate([np.zeros((1, 3)), self.points[turning], self.home[None, :3, 3]])
+        revolute = ~np.array(self.prismatic, dtype=np.bool_)
+        places = np.concatenate([np.zeros((1, 3)), self.points[revolute], self.home[None, :3, 3]])
         total = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
         for i, joint in enumerate(self.joints):
-            if self.slides[i] and i != k and joint >= 0:
+            if self.prismatic[i] and i != k and joint >= 0:
                 total += float(max(abs(limits.lower[joint]), abs(limits.upper[joint])))
         return total if np.isfinite(total) else 1e3 * self.size
 
     def backwards(self) -> Chain:
         """The chain of the inverse motion: exp(-S_m q_m) ... exp(-S_1 q_1)."""
         return Chain(
-            -self.axes[::-1], self.points[::-1], self.slides[::-1], self.joints[::-1], self.home, not self.reversed
+            -self.axes[::-1], self.points[::-1], self.prismatic[::-1], self.joints[::-1], self.home, not self.reversed
         )
 
     def with_joint(
-        self, axis: Vector3, point: Vector3, *, slides: bool = False, joint: int = -1, at: int = -1
+        self, axis: Vector3, point: Vector3, *, prismatic: bool = False, joint: int = -1, at: int = -1
     ) -> Chain:
         """The chain with an added joint, at the end unless said otherwise."""
         k = len(self) if at < 0 else at
         return Chain(
             np.insert(self.axes, k, np.asarray(axis) / np.linalg.norm(axis), axis=0),
             np.insert(self.points, k, point, axis=0),
-            (*self.slides[:k], slides, *self.slides[k:]),
+            (*self.prismatic[:k], prismatic, *self.prismatic[k:]),
             (*self.joints[:k], joint, *self.joints[k:]),
             self.home,
             self.reversed,
         )
 
     def locked(self, k: int, value: float) -> Chain:
-        """The chain with joint k held at a value: all joints after it, and the tip, are carried along."""
+        """The chain with joint k locked at a value: all joints after it, and the tip, are carried along."""
         E = pose.exp(self.screws[k] * value)
         axes, points = self.axes.copy(), self.points.copy()
         axes[k + 1 :] = axes[k + 1 :] @ E[:3, :3].T
@@ -99,7 +99,7 @@ class Chain:
         return Chain(
             axes[keep],
             points[keep],
-            tuple(self.slides[i] for i in keep),
+            tuple(self.prismatic[i] for i in keep),
             tuple(self.joints[i] for i in keep),
             home,
             self.reversed,
@@ -114,17 +114,17 @@ def chain_of(mechanism: Mechanism) -> Chain | None:
     if [joint.name for joint in path] != list(mechanism.joint_names):
         return None
     S, _, home = screws(mechanism)
-    slides = tuple(joint.kind is JointKind.PRISMATIC for joint in path)
-    sliding = np.array(slides, dtype=np.bool_).reshape(-1, 1)
-    axes = np.where(sliding, S[:, 3:], S[:, :3])
-    points = np.where(sliding, 0.0, np.cross(S[:, :3], S[:, 3:]))
-    return Chain(_dusted(axes), _dusted(points), slides, tuple(range(len(path))), _dusted(home))
+    prismatic = tuple(joint.kind is JointKind.PRISMATIC for joint in path)
+    column = np.array(prismatic, dtype=np.bool_).reshape(-1, 1)
+    axes = np.where(column, S[:, 3:], S[:, :3])
+    points = np.where(column, 0.0, np.cross(S[:, :3], S[:, 3:]))
+    return Chain(_snapped(axes), _snapped(points), prismatic, tuple(range(len(path))), _snapped(home))
 
 
-def _dusted(x: Floats) -> Floats:
+def _snapped(x: Floats) -> Floats:
     """Rounding removed from zeros and ones."""
-    x = np.where(np.abs(x) < DUST, 0.0, x)
-    return np.where(np.abs(np.abs(x) - 1.0) < DUST, np.sign(x), x)
+    x = np.where(np.abs(x) < DESCRIPTION_ROUNDING, 0.0, x)
+    return np.where(np.abs(np.abs(x) - 1.0) < DESCRIPTION_ROUNDING, np.sign(x), x)
 
 
 def meeting_point(w1: Vector3, r1: Vector3, w2: Vector3, r2: Vector3) -> tuple[Vector3, float]:

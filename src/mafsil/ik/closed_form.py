@@ -22,7 +22,7 @@ class Branches:
     """All rows of a closed form, those included that solve nothing.
 
     Attributes:
-        table: (*batch, branches, n + 3) rows (q, residual, shortfall, free).
+        table: (*batch, branches, n + 3) rows (q, residual, subproblem residual, free).
     """
 
     table: Floats
@@ -34,12 +34,12 @@ class Branches:
 
     @property
     def residual(self) -> Floats:
-        """(*batch, branches) distance and angle by which forward kinematics misses the pose, the larger [m | rad]."""
+        """(*batch, branches) error of forward kinematics, the larger of distance and angle [m | rad]."""
         return self.table[..., -3]
 
     @property
-    def shortfall(self) -> Floats:
-        """(*batch, branches) by how much the worst step misses [m | rad]."""
+    def subproblem_residual(self) -> Floats:
+        """(*batch, branches) residual of the worst subproblem, zero where all are solved [m | rad]."""
         return self.table[..., -2]
 
     @property
@@ -62,14 +62,14 @@ class ClosedForm:
 
     pattern: ArmPattern
 
-    def solve(self, T: ArrayLike, near: ArrayLike | None = None) -> Branches:
+    def solve(self, T: ArrayLike, q0: ArrayLike | None = None) -> Branches:
         """All branches for poses of the tip.
 
         Args:
             T: (*batch, 4, 4) poses in {s}.
-            near: (*batch, n) coordinates that free joints take; zero if None.
+            q0: (*batch, n) coordinates that free joints take; zero if None.
         """
-        return Branches(self._kernel.call(T) if near is None else self._kernel_near.call(T, near))
+        return Branches(self._kernel.call(T) if q0 is None else self._kernel_q0.call(T, q0))
 
     @property
     def kernel(self) -> Kernel:
@@ -78,21 +78,24 @@ class ClosedForm:
 
     @lazy
     def labelled(self) -> Kernel:
-        """Of (T_sd, near, turns, lower, upper) to all branches with names and limits.
+        """Of (T_sd, q0, turns, lower, upper) to all branches with names and limits.
 
-        Inputs: pose (4, 4); coordinates `near` (n,) to which angles are wound and which free joints take; their cosines
-        and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); details (branches, 6): residual, shortfall,
-        sum of 2^i over the free coordinates, code of the branch, smallest mark of a branch, excess over the limits; how
+        Inputs: pose (4, 4); coordinates `q0` (n,) to which angles are wound and which free joints take; their cosines
+        and sines (n, 2); limits (n,). Outputs: coordinates (branches, n); details (branches, 6): residual, subproblem
+        residual,
+        sum of 2^i over the free coordinates, code of the branch, smallest branch margin of a branch, excess over the
+        limits; how
         far the matrix is from a pose.
         """
         return _compiled_labelled(self.pattern)
 
     @lazy
     def judged(self) -> Kernel:
-        """Of (T_sd, near, turns, lower, upper, tolerance): as `labelled`, with what is decided in place of the defect.
+        """Of (T_sd, q0, turns, lower, upper, tolerance): as `labelled`, with what is decided in place of the defect.
 
         The decision is the sum of 2^k over the rows k that are solutions, where these are distinct, isolated and exact
-        and there are no others; else one of `mafsil.ik.answers.details.Decision`. For arms without held joints.
+        and there are no others; else one of `mafsil.ik.answers.candidate_table.Decision`. For arms without locked
+        joints.
         """
         return _compiled_judged(self.pattern)
 
@@ -101,7 +104,7 @@ class ClosedForm:
         return _compiled(self.pattern, False)
 
     @lazy
-    def _kernel_near(self) -> Kernel:
+    def _kernel_q0(self) -> Kernel:
         return _compiled(self.pattern, True)
 
 
@@ -109,7 +112,7 @@ def structure_kernel(pattern: ArmPattern) -> Kernel:
     """Of (T_sd, numbers) to the table of branches, for all arms of the same structure: nothing is compiled per arm.
 
     Args:
-        pattern: of one of the arms, none of its joints held.
+        pattern: of one of the arms, none of its joints locked.
     """
     return _structure_kernel(_Structure(pattern))
 
@@ -140,16 +143,18 @@ def _structure_kernel(structure: _Structure) -> Kernel:
     )
 
 
-def _compiled(pattern: ArmPattern, near: bool) -> Kernel:
-    inputs = (Port("T_sd", (4, 4)), *((Port("near", (pattern.n,)),) if near else ()))
+def _compiled(pattern: ArmPattern, with_q0: bool) -> Kernel:
+    inputs = (Port("T_sd", (4, 4)), *((Port("q0", (pattern.n,)),) if with_q0 else ()))
     outputs = (Port("table", (pattern.branches, pattern.n + 3)),)
-    key = f"{pattern.key} {near}"
-    return _made("closed_form", inputs, outputs, partial(_build, pattern, near), key, (_compiled, (pattern, near)))
+    key = f"{pattern.key} {with_q0}"
+    return _made(
+        "closed_form", inputs, outputs, partial(_build, pattern, with_q0), key, (_compiled, (pattern, with_q0))
+    )
 
 
 def _compiled_labelled(pattern: ArmPattern) -> Kernel:
     n, rows = pattern.n, pattern.branches
-    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    vectors = (Port("q0", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
     return _made(
         "labelled_closed_form",
         (Port("T_sd", (4, 4)), *vectors),
@@ -162,7 +167,7 @@ def _compiled_labelled(pattern: ArmPattern) -> Kernel:
 
 def _compiled_judged(pattern: ArmPattern) -> Kernel:
     n, rows = pattern.n, pattern.branches
-    vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
+    vectors = (Port("q0", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
     return _made(
         "judged_closed_form",
         (Port("T_sd", (4, 4)), *vectors, Port("tolerance")),
@@ -190,11 +195,11 @@ def _made(
     )
 
 
-def _build(pattern: ArmPattern, near: bool) -> Any:
+def _build(pattern: ArmPattern, with_q0: bool) -> Any:
     """The function of a pattern; its expressions are loaded only when a kernel has to be made."""
     from mafsil.mechanics.closed_form.function import table_function
 
-    return table_function(pattern, near)
+    return table_function(pattern, with_q0)
 
 
 def _build_structure(pattern: ArmPattern) -> Any:
@@ -205,7 +210,7 @@ def _build_structure(pattern: ArmPattern) -> Any:
 
 
 def _build_labelled(pattern: ArmPattern) -> Any:
-    """The same with wishes of the caller."""
+    """The same with preferences of the caller."""
     from mafsil.mechanics.closed_form.function import labelled_function
 
     return labelled_function(pattern)

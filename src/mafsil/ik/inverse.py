@@ -33,7 +33,7 @@ def inverse_kinematics(
     *,
     frame: str | None = None,
     task: Task = _POSE,
-    near: ArrayLike | None = None,
+    q0: ArrayLike | None = None,
     free: float | Mapping[str, float] | None = None,
     tolerance: float = 1e-9,
 ) -> SolutionSet | SolutionBatch:
@@ -43,31 +43,32 @@ def inverse_kinematics(
 
     Args:
         robot: any arm, a Mechanism, a name of the library or a file.
-        T_sd: (4, 4) wanted pose in {s}, or (*batch, 4, 4).
+        T_sd: (4, 4) requested pose in {s}, or (*batch, 4, 4).
         frame: name of a link; the tip if None.
         task: `pose`, `position` only, or `axis`: position and direction of the tip's z axis.
-        near: (n,) values that free joints, held joints of redundant arms and joints that do not move the frame take;
+        q0: (n,) values that free joints, locked joints of redundant arms and joints that do not move the frame take;
             the middle of their limits if None.
         free: of arms with seven coordinates and one pose: value of their free parameter, or {name: value} of the
             `arm angle` or of a joint; see `redundancy`.
         tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
-            rounded pose in the sense of least squares; other arms the nearest posture where there is no exact one.
+            rounded pose in the sense of least squares; other arms the nearest configuration where there is no exact
+            one.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are
-        no others. A redundant arm (more joints than the task needs) gets the solutions with the held joints at `near`,
+        no others. A redundant arm (more joints than the task needs) gets the solutions with the locked joints at `q0`,
         each the member of a family. For a batch a `SolutionBatch`: padded arrays, and a `SolutionSet` by index.
 
     Raises:
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and near is None:
+    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and q0 is None:
         plain = type(tolerance) is float and 0.0 < tolerance < np.inf and T_sd.dtype == np.float64
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
         if quick is not None and plain:
-            q, details, decision = quick.call(T_sd, *quick.wishes, tolerance)
+            q, details, decision = quick.call(T_sd, *quick.preferences, tolerance)
             if decision > 0.0:
                 chosen = quick.chosen.get(decision)
                 chosen = quick.rows(decision) if chosen is None else chosen
@@ -75,12 +76,12 @@ def inverse_kinematics(
             question = Question(quick.setting, T_sd.copy(), quick.setting.middle, tolerance)
             return judged_pose(question, (q, details, decision))
         if plain and type(task) is str and task in MASKS:
-            asked = setting(robot, frame, task)
+            arm = setting(robot, frame, task)
             if free is not None:
-                return with_parameter(asked, T_sd, free, tolerance)
-            if has_redundant_joints(asked):
-                return redundant_single(asked, T_sd, asked.middle, tolerance)
-    return _answered(as_robot(robot), T_sd, frame, task, near, free, tolerance)
+                return with_parameter(arm, T_sd, free, tolerance)
+            if has_redundant_joints(arm):
+                return redundant_single(arm, T_sd, arm.middle, tolerance)
+    return _answered(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
 
 
 def _answered(
@@ -88,25 +89,25 @@ def _answered(
     T_sd: ArrayLike,
     frame: str | None,
     task: Task,
-    near: ArrayLike | None,
+    q0: ArrayLike | None,
     free: float | Mapping[str, float] | None,
     tolerance: float,
 ) -> SolutionSet | SolutionBatch:
-    """The answer to whatever is asked for, all arguments checked."""
+    """The answer to whatever is arm for, all arguments checked."""
     if type(task) is not str or task not in MASKS:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     tolerance = positive("tolerance", tolerance)
-    wanted = gate("T_sd", T_sd, POSE)
-    asked = setting(robot, frame, task)
-    others = asked.part.middle if near is None else single("near", near, (robot.n,))
-    if wanted.ndim > 2:
+    requested = gate("T_sd", T_sd, POSE)
+    arm = setting(robot, frame, task)
+    others = arm.part.middle if q0 is None else single("near", q0, (robot.n,))
+    if requested.ndim > 2:
         if free is not None:
-            raise InputError("redundant.one_pose", shape=wanted.shape)
-        return solved_batch(asked, wanted, others, tolerance)
+            raise InputError("redundant.one_pose", shape=requested.shape)
+        return solved_batch(arm, requested, others, tolerance)
     if free is None:
-        start = asked.middle if near is None else asked.part.own(others)
-        return one_pose(asked, wanted, start, tolerance, others)
-    return with_parameter(asked, wanted, free, tolerance)
+        start = arm.middle if q0 is None else arm.part.own(others)
+        return one_pose(arm, requested, start, tolerance, others)
+    return with_parameter(arm, requested, free, tolerance)
 
 
 def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | None:

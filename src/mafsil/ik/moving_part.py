@@ -23,14 +23,14 @@ class MovingPart:
         robot: of the joints on the way from the base to the frame alone, the frame its tip; `whole` itself where every
             joint is on the way.
         frame: name of the link as `robot` is asked for it; None for its tip.
-        asked: the same as the whole robot is asked for it.
+        requested: the same as the whole robot is asked for it.
         places: (m,) which coordinate of the whole robot each of the part is; None where every joint is on the way.
     """
 
     whole: Robot
     robot: Robot
     frame: str | None
-    asked: str | None
+    requested: str | None
     places: NDArray[np.intp] | None
 
     def own(self, q: JointVector) -> JointVector:
@@ -80,7 +80,7 @@ class MovingPart:
         return np.array(self.whole.limits.upper)
 
     @lazy
-    def turning(self) -> NDArray[np.bool_]:
+    def revolute(self) -> NDArray[np.bool_]:
         """(n,) which coordinates of the whole robot are angles."""
         kinds = [joint.kind is JointKind.REVOLUTE for joint in self.whole.mechanism.coordinates]
         return np.array(kinds, dtype=np.bool_)

@@ -33,7 +33,7 @@ class PlaceClass(Status):
 
 @dataclass(frozen=True, eq=False)
 class PlanarReach:
-    """The ring that the tip of an arm of parallel turning axes can reach.
+    """The ring that the tip of an arm of parallel revolute axes can reach.
 
     Attributes:
         centre: (3,) where the first axis meets the tip's plane, in {s} [m].
@@ -58,7 +58,7 @@ class PlanarReach:
         return max(0.0, float(2 * self.lengths.max(initial=0.0) - self.lengths.sum()))
 
     def classify(self, point: ArrayLike, tolerance: float = 1e-9) -> PlaceClass:
-        """The class of a point; at the centre of two equal links `INNER_BOUNDARY`, where infinitely many postures are.
+        """The class of a point; the centre of two equal links, reached in infinitely many ways, is an `INNER_BOUNDARY`.
 
         Args:
             point: (3,) in {s} [m].
@@ -68,16 +68,16 @@ class PlanarReach:
             InputError: a wrong shape, a tolerance that is not positive.
         """
         away = gate("point", point, (3,), finite=True) - self.centre
-        near = positive("tolerance", tolerance) * max(self.outer, 1e-300)
-        if abs(float(away @ self.normal)) > near:
+        margin = positive("tolerance", tolerance) * max(self.outer, 1e-300)
+        if abs(float(away @ self.normal)) > margin:
             return PlaceClass.OFF_PLANE
         r = float(np.linalg.norm(away - (away @ self.normal) * self.normal))
-        if abs(r - self.outer) <= near:
+        if abs(r - self.outer) <= margin:
             return PlaceClass.OUTER_BOUNDARY
         if r > self.outer:
             return PlaceClass.OUTSIDE
         closed = len(self.lengths) < 3 or self.inner > 0.0
-        if closed and abs(r - self.inner) <= near:
+        if closed and abs(r - self.inner) <= margin:
             return PlaceClass.INNER_BOUNDARY
         return PlaceClass.INTERIOR if r > self.inner or not closed else PlaceClass.HOLE
 
@@ -105,8 +105,8 @@ def planar_reach(robot: RobotLike) -> PlanarReach:
     if chain is None or not len(chain):
         raise InputError("ik.not_planar", joint=", ".join(part.joint_names))
     h = chain.axes[0]
-    for name, w, slides in zip(part.joint_names, chain.axes, chain.slides, strict=True):
-        if slides or float(np.linalg.norm(np.cross(h, w))) > PARALLEL:
+    for name, w, prismatic in zip(part.joint_names, chain.axes, chain.prismatic, strict=True):
+        if prismatic or float(np.linalg.norm(np.cross(h, w))) > PARALLEL:
             raise InputError("ik.not_planar", joint=name)
     tip = chain.home[:3, 3]
     places = np.concatenate([chain.points, tip[None]])

@@ -1,4 +1,4 @@
-"""What can be said of wanted poses before any search: whether they are poses, and whether they are out of reach."""
+"""What can be said of requested poses before any search: whether they are poses, and whether they are out of reach."""
 
 from __future__ import annotations
 

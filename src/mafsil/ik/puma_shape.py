@@ -1,4 +1,4 @@
-"""Arms of the PUMA type: whether the axes are so, by how much they miss it, and the lengths of the shape.
+"""Arms of the PUMA type: whether the axes are so, their residuals it, and the lengths of the shape.
 
 Two axes w_i, w_j of moments v_i, v_j are in one plane where w_i . v_j + w_j . v_i = 0, and meet there if they are not
 parallel. With p the wrist's centre, h the height of the shoulder, d its offset to the side, a1 and a2 upper arm and
@@ -45,21 +45,21 @@ class Condition:
     Attributes:
         name: sentence key.
         joints: of the arm, counted from one in the direction in which it is seen.
-        size: by how much it is missed [rad, or m relative to the size of the arm].
-        held: whether it is within the tolerance.
+        size: how far it is from being met [rad, or m relative to the size of the arm].
+        satisfied: whether it is within the tolerance.
     """
 
     name: str
     joints: tuple[int, ...]
     size: float
-    held: bool
+    satisfied: bool
 
     def explain(self, language: str | None = None) -> str:
-        """The condition in words, and by how much it is missed."""
+        """The condition in words, and how far it is from being met."""
         which = ", ".join(map(str, self.joints))
-        missed = "ik.condition_held" if self.held else "ik.condition_missed"
-        told = say(self.name, language=language, joints=which)
-        return say(missed, language=language, condition=told, size=f"{self.size:.3g}")
+        key = "ik.condition_satisfied" if self.satisfied else "ik.condition_violated"
+        words = say(self.name, language=language, joints=which)
+        return say(key, language=language, condition=words, size=f"{self.size:.3g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class ArmStructure:
 
     Attributes:
         arm_class: the narrowest class whose conditions hold.
-        conditions: all that were asked, with their sizes.
+        conditions: all that were checked, with their sizes.
         reversed: whether the arm is so when seen from its tip.
         wrist_centre: (3,) the point nearest to axes 4, 5, 6 at q = 0, in {s} [m].
     """
@@ -80,8 +80,8 @@ class ArmStructure:
 
     @property
     def failing(self) -> tuple[Condition, ...]:
-        """The conditions that are missed."""
-        return tuple(condition for condition in self.conditions if not condition.held)
+        """The conditions that are not met."""
+        return tuple(condition for condition in self.conditions if not condition.satisfied)
 
     def explain(self, language: str | None = None) -> str:
         """The class, then every condition with its size."""
@@ -109,14 +109,14 @@ class PumaShape:
 
 
 def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
-    """The class of an arm of six joints, with every condition and by how much it is missed.
+    """The class of an arm of six joints, with every condition and how far it is from being met.
 
     Args:
         robot: a Robot, a Mechanism, a name of the library or a file.
         tolerance: sizes of conditions that count as rounding.
 
     Raises:
-        InputError: not six turning or sliding joints on the way to the tip.
+        InputError: not six revolute or prismatic joints on the way to the tip.
     """
     chain = _six(robot)
     forward = _structure(chain, tolerance, backwards=False)
@@ -139,15 +139,15 @@ def puma_shape(robot: RobotLike, tolerance: float = 1e-9) -> PumaShape:
     """
     part = moving_part(as_robot(robot)).robot
     chain = chain_of(part.mechanism)
-    if chain is None or len(chain) not in (3, 6) or any(chain.slides):
+    if chain is None or len(chain) not in (3, 6) or any(chain.prismatic):
         raise InputError("ik.no_puma", reason=say("ik.six_joints", joints=part.n))
     centre = chain.home[:3, 3] if len(chain) == 3 else common_point(chain.axes[3:], chain.points[3:])[0]
-    asked = [*_shoulder(chain), _parallel(chain)]
+    requested = [*_shoulder(chain), _parallel(chain)]
     if len(chain) == 6:
-        asked += _wrist(chain)
-    missed = next((one for one in asked if one.size > tolerance), None)
-    if missed is not None:
-        raise InputError("ik.no_puma", reason=missed.explain())
+        requested += _wrist(chain)
+    failed_step = next((one for one in requested if one.size > tolerance), None)
+    if failed_step is not None:
+        raise InputError("ik.no_puma", reason=failed_step.explain())
     w1, w2 = chain.axes[0], chain.axes[1]
     shoulder = _meeting(chain)
     elbow = chain.points[2] + (w2 @ (shoulder - chain.points[2])) * w2
@@ -179,23 +179,23 @@ def _structure(chain: Chain, tolerance: float, *, backwards: bool) -> ArmStructu
     """What the arm is in one direction."""
     common = [*_shoulder(chain), *_wrist(chain)]
     centre = common_point(chain.axes[3:], chain.points[3:])[0]
-    special = _across(chain, centre) if chain.slides[2] else _parallel(chain)
+    special = _across(chain, centre) if chain.prismatic[2] else _parallel(chain)
     offset = _offset(chain, centre)
     conditions = tuple(
         Condition(one.name, one.joints, one.size, one.size <= tolerance) for one in (*common, special, offset)
     )
-    *asked, narrow, central = (one.held for one in conditions)
+    *requested, narrow, central = (one.satisfied for one in conditions)
     classes = (
         (ArmClass.GENERALIZED_STANFORD, ArmClass.STANFORD_WITH_OFFSET, ArmClass.STANFORD)
-        if chain.slides[2]
+        if chain.prismatic[2]
         else (ArmClass.GENERALIZED_PUMA, ArmClass.PUMA_WITH_OFFSET, ArmClass.PUMA)
     )
-    found = classes[(1 + central) if narrow else 0] if all(asked) else ArmClass.NONE
+    found = classes[(1 + central) if narrow else 0] if all(requested) else ArmClass.NONE
     return ArmStructure(found, conditions, backwards, centre)
 
 
 def _shoulder(chain: Chain) -> list[Condition]:
-    w, turns = chain.axes, not any(chain.slides[:2])
+    w, turns = chain.axes, not any(chain.prismatic[:2])
     apart = abs(float(chain.screws[0] @ np.roll(chain.screws[1], 3))) / chain.size if turns else np.inf
     return [
         Condition("ik.condition_meet", (1, 2), apart, False),
@@ -205,7 +205,7 @@ def _shoulder(chain: Chain) -> list[Condition]:
 
 def _wrist(chain: Chain) -> list[Condition]:
     w = chain.axes
-    miss = common_point(w[3:], chain.points[3:])[1] / chain.size if not any(chain.slides[3:]) else np.inf
+    miss = common_point(w[3:], chain.points[3:])[1] / chain.size if not any(chain.prismatic[3:]) else np.inf
     return [
         Condition("ik.condition_meet", (4, 5, 6), miss, False),
         Condition("ik.condition_orthogonal", (4, 5), abs(float(w[3] @ w[4])), False),
@@ -228,7 +228,7 @@ def _across(chain: Chain, centre: Vector3) -> Condition:
 
 def _offset(chain: Chain, centre: Vector3) -> Condition:
     """How far the plane of the arm passes axis 1."""
-    if any(chain.slides[:2]) or not np.isfinite(centre).all():
+    if any(chain.prismatic[:2]) or not np.isfinite(centre).all():
         return Condition("ik.condition_no_offset", (1, 2), np.inf, False)
     size = abs(float(chain.axes[1] @ (centre - _meeting(chain)))) / chain.size
     return Condition("ik.condition_no_offset", (1, 2), size, False)
@@ -276,7 +276,7 @@ def conjugated_wrist(robot: RobotLike) -> ConjugatedWrist:
         InputError: another arm; the sentence says which condition fails and by how much.
     """
     chain = _six(robot)
-    missed = next((one for one in _wrist(chain)[:2] if one.size > 1e-6), None)
-    if missed is not None:
-        raise InputError("ik.no_puma", reason=missed.explain())
+    failed_step = next((one for one in _wrist(chain)[:2] if one.size > 1e-6), None)
+    if failed_step is not None:
+        raise InputError("ik.no_puma", reason=failed_step.explain())
     return ConjugatedWrist(chain.screws[3:], common_point(chain.axes[3:], chain.points[3:])[0])

@@ -1,4 +1,4 @@
-"""Which closed form solves an arm? Read from its axes: which are parallel, which meet, and how far they miss it."""
+"""Which closed form solves an arm? Read from its axes: which are parallel, which meet, and how far they are from it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Vector3
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point, distance_to_line, meeting_point
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, HeldJoint, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, LockedJoint, PositioningMethod
 
 EXACT = 1e-9
 """Defects [rad, and m relative to the arm's size] that are rounding: the closed form is the arm's own."""
@@ -20,26 +20,26 @@ SNAP = 5e-4
 printed with four digits and more, 1.571 or 1.5708 for a quarter turn. Its rows are refined to the arm as it is, and
 merged roots, which the exact equation then nearly has, need no care."""
 
-NEAR = 0.03
+ALMOST_IDEAL = 0.03
 """Defects up to which the nearest ideal arm's closed form gives seeds that are refined."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Road:
-    """How three joints place a point, and by how much they miss the conditions."""
+class _Positioning:
+    """How three joints place a point, and how far they are from the conditions."""
 
-    road: PointRoad
+    positioning: PositioningMethod
     reversed: bool
     meeting: Vector3
     defect: float
     strength: float = 1.0
 
 
-_NO_ROAD = _Road(PointRoad.PARALLEL, False, np.zeros(3), 0.0)
+_NO_POSITIONING = _Positioning(PositioningMethod.PARALLEL, False, np.zeros(3), 0.0)
 
 
 def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern | None:
-    """The closed form of an arm, exact if there is one, else the nearest within `NEAR`; None without.
+    """The closed form of an arm, exact if there is one, else the nearest within `ALMOST_IDEAL`; None without.
 
     A simple family within `SNAP` comes before an exact one of fourth degree.
 
@@ -54,37 +54,37 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
         if pattern.defect <= EXACT:
             snapped = pattern.quartic and best is not None and best.defect <= SNAP and not best.quartic
             return best if snapped else pattern
-        if pattern.defect <= NEAR and (best is None or pattern.defect < best.defect):
+        if pattern.defect <= ALMOST_IDEAL and (best is None or pattern.defect < best.defect):
             best = pattern
     return best
 
 
-def recognise_holding(chain: Chain, n: int, held: tuple[int, ...], *, orientation: bool = True) -> ArmPattern | None:
-    """The closed form of the other joints, whatever values the held ones take; None without.
+def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> ArmPattern | None:
+    """The closed form of the other joints, whatever values the locked ones take; None without.
 
     Args:
         chain: of the robot, base first.
         n: number of its coordinates.
-        held: positions in the chain, increasing.
+        locked: positions in the chain, increasing.
         orientation: as for `recognise`.
     """
-    if not held:
+    if not locked:
         return recognise(chain, n, orientation=orientation)
     generic = 0.4567 * chain.size
     seen = chain
-    for k in reversed(held):
-        seen = seen.locked(k, generic if chain.slides[k] else 0.4567)
+    for k in reversed(locked):
+        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
     candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
     for pattern in candidates:
         if pattern.shifted:
             continue
-        if pattern.defect <= EXACT and not _split(pattern, chain, held):
-            return _released(pattern, chain, held, generic)
+        if pattern.defect <= EXACT and not _split(pattern, chain, locked):
+            return _released(pattern, chain, locked, generic)
     return None
 
 
-def _split(pattern: ArmPattern, chain: Chain, held: tuple[int, ...]) -> bool:
-    """Whether a held joint moves parts of the pattern that must not move against each other."""
+def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:
+    """Whether a locked joint moves parts of the pattern that must not move against each other."""
     groups: list[tuple[int, ...]] = []
     if pattern.family is Family.PLANAR:
         groups.append((0, 1, 2))
@@ -94,39 +94,39 @@ def _split(pattern: ArmPattern, chain: Chain, held: tuple[int, ...]) -> bool:
         groups.extend([(1, 2, 3), (4, 5)])
     elif pattern.family is Family.LINKED:
         groups.append((1, 2, 3))
-    elif pattern.road is not PointRoad.QUARTIC:
-        pair = (0, 1) if (pattern.road is PointRoad.MEET) != pattern.road_reversed else (1, 2)
+    elif pattern.positioning is not PositioningMethod.QUARTIC:
+        pair = (0, 1) if (pattern.positioning is PositioningMethod.MEET) != pattern.positioning_reversed else (1, 2)
         groups.append(pair)
     added = any(j < 0 for j in pattern.joints) and pattern.family not in (Family.POINT, Family.PLANAR)
     places = [[j for i in group if (j := pattern.joints[i]) >= 0] for group in groups]
-    return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in held)
+    return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in locked)
 
 
-def _released(pattern: ArmPattern, chain: Chain, held: tuple[int, ...], generic: float) -> ArmPattern:
-    """The pattern at q = 0 of the held joints, which are then given by their values."""
+def _released(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generic: float) -> ArmPattern:
+    """The pattern at q = 0 of the locked joints, which are then given by their values."""
     axes, points = pattern.axes.copy(), pattern.points.copy()
     centre, meeting = pattern.centre, pattern.meeting
     owners = [j if j >= 0 else len(chain) for j in pattern.joints]
     tip_last = len(chain) if pattern.family is Family.POINT else owners[2 if pattern.family is Family.PLANAR else 5]
-    for k in held:
-        E = pose.exp(chain.screws[k] * -(generic if chain.slides[k] else 0.4567))
+    for k in locked:
+        E = pose.exp(chain.screws[k] * -(generic if chain.prismatic[k] else 0.4567))
         for i in (i for i, owner in enumerate(owners) if owner > k):
             axes[i], points[i] = E[:3, :3] @ axes[i], E[:3, :3] @ points[i] + E[:3, 3]
         centre = E[:3, :3] @ centre + E[:3, 3] if tip_last > k else centre
         meeting = E[:3, :3] @ meeting + E[:3, 3] if owners[1] > k else meeting
     sense = -1.0 if pattern.reversed else 1.0
-    order = held[::-1] if pattern.reversed else held
+    order = locked[::-1] if pattern.reversed else locked
     given = tuple(
-        HeldJoint(
+        LockedJoint(
             sum((owner < k) != pattern.reversed for owner in owners),
             sense * chain.axes[k],
             chain.points[k],
-            chain.slides[k],
+            chain.prismatic[k],
             chain.joints[k],
         )
         for k in order
     )
-    return replace(pattern, axes=axes, points=points, centre=centre, meeting=meeting, held=given, home=chain.home)
+    return replace(pattern, axes=axes, points=points, centre=centre, meeting=meeting, locked=given, home=chain.home)
 
 
 def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
@@ -148,8 +148,8 @@ def _points(chain: Chain, n: int) -> Iterator[ArmPattern]:
     tip = chain.home[:3, 3]
     for general in (False, True):
         for arm in _three_joints(chain):
-            for road in _roads(arm, tip, general=general):
-                yield _pattern(Family.POINT, arm, n, tip, road, road.defect)
+            for positioning in _positionings(arm, tip, general=general):
+                yield _pattern(Family.POINT, arm, n, tip, positioning, positioning.defect)
 
 
 def _shifted(chain: Chain) -> Chain:
@@ -159,16 +159,16 @@ def _shifted(chain: Chain) -> Chain:
         chain,
         axes=chain.axes[order],
         points=chain.points[order],
-        slides=tuple(chain.slides[i] for i in order),
+        prismatic=tuple(chain.prismatic[i] for i in order),
         joints=tuple(chain.joints[i] for i in order),
     )
 
 
 def _spherical_wrist(chain: Chain, n: int, *, general: bool, shifted: bool) -> Iterator[ArmPattern]:
     """The last three axes meet, not all in one plane with nothing between."""
-    if any(chain.slides[3:]):
+    if any(chain.prismatic[3:]):
         return
-    centre, miss = common_point(chain.axes[3:], chain.points[3:])
+    centre, gap = common_point(chain.axes[3:], chain.points[3:])
     if not np.isfinite(centre).all():
         return
     w4, w5, w6 = chain.axes[3:]
@@ -176,45 +176,45 @@ def _spherical_wrist(chain: Chain, n: int, *, general: bool, shifted: bool) -> I
         return
     if (
         not shifted
-        and not chain.slides[2]
+        and not chain.prismatic[2]
         and distance_to_line(chain.axes[2], chain.points[2], centre) < 1e-6 * chain.size
     ):
         # Four axes through one point: the third joint does not move it.
         return
-    for road in _roads(_part(chain, 0, 3), centre, general=general, carried=shifted):
-        defect = max(road.defect, miss / chain.size)
-        yield _pattern(Family.SPHERICAL_WRIST, chain, n, centre, road, defect, shifted=shifted)
+    for positioning in _positionings(_part(chain, 0, 3), centre, general=general, carried=shifted):
+        defect = max(positioning.defect, gap / chain.size)
+        yield _pattern(Family.SPHERICAL_WRIST, chain, n, centre, positioning, defect, shifted=shifted)
 
 
 def _three_parallel(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
     """Axes 2, 3, 4 are parallel, 5 and 6 meet."""
-    if any(chain.slides[1:]):
+    if any(chain.prismatic[1:]):
         return
     w1, w2, w3, w4, w5, w6 = chain.axes
     if min(_sine(w2, w5), _sine(w5, w6)) < 1e-3:
         return
     centre, gap = meeting_point(w5, chain.points[4], w6, chain.points[5])
-    usable = abs(w1 @ w2) > 1e-3 if chain.slides[0] else _sine(w1, w2) > 1e-3
+    usable = abs(w1 @ w2) > 1e-3 if chain.prismatic[0] else _sine(w1, w2) > 1e-3
     if usable or shifted:
         defect = max(_sine(w2, w3), _sine(w2, w4), gap / chain.size)
-        yield _pattern(Family.THREE_PARALLEL, chain, n, centre, _NO_ROAD, defect, shifted=shifted)
+        yield _pattern(Family.THREE_PARALLEL, chain, n, centre, _NO_POSITIONING, defect, shifted=shifted)
 
 
 def _linked(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
     """Axes 2, 3, 4 are parallel; 5 and 6 pass each other."""
-    if any(chain.slides[1:]):
+    if any(chain.prismatic[1:]):
         return
     w1, w2, w3, w4, w5, w6 = chain.axes
     c, r5 = chain.points[5], chain.points[4]
     if min(_sine(w2, w5), _sine(w5, w6)) < 1e-3 or any(j < 0 for j in chain.joints[1:]):
         return
-    usable = abs(w1 @ w2) > 1e-3 if chain.slides[0] else _sine(w1, w2) > 1e-3
+    usable = abs(w1 @ w2) > 1e-3 if chain.prismatic[0] else _sine(w1, w2) > 1e-3
     # The circle of joint 5 in the two equations must not be flat.
     k = c - r5
     B = np.array([_form(-w5, w6, w2), _form(w5, w2, k) / chain.size])
-    if (usable or shifted) and (chain.slides[0] or abs(np.linalg.det(B)) > 1e-7):
+    if (usable or shifted) and (chain.prismatic[0] or abs(np.linalg.det(B)) > 1e-7):
         defect = max(_sine(w2, w3), _sine(w2, w4))
-        yield _pattern(Family.LINKED, chain, n, c, _NO_ROAD, defect, shifted=shifted)
+        yield _pattern(Family.LINKED, chain, n, c, _NO_POSITIONING, defect, shifted=shifted)
 
 
 def _form(w: Vector3, a: Vector3, x: Vector3) -> Vector3:
@@ -223,31 +223,31 @@ def _form(w: Vector3, a: Vector3, x: Vector3) -> Vector3:
 
 
 def _planar(chain: Chain, n: int) -> Iterator[ArmPattern]:
-    """Two or three parallel turning axes, at most one slide along them."""
-    turning = [i for i in range(len(chain)) if not chain.slides[i]]
-    sliding = [i for i in range(len(chain)) if chain.slides[i]]
-    if len(turning) not in (2, 3) or len(sliding) > 1:
+    """Two or three parallel revolute axes, at most one prismatic joint along them."""
+    revolute = [i for i in range(len(chain)) if not chain.prismatic[i]]
+    sliding = [i for i in range(len(chain)) if chain.prismatic[i]]
+    if len(revolute) not in (2, 3) or len(sliding) > 1:
         return
-    order = [*turning, *sliding]
+    order = [*revolute, *sliding]
     arm = Chain(
         chain.axes[order],
         chain.points[order],
-        tuple(chain.slides[i] for i in order),
+        tuple(chain.prismatic[i] for i in order),
         tuple(chain.joints[i] for i in order),
         chain.home,
     )
     h = arm.axes[0]
     defect = max(_sine(h, w) for w in arm.axes)
-    if len(turning) == 2:
+    if len(revolute) == 2:
         arm = arm.with_joint(arm.axes[1], chain.home[:3, 3], at=2)
     if not sliding:
-        arm = arm.with_joint(h, np.zeros(3), slides=True)
+        arm = arm.with_joint(h, np.zeros(3), prismatic=True)
     if distance_to_line(arm.axes[1], arm.points[1], arm.points[2]) < 1e-9 * chain.size:
         return
-    yield _pattern(Family.PLANAR, arm, n, arm.points[2], _NO_ROAD, defect)
+    yield _pattern(Family.PLANAR, arm, n, arm.points[2], _NO_POSITIONING, defect)
 
 
-def _roads(arm: Chain, start: Vector3, *, general: bool, carried: bool = False) -> Iterator[_Road]:
+def _positionings(arm: Chain, start: Vector3, *, general: bool, carried: bool = False) -> Iterator[_Positioning]:
     """Ways in which three joints place a point, forwards and backwards.
 
     Args:
@@ -262,16 +262,16 @@ def _roads(arm: Chain, start: Vector3, *, general: bool, carried: bool = False) 
         else:
             # The better conditioned side first.
             sides = [*_by_quartic(arm, False, start), *_by_quartic(arm.backwards(), True, start)]
-            yield from sorted(sides, key=lambda road: -road.strength)
+            yield from sorted(sides, key=lambda positioning: -positioning.strength)
         return
     if carried:
-        if not arm.slides[0]:
+        if not arm.prismatic[0]:
             yield from _by_height(arm, False, carried=True)
         yield from _by_distance(arm.backwards(), True, carried=True)
         return
-    if all(arm.slides):
+    if all(arm.prismatic):
         if abs(np.linalg.det(arm.axes)) > 1e-3:
-            yield _Road(PointRoad.LINEAR, False, np.zeros(3), 0.0)
+            yield _Positioning(PositioningMethod.LINEAR, False, np.zeros(3), 0.0)
         return
     for backwards in (False, True):
         seen = arm.backwards() if backwards else arm
@@ -281,16 +281,16 @@ def _roads(arm: Chain, start: Vector3, *, general: bool, carried: bool = False) 
         yield from _by_distance(seen, backwards)
     for backwards in (False, True):
         seen = arm.backwards() if backwards else arm
-        yield from _by_slide_across(seen, backwards)
+        yield from _by_perpendicular_prismatic(seen, backwards)
 
 
-def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = False) -> Iterator[_Road]:
+def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = False) -> Iterator[_Positioning]:
     """The first two joints in general position; the third off the point, if it turns.
 
     Of a reversed arm nothing is known of the place that the third joint moves, but that it is not always on its axis.
     """
     w1, w2, w3 = arm.axes
-    one, two, three = arm.slides
+    one, two, three = arm.prismatic
     if not backwards and not three and distance_to_line(w3, arm.points[2], start) < 1e-6 * arm.size:
         return
     sine, cosine = _sine(w1, w2), abs(float(w1 @ w2))
@@ -305,37 +305,39 @@ def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = 
             _, gap = meeting_point(w1, arm.points[0], w2, arm.points[1])
             strength = sine * gap / arm.size
     if strength > 1e-5:
-        yield _Road(PointRoad.QUARTIC, backwards, np.zeros(3), 0.0, strength)
+        yield _Positioning(PositioningMethod.QUARTIC, backwards, np.zeros(3), 0.0, strength)
 
 
-def _by_slide_across(arm: Chain, backwards: bool) -> Iterator[_Road]:
+def _by_perpendicular_prismatic(arm: Chain, backwards: bool) -> Iterator[_Positioning]:
     """The first joint turns, the second slides across its axis, the third changes the height along it."""
     w1, w2, w3 = arm.axes
-    if arm.slides[0] or not arm.slides[1]:
+    if arm.prismatic[0] or not arm.prismatic[1]:
         return
-    if abs(w1 @ w3) > 1e-3 if arm.slides[2] else _sine(w1, w3) > 1e-3:
-        yield _Road(PointRoad.ACROSS, backwards, np.zeros(3), abs(float(w1 @ w2)))
+    if abs(w1 @ w3) > 1e-3 if arm.prismatic[2] else _sine(w1, w3) > 1e-3:
+        yield _Positioning(PositioningMethod.ACROSS, backwards, np.zeros(3), abs(float(w1 @ w2)))
 
 
-def _by_height(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Road]:
-    """The second joint turns; the third turns about a parallel axis or slides across it."""
+def _by_height(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Positioning]:
+    """The second joint turns; the third turns about a parallel axis or is prismatic across it."""
     w1, h, w3 = arm.axes
-    if arm.slides[1]:
+    if arm.prismatic[1]:
         return
-    usable = carried or (abs(w1 @ h) > 1e-3 if arm.slides[0] else _sine(w1, h) > 1e-3)
-    apart = arm.slides[2] or distance_to_line(h, arm.points[1], arm.points[2]) > 1e-6 * arm.size
+    usable = carried or (abs(w1 @ h) > 1e-3 if arm.prismatic[0] else _sine(w1, h) > 1e-3)
+    apart = arm.prismatic[2] or distance_to_line(h, arm.points[1], arm.points[2]) > 1e-6 * arm.size
     if usable and apart:
-        yield _Road(PointRoad.PARALLEL, backwards, np.zeros(3), abs(float(h @ w3)) if arm.slides[2] else _sine(h, w3))
+        yield _Positioning(
+            PositioningMethod.PARALLEL, backwards, np.zeros(3), abs(float(h @ w3)) if arm.prismatic[2] else _sine(h, w3)
+        )
 
 
-def _by_distance(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Road]:
+def _by_distance(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Positioning]:
     """The first two axes meet, and the third moves the point nearer to there or away."""
-    if arm.slides[0] or arm.slides[1] or _sine(arm.axes[0], arm.axes[1]) < 1e-3:
+    if arm.prismatic[0] or arm.prismatic[1] or _sine(arm.axes[0], arm.axes[1]) < 1e-3:
         return
     place, gap = meeting_point(arm.axes[0], arm.points[0], arm.axes[1], arm.points[1])
-    if not (carried or arm.slides[2]) and distance_to_line(arm.axes[2], arm.points[2], place) < 1e-6 * arm.size:
+    if not (carried or arm.prismatic[2]) and distance_to_line(arm.axes[2], arm.points[2], place) < 1e-6 * arm.size:
         return
-    yield _Road(PointRoad.MEET, backwards, place, gap / arm.size)
+    yield _Positioning(PositioningMethod.MEET, backwards, place, gap / arm.size)
 
 
 def _padded(chain: Chain) -> Iterator[Chain]:
@@ -344,7 +346,7 @@ def _padded(chain: Chain) -> Iterator[Chain]:
         yield chain
     elif len(chain) == 5:
         yield from _sixth(chain)
-    elif len(chain) == 4 and not chain.slides[3]:
+    elif len(chain) == 4 and not chain.prismatic[3]:
         w = chain.axes[3]
         # Anywhere on the axis will do; far from special places.
         place = chain.points[3] + 0.37 * chain.size * w
@@ -354,7 +356,7 @@ def _padded(chain: Chain) -> Iterator[Chain]:
         w_last = chain.axes[-1]
         for arm in _three_joints(chain):
             place = _tip(chain)
-            if not chain.slides[-1] and distance_to_line(w_last, chain.points[-1], place) < 1e-3 * chain.size:
+            if not chain.prismatic[-1] and distance_to_line(w_last, chain.points[-1], place) < 1e-3 * chain.size:
                 # A point on the last axis would not see that joint turn; any other of the tip will do.
                 place = place + 0.5 * chain.size * _normal(w_last)
             w = _normal(arm.axes[2] + np.array([0.1, 0.2, 0.3]))
@@ -365,9 +367,9 @@ def _padded(chain: Chain) -> Iterator[Chain]:
 def _sixth(chain: Chain) -> Iterator[Chain]:
     """A sixth axis through the meeting point of the last two, or through the fifth."""
     w4, w5 = chain.axes[3], chain.axes[4]
-    if chain.slides[4]:
+    if chain.prismatic[4]:
         return
-    if not chain.slides[3] and _sine(w4, w5) > 1e-3:
+    if not chain.prismatic[3] and _sine(w4, w5) > 1e-3:
         place, _ = meeting_point(w4, chain.points[3], w5, chain.points[4])
         yield chain.with_joint(np.cross(w4, w5), place)
     if _sine(chain.axes[1], w5) > 1e-3:
@@ -380,35 +382,42 @@ def _three_joints(chain: Chain) -> Iterator[Chain]:
     if len(chain) == 3:
         yield chain
     elif len(chain) == 2:
-        yield chain.with_joint(w, np.zeros(3), slides=True)
-        yield chain.with_joint(chain.axes[0], np.zeros(3), slides=True, at=0)
+        yield chain.with_joint(w, np.zeros(3), prismatic=True)
+        yield chain.with_joint(chain.axes[0], np.zeros(3), prismatic=True, at=0)
         yield chain.with_joint(_normal(w), chain.points[1])
-        yield chain.with_joint(np.cross(w, chain.axes[0]) + 0.1 * w, np.zeros(3), slides=True)
-    elif chain.slides[0]:
-        one = chain.with_joint(_normal(w), np.zeros(3), slides=True)
-        yield one.with_joint(_third(w), np.zeros(3), slides=True)
+        yield chain.with_joint(np.cross(w, chain.axes[0]) + 0.1 * w, np.zeros(3), prismatic=True)
+    elif chain.prismatic[0]:
+        one = chain.with_joint(_normal(w), np.zeros(3), prismatic=True)
+        yield one.with_joint(_third(w), np.zeros(3), prismatic=True)
     else:
         across = _tip(chain) - chain.points[0]
         across = across - (across @ w) * w
         across = across if np.linalg.norm(across) > 1e-6 * chain.size else _normal(w)
-        yield chain.with_joint(w, np.zeros(3), slides=True, at=0).with_joint(across, np.zeros(3), slides=True)
+        yield chain.with_joint(w, np.zeros(3), prismatic=True, at=0).with_joint(across, np.zeros(3), prismatic=True)
 
 
 def _pattern(
-    family: Family, chain: Chain, n: int, centre: Vector3, road: _Road, defect: float, *, shifted: bool = False
+    family: Family,
+    chain: Chain,
+    n: int,
+    centre: Vector3,
+    positioning: _Positioning,
+    defect: float,
+    *,
+    shifted: bool = False,
 ) -> ArmPattern:
     return ArmPattern(
         family=family,
         axes=chain.axes,
         points=chain.points,
-        slides=chain.slides,
+        prismatic=chain.prismatic,
         joints=chain.joints,
         home=chain.home,
         reversed=chain.reversed,
         centre=centre,
-        road=road.road,
-        road_reversed=road.reversed,
-        meeting=road.meeting,
+        positioning=positioning.positioning,
+        positioning_reversed=positioning.reversed,
+        meeting=positioning.meeting,
         size=chain.size,
         n=n,
         defect=defect,
@@ -420,7 +429,7 @@ def _part(chain: Chain, begin: int, end: int) -> Chain:
     return Chain(
         chain.axes[begin:end],
         chain.points[begin:end],
-        chain.slides[begin:end],
+        chain.prismatic[begin:end],
         chain.joints[begin:end],
         chain.home,
         chain.reversed,

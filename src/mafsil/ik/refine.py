@@ -16,13 +16,13 @@ SINGULAR = 1e-7
 """Singular values of the Jacobian, relative to the largest, below which a direction is left alone."""
 
 
-def misses(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
-    """(k, 6) twists from the reached to the wanted pose, in the reached frame; components not asked for are zero.
+def pose_errors(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
+    """(k, 6) twists from the reached to the requested pose, in the reached frame, zero in components that do not count.
 
     Args:
         robot: any arm.
         q: (k, n) coordinates.
-        T_sd: (4, 4) wanted pose, or (k, 4, 4).
+        T_sd: (4, 4) requested pose, or (k, 4, 4).
         mask: (6) components that count.
         frame: name of the link, or None for the tip.
     """
@@ -35,7 +35,7 @@ def task_error(T: PoseMatrix, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floa
 
     Args:
         T: (k, 4, 4) reached poses.
-        T_sd: (k, 4, 4) wanted poses.
+        T_sd: (k, 4, 4) requested poses.
         mask: (6) components that count.
     """
     error = np.zeros((len(T), 6))
@@ -67,30 +67,30 @@ def refined(
     frame: str | None,
     *,
     steps: int = 8,
-    held: tuple[int, ...] | NDArray[np.bool_] = (),
+    locked: tuple[int, ...] | NDArray[np.bool_] = (),
 ) -> tuple[JointVector, Floats]:
     """Newton steps of least norm that never make the error larger, of rows of one pose or of many.
 
     1. The error of every row; rows that are exact stand.
-    2. The step J+ e, as long as half a radian at most; joints that are held have no column in J.
+    2. The step J+ e, as long as half a radian at most; joints that are locked have no column in J.
     3. A row is moved where its error becomes smaller; where it does not, it has converged.
 
     Args:
         robot: whose joints are sought.
         q: (k, n) starts.
-        T_sd: (4, 4) wanted pose, or (k, 4, 4) one of each row.
+        T_sd: (4, 4) requested pose, or (k, 4, 4) one of each row.
         mask: (6) components of the error that count.
         frame: name of the link, or None for the tip.
         steps: most steps.
-        held: coordinates that stay, of all rows, or (k, n) which stay of each.
+        locked: coordinates that stay, of all rows, or (k, n) which stay of each.
 
     Returns:
         (k, n) and (k,) residuals.
     """
-    moving = ~held if isinstance(held, np.ndarray) else np.array([i not in held for i in range(robot.n)])
+    moving = ~locked if isinstance(locked, np.ndarray) else np.array([i not in locked for i in range(robot.n)])
     moving, T_sd = np.broadcast_to(moving, q.shape), np.broadcast_to(T_sd, (len(q), 4, 4))
     # 1.
-    q, error = q.copy(), misses(robot, q, T_sd, mask, frame)
+    q, error = q.copy(), pose_errors(robot, q, T_sd, mask, frame)
     size = residuals(error)
     rows = np.flatnonzero(size > EXACT)
     for _ in range(steps):
@@ -102,7 +102,7 @@ def refined(
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
         # 3.
-        trial_error = misses(robot, trial, T_sd[rows], mask, frame)
+        trial_error = pose_errors(robot, trial, T_sd[rows], mask, frame)
         trial_size = residuals(trial_error)
         better = trial_size < size[rows]
         rows = rows[better]
@@ -111,17 +111,17 @@ def refined(
     return q, size
 
 
-def least_missing(
+def least_squares(
     robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], *, steps: int = 60
 ) -> tuple[JointVector, Floats]:
-    """The nearest postures in the sense of least squares, turns [rad] and distances [m] weighed alike.
+    """The nearest configurations in the sense of least squares, turns [rad] and distances [m] weighed alike.
 
     Damped Gauss-Newton steps (Levenberg, 1944) from every start: the poses need not be the arm's own.
 
     Args:
         robot: whose joints are sought; its tip is asked for.
         q: (k, n) starts.
-        T_sd: (4, 4) wanted pose, or (k, 4, 4) one of each row.
+        T_sd: (4, 4) requested pose, or (k, 4, 4) one of each row.
         mask: (6) components of the error that count.
         steps: most steps.
 
@@ -129,7 +129,7 @@ def least_missing(
         (k, n) and (k,) residuals, the larger of angle and distance.
     """
     T_sd = np.broadcast_to(T_sd, (len(q), 4, 4))
-    q, error, unit = q.copy(), misses(robot, q, T_sd, mask, None), np.eye(robot.n)
+    q, error, unit = q.copy(), pose_errors(robot, q, T_sd, mask, None), np.eye(robot.n)
     cost, damping = (error**2).sum(axis=1), np.full(len(q), 1e-6)
     moving = np.arange(len(q))
     for _ in range(steps):
@@ -142,7 +142,7 @@ def least_missing(
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ error[moving, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
-        trial_error = misses(robot, trial, T_sd[moving], mask, None)
+        trial_error = pose_errors(robot, trial, T_sd[moving], mask, None)
         trial_cost = (trial_error**2).sum(axis=1)
         better = trial_cost < cost[moving]
         rows = moving[better]
@@ -153,18 +153,18 @@ def least_missing(
     return q, residuals(error)
 
 
-def distinct(q: JointVector, turning: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
+def distinct(q: JointVector, revolute: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
     """Indices of the first of each group of rows that are equal up to whole turns.
 
     Args:
         q: (k, n) coordinates.
-        turning: (n) which of them are angles.
+        revolute: (n) which of them are angles.
         tolerance: difference that still counts as equal [rad | m].
     """
     kept: list[int] = []
     for i in range(len(q)):
         d = q[kept] - q[i]
-        d = np.where(turning, (d + np.pi) % (2 * np.pi) - np.pi, d)
+        d = np.where(revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)
         if not len(kept) or np.abs(d).max(axis=1).min() > tolerance:
             kept.append(i)
     return kept

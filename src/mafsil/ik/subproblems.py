@@ -1,6 +1,6 @@
 """The canonical subproblems as array functions: all turns about known axes that bring points where they should be.
 
-Every function returns the nearest miss where there is no solution, with the shortfall, and says where every angle
+Every function returns the closest approach where there is no solution, with the residual, and says where every angle
 solves.
 """
 
@@ -27,17 +27,17 @@ class Angles(NamedTuple):
 
     Attributes:
         angles: (*batch, 2) or (*batch, 2, k) angles [rad].
-        shortfall: (*batch, 2) by how much each misses: zero where it is a solution.
+        residual: (*batch, 2) of the closest approach: zero where it is a solution.
         free: (*batch, 2) whether every angle solves.
     """
 
     angles: Floats
-    shortfall: Floats
+    residual: Floats
     free: NDArray[np.bool_]
 
     def solutions(self, tolerance: float = 1e-12) -> Floats:
         """The distinct solutions of one problem, (m,) or (m, k); one representative where every angle solves."""
-        rows = [row for row, short in zip(self.angles, self.shortfall, strict=True) if short <= tolerance]
+        rows = [row for row, short in zip(self.angles, self.residual, strict=True) if short <= tolerance]
         kept: list[Floats] = []
         for row in rows:
             if not any(np.abs(np.remainder(row - other + np.pi, 2 * np.pi) - np.pi).max() < 1e-7 for other in kept):
@@ -149,7 +149,7 @@ def signed_angle(w: ArrayLike, a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def strokes(r: ArrayLike, v: ArrayLike, c: float) -> Floats:
-    """The increasing q with |r + q v| = |c|: none, one or two; the quadratic of a sliding third joint.
+    """The increasing q with |r + q v| = |c|: none, one or two; the quadratic of a prismatic third joint.
 
     q = -(r . v) +- sqrt((r . v)^2 - |r|^2 + c^2); out of reach where |r|^2 - (r . v)^2 > c^2.
 

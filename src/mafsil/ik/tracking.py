@@ -241,7 +241,7 @@ class _Tracker:
             if k == 0 and (found := self._near(q, T)) is not None:
                 done, q_end = 1.0, found
             if done < 1.0:
-                others = inverse_kinematics(self.robot, T, near=q_end, tolerance=self.tolerance)
+                others = inverse_kinematics(self.robot, T, q0=q_end, tolerance=self.tolerance)
                 time = float(self.times[max(k - 1, 0)] + done * (self.times[k] - self.times[max(k - 1, 0)]))
                 assert isinstance(others, SolutionSet)
                 if not others or not others.within.any():
@@ -296,7 +296,7 @@ class _Tracker:
         pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > 1e-9)
         reason = "limit" if pushed.any() else "singular"
         joint = int(np.where(pushed, np.abs(ahead), 0.0).argmax()) if pushed.any() else int(np.abs(new - q).argmax())
-        before = inverse_kinematics(self.robot, self.poses[k - 1], near=self.q[k - 1], tolerance=self.tolerance)
+        before = inverse_kinematics(self.robot, self.poses[k - 1], q0=self.q[k - 1], tolerance=self.tolerance)
         assert isinstance(before, SolutionSet)
         branches = _branch(before, self.q[k - 1]), _branch(others, new)
         conditioning = float(self._conditioning(q[None])[0])
@@ -348,5 +348,5 @@ def _branch(answer: SolutionSet, q: JointVector) -> Branch:
     """The branch of the solution that a configuration is, up to whole turns."""
     if not len(answer):
         return Branch()
-    wound = wound_near(answer.q, q, np.full(len(q), -np.inf), np.full(len(q), np.inf), answer.turning)
+    wound = wound_near(answer.q, q, np.full(len(q), -np.inf), np.full(len(q), np.inf), answer.revolute)
     return answer.branches[int(np.linalg.norm(wound - q, axis=1).argmin())]

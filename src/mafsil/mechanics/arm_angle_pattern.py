@@ -11,7 +11,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 
 @dataclass(frozen=True, eq=False)
 class ArmAnglePattern:
-    """Seven turning joints: three axes that meet, one, and three that meet, neighbours of three normal to each other.
+    """Seven revolute joints: three axes that meet, one, and three that meet, neighbours of three normal to each other.
 
     Attributes:
         axes: (7, 3) unit directions of the joints at q = 0, in {s}.

@@ -1,7 +1,7 @@
 """Wrists that stand straight while an elbow or a shoulder is at its limit, where rounding hides the continuum.
 
 Rounding splits the merged roots of the elbow by its square root. The wrist then seems bent by as much, and each of the
-split roots gets turns of the wrist's outer joints that mean nothing. With the wrist held straight both roots are one
+split roots gets turns of the wrist's outer joints that mean nothing. With the wrist locked straight both roots are one
 again, and where they still reach the pose the outer joints are free.
 """
 
@@ -20,7 +20,7 @@ NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
 
 STRAIGHT = 1e-11
-"""Residual up to which a pose is reached with the wrist held straight [m | rad]."""
+"""Residual up to which a pose is reached with the wrist locked straight [m | rad]."""
 
 HIDDEN = 5e-10
 """The same where it is a thousand times less than the bend that was taken away: no bend of that size is real."""
@@ -29,12 +29,12 @@ HIDDEN = 5e-10
 def straightened(
     setting: Setting, pattern: ArmPattern, T: PoseMatrix, q: JointVector, free: NDArray[np.int64]
 ) -> tuple[JointVector, NDArray[np.int64]]:
-    """Solutions with the wrist held straight where that reaches the pose, and the coordinates that are free then.
+    """Solutions with the wrist locked straight where that reaches the pose, and the coordinates that are free then.
 
     Args:
         setting: the arm.
         pattern: of its closed form.
-        T: (4, 4) wanted pose, or (k, 4, 4) one of each candidate.
+        T: (4, 4) requested pose, or (k, 4, 4) one of each candidate.
         q: (k, n) candidates.
         free: (k,) sum of 2^i over their free coordinates.
     """
@@ -48,7 +48,7 @@ def straightened(
         if len(rows):
             start = q[rows]
             start[:, bend[0]] -= off[rows]
-            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, held=bend)
+            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
             reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, 1e-3 * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()

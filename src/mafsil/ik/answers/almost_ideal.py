@@ -21,27 +21,27 @@ PROBE = 8
 """Poses after which it is known whether elimination proves the lists of an arm."""
 
 
-def one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> Columns:
+def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: float) -> Columns:
     """All solutions of many poses of an arm without an exact closed form of its own.
 
     Args:
         setting: the arm.
-        T: (k, 4, 4) poses; rows that are none are told so.
-        near: (n,) values that free and held joints take, and to which angles are wound.
+        T: (k, 4, 4) poses; rows that are no poses get `NOT_A_POSE`.
+        q0: (n,) values that free and locked joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
     """
     clean, valid = clean_poses(finite_poses(T))
     arm, count, n = setting.arm, len(T), setting.robot.n
     proven: Eliminated | None = None
-    asked = np.where(valid[:, None, None], clean, np.nan)
+    poses = np.where(valid[:, None, None], clean, np.nan)
     if arm.form is None and arm.general is not None and n == 6:
-        proven = eliminated(setting, arm.general, asked, near)
+        proven = eliminated(setting, arm.general, poses, q0)
     elif refinable(setting):
-        proven = _refined(setting, asked, near)
+        proven = _refined(setting, poses, q0)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
     answers: dict[int, SolutionSet] = {}
     for i in np.flatnonzero(valid & ~sure).tolist():
-        question = Question(setting, clean[i], near, tolerance)
+        question = Question(setting, clean[i], q0, tolerance)
         if proven is not None and proven.found is not None:
             question.know(proven.found[i])
         answers[i] = answered(question)
@@ -63,13 +63,13 @@ def one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
     return Columns(q, good, within, residual, codes, loose, status.astype(np.int8))
 
 
-def _refined(setting: Setting, T: PoseMatrix, near: JointVector) -> Eliminated:
+def _refined(setting: Setting, T: PoseMatrix, q0: JointVector) -> Eliminated:
     """Lists of an almost ideal arm: rows away from folds refined; beside them by elimination where it proves lists.
 
     Where it proves none, as with wrists that nearly meet, rows are sought on both sides of the folds. Poses without a
     solution within the limits are left open.
     """
-    found = refined_rows(setting, T, near)
+    found = refined_rows(setting, T, q0)
     general, open_rows = setting.arm.general, np.flatnonzero(~found.clear & np.isfinite(T[:, 0, 0]))
     shape = (len(T), MOST)
     q, residual = np.full((*shape, setting.robot.n), np.nan), np.full(shape, np.nan)
@@ -85,11 +85,11 @@ def _refined(setting: Setting, T: PoseMatrix, near: JointVector) -> Eliminated:
         open_rows, probing = open_rows[len(part) :], False
         codes[part] = UNNAMED
         if general is not None:
-            listed = eliminated(setting, general, T[part], near)
+            listed = eliminated(setting, general, T[part], q0)
             q[part], residual[part], sure[part] = listed.q, listed.residual, listed.sure
             general = general if 2 * listed.sure.sum() >= len(part) else None
         part = part[~sure[part]]
         if len(part):
-            q[part], residual[part] = beside_folds(setting, T[part], near)
+            q[part], residual[part] = beside_folds(setting, T[part], q0)
             sure[part] = (np.isfinite(residual[part]) & setting.allowed(q[part])).any(axis=1)
     return Eliminated(sure, q, residual, codes)

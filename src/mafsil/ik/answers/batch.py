@@ -45,14 +45,15 @@ class SolutionBatch(Answer):
     Row k of a pose is the same root of the closed form for every pose, so that rows do not change places in a batch.
 
     Attributes:
-        q: (*batch, k, n) coordinates; only rows that are `valid` are solutions, others hold the nearest miss.
+        q: (*batch, k, n) coordinates; only rows that are `valid` are solutions, others hold the configuration that
+            comes closest.
     """
 
     def __init__(
         self,
         q: JointVector,
         columns: Callable[[], Columns],
-        asked: tuple[Setting, PoseMatrix, JointVector, float],
+        request: tuple[Setting, PoseMatrix, JointVector, float],
         moving: Callable[[], None] | None = None,
     ) -> None:
         """What is not read costs nothing.
@@ -60,10 +61,10 @@ class SolutionBatch(Answer):
         Args:
             q: (k, rows, m) coordinates of the joints that move the frame.
             columns: gives the other arrays.
-            asked: the arm, the poses, the coordinates of the whole robot, the tolerance.
-            moving: marks in the columns the solutions that may move though no joint of the closed form is free.
+            request: the arm, the poses, the coordinates of the whole robot, the tolerance.
+            moving: certifies in the columns the solutions that may move though no joint of the closed form is free.
         """
-        self.setting, self.T, self.others, self.tolerance = asked
+        self.setting, self.T, self.others, self.tolerance = request
         part = self.setting.part
         q = q.reshape(*self.T.shape[:-2], *q.shape[1:])
         self.q = q if part.places is None else part.lifted(q, self.others)
@@ -93,7 +94,7 @@ class SolutionBatch(Answer):
 
     @lazy
     def residual(self) -> Floats:
-        """(*batch, k) by how much forward kinematics misses, distance [m] or angle [rad], the larger."""
+        """(*batch, k) error of forward kinematics, distance [m] or angle [rad], the larger."""
         return self._columns.residual.reshape(self.q.shape[:-1])
 
     @lazy
@@ -207,7 +208,7 @@ class SolutionBatch(Answer):
         """
         part = self.setting.part
         start = np.asarray(q, dtype=np.float64)[..., None, :]
-        wound = wound_near(self.q, start, part.lower, part.upper, part.turning)
+        wound = wound_near(self.q, start, part.lower, part.upper, part.revolute)
         if part.places is not None:
             wound = part.lifted(part.own(wound), start)
         cost = np.linalg.norm(wound - start, axis=-1) + np.where(self.within, 0.0, 1e6)

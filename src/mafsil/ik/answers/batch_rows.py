@@ -19,7 +19,7 @@ class BatchRows:
     Attributes:
         q: (k, rows, n) coordinates.
         valid, within: (k, rows) which rows are solutions, and within the limits.
-        residual: (k, rows) by how much they miss.
+        residual: (k, rows) their errors.
         codes: (k, rows) branches as numbers.
         free: (k, rows) sum of 2^i over the coordinates that may be chosen.
         status: (k,) index of the status; at first that of no poses.

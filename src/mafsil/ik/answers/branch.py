@@ -1,11 +1,12 @@
 """Names of branches: which side of the shoulder, elbow up or down, wrist flipped or not.
 
 Each name is the sign of a number that vanishes exactly where two branches merge, so it cannot change along a motion
-that meets no singular posture. w_i and r_i are axis and a point of joint i in the posture, c the wrist's centre.
+that meets no singular configuration. w_i and r_i are axis and a point of joint i in the configuration, c the wrist's
+centre.
 
 shoulder  right if (w1 x w2) . (c - r1) > 0: a small positive turn of joint 2 raises c along w1; else left
 elbow     up if joint 3 is above the line from joint 2 to c: s w2 . ((r3 - r2) x (c - r3)) < 0, s = 1 right, -1 left;
-          of a sliding third joint out if its stroke leads c away from the shoulder, else in
+          of a prismatic third joint out if its stroke leads c away from the shoulder, else in
 wrist     no flip if w5 . (w4 x w6) > 0, the wrist bent to the positive side; else flip
 
 References: Lee and Ziegler, A geometric approach in solving the inverse kinematics of PUMA robots, 1984.
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed, PointRoad
+from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, PositioningMethod
 from mafsil.messages import say
 
 MERGED = "merged"
@@ -26,7 +27,7 @@ _ELBOW = ("down", MERGED, "up")
 _STROKE = ("in", MERGED, "out")
 _WRIST = ("flip", MERGED, "noflip")
 _SIGN = ("-", MERGED, "+")
-_STEPS = tuple(Missed)
+_STEPS = tuple(FailedStep)
 
 
 class Branch(NamedTuple):
@@ -34,7 +35,7 @@ class Branch(NamedTuple):
 
     Attributes:
         shoulder: `left`, `right`, or `merged` where both are one.
-        elbow: `up`, `down`; `in`, `out` of a sliding joint; `merged`; of an arm without such a shape the sign of the
+        elbow: `up`, `down`; `in`, `out` of a prismatic joint; `merged`; of an arm without such a shape the sign of the
             determinant of the joints that place the wrist, `+` or `-`.
         wrist: `flip`, `noflip`, `merged`; of an arm without such a shape a sign.
         root: letter of the root where an equation of higher degree was solved: it tells solutions of one pose apart,
@@ -76,9 +77,13 @@ def branch(pattern: ArmPattern | None, row: int, code: int) -> Branch:
         return Branch()
     shoulder, elbow, wrist = code % 3, code // 3 % 3, code // 9 % 3
     family, linked = pattern.family, pattern.family is Family.LINKED
-    quartic = family in (Family.SPHERICAL_WRIST, Family.POINT) and pattern.road is PointRoad.QUARTIC
+    quartic = family in (Family.SPHERICAL_WRIST, Family.POINT) and pattern.positioning is PositioningMethod.QUARTIC
     has_shoulder = not linked and family is not Family.PLANAR and _has_shoulder(pattern)
-    has_elbow = linked or family in (Family.PLANAR, Family.THREE_PARALLEL) or pattern.road is not PointRoad.LINEAR
+    has_elbow = (
+        linked
+        or family in (Family.PLANAR, Family.THREE_PARALLEL)
+        or pattern.positioning is not PositioningMethod.LINEAR
+    )
     has_wrist = family not in (Family.PLANAR, Family.POINT)
     elbows = _SIGN if quartic else _STROKE if _strokes(pattern) else _ELBOW
     wrists = _SIGN if linked else _WRIST
@@ -91,28 +96,30 @@ def branch(pattern: ArmPattern | None, row: int, code: int) -> Branch:
     )
 
 
-def missed(code: int) -> Missed:
-    """The step that misses in a row."""
+def failed_step(code: int) -> FailedStep:
+    """The step that fails in a row."""
     return _STEPS[min(max(code // 27, 0), len(_STEPS) - 1)]
 
 
 def _has_shoulder(pattern: ArmPattern) -> bool:
     if pattern.family is Family.THREE_PARALLEL:
-        return not pattern.slides[0]
-    first, last = (2, 0) if pattern.road_reversed else (0, 2)
-    match pattern.road:
-        case PointRoad.PARALLEL:
-            return not pattern.slides[first]
-        case PointRoad.MEET:
+        return not pattern.prismatic[0]
+    first, last = (2, 0) if pattern.positioning_reversed else (0, 2)
+    match pattern.positioning:
+        case PositioningMethod.PARALLEL:
+            return not pattern.prismatic[first]
+        case PositioningMethod.MEET:
             return True
-        case PointRoad.ACROSS:
-            return not pattern.slides[last]
+        case PositioningMethod.ACROSS:
+            return not pattern.prismatic[last]
         case _:
             return False
 
 
 def _strokes(pattern: ArmPattern) -> bool:
-    """Whether the elbow is a sliding joint."""
+    """Whether the elbow is a prismatic joint."""
     if pattern.family not in (Family.SPHERICAL_WRIST, Family.POINT):
         return False
-    return pattern.road is PointRoad.ACROSS or pattern.slides[0 if pattern.road_reversed else 2]
+    return (
+        pattern.positioning is PositioningMethod.ACROSS or pattern.prismatic[0 if pattern.positioning_reversed else 2]
+    )

@@ -1,7 +1,7 @@
 """Which solutions of many poses can move while the pose stays, though no joint of the closed form is free.
 
 1. Singular values of the Jacobian: only where one is next to nothing may anything move.
-2. The joint that moves most along the null space is moved by a step, to both sides, and held there.
+2. The joint that moves most along the null space is moved by a step, to both sides, and locked there.
 3. Newton's method on the others: where the pose is met again and the joint is still away, the solution moves.
 
 Where the null space has more than one direction the same is tried along each joint's projection on it.
@@ -48,10 +48,10 @@ def moving_joints(setting: Setting, q: JointVector, T: PoseMatrix, tolerance: fl
     rates = np.einsum("ki,kij->kj", direction, null)
     way: Floats = STEP * rates / np.abs(rates).max(axis=1, keepdims=True)
     starts = np.concatenate([q[rows] + way, q[rows] - way])
-    held = np.zeros(starts.shape, dtype=np.bool_)
-    held[np.arange(len(starts)), np.tile(best, 2)] = True
+    locked = np.zeros(starts.shape, dtype=np.bool_)
+    locked[np.arange(len(starts)), np.tile(best, 2)] = True
     # 3.
-    moved, size = refined(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, None, held=held)
+    moved, size = refined(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, None, locked=locked)
     away = np.abs(moved - np.tile(q[rows], (2, 1))).max(axis=1) > STEP / 2
     moves = ((size <= tolerance) & away).reshape(2, -1).any(axis=0)
     joint[rows[moves]] = best[moves]

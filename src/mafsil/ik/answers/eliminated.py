@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
 
 ROWS = 4096
-"""Solutions whose poses are held at once."""
+"""Solutions whose poses are kept at once."""
 
 
 class Eliminated(NamedTuple):
@@ -38,14 +38,14 @@ class Eliminated(NamedTuple):
     found: GeneralSolutions | None = None
 
 
-def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: JointVector) -> Eliminated:
+def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVector) -> Eliminated:
     """What elimination proves of many poses.
 
     Args:
         setting: the arm.
         general: its elimination.
         T: (k, 4, 4) poses; rows that are none are not sure.
-        near: (n,) values to which angles are wound.
+        q0: (n,) values to which angles are wound.
     """
     found = general.solve_all(T)
     row, place = np.nonzero(np.arange(found.q.shape[1]) < found.count[:, None])
@@ -54,7 +54,7 @@ def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, near: Joint
     for begin in range(0, len(row), ROWS):
         rows, places = row[begin : begin + ROWS], place[begin : begin + ROWS]
         solutions = found.q[rows, places]
-        q[rows, places], residual[rows, places], _ = _judged(setting, solutions, T, rows, near)
+        q[rows, places], residual[rows, places], _ = _judged(setting, solutions, T, rows, q0)
     sure &= ~(residual > CLEAR).any(axis=1)
     q[~sure], residual[~sure] = np.nan, np.nan
     return Eliminated(sure, q, residual, None, found)
@@ -71,7 +71,7 @@ def proven_set(question: Question, found: GeneralSolutions) -> SolutionSet | Non
     if not found.complete or not count:
         return None
     T, none = question.T[None], np.zeros(count, dtype=np.int64)
-    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.near)
+    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.q0)
     if residual.max() > CLEAR:
         return None
     rest = within, none - 1, none + UNNAMED, none
@@ -79,7 +79,7 @@ def proven_set(question: Question, found: GeneralSolutions) -> SolutionSet | Non
 
 
 def _judged(
-    setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], near: JointVector
+    setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], q0: JointVector
 ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
     """Solutions (m, n) wound in place, their errors (m,) by forward kinematics, and which are within the limits (m,).
 
@@ -88,11 +88,11 @@ def _judged(
         q: (m, n) solutions; changed.
         T: (k, 4, 4) poses.
         rows: (m,) which of them each solution belongs to.
-        near: (n,) values to which angles are wound.
+        q0: (n,) values to which angles are wound.
     """
     from mafsil.ik.general.judging_loops import judged
 
     residual, within = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
     reached = setting.robot.forward_kinematics(q)
-    judged(reached, T, rows, near, setting.lower, setting.upper, setting.turning, q, residual, within)
+    judged(reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within)
     return q, residual, within

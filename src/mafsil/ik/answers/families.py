@@ -46,7 +46,7 @@ class Continua:
 
     Attributes:
         setting: the arm.
-        T: (4, 4) wanted pose.
+        T: (4, 4) requested pose.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
     """
@@ -56,17 +56,17 @@ class Continua:
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
         """The continuum through each solution that can move while the pose stays."""
-        names, n, held = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.held
+        names, n, locked = self.setting.robot.joint_names, self.setting.robot.n, self.setting.arm.locked
         for k, J in enumerate(self.setting.scaled_jacobians(q)):
             U, values, Vt = np.linalg.svd(J, full_matrices=True)
             rank = int((values > SELF_MOTION * values[0]).sum())
-            # A free joint moves, even where merged roots leave the posture a little off its singular surface.
+            # A free joint moves, even where merged roots leave the configuration a little off its singular surface.
             rank = min(rank, n - 1) if free[k] else rank
             null = Vt[rank:]
             if not len(null):
                 continue
             cone = tangents(self.setting, q[k], null, U[:, rank:])
-            preferred = [j for j in sorted({*bits(int(free[k]), n), *held}) if np.abs(null[:, j]).max() > 1e-3]
+            preferred = [j for j in sorted({*bits(int(free[k]), n), *locked}) if np.abs(null[:, j]).max() > 1e-3]
             strength = np.round(np.linalg.norm(null, axis=0), 3)
             others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
@@ -80,7 +80,7 @@ class Continua:
             for j, rates in choices:
                 moving = tuple(names[i] for i in np.flatnonzero(rates))
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
-                within = partial(self._intervals, int(rows[k])) if (j,) == held and rows[k] >= 0 else tuple
+                within = partial(self._intervals, int(rows[k])) if (j,) == locked and rows[k] >= 0 else tuple
                 part = self.setting.part
                 lifted = part.lifted(rates, np.zeros(part.whole.n))
                 yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
@@ -91,15 +91,15 @@ class Continua:
         return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
 
     def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
-        """Where the held joint keeps a row of the closed form within the limits."""
-        known = self._held_intervals
+        """Where the locked joint keeps a row of the closed form within the limits."""
+        known = self._locked_intervals
         if known is None or len(known.doubtful):
             return ()
         mine = known.branch == row
         return tuple((float(a), float(b)) for a, b in zip(known.low[mine], known.high[mine], strict=True))
 
     @lazy
-    def _held_intervals(self) -> BranchIntervals | None:
+    def _locked_intervals(self) -> BranchIntervals | None:
         from mafsil.ik.redundant.held import branch_intervals
 
         return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
@@ -116,10 +116,10 @@ class Continua:
         return None
 
     def _moves(self, q: JointVector, rates: JointVector, joint: int, step: float) -> bool:
-        """Whether the motion goes on for a step, to one side at least: more than a singular posture."""
+        """Whether the motion goes on for a step, to one side at least: more than a singular configuration."""
         way = step * rates / np.abs(rates).max()
         for start in (q + way, q - way):
-            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, held=(joint,))
+            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, locked=(joint,))
             if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
                 return True
         return False
@@ -129,46 +129,46 @@ class Continua:
     ) -> JointVector:
         """The member of a family with joints at values."""
         setting = self.setting
-        near, names = start.copy(), setting.robot.joint_names
+        target, names = start.copy(), setting.robot.joint_names
         chosen = [names.index(name) for name in values]
-        near[chosen] = list(values.values())
+        target[chosen] = list(values.values())
         if setting.arm.form is None or row < 0:
-            return self._traced(chosen, start, near, rates if chosen == [joint] else None)
-        if np.abs(near - start).max() <= STRIDE:
-            member = self._traced(chosen, start, near, rates if chosen == [joint] else None)
+            return self._traced(chosen, start, target, rates if chosen == [joint] else None)
+        if np.abs(target - start).max() <= STRIDE:
+            member = self._traced(chosen, start, target, rates if chosen == [joint] else None)
             if np.isfinite(member).all():
                 return member
-        for preferred in self._preferred(setting.arm.form, near, chosen):
+        for preferred in self._preferred(setting.arm.form, target, chosen):
             table = setting.arm.form.solve(self.T, preferred)
-            q = wound_near(table.q, near, setting.lower, setting.upper, setting.turning)
-            q, residual = refined(setting.robot, q, self.T, setting.mask, None, held=tuple(chosen))
-            off = np.abs(q[:, chosen] - near[chosen]).max(axis=1)
+            q = wound_near(table.q, target, setting.lower, setting.upper, setting.revolute)
+            q, residual = refined(setting.robot, q, self.T, setting.mask, None, locked=tuple(chosen))
+            off = np.abs(q[:, chosen] - target[chosen]).max(axis=1)
             # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
             fixed = (rates == 0.0) & (chosen == [joint])
-            still = np.abs(q - near)[:, fixed].max(axis=1, initial=0.0) <= SAME
+            still = np.abs(q - target)[:, fixed].max(axis=1, initial=0.0) <= SAME
             good = (residual <= self.tolerance) & (off < 1e-9) & still
-            cost = np.where(good, np.abs(q - near).sum(axis=1), np.inf)
+            cost = np.where(good, np.abs(q - target).sum(axis=1), np.inf)
             cost[row] -= 1e3
             if np.isfinite(cost.min()):
                 return q[int(cost.argmin())]
-        return self._traced(chosen, start, near, rates if chosen == [joint] else None)
+        return self._traced(chosen, start, target, rates if chosen == [joint] else None)
 
-    def _preferred(self, form: ClosedForm, near: JointVector, chosen: list[int]) -> Iterator[JointVector]:
+    def _preferred(self, form: ClosedForm, q0: JointVector, chosen: list[int]) -> Iterator[JointVector]:
         """Preferred values that may lead the closed form to members with chosen joints at their values."""
-        yield near
+        yield q0
         sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
         if form.pattern.family in (Family.THREE_PARALLEL, Family.LINKED) and sixth in chosen and second >= 0:
             # The closed form takes the sum of the turns about the parallel axes from joint 2: joint 6 follows it.
-            off = near[sixth] - form.solve(self.T, near).q[:, sixth]
+            off = q0[sixth] - form.solve(self.T, q0).q[:, sixth]
             for shift in np.unique(np.round(off[np.isfinite(off)], 12)):
                 for sign in (1.0, -1.0):
-                    moved = near.copy()
+                    moved = q0.copy()
                     moved[second] += sign * shift
                     yield moved
 
     def _traced(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
         """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
-        turns = np.where(self.setting.turning[joints], 2 * np.pi, 0.0)
+        turns = np.where(self.setting.revolute[joints], 2 * np.pi, 0.0)
         way = goal[joints] - start[joints]
         short = way - turns * np.round(way / (2 * np.pi))
         for one in (short, short - turns * np.sign(short)):
@@ -186,7 +186,9 @@ class Continua:
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:
             before, q = q, q + ahead
             q[joints] = start[joints] + s * way
-            moved, size = refined(setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, held=tuple(joints))
+            moved, size = refined(
+                setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, locked=tuple(joints)
+            )
             if size[0] > self.tolerance:
                 return np.full(len(start), np.nan)
             q = moved[0]

@@ -37,7 +37,7 @@ class SolutionFamily:
     def intervals(self) -> tuple[tuple[float, float], ...]:
         """Ends of the intervals of `joint` in which the branch of the member is within the joint limits [rad | m].
 
-        Proven but for gaps of 1e-9; known where the arm has an exact closed form once this joint is held, else empty.
+        Proven but for gaps of 1e-9; known where the arm has an exact closed form once this joint is locked, else empty.
         """
         return self.within()
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.alignment import straightened
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.continua import moving_joints
-from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.refine import least_missing, refined
+from mafsil.ik.refine import least_squares, refined
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, INSIDE, LOOSE
 
 SAME = 1e-6
@@ -44,7 +44,7 @@ class Lists(NamedTuple):
 
     Attributes:
         q: (k, rows, n) coordinates.
-        residual: (k, rows) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
+        residual: (k, rows) error of forward kinematics, distance [m] or angle [rad], the larger.
         valid: (k, rows) which rows are solutions, each of them once.
         within: (k, rows) which of them are within the joint limits.
         codes: (k, rows) branches as numbers.
@@ -61,7 +61,7 @@ class Lists(NamedTuple):
     open: NDArray[np.bool_]
 
 
-def exact_lists(setting: Setting, q: JointVector, details: Facts, tolerance: float) -> Lists:
+def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, tolerance: float) -> Lists:
     """Lists of poses whose solutions are exact as they stand: step 3 only.
 
     Args:
@@ -70,22 +70,22 @@ def exact_lists(setting: Setting, q: JointVector, details: Facts, tolerance: flo
         details: of the rows.
         tolerance: largest residual of a solution.
     """
-    valid = unrepeated(q, details.residual <= tolerance, setting.turning)
+    valid = unrepeated(q, details.residual <= tolerance, setting.revolute)
     within = valid & (details.excess <= INSIDE)
     codes, free = _whole(details.code), np.where(valid, _whole(details.free), 0)
     return Lists(q, details.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
 
 
 def refined_lists(
-    setting: Setting, form: ClosedForm, T: PoseMatrix, near: JointVector, lists: tuple[JointVector, Facts, float]
+    setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector, lists: tuple[JointVector, CandidateTable, float]
 ) -> Lists:
     """Lists of poses whose rows have to be refined: all steps.
 
     Args:
         setting: the arm.
-        form: its exact closed form, no joint held.
+        form: its exact closed form, no joint locked.
         T: (k, 4, 4) clean poses.
-        near: (n,) values that free joints take and to which angles are wound.
+        q0: (n,) values that free joints take and to which angles are wound.
         lists: coordinates and details of the closed form, and the largest residual of a solution.
     """
     q, details, tolerance = lists
@@ -97,41 +97,41 @@ def refined_lists(
     # 2. Refined.
     exact = (details.residual[pose_of, row] <= min(FINEST, tolerance)) & (moved == start).all(axis=1)
     rest = np.flatnonzero(~exact)
-    missed = details.residual[pose_of, row]
+    reached = details.residual[pose_of, row]
     if setting.few:
-        moved[rest], missed[rest] = least_missing(setting.robot, moved[rest], poses[rest], setting.mask)
+        moved[rest], reached[rest] = least_squares(setting.robot, moved[rest], poses[rest], setting.mask)
     else:
         steps = PATIENT if setting.quartic else 8
-        moved[rest], missed[rest] = refined(setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps)
-    moved[rest] = wound_near(moved[rest], near, setting.lower, setting.upper, setting.turning)
+        moved[rest], reached[rest] = refined(setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps)
+    moved[rest] = wound_near(moved[rest], q0, setting.lower, setting.upper, setting.revolute)
     q, residual, free = q.copy(), details.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
-    q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, missed, loose
+    q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, reached, loose
     # 3. Merged.
-    valid = unrepeated(q, usable & (residual <= tolerance), setting.turning)
+    valid = unrepeated(q, usable & (residual <= tolerance), setting.revolute)
     within = valid & setting.allowed(q)
     free[~valid] = 0
     # 4. Certified.
     codes = _whole(details.code)
     unproven = _open(setting, form, (q, details, usable), valid, within, tolerance)
     doubtful = valid & (free == 0) & ((details.margin <= APART) | (np.abs(residual - details.residual) > 0.0))
-    _mark_moving(setting, T, q, free, doubtful & ~unproven[:, None], tolerance)
+    _add_self_motions(setting, T, q, free, doubtful & ~unproven[:, None], tolerance)
     return Lists(q, residual, valid, within, codes, free, unproven)
 
 
-def unrepeated(q: JointVector, good: NDArray[np.bool_], turning: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def unrepeated(q: JointVector, good: NDArray[np.bool_], revolute: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(k, rows) rows that are good and repeat no earlier good row of their pose, up to whole turns.
 
     Args:
         q: (k, rows, n) coordinates.
         good: (k, rows) which of them are solutions.
-        turning: (n,) which coordinates are angles.
+        revolute: (n,) which coordinates are angles.
     """
     good, count = good.copy(), good.shape[1]
     first, second = np.triu_indices(count, 1)
     pose_of, pair = np.nonzero(good[:, first] & good[:, second])
     for i in range(q.shape[2]):
         apart = q[pose_of, first[pair], i] - q[pose_of, second[pair], i]
-        if turning[i]:
+        if revolute[i]:
             apart -= 2 * np.pi * np.round(apart / (2 * np.pi))
         alike = np.abs(apart) <= SAME
         pose_of, pair = pose_of[alike], pair[alike]
@@ -158,11 +158,11 @@ def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bo
     return not setting.few or bool((residual <= EXACTLY).all())
 
 
-def _candidates(setting: Setting, q: JointVector, details: Facts, tolerance: float) -> NDArray[np.bool_]:
+def _candidates(setting: Setting, q: JointVector, details: CandidateTable, tolerance: float) -> NDArray[np.bool_]:
     """(k, rows) solutions and what may become one."""
     # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
     folded = details.margin <= FOLD if setting.quartic else setting.folded(details)
-    # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
+    # A pose printed with few digits is off what an arm of few joints can do: least squares decide.
     most = max(setting.candidate, 1e3 * tolerance if setting.few else 0.0)
     return np.isfinite(q).all(axis=-1) & ((details.residual <= most) | folded)
 
@@ -170,7 +170,7 @@ def _candidates(setting: Setting, q: JointVector, details: Facts, tolerance: flo
 def _open(
     setting: Setting,
     form: ClosedForm,
-    rows: tuple[JointVector, Facts, NDArray[np.bool_]],
+    rows: tuple[JointVector, CandidateTable, NDArray[np.bool_]],
     valid: NDArray[np.bool_],
     within: NDArray[np.bool_],
     tolerance: float,
@@ -183,7 +183,7 @@ def _open(
     first = sum(1 << j for j in form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)] if j >= 0)
     crossing = (usable & (loose & first > 0)).any(axis=1)
     found = valid.any(axis=1)
-    least = np.fmin(details.residual, details.shortfall)
+    least = np.fmin(details.residual, details.subproblem_residual)
     nearly = np.nan_to_num(least, nan=np.inf).min(axis=1) <= LOOSE
     missing = ~found & (nearly | (not setting.decisive) | (tolerance > LOOSE))
     unsettled = (valid & (loose > 0)).any(axis=1) | setting.quartic
@@ -193,7 +193,7 @@ def _open(
     return chosen | crossing | missing | (found & ~within.any(axis=1) & unsettled)
 
 
-def _mark_moving(
+def _add_self_motions(
     setting: Setting, T: PoseMatrix, q: JointVector, free: NDArray[np.int64], rows: NDArray[np.bool_], tolerance: float
 ) -> None:
     """Add to the free coordinates of some rows the one along which they can move while the pose stays."""

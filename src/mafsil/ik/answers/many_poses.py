@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import Columns, SolutionBatch
+from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.continua import moving_joints
-from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_batch import redundant_batch
-from mafsil.ik.answers.refusal import beyond_reach, missed_step, out_of_plane, reached_places
+from mafsil.ik.answers.refusal import beyond_reach, failed_step_of, out_of_plane, reached_places
 from mafsil.ik.answers.search_batch import search_batch, searched
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -31,11 +31,11 @@ from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, elimina
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.status import CODES, IKStatus
 from mafsil.kernels import Kernel
-from mafsil.mechanics.arm_pattern import Missed
+from mafsil.mechanics.arm_pattern import FailedStep
 from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
 
 CHUNK = 2048
-"""Poses whose details are held at once; memory beyond the results does not grow with the batch."""
+"""Poses whose details are kept at once; memory beyond the results does not grow with the batch."""
 
 FEW = 256
 """Poses of a batch whose details are kept, so that masks, residuals and statuses are made when they are read."""
@@ -50,26 +50,26 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
     Args:
         setting: the arm.
         T: (*batch, 4, 4) poses.
-        others: (n,) values that free and held joints take, and joints that do not move the frame.
+        others: (n,) values that free and locked joints take, and joints that do not move the frame.
         tolerance: largest residual of a solution.
     """
-    near, asked = setting.part.own(others), (setting, T, others, tolerance)
+    q0, request = setting.part.own(others), (setting, T, others, tolerance)
     flat = np.ascontiguousarray(T.reshape(-1, 4, 4))
     if setting.kernel is not None:
-        judged = _Judged(setting, setting.kernel, near, tolerance)
+        judged = _Judged(setting, setting.kernel, q0, tolerance)
         if len(flat) <= FEW:
-            return SolutionBatch(judged.few(flat), judged.columns, asked, judged.mark_moving)
+            return SolutionBatch(judged.few(flat), judged.columns, request, judged.certify_self_motions)
         judged.many(flat)
-        return SolutionBatch(judged.columns().q, judged.columns, asked, judged.mark_moving)
+        return SolutionBatch(judged.columns().q, judged.columns, request, judged.certify_self_motions)
     if has_redundant_joints(setting):
-        columns = Columns(*redundant_batch(setting, flat, near, tolerance))
+        columns = Columns(*redundant_batch(setting, flat, q0, tolerance))
     elif counted_by_elimination(setting):
-        columns = Columns(*eliminated_batch(setting, flat, near, tolerance))
+        columns = Columns(*eliminated_batch(setting, flat, q0, tolerance))
     elif searched(setting):
-        columns = Columns(*search_batch(setting, flat, near, tolerance))
+        columns = Columns(*search_batch(setting, flat, q0, tolerance))
     else:
-        columns = one_by_one(setting, flat, near, tolerance)
-    return SolutionBatch(columns.q, lambda: columns, asked)
+        columns = one_by_one(setting, flat, q0, tolerance)
+    return SolutionBatch(columns.q, lambda: columns, request)
 
 
 class _Rest(NamedTuple):
@@ -84,7 +84,7 @@ class _Rest(NamedTuple):
 
     at: NDArray[np.intp]
     T: PoseMatrix
-    details: Facts
+    details: CandidateTable
     decision: Floats
 
     def where(self, which: NDArray[np.bool_]) -> _Rest:
@@ -95,27 +95,27 @@ class _Rest(NamedTuple):
 class _Judged:
     """A batch by the compiled closed form of one arm."""
 
-    def __init__(self, setting: Setting, kernel: Kernel, near: JointVector, tolerance: float) -> None:
+    def __init__(self, setting: Setting, kernel: Kernel, q0: JointVector, tolerance: float) -> None:
         assert setting.arm.form is not None
-        self.setting, self.kernel, self.near, self.tolerance = setting, kernel, near, tolerance
+        self.setting, self.kernel, self.q0, self.tolerance = setting, kernel, q0, tolerance
         self.form: ClosedForm = setting.arm.form
         quick = setting.quick
         assert quick is not None
-        preferred = quick.wishes if near is setting.middle else (near, turns_of(near), *setting.bounds)
-        self.wishes = *preferred, np.asarray(tolerance)
+        preferred = quick.preferences if q0 is setting.middle else (q0, turns_of(q0), *setting.bounds)
+        self.preferences = *preferred, np.asarray(tolerance)
         self._pending: list[tuple[_Rest, NDArray[np.bool_]]] = []
         self._columns: Columns | None = None
 
     def few(self, T: PoseMatrix) -> JointVector:
         """The coordinates of a batch so small that its details are kept until something of them is read."""
-        q, known, decision = self.kernel.ufunc(T, *self.wishes)
-        self._waiting = T, q, Facts.of(known), decision
+        q, known, decision = self.kernel.ufunc(T, *self.preferences)
+        self._waiting = T, q, CandidateTable.of(known), decision
         if not (decision > 0.0).all():
             self.columns()
         return q
 
     def columns(self) -> Columns:
-        """The results, made when they are first asked for."""
+        """The results, made when they are first request for."""
         if self._columns is None:
             T, q, details, decision = self._waiting
             self._columns = columns = _empty(q)
@@ -136,19 +136,19 @@ class _Judged:
         for begin in range(0, count, CHUNK):
             end = min(begin + CHUNK, count)
             details, decided = known[: end - begin], decision[: end - begin]
-            self.kernel(T[begin:end], *self.wishes, out=(made.q[begin:end], details, decided))
-            self._fill(Columns._make(column[begin:end] for column in made), Facts.of(details))
+            self.kernel(T[begin:end], *self.preferences, out=(made.q[begin:end], details, decided))
+            self._fill(Columns._make(column[begin:end] for column in made), CandidateTable.of(details))
             rest = np.flatnonzero(~(decided > 0.0))
             if len(rest):
                 waiting.append((begin + rest, details[rest], decided[rest]))
             if waiting and (end == count or sum(len(one[0]) for one in waiting) >= CHUNK):
                 at, columns, decisions = (np.concatenate(parts) for parts in zip(*waiting, strict=True))
-                self._settle(made, _Rest(at, T[at], Facts.of(columns), decisions))
+                self._settle(made, _Rest(at, T[at], CandidateTable.of(columns), decisions))
                 waiting = []
         _WORK.append(kept)
 
-    def _fill(self, columns: Columns, details: Facts) -> None:
-        """Facts and statuses as if all poses were clear."""
+    def _fill(self, columns: Columns, details: CandidateTable) -> None:
+        """Details and statuses as if all poses were clear."""
         columns.residual[...] = details.residual
         np.less_equal(columns.residual, self.tolerance, out=columns.valid)
         np.less_equal(details.excess, INSIDE, out=columns.within)
@@ -157,11 +157,11 @@ class _Judged:
             columns.codes[...] = details.code
         np.multiply(_no_row(columns.within), CODES[IKStatus.BEYOND_LIMITS], out=columns.status, casting="unsafe")
 
-    def mark_moving(self) -> None:
+    def certify_self_motions(self) -> None:
         """Free coordinates and statuses of exact solutions that may move though no joint of the closed form is free."""
         columns = self.columns()
-        for rest, near in self._pending:
-            pose_of, row = np.nonzero(near)
+        for rest, uncertain in self._pending:
+            pose_of, row = np.nonzero(uncertain)
             if not len(row):
                 continue
             at = rest.at[pose_of]
@@ -181,8 +181,8 @@ class _Judged:
         if len(exact.at):
             lists = exact_lists(self.setting, columns.q[exact.at], exact.details, self.tolerance)
             self._write(columns, exact, lists)
-            near = lists.valid & (lists.free == 0) & (exact.details.margin <= APART)
-            self._pending.append((exact, near))
+            uncertain = lists.valid & (lists.free == 0) & (exact.details.margin <= APART)
+            self._pending.append((exact, uncertain))
         careful = rest.where(rest.decision == Decision.CAREFUL)
         if not len(careful.at):
             return
@@ -190,11 +190,11 @@ class _Judged:
         searched = np.arange(len(clean))
         if self.setting.arm.general is None:
             rows = columns.q[careful.at], careful.details, self.tolerance
-            lists = refined_lists(self.setting, self.form, clean, self.near, rows)
+            lists = refined_lists(self.setting, self.form, clean, self.q0, rows)
             closed, searched = ~lists.open, np.flatnonzero(lists.open)
             self._write(columns, careful.where(closed), Lists._make(column[closed] for column in lists))
         for k in searched:
-            answer = Question(self.setting, clean[k], self.near, self.tolerance).answer()
+            answer = Question(self.setting, clean[k], self.q0, self.tolerance).answer()
             _place(columns, int(careful.at[k]), answer)
 
     def _write(self, columns: Columns, rest: _Rest, lists: Lists) -> None:
@@ -225,8 +225,8 @@ class _Judged:
             return
         elsewhere = np.zeros(len(at), dtype=np.bool_)
         for k in range(len(at)):
-            step = missed_step(rest.details.at(k))
-            off = step in (Missed.NONE, Missed.ORIENTATION) or out_of_plane(setting, rest.T[k])
+            step = failed_step_of(rest.details.at(k))
+            off = step in (FailedStep.NONE, FailedStep.ORIENTATION) or out_of_plane(setting, rest.T[k])
             elsewhere[k] = bool(off) and not beyond_reach(setting, rest.T[k])
         open_poses = np.flatnonzero(~elsewhere)
         if len(open_poses):

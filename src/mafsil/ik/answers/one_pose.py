@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.details import Decision, Facts
+from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_single import redundant_single
@@ -21,14 +21,14 @@ POSE = (4, 4)
 
 
 def one_pose(
-    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+    setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: float, others: JointVector | None = None
 ) -> SolutionSet:
     """All solutions of one pose.
 
     Args:
         setting: the arm.
-        T: (4, 4) wanted pose.
-        near: (m,) values that free and held joints take, and to which angles are wound.
+        T: (4, 4) requested pose.
+        q0: (m,) values that free and locked joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
 
@@ -37,21 +37,21 @@ def one_pose(
     """
     kernel = setting.kernel
     if kernel is not None and np.isfinite(T).all():
-        rows = kernel.call(T, near, turns_of(near), *setting.bounds, tolerance)
-        return judged_pose(Question(setting, T.copy(), near, tolerance, others), rows)
+        rows = kernel.call(T, q0, turns_of(q0), *setting.bounds, tolerance)
+        return judged_pose(Question(setting, T.copy(), q0, tolerance, others), rows)
     if has_redundant_joints(setting):
-        return redundant_single(setting, T, near, tolerance, others)
+        return redundant_single(setting, T, q0, tolerance, others)
     clean, valid = clean_poses(T[None])
     if not valid[0]:
         raise no_pose("T_sd")
-    return answered(Question(setting, clean[0], near, tolerance, others))
+    return answered(Question(setting, clean[0], q0, tolerance, others))
 
 
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:
     """The answer from the rows of the closed form.
 
     Args:
-        question: to an arm whose closed form is exact and holds no joint; its pose is a copy of the caller's.
+        question: to an arm whose closed form is exact and locks no joint; its pose is a copy of the caller's.
         judged: (rows, m) coordinates, (rows, 6) details, and the decision about the pose.
 
     Raises:
@@ -69,8 +69,8 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
     if setting.arm.general is not None:
         # Roots that merge by three or four may be lost: elimination has candidates too.
         return question.answer()
-    rows = q[None], Facts.of(columns[None]), question.tolerance
-    lists = refined_lists(setting, form, question.T[None], question.near, rows)
+    rows = q[None], CandidateTable.of(columns[None]), question.tolerance
+    lists = refined_lists(setting, form, question.T[None], question.q0, rows)
     if lists.open[0]:
         return question.answer()
     found = np.flatnonzero(lists.valid[0])
@@ -91,8 +91,8 @@ def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[i
         question: gives the tolerance and which coordinates are angles.
     """
     setting, tolerance = question.setting, question.tolerance
-    turning = setting.turning.tolist()
-    # Elsewhere rows with marks far from zero are distinct.
+    revolute = setting.revolute.tolist()
+    # Elsewhere rows with branch margins far from zero are distinct.
     all_may_repeat = setting.quartic or not setting.plain
     kept: list[int] = []
     seen: list[list[float]] = []
@@ -101,7 +101,7 @@ def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[i
             continue
         if all_may_repeat or free > 0.0 or margin < APART:
             row = q[k].tolist()
-            if any(_alike(row, other, turning) for other in seen):
+            if any(_alike(row, other, revolute) for other in seen):
                 continue
             seen.append(row)
         kept.append(k)
@@ -117,9 +117,9 @@ def no_pose(name: str) -> InputError:
     return InputError("ik.no_pose", name=name, limit=ORTHOGONALITY)
 
 
-def _alike(one: list[float], other: list[float], turning: list[bool]) -> bool:
+def _alike(one: list[float], other: list[float], revolute: list[bool]) -> bool:
     """Whether coordinates are equal up to whole turns."""
-    for a, b, turns in zip(one, other, turning, strict=True):
+    for a, b, turns in zip(one, other, revolute, strict=True):
         apart = a - b
         if turns:
             apart -= TURN * round(apart / TURN)

@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.analysis import Analysis
 from mafsil.ik.answers.alignment import straightened
+from mafsil.ik.answers.candidate_table import CandidateTable
+from mafsil.ik.answers.candidates import Candidates, unlabelled
 from mafsil.ik.answers.continua import SELF_MOTION, moving_joints
-from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.lists import EXACTLY, complete
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
-from mafsil.ik.answers.rows import Rows, unlabelled
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
-from mafsil.ik.refine import distinct, least_missing, refined
+from mafsil.ik.refine import distinct, least_squares, refined
 from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
@@ -49,8 +49,8 @@ class Question:
 
     Attributes:
         setting: the arm.
-        T: (4, 4) wanted pose.
-        near: (n,) values that free and held joints take, and to which angles are wound.
+        T: (4, 4) requested pose.
+        q0: (n,) values that free and locked joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
         search: from many starts, and what it tried.
@@ -60,12 +60,12 @@ class Question:
         self,
         setting: Setting,
         T: PoseMatrix,
-        near: JointVector,
+        q0: JointVector,
         tolerance: float,
         others: JointVector | None = None,
         search: Search | None = None,
     ) -> None:
-        self.setting, self.T, self.near, self.tolerance = setting, T, near, tolerance
+        self.setting, self.T, self.q0, self.tolerance = setting, T, q0, tolerance
         self.others = setting.part.middle if others is None else others
         self.search = Search(setting, T, tolerance) if search is None else search
 
@@ -78,34 +78,36 @@ class Question:
         candidates = self._candidates(arm)
         method, proven = self._method(arm)
         if setting.few:
-            q, residual = least_missing(setting.robot, candidates.q, self.T, setting.mask)
+            q, residual = least_squares(setting.robot, candidates.q, self.T, setting.mask)
         else:
             steps = 40 if setting.quartic else 8
-            q, residual = refined(setting.robot, candidates.q, self.T, setting.mask, None, held=arm.held, steps=steps)
+            q, residual = refined(
+                setting.robot, candidates.q, self.T, setting.mask, None, locked=arm.locked, steps=steps
+            )
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
         if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:
             q, residual = self.search.anywhere()
             candidates, method, proven = unlabelled(q), "search", False
         if not len(candidates.q) and self._nearly(arm):
-            # Where there is no exact solution the nearest posture may be one within the tolerance.
+            # Where there is no exact solution the nearest configuration may be one within the tolerance.
             q, residual = self.refusal.q[None], np.array([self.refusal.residual])
             near_enough = np.flatnonzero(residual <= self.tolerance)
             candidates, residual, proven = unlabelled(q[near_enough]), residual[near_enough], False
         proven &= not setting.few or not (residual > EXACTLY).any()
-        kept = distinct(candidates.q, setting.turning)
+        kept = distinct(candidates.q, setting.revolute)
         candidates, residual = candidates.chosen(kept, candidates.q), residual[kept]
         # Beside two folds at once the coordinates are known to the fourth root of the rounding: rows may be missing.
         proven = (proven and not setting.merged_twice(candidates.codes).any()) or self._proven(arm, len(kept))
         q = candidates.q
         if len(q):
-            q = wound_near(q, self.near, setting.lower, setting.upper, setting.turning)
+            q = wound_near(q, self.q0, setting.lower, setting.upper, setting.revolute)
         within = setting.allowed(q)
-        settled = self.refuted or (proven and not arm.held and not candidates.free.any())
+        settled = self.refuted or (proven and not arm.locked and not candidates.free.any())
         if len(q) and not within.any() and not settled:
             # What is listed is not all: before anything is said of the limits, it is searched within them.
             found, missing = self.search.within_limits()
-            candidates = Rows(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
+            candidates = Candidates(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
             q, residual = candidates.q, np.concatenate([residual, missing])
             within = setting.allowed(q)
         rest = candidates.rows, candidates.codes, candidates.free
@@ -113,13 +115,13 @@ class Question:
 
     @lazy
     def start(self) -> Start | None:
-        """Where free and held joints stand, and what is proven of the others; None of an arm without a closed form."""
+        """Where free and locked joints stand, and what is proven of the others; None without a closed form."""
         form = self.setting.arm.form
-        return None if form is None else start_of(self.setting, form, self.T, self.near, self.tolerance)
+        return None if form is None else start_of(self.setting, form, self.T, self.q0, self.tolerance)
 
     @property
     def refuted(self) -> bool:
-        """Whether intervals of a held joint prove that there is no solution within the limits."""
+        """Whether intervals of a locked joint prove that there is no solution within the limits."""
         return self.start is not None and self.start.refuted
 
     @property
@@ -134,7 +136,7 @@ class Question:
 
     def _refined(self) -> SolutionSet | None:
         """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
-        found = refined_rows(self.setting, self.T[None], self.near)
+        found = refined_rows(self.setting, self.T[None], self.q0)
         rows = np.flatnonzero(np.isfinite(found.residual[0]))
         if not found.clear[0] or not len(rows):
             return None
@@ -143,18 +145,18 @@ class Question:
         return SolutionSet(self, q, residual, *rest, method="refined closed form", complete=True, isolated=True)
 
     def _nearly(self, arm: Analysis) -> bool:
-        """Whether the nearest posture may be within the tolerance."""
+        """Whether the nearest configuration may be within the tolerance."""
         if self.tolerance > LOOSE or arm.form is None or not self.setting.decisive:
             return self.tolerance > LOOSE
-        details = self._rows_of(arm.form, self.near)[1]
-        missing = np.nan_to_num(np.fmin(details.residual, details.shortfall), nan=np.inf)
+        details = self._rows_of(arm.form, self.q0)[1]
+        missing = np.nan_to_num(np.fmin(details.residual, details.subproblem_residual), nan=np.inf)
         return bool(missing.min(initial=np.inf) <= LOOSE)
 
     def proven(self, count: int) -> bool:
         """Whether it is proven otherwise than by the closed form that there are so many solutions and no more."""
         return self._proven(self.setting.arm, count)
 
-    def free_of(self, q: JointVector, details: Facts) -> NDArray[np.int64]:
+    def free_of(self, q: JointVector, details: CandidateTable) -> NDArray[np.int64]:
         """(k,) sum of 2^i over the coordinates that may be chosen, of exact rows of the closed form.
 
         Args:
@@ -162,13 +164,15 @@ class Question:
             details: of them.
         """
         free = np.nan_to_num(details.free).astype(np.int64)
-        near = np.flatnonzero((free == 0) & (details.margin <= APART))
-        if len(near):
-            joints = moving_joints(self.setting, q[near], np.broadcast_to(self.T, (len(near), 4, 4)), self.tolerance)
-            free[near] = np.where(joints >= 0, 1 << np.maximum(joints, 0), 0)
+        uncertain = np.flatnonzero((free == 0) & (details.margin <= APART))
+        if len(uncertain):
+            joints = moving_joints(
+                self.setting, q[uncertain], np.broadcast_to(self.T, (len(uncertain), 4, 4)), self.tolerance
+            )
+            free[uncertain] = np.where(joints >= 0, 1 << np.maximum(joints, 0), 0)
         return free
 
-    def list_known(self, details: Facts) -> bool:
+    def list_known(self, details: CandidateTable) -> bool:
         """Whether the closed form proves that there are no other solutions than these.
 
         Args:
@@ -203,72 +207,72 @@ class Question:
             return "elimination", False
         # Where an equation of fourth degree may have lost merged roots, elimination has to prove the list.
         if arm.exact:
-            return "closed form", not arm.held and not self.setting.quartic
+            return "closed form", not arm.locked and not self.setting.quartic
         return "refined closed form", False
 
-    def _candidates(self, arm: Analysis) -> Rows:
+    def _candidates(self, arm: Analysis) -> Candidates:
         if arm.form is None:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
         start = self.start
-        near = self.near if start is None else start.near
-        q, details = self._rows_of(arm.form, near)
+        q0 = self.q0 if start is None else start.q0
+        q, details = self._rows_of(arm.form, q0)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
             folded = (details.margin <= FOLD) if self.setting.quartic else self.setting.folded(details)
-            # A pose printed with few digits misses what an arm of few joints can do: least squares decide.
+            # A pose printed with few digits is off what an arm of few joints can do: least squares decide.
             loose = 1e3 * self.tolerance if self.setting.few else 0.0
             usable &= (details.residual <= max(self.setting.candidate, loose)) | folded
         rows = np.flatnonzero(usable)
-        found = Rows.of(q[rows], details.at(rows), rows)
-        if arm.exact and not arm.held:
+        found = Candidates.of(q[rows], details.at(rows), rows)
+        if arm.exact and not arm.locked:
             found = self._straightened(arm.form, found)
         if arm.general is not None:
-            # The ideal arm gives the names; what it misses near folds is found by elimination.
+            # The ideal arm gives the names; what it lacks near folds is found by elimination.
             return found.and_more(unlabelled(self._seeds))
-        return found if arm.held else found.and_more(self._crossings(arm.form, near, found))
+        return found if arm.locked else found.and_more(self._crossings(arm.form, q0, found))
 
-    def _straightened(self, form: ClosedForm, found: Rows) -> Rows:
-        """Candidates with a wrist held straight that only rounding bends."""
+    def _straightened(self, form: ClosedForm, found: Candidates) -> Candidates:
+        """Candidates with a wrist locked straight that only rounding bends."""
         q, free = straightened(self.setting, form.pattern, self.T, found.q, found.free)
-        return Rows(q, found.rows, found.codes, free)
+        return Candidates(q, found.rows, found.codes, free)
 
-    def _crossings(self, form: ClosedForm, near: JointVector, found: Rows) -> Rows:
+    def _crossings(self, form: ClosedForm, q0: JointVector, found: Candidates) -> Candidates:
         """Members of the continua of a free joint at which more joints become free: others cross there.
 
         The Jacobian loses one more rank there. Its least singular value that is not always zero is sought along the
         free joint from many values, and every least one surrounded ever more closely.
         """
         more = unlabelled(self.setting.nothing)
-        for k, code, posture in zip(found.rows, found.free, found.q, strict=True):
+        for k, code, candidate in zip(found.rows, found.free, found.q, strict=True):
             # Only joints that are found before others can free these.
             first = form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)]
             for j in (j for j in bits(int(code), self.setting.robot.n) if j in first):
-                # Turning joints all round: solutions beyond limits are listed as well.
+                # Revolute joints all round: solutions beyond limits are listed as well.
                 bounds = (
-                    (-np.inf, np.inf) if self.setting.turning[j] else (self.setting.lower[j], self.setting.upper[j])
+                    (-np.inf, np.inf) if self.setting.revolute[j] else (self.setting.lower[j], self.setting.upper[j])
                 )
                 low, high = max(bounds[0], -np.pi), min(bounds[1], np.pi)
                 values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
-                rank, strength = self._strength(form, _with(near, j, values), k, None)
+                rank, strength = self._strength(form, _with(q0, j, values), k, None)
                 least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
                 for value in values[least]:
-                    there = _with(near, j, np.array([self._weakest(form, near, k, j, float(value), width, rank)]))
+                    there = _with(q0, j, np.array([self._weakest(form, q0, k, j, float(value), width, rank)]))
                     q, details = self._rows_of(form, there[0])
-                    member = self._straightened(form, Rows.of(q[[k]], details.at([k]), np.array([k])))
+                    member = self._straightened(form, Candidates.of(q[[k]], details.at([k]), np.array([k])))
                     crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
-                    crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - posture[j]) > SAME
+                    crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - candidate[j]) > SAME
                     if details.residual[k] <= self.setting.candidate and crossing:
                         more = more.and_more(member)
         return more
 
-    def _strength(self, form: ClosedForm, near: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
+    def _strength(self, form: ClosedForm, q0: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
         """The common rank of the Jacobians of a row, and the singular values that make it.
 
         Infinite off the pose; negative where several joints are free: they take the preferred values, not those to
         which the continuum leads.
         """
-        q, details = self._rows_of(form, near)
+        q, details = self._rows_of(form, q0)
         good = details.residual[:, row] <= self.setting.candidate
         values = np.linalg.svd(self.setting.scaled_jacobians(np.where(good[:, None], q[:, row], 0.0)), compute_uv=False)
         if rank is None:
@@ -277,19 +281,19 @@ class Question:
         return rank, np.where(good, np.where(several, -1.0, values[:, max(rank, 1) - 1]), np.inf)
 
     def _weakest(
-        self, form: ClosedForm, near: JointVector, row: int, joint: int, value: float, width: float, rank: int
+        self, form: ClosedForm, q0: JointVector, row: int, joint: int, value: float, width: float, rank: int
     ) -> float:
         """The value of a free joint near which the Jacobian of a row is nearest to losing one more rank."""
         while width > 1e-12:
             values = value + np.linspace(-width, width, 2 * SCAN + 1)
-            value = float(values[self._strength(form, _with(near, joint, values), row, rank)[1].argmin()])
+            value = float(values[self._strength(form, _with(q0, joint, values), row, rank)[1].argmin()])
             width *= 2 / SCAN
         return value
 
-    def _rows_of(self, form: ClosedForm, near: JointVector) -> tuple[JointVector, Facts]:
+    def _rows_of(self, form: ClosedForm, q0: JointVector) -> tuple[JointVector, CandidateTable]:
         """All rows of the closed form with their details, for one or many vectors of preferred values."""
-        q, columns, _ = form.labelled(self.T, near, turns_of(near), *self.setting.bounds)
-        return q, Facts.of(columns)
+        q, columns, _ = form.labelled(self.T, q0, turns_of(q0), *self.setting.bounds)
+        return q, CandidateTable.of(columns)
 
     @property
     def tried(self) -> Mapping[str, int]:
@@ -308,18 +312,18 @@ class Question:
     def refusal(self) -> Refusal:
         """Why there is no solution, and the nearest pose."""
         form = self.setting.arm.form
-        rows = None if form is None else self._rows_of(form, self.near)
+        rows = None if form is None else self._rows_of(form, self.q0)
         eliminated = self._proven(self.setting.arm, 0) or self.unreachable
         known = rows, self.tolerance
-        return refusal(self.setting, self.T, self.near, *known, eliminated=eliminated, tried=self.tried)
+        return refusal(self.setting, self.T, self.q0, *known, eliminated=eliminated, tried=self.tried)
 
     def families(self, q: JointVector, rows: NDArray[np.int64], free: NDArray[np.int64]) -> Iterator[SolutionFamily]:
         """The continuum through each solution that can move while the pose stays."""
         return Continua(self.setting, self.T, self.tolerance, self.others).families(q, rows, free)
 
 
-def _with(near: JointVector, joint: int, values: Floats) -> Floats:
+def _with(q0: JointVector, joint: int, values: Floats) -> Floats:
     """(k, n) copies of a joint vector with one joint at each of the values."""
-    many = np.repeat(near[None], len(values), axis=0)
+    many = np.repeat(q0[None], len(values), axis=0)
     many[:, joint] = values
     return many

@@ -1,4 +1,4 @@
-"""Batches for arms whose closed form holds joints: their values are chosen for all poses, one kernel does the rest."""
+"""Batches for arms whose closed form locks joints: their values are chosen for all poses, one kernel does the rest."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from mafsil.ik.redundant.parametric_form import parametric_form
 from mafsil.ik.status import IKStatus
 
 CHUNK = 4096
-"""Poses whose details are held at once."""
+"""Poses whose details are kept at once."""
 
 
-def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
-    """All solutions of many poses with the redundant joints at `near`, or at the nearest tried values that lead to any.
+def redundant_batch(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
+    """All solutions of many poses with the redundant joints at `q0`, or at the nearest tried values that lead to any.
 
     For each chunk of poses:
 
@@ -34,25 +34,25 @@ def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, toleranc
     5. What is left is answered one by one, with care.
 
     Args:
-        setting: an arm whose exact closed form holds joints.
-        T: (k, 4, 4) poses; rows that are none are told so.
-        near: (n,) values that free and redundant joints take.
+        setting: an arm whose exact closed form locks joints.
+        T: (k, 4, 4) poses; rows that are no poses get `NOT_A_POSE`.
+        q0: (n,) values that free and redundant joints take.
         tolerance: largest residual of a solution.
 
     Returns:
         Coordinates, which rows are solutions, which of them are within the limits, residuals, codes, free coordinates,
         and statuses, as `SolutionBatch` has them.
     """
-    form, most, turns = parametric_form(setting), min(tolerance, setting.candidate), turns_of(near)
+    form, most, turns = parametric_form(setting), min(tolerance, setting.candidate), turns_of(q0)
     out = BatchRows(len(T), form.pattern.branches, setting.robot.n)
     bits, names = sum(1 << joint for joint in form.joints), setting.robot.joint_names
     for begin in range(0, len(T), CHUNK):
         part = slice(begin, begin + CHUNK)
         poses = finite_poses(T[part])
         # 1.
-        starts = parameter_values(setting, form, poses, near, most)
+        starts = parameter_values(setting, form, poses, q0, most)
         # 2.
-        q, details, summary = form.solutions(poses, starts.values, near, turns, *setting.bounds, most)
+        q, details, summary = form.solutions(poses, starts.values, q0, turns, *setting.bounds, most)
         valid = summary[:, 0] <= ORTHOGONALITY
         # 3.
         settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
@@ -72,7 +72,7 @@ def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, toleranc
         out.set_status(begin + left[proven], IKStatus.OUT_OF_REACH)
         # 5.
         for i in left[~proven]:
-            question = careful_question(setting, form, poses[i], near, tolerance, None, starts, int(i))
+            question = careful_question(setting, form, poses[i], q0, tolerance, None, starts, int(i))
             answer = question.answer()
             out.write(begin + int(i), answer)
             for family in (one for one in answer.families if one.solution < out.q.shape[1]):

@@ -1,4 +1,4 @@
-"""One pose of an arm whose closed form holds joints: the kernel's rows where they are regular, else with care."""
+"""One pose of an arm whose closed form locks joints: the kernel's rows where they are regular, else with care."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from mafsil.kernels.lazy import preset
 
 
 def redundant_single(
-    setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float, others: JointVector | None = None
+    setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: float, others: JointVector | None = None
 ) -> SolutionSet:
-    """All solutions of one pose with the redundant joints at `near`, or at the nearest tried values that lead to any.
+    """All solutions of one pose with the redundant joints at `q0`, or at the nearest tried values that lead to any.
 
     1. The kernel gives every branch at the preferred values, and says whether one is within the limits and whether
        one needs refinement.
-    2. Where none is within the limits other values are sought, and the kernel asked again.
-    3. Regular branches are the answer; each is a member of a continuum, for the other joints follow the held ones.
+    2. Where none is within the limits other values are sought, and the kernel called again.
+    3. Regular branches are the answer; each is a member of a continuum, for the other joints follow the locked ones.
        Anything else is answered with care.
 
     Args:
         setting: an arm for which `has_redundant_joints` holds.
         T: (4, 4) pose.
-        near: (n,) values that free and redundant joints take.
+        q0: (n,) values that free and redundant joints take.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
 
@@ -40,33 +40,33 @@ def redundant_single(
         InputError: no pose.
     """
     form, most = parametric_form(setting), min(tolerance, setting.candidate)
-    turns = setting.middle_turns if near is setting.middle else turns_of(near)
+    turns = setting.middle_turns if q0 is setting.middle else turns_of(q0)
     # 1.
-    values = near[form.joints]
-    q, details, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+    values = q0[form.joints]
+    q, details, summary = form.solutions.call(T, values, q0, turns, *setting.bounds, most)
     defect, doubtful, folded, excess = summary.tolist()
     if not defect <= ORTHOGONALITY:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     # 2.
     if not excess <= INSIDE:
-        other = nearest_allowed(setting, form, T, near, most)
+        other = nearest_allowed(setting, form, T, q0, most)
         if other is None:
-            starts = parameter_values(setting, form, T[None], near, most)
+            starts = parameter_values(setting, form, T[None], q0, most)
             if not starts.allowed[0]:
-                return careful_question(setting, form, T, near, tolerance, others, starts, 0).answer()
+                return careful_question(setting, form, T, q0, tolerance, others, starts, 0).answer()
             other = starts.values[0]
         values = other
-        q, details, summary = form.solutions.call(T, values, near, turns, *setting.bounds, most)
+        q, details, summary = form.solutions.call(T, values, q0, turns, *setting.bounds, most)
         doubtful, folded = summary[1], summary[2]
     # 3.
     if doubtful or folded or tolerance < CLEAR:
         none = np.zeros(1, dtype=np.bool_)
         known = ParameterValues(values[None], ~none, ~none, none, none)
-        return careful_question(setting, form, T, near, tolerance, others, known, 0).answer()
+        return careful_question(setting, form, T, q0, tolerance, others, known, 0).answer()
     good = details[:, 0] <= CLEAR
     chosen, rows = details[good], good.nonzero()[0]
     return regular_answer(
-        Question(setting, T.copy(), near, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
+        Question(setting, T.copy(), q0, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
     )
 
 
@@ -83,7 +83,7 @@ def regular_answer(
     Args:
         question: that they answer.
         q: (k, n) coordinates.
-        residual, excess: (k,) by which they miss the pose, and leave the limits.
+        residual, excess: (k,) errors, and by how much the limits are exceeded.
         rows, codes: (k,) row of the closed form's table, and branch as a number.
     """
     answer = SolutionSet(
@@ -106,7 +106,7 @@ def careful_question(
     setting: Setting,
     form: ParametricForm,
     T: PoseMatrix,
-    near: JointVector,
+    q0: JointVector,
     tolerance: float,
     others: JointVector | None,
     starts: ParameterValues,
@@ -117,12 +117,12 @@ def careful_question(
     Args:
         setting, form: the arm and its kernels.
         T: (4, 4) pose.
-        near, tolerance, others: as for `redundant_single`.
+        q0, tolerance, others: as for `redundant_single`.
         starts: known of some poses.
         i: place of the pose among those.
     """
-    question = Question(setting, clean_poses(T[None])[0][0], near, tolerance, others)
-    moved = near.copy()
+    question = Question(setting, clean_poses(T[None])[0][0], q0, tolerance, others)
+    moved = q0.copy()
     moved[form.joints] = starts.values[i]
     start = Start(moved, bool(starts.refuted[i]), bool(starts.unreachable[i]))
     preset(question, start=start)

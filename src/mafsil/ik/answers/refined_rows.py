@@ -1,15 +1,16 @@
 """Almost ideal arms in batches: the rows of the nearest ideal arm's closed form, moved to the arm as it is.
 
-A quarter turn printed as 1.5708 leaves an arm that misses the shape of its family by d ~ 1e-5. Then
+A quarter turn printed as 1.5708 leaves an arm off the shape of its family by d ~ 1e-5. Then
 
-1. the closed form of the ideal arm gives rows, with the mark m of each (zero where two branches meet) and by how much
+1. the closed form of the ideal arm gives rows, with the branch margin m of each (zero where two branches meet) and by
+   how much
    rows that do not exist fall short;
 2. Newton's method on the arm as it is moves each row, and forward kinematics judges it.
 
 A solution q of the arm is a solution of the ideal arm for the pose that the ideal arm has at q, which is off by d at
 most, in units of the arm. While the pose moves that far a row's joints move by about d / m, and m changes by as much.
 So where m^2 >> d for every row that exists, and every other row falls short by more than m, each row goes on to just
-one solution and there are no others: the list is complete. `CLEAR_OF_FOLDS` is the ratio that is asked for. Elsewhere
+one solution and there are no others: the list is complete. `CLEAR_OF_FOLDS` is the ratio that is required. Elsewhere
 elimination has to prove the list.
 
 Reference: Kantorovich, On Newton's method for functional equations, 1948.
@@ -23,17 +24,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.details import Facts
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.refine import distinct
 
 CLEAR_OF_FOLDS = 100.0
-"""The least square of a mark, over the defect of the arm, that keeps a row away from others."""
+"""The least square of a branch margin, over the defect of the arm, that keeps a row away from others."""
 
-LEAST_MARK = 1e-3
-"""Marks below which rows are not trusted, however small the defect."""
+LEAST_MARGIN = 1e-3
+"""Branch margins below which rows are not trusted, however small the defect."""
 
 STEPS = 8
 """Most Newton steps; two or three are made where the defect is that of rounded angles."""
@@ -51,13 +52,13 @@ SAME = 1e-4
 """Solutions beside a fold that are nearer to each other are one: errors of `REFINED` move them as far."""
 
 LAST = 5e-9
-"""Error whose Newton step leaves nothing that is seen, at marks that are trusted."""
+"""Error whose Newton step leaves nothing that is seen, at branch margins that are trusted."""
 
 LAST_BESIDE = 1e-13
 """The same beside folds, where a step leaves a quarter of the error."""
 
 ROWS = 16384
-"""Rows that are held at once."""
+"""Rows that are kept at once."""
 
 
 class RefinedRows(NamedTuple):
@@ -79,36 +80,36 @@ class RefinedRows(NamedTuple):
 def refinable(setting: Setting) -> bool:
     """Whether an arm is an almost ideal one of six joints, asked for its whole pose."""
     arm = setting.arm
-    return arm.form is not None and not arm.exact and not arm.held and setting.robot.n == 6 and setting.task == "pose"
+    return arm.form is not None and not arm.exact and not arm.locked and setting.robot.n == 6 and setting.task == "pose"
 
 
-def refined_rows(setting: Setting, T: PoseMatrix, near: JointVector) -> RefinedRows:
+def refined_rows(setting: Setting, T: PoseMatrix, q0: JointVector) -> RefinedRows:
     """All rows of poses, refined.
 
     Args:
         setting: of a `refinable` arm.
         T: (k, 4, 4) clean poses; rows of NaN are none.
-        near: (m,) coordinates near which angles are wound.
+        q0: (m,) coordinates near which angles are wound.
     """
     form = setting.arm.form
     assert form is not None
-    q, columns, _ = form.labelled(T, near, turns_of(near), *setting.bounds)
-    details = Facts.of(columns)
+    q, columns, _ = form.labelled(T, q0, turns_of(q0), *setting.bounds)
+    details = CandidateTable.of(columns)
     defect, size = form.pattern.defect, max(1.0, form.pattern.size)
-    mark = max(LEAST_MARK, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
-    exists = np.isfinite(q).all(axis=-1) & (details.shortfall <= mark * size)
-    apart = (details.margin >= mark) & (details.free == 0) & (details.shortfall <= 1e-9)
-    absent = details.shortfall > mark * size
+    least = max(LEAST_MARGIN, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
+    exists = np.isfinite(q).all(axis=-1) & (details.subproblem_residual <= least * size)
+    apart = (details.margin >= least) & (details.free == 0) & (details.subproblem_residual <= 1e-9)
+    absent = details.subproblem_residual > least * size
     where = np.nonzero(exists)
-    moved, missed = _moved(setting, q[where], T[where[0]])
+    moved, errors = _moved(setting, q[where], T[where[0]])
     residual = np.full(exists.shape, np.nan)
-    residual[where] = np.where(missed <= CLEAR, missed, np.nan)
-    q[where] = wound_near(moved, near, setting.lower, setting.upper, setting.turning)
+    residual[where] = np.where(errors <= CLEAR, errors, np.nan)
+    q[where] = wound_near(moved, q0, setting.lower, setting.upper, setting.revolute)
     clear = (absent | (apart & np.isfinite(residual))).all(axis=-1)
     return RefinedRows(clear, q, residual, np.nan_to_num(details.code).astype(np.int64))
 
 
-def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[JointVector, Floats]:
+def beside_folds(setting: Setting, T: PoseMatrix, q0: JointVector) -> tuple[JointVector, Floats]:
     """Solutions of poses beside folds, sought from rows and from both sides of them; nothing is proven.
 
     Two rows that meet on the ideal arm are two, one or none on the arm as it is, apart along the direction in which the
@@ -117,28 +118,28 @@ def beside_folds(setting: Setting, T: PoseMatrix, near: JointVector) -> tuple[Jo
     Args:
         setting: of a `refinable` arm.
         T: (k, 4, 4) clean poses.
-        near: (m,) coordinates near which angles are wound.
+        q0: (m,) coordinates near which angles are wound.
 
     Returns:
         (k, `MOST`, m) solutions in front and (k, `MOST`) their errors, NaN beyond.
     """
     form, n = setting.arm.form, setting.robot.n
     assert form is not None
-    starts = form.labelled(T, near, turns_of(near), *setting.bounds)[0]
+    starts = form.labelled(T, q0, turns_of(q0), *setting.bounds)[0]
     pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
     q, _ = _moved(setting, starts[pose_of, row], T[pose_of], PATIENT, LAST_BESIDE)
     weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
     ways = np.concatenate([[0.0], WAYS, -WAYS])
     tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
     owner = np.repeat(pose_of, len(ways))
-    tries, missed = _moved(setting, tries, T[owner], PATIENT, LAST_BESIDE)
+    tries, errors = _moved(setting, tries, T[owner], PATIENT, LAST_BESIDE)
     found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
     for i in range(len(T)):
-        mine = np.flatnonzero((owner == i) & (missed <= REFINED))
-        mine = mine[np.argsort(missed[mine], kind="stable")]
-        kept = mine[distinct(tries[mine], setting.turning, SAME)][:MOST]
-        found[i, : len(kept)] = wound_near(tries[kept], near, setting.lower, setting.upper, setting.turning)
-        error[i, : len(kept)] = missed[kept]
+        mine = np.flatnonzero((owner == i) & (errors <= REFINED))
+        mine = mine[np.argsort(errors[mine], kind="stable")]
+        kept = mine[distinct(tries[mine], setting.revolute, SAME)][:MOST]
+        found[i, : len(kept)] = wound_near(tries[kept], q0, setting.lower, setting.upper, setting.revolute)
+        error[i, : len(kept)] = errors[kept]
     return found, error
 
 
@@ -147,7 +148,7 @@ def _moved(
 ) -> tuple[JointVector, Floats]:
     """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""
     plan = setting.newton
-    q, missed = q.copy(), np.full(len(q), np.inf)
+    q, errors = q.copy(), np.full(len(q), np.inf)
     for begin in range(0, len(q), ROWS):
         part = slice(begin, begin + ROWS)
         rows = np.arange(*part.indices(len(q)))
@@ -158,5 +159,5 @@ def _moved(
             q[rows] = out[:, : q.shape[1]]
             rows = rows[np.abs(out[:, q.shape[1] :]).max(axis=1) > last]
         left = plan.check.ufunc(q[part], T[part], plan.vector)[:, 16:]
-        missed[part] = np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
-    return q, missed
+        errors[part] = np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
+    return q, errors

@@ -1,4 +1,4 @@
-"""Why a pose has no solution: which step misses and by how much, and the nearest pose that can be reached."""
+"""Why a pose has no solution: which step fails and by how much, and the nearest pose that can be reached."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
-from mafsil.ik.answers.branch import missed
-from mafsil.ik.answers.details import Facts
+from mafsil.ik.answers.branch import failed_step
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import reach_bound
-from mafsil.ik.refine import least_missing, misses, residuals
+from mafsil.ik.refine import least_squares, pose_errors, residuals
 from mafsil.ik.result import IKResult, rounded_up
 from mafsil.ik.status import IKStatus
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
+from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
 
 STARTS = 24
-"""Random postures from which the nearest place is sought, besides the rows of the closed form."""
+"""Random configurations from which the nearest place is sought, besides the rows of the closed form."""
 
 PARALLEL, OFF = 1e-12, 1e-9
 """What counts as parallel in a planar arm, and what as out of its plane, relative to its size."""
@@ -30,11 +30,11 @@ DESCENT = 100
 """Steps of that search."""
 
 STEPS = {
-    Missed.SHOULDER: "ik.missed_shoulder",
-    Missed.FAR: "ik.missed_far",
-    Missed.NEAR: "ik.missed_near",
-    Missed.DIRECTION: "ik.missed_direction",
-    Missed.ORIENTATION: "ik.missed_orientation",
+    FailedStep.SHOULDER: "ik.failed_shoulder",
+    FailedStep.TOO_FAR: "ik.failed_far",
+    FailedStep.TOO_NEAR: "ik.failed_near",
+    FailedStep.DIRECTION: "ik.failed_direction",
+    FailedStep.ORIENTATION: "ik.failed_orientation",
 }
 """The sentence for each step of a closed form."""
 
@@ -46,9 +46,9 @@ class Refusal:
     Attributes:
         verdict: of what kind.
         details: what its sentence mentions.
-        q: (m,) the posture of the nearest pose that was found.
-        residual: by how much it misses, the larger of distance [m] and angle [rad].
-        steps: keys of the sentences about what misses: place or orientation, and which step of the closed form.
+        q: (m,) the configuration of the nearest pose that was found.
+        residual: its error, the larger of distance [m] and angle [rad].
+        steps: keys of the sentences about what fails: place or orientation, and which step of the closed form.
     """
 
     verdict: IKStatus
@@ -58,15 +58,15 @@ class Refusal:
     steps: tuple[str, ...] = ()
 
     def words(self, language: str | None = None) -> dict[str, str]:
-        """The miss with its units, and the tolerance that would accept the nearest posture."""
+        """The error with its units, and the tolerance that would accept the nearest configuration."""
         position, rotation = (self.details[name] for name in ("position_error", "rotation_error"))
         place = say("ik.length", language=language, value=plain(1e3 * float(str(position))))
         turn = say("ik.angle", language=language, value=plain(float(str(rotation))))
         only = self.details["place_only"]
-        miss = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
+        residual = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
         return {
-            "miss": miss,
-            "shortfall": turn if self.details["placed"] else place,
+            "residual": residual,
+            "error": turn if self.details["placed"] else place,
             "accepting": f"{rounded_up(self.residual):.3g}",
         }
 
@@ -81,8 +81,8 @@ def plain(x: float) -> str:
 def refusal(
     setting: Setting,
     T: PoseMatrix,
-    near: JointVector,
-    rows: tuple[JointVector, Facts] | None,
+    q0: JointVector,
+    rows: tuple[JointVector, CandidateTable] | None,
     tolerance: float,
     *,
     eliminated: bool,
@@ -92,43 +92,43 @@ def refusal(
 
     Args:
         setting: the arm.
-        T: (4, 4) wanted pose.
-        near: (m,) a posture to start from.
+        T: (4, 4) requested pose.
+        q0: (m,) a configuration to start from.
         rows: of the closed form: coordinates and details.
         tolerance: residual of a solution.
         eliminated: whether elimination proves that there is no solution.
         tried: starts of searches before.
     """
     arm, n = setting.arm, setting.robot.n
-    exact = arm.exact and not arm.held and rows is not None
-    kind = Missed.NONE if not exact or rows is None else missed_step(rows[1])
+    exact = arm.exact and not arm.locked and rows is not None
+    kind = FailedStep.NONE if not exact or rows is None else failed_step_of(rows[1])
     q = None
     if exact and arm.form is not None and rows is not None and kind in _PLACE:
-        q = _nearest_place(setting, arm.form.pattern, T, near, rows)
+        q = _nearest_place(setting, arm.form.pattern, T, q0, rows)
     if q is None:
-        q = _nearest(setting, T, near, rows)
+        q = _nearest(setting, T, q0, rows)
     few = setting.few and setting.task == "pose"
     reached = _places(setting, T[None]) if few else None
     places = setting.nothing if reached is None else reached.q[reached.solved]
     if len(places):
         q = _least_turned(setting, T, places, q)
-    error = misses(setting.robot, q[None], T, setting.mask, None)[0]
+    error = pose_errors(setting.robot, q[None], T, setting.mask, None)[0]
     position, rotation = float(np.linalg.norm(error[3:])), float(np.linalg.norm(error[:3]))
     known: dict[str, object] = {"position_error": position, "rotation_error": rotation, "joints": n, **tried}
-    known |= {"shortfall": position if position > tolerance else rotation, "placed": position <= tolerance}
+    known |= {"error": position if position > tolerance else rotation, "placed": position <= tolerance}
     known["place_only"] = setting.task == "position"
     residual = max(position, rotation)
     # Merged roots of an equation of fourth degree may be lost: elimination has to prove that there are none.
     proven = setting.decisive or eliminated
     verdict = verdict_without_solution(setting, T, proven=proven)
     if beyond_reach(setting, T):
-        return Refusal(verdict, known, q, residual, _reasons(kind, (Missed.FAR, Missed.SHOULDER)))
+        return Refusal(verdict, known, q, residual, _reasons(kind, (FailedStep.TOO_FAR, FailedStep.SHOULDER)))
     if off := out_of_plane(setting, T):
         return Refusal(verdict, known, q, residual, (f"ik.part_off_{off}",))
     if not proven:
         return Refusal(verdict, known, q, residual)
     if not few:
-        allowed = _PLACE if position > tolerance else (Missed.ORIENTATION,)
+        allowed = _PLACE if position > tolerance else (FailedStep.ORIENTATION,)
         return Refusal(verdict, known, q, residual, _reasons(kind, allowed))
     if len(places):
         return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, ("ik.part_orientation",))
@@ -138,8 +138,8 @@ def refusal(
     return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, (part,))
 
 
-def _reasons(kind: Missed, allowed: Container[Missed]) -> tuple[str, ...]:
-    """The sentence of a step of the closed form, where it agrees with what misses."""
+def _reasons(kind: FailedStep, allowed: Container[FailedStep]) -> tuple[str, ...]:
+    """The sentence of a step of the closed form, where it agrees with what is off."""
     return (STEPS[kind],) if kind in allowed else ()
 
 
@@ -148,7 +148,7 @@ def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -
 
     Args:
         setting: the arm.
-        T: (4, 4) wanted pose.
+        T: (4, 4) requested pose.
         proven: whether it is proven that there is none.
     """
     if beyond_reach(setting, T):
@@ -167,18 +167,19 @@ def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
 def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
     """Which part of a pose a planar arm cannot have, `plane` or `tilt`; empty if none, or of another arm.
 
-    All turning axes are parallel to h and all slides normal to it: h . p never changes, nor does the direction of h in
+    All revolute axes are parallel to h and all prismatic normal to it: h . p never changes, nor does the direction of h
+    in
     the tip.
     """
     chain = setting.arm.chain
     if chain is None or not len(chain):
         return ""
-    turning = ~np.array(chain.slides, dtype=np.bool_)
-    if not turning.any():
+    revolute = ~np.array(chain.prismatic, dtype=np.bool_)
+    if not revolute.any():
         return ""
-    h = chain.axes[turning][0]
+    h = chain.axes[revolute][0]
     along = np.abs(chain.axes @ h)
-    if (along[turning] < 1.0 - PARALLEL).any() or (along[~turning] > PARALLEL).any():
+    if (along[revolute] < 1.0 - PARALLEL).any() or (along[~revolute] > PARALLEL).any():
         return ""
     if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > OFF * chain.size:
         return "plane"
@@ -186,24 +187,24 @@ def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
     return "tilt" if tilted and setting.task == "pose" else ""
 
 
-_PLACE = (Missed.SHOULDER, Missed.FAR, Missed.NEAR, Missed.DIRECTION)
+_PLACE = (FailedStep.SHOULDER, FailedStep.TOO_FAR, FailedStep.TOO_NEAR, FailedStep.DIRECTION)
 
 
-def missed_step(details: Facts) -> Missed:
-    """The step that misses in the row of a pose that misses least.
+def failed_step_of(details: CandidateTable) -> FailedStep:
+    """The step that fails in the row of a pose with the least subproblem residual.
 
     Args:
         details: of the rows of one pose.
     """
-    short = np.where(np.isfinite(details.shortfall), details.shortfall, np.inf)
+    short = np.where(np.isfinite(details.subproblem_residual), details.subproblem_residual, np.inf)
     best = int(short.argmin())
-    return missed(int(np.nan_to_num(details.code[best]))) if short[best] > 1e-12 else Missed.NONE
+    return failed_step(int(np.nan_to_num(details.code[best]))) if short[best] > 1e-12 else FailedStep.NONE
 
 
 def _nearest_place(
-    setting: Setting, pattern: ArmPattern, T: PoseMatrix, near: JointVector, rows: tuple[JointVector, Facts]
+    setting: Setting, pattern: ArmPattern, T: PoseMatrix, q0: JointVector, rows: tuple[JointVector, CandidateTable]
 ) -> JointVector | None:
-    """The posture that keeps the orientation and brings the placed point as near as possible; None where unknown.
+    """The configuration that keeps the orientation and brings the placed point as near as possible; None where unknown.
 
     The point's distance is minimised over the first three joints from every row, and the pose moved by what is left.
     """
@@ -216,8 +217,8 @@ def _nearest_place(
     goal = P[:3, :3] @ pattern.centre + P[:3, 3]
     # The pattern's joints are the robot's: of a reversed chain with axes in the opposite sense.
     starts = rows[0][np.isfinite(rows[0]).all(axis=1)][:, list(pattern.joints[:3])]
-    # Where two steps miss at once, the nearest place is where both borders meet, and rows may lead past it.
-    stroke = np.where(pattern.slides[:3], pattern.size, np.pi)
+    # Where two steps fail at once, the nearest place is where both borders meet, and rows may lead past it.
+    stroke = np.where(pattern.prismatic[:3], pattern.size, np.pi)
     starts = np.concatenate([starts, np.random.default_rng(0).uniform(-stroke, stroke, (STARTS, 3))])
     found = _descended(pattern, starts, goal)
     places = _placed(pattern, found)[0]
@@ -228,7 +229,7 @@ def _nearest_place(
     reachable = (pose.inverse(reachable) if pattern.reversed else reachable) @ pattern.home
     form = setting.arm.form
     assert form is not None
-    table = form.solve(reachable, near)
+    table = form.solve(reachable, q0)
     residual = np.where(np.isfinite(table.residual), table.residual, np.inf)
     q = table.q[int(residual.argmin())]
     return q if residual.min() < 1e-6 else None
@@ -246,12 +247,12 @@ def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
     )
     for i in (2, 1, 0):
         w, r = pattern.axes[i], pattern.points[i]
-        screw = np.concatenate([np.zeros(3), w] if pattern.slides[i] else [w, np.cross(r, w)])
+        screw = np.concatenate([np.zeros(3), w] if pattern.prismatic[i] else [w, np.cross(r, w)])
         E = pose.exp(screw * q[:, i, None])
         columns, axes = (rows @ E[:, :3, :3].transpose(0, 2, 1) for rows in (columns, axes))
         x = (E[:, :3, :3] @ x[:, :, None])[:, :, 0] + E[:, :3, 3]
-        columns[:, i] = w if pattern.slides[i] else np.cross(w, x - r)
-        axes[:, i] = 0.0 if pattern.slides[i] else w
+        columns[:, i] = w if pattern.prismatic[i] else np.cross(w, x - r)
+        axes[:, i] = 0.0 if pattern.prismatic[i] else w
     i, j = np.minimum(*np.indices((3, 3))), np.maximum(*np.indices((3, 3)))
     return x, columns.transpose(0, 2, 1), np.cross(axes[:, i], columns[:, j])
 
@@ -278,22 +279,24 @@ def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
     return q
 
 
-def _nearest(setting: Setting, T: PoseMatrix, near: JointVector, rows: tuple[JointVector, Facts] | None) -> JointVector:
-    """The posture nearest to a pose: by least squares from every row, and from where a search comes nearest."""
+def _nearest(
+    setting: Setting, T: PoseMatrix, q0: JointVector, rows: tuple[JointVector, CandidateTable] | None
+) -> JointVector:
+    """The configuration nearest to a pose: by least squares from every row, and from where a search comes nearest."""
     from mafsil.ik.numerical import solve_ik
 
-    starts = [near[None]]
+    starts = [q0[None]]
     if rows is not None:
         starts.append(rows[0][np.isfinite(rows[0]).all(axis=1)])
     if not setting.arm.exact:
         best = solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).nearest[None]
         starts.append(best[np.isfinite(best).all(axis=1)])
-    q, size = least_missing(setting.robot, np.concatenate(starts), T, setting.mask)
+    q, size = least_squares(setting.robot, np.concatenate(starts), T, setting.mask)
     return q[int(size.argmin())]
 
 
 def reached_places(setting: Setting, T: PoseMatrix) -> NDArray[np.bool_]:
-    """(k,) whether a search finds a posture that reaches the position alone of poses (k, 4, 4)."""
+    """(k,) whether a search finds a configuration that reaches the position alone of poses (k, 4, 4)."""
     return _places(setting, T).solved
 
 
@@ -304,9 +307,9 @@ def _places(setting: Setting, T: PoseMatrix) -> IKResult:
 
 
 def _least_turned(setting: Setting, T: PoseMatrix, places: JointVector, q: JointVector) -> JointVector:
-    """The nearest posture among q and those that reach the place; of equally near ones that which is at the place."""
-    turned, _ = least_missing(setting.robot, places, T, setting.mask)
+    """The nearest configuration among q and those that reach the place, which come first where equally near."""
+    turned, _ = least_squares(setting.robot, places, T, setting.mask)
     rows = np.concatenate([q[None], turned, places])
-    error = misses(setting.robot, rows, T, setting.mask, None)
+    error = pose_errors(setting.robot, rows, T, setting.mask, None)
     order = np.lexsort((np.linalg.norm(error[:, 3:], axis=1), np.round(residuals(error), 9)))
     return rows[order[0]]

@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.refine import misses, refined, residuals
+from mafsil.ik.refine import pose_errors, refined, residuals
 
 SEARCHES, RESTARTS = 8, 255
 """Searches without limits where nothing better is known, half as many within them, and the restarts of the latter."""
@@ -77,7 +77,7 @@ class Search:
     def _polished(self, q: JointVector) -> tuple[JointVector, Floats]:
         """The solution brought to working precision where that leaves no limit."""
         setting = self.setting
-        before = residuals(misses(setting.robot, q, self.T, setting.mask, None))
+        before = residuals(pose_errors(setting.robot, q, self.T, setting.mask, None))
         better, after = refined(setting.robot, q, self.T, setting.mask, None)
         kept = setting.allowed(better) & (after <= before)
         return np.where(kept[:, None], better, q), np.where(kept, after, before)

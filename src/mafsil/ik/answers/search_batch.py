@@ -16,7 +16,7 @@ from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.refine import misses, refined, residuals
+from mafsil.ik.refine import pose_errors, refined, residuals
 from mafsil.ik.status import IKStatus
 
 SAMPLES = 16
@@ -33,7 +33,7 @@ def searched(setting: Setting) -> bool:
     return arm.chain is not None and arm.form is None and arm.general is None and not eliminated
 
 
-def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
+def search_batch(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
     """For every pose a solution within the limits, if one is found; the other poses are answered one by one.
 
     For each chunk of poses:
@@ -46,8 +46,8 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
 
     Args:
         setting: an arm without closed form and without elimination.
-        T: (k, 4, 4) poses; rows that are none are told so.
-        near: (n,) values to which angles are wound.
+        T: (k, 4, 4) poses; rows that are no poses get `NOT_A_POSE`.
+        q0: (n,) values to which angles are wound.
         tolerance: largest residual of a solution.
 
     Returns:
@@ -61,12 +61,12 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
         part = begin + np.flatnonzero(valid[begin : begin + CHUNK])
         # 1. and 2.
         found, residual[part] = sought_within_limits(setting, clean[part], tolerance)
-        q[part] = wound_near(found, near, setting.lower, setting.upper, setting.turning)
+        q[part] = wound_near(found, q0, setting.lower, setting.upper, setting.revolute)
         # 3.
         solved = (residual[part] <= tolerance) & setting.allowed(q[part])
         sure[part[solved]] = regular(setting, q[part[solved]])
     # 4.
-    careful = {int(i): Question(setting, clean[i], near, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
+    careful = {int(i): Question(setting, clean[i], q0, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
     out = BatchRows(len(T), max([int(sure.any()), *map(len, careful.values())]), n)
     out.codes[:] = UNNAMED
     if sure.any():
@@ -99,7 +99,7 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
             break
         found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
-        before = residuals(misses(robot, start, T[rows], mask, None))
+        before = residuals(pose_errors(robot, start, T[rows], mask, None))
         better, after = refined(robot, start, T[rows], mask, None)
         kept = setting.allowed(better) & (after <= before)
         q[rows], residual[rows] = np.where(kept[:, None], better, start), np.where(kept, after, before)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
-from mafsil.ik.answers.details import Facts
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
@@ -35,18 +35,18 @@ class Quick:
     """The compiled closed form of an arm with the arguments that do not depend on the pose.
 
     Attributes:
-        call: of (T_sd, *wishes, tolerance) to coordinates, details and decision.
-        wishes: preferred values, their cosines and sines, limits.
+        call: of (T_sd, *preferences, tolerance) to coordinates, details and decision.
+        preferences: preferred values, their cosines and sines, limits.
         setting: the arm.
         chosen: decision -> which rows it means, see `rows`.
     """
 
-    __slots__ = ("call", "chosen", "setting", "wishes")
+    __slots__ = ("call", "chosen", "preferences", "setting")
 
     def __init__(
-        self, call: Callable[..., Any], wishes: tuple[JointVector, Floats, Floats, Floats], setting: Setting
+        self, call: Callable[..., Any], preferences: tuple[JointVector, Floats, Floats, Floats], setting: Setting
     ) -> None:
-        self.call, self.wishes, self.setting = call, wishes, setting
+        self.call, self.preferences, self.setting = call, preferences, setting
         self.chosen: dict[float, slice | NDArray[np.intp]] = {}
 
     def rows(self, decision: float) -> slice | NDArray[np.intp]:
@@ -67,7 +67,7 @@ class Setting:
         task: what of a pose counts.
         arm: what it was recognised as.
         lower, upper: (n,) limits.
-        turning: (n,) which coordinates are angles.
+        revolute: (n,) which coordinates are angles.
         middle: (n,) the middle of the limits, zero where one is missing.
         mask: (6,) components of the error that count.
     """
@@ -78,7 +78,7 @@ class Setting:
         self.task: Task = task
         self.lower, self.upper = robot.limits.lower, robot.limits.upper
         kinds = [joint.kind for joint in robot.mechanism.coordinates]
-        self.turning: NDArray[np.bool_] = np.array([kind is JointKind.REVOLUTE for kind in kinds], dtype=np.bool_)
+        self.revolute: NDArray[np.bool_] = np.array([kind is JointKind.REVOLUTE for kind in kinds], dtype=np.bool_)
         self.middle = middle_of(robot)
         self.mask: NDArray[np.bool_] = np.array(MASKS[task], dtype=np.bool_)
         self.bounds = np.clip(self.lower, -FAR, FAR), np.clip(self.upper, -FAR, FAR)
@@ -102,9 +102,9 @@ class Setting:
 
     @lazy
     def kernel(self) -> Kernel | None:
-        """The closed form with its decisions, where it is exact and nothing is held: its rows are the answer."""
+        """The closed form with its decisions, where it is exact and nothing is locked: its rows are the answer."""
         arm = self.arm
-        return arm.form.judged if arm.form is not None and arm.exact and not arm.held else None
+        return arm.form.judged if arm.form is not None and arm.exact and not arm.locked else None
 
     @lazy
     def quick(self) -> Quick | None:
@@ -126,13 +126,13 @@ class Setting:
 
     @lazy
     def holds_one(self) -> bool:
-        """Whether the closed form is exact once one joint is held, and solves no equation of fourth degree."""
-        return len(self.arm.held) == 1 and self.arm.exact and not self.quartic
+        """Whether the closed form is exact once one joint is locked, and solves no equation of fourth degree."""
+        return len(self.arm.locked) == 1 and self.arm.exact and not self.quartic
 
     @lazy
     def decisive(self) -> bool:
-        """Whether the closed form alone proves that a pose has no solution: exact, of second degree, no joint held."""
-        return self.arm.exact and not self.quartic and not self.arm.held
+        """Whether the closed form alone proves that there is no solution: exact, of second degree, no joint locked."""
+        return self.arm.exact and not self.quartic and not self.arm.locked
 
     @lazy
     def candidate(self) -> float:
@@ -140,13 +140,13 @@ class Setting:
         form = self.arm.form
         return 1e-5 if form is None else candidate(form.pattern)
 
-    def folded(self, details: Floats | Facts) -> NDArray[np.bool_]:
+    def folded(self, details: Floats | CandidateTable) -> NDArray[np.bool_]:
         """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.
 
         Args:
             details: of the closed form, by name or as the kernel's (*batch, k, 6).
         """
-        known = details if isinstance(details, Facts) else Facts.of(details)
+        known = details if isinstance(details, CandidateTable) else CandidateTable.of(details)
         form = self.arm.form
         if form is None or not folds(form.pattern):
             return np.zeros(known.residual.shape, dtype=np.bool_)
@@ -155,8 +155,8 @@ class Setting:
         code = np.nan_to_num(known.code).astype(np.int64)
         merged = self.merged_twice(code) & (code % 3 == 1)
         beside = np.where(exact, known.margin, np.inf).min(axis=-1, keepdims=True) <= BENT
-        near = beside & (known.residual <= NEARLY * form.pattern.size)
-        return np.asarray(off & (merged | near), dtype=np.bool_)
+        nearby = beside & (known.residual <= NEARLY * form.pattern.size)
+        return np.asarray(off & (merged | nearby), dtype=np.bool_)
 
     def merged_twice(self, codes: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(*batch, k) whether two of shoulder, elbow and wrist have branches that are one.
@@ -171,7 +171,7 @@ class Setting:
 
     @lazy
     def plain(self) -> bool:
-        """Whether rows with marks far from zero are distinct and isolated: no turning joint was added."""
+        """Whether rows with branch margins far from zero are distinct and isolated: no revolute joint was added."""
         form = self.arm.form
         return form is not None and form.pattern.plain
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
-from mafsil.ik.answers.details import Facts
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
@@ -73,8 +73,8 @@ class SolutionSet(Answer):
     What is not read costs nothing: branches, families and reasons are made when they are asked for.
 
     Attributes:
-        q: (k, n) solutions, turning joints wound into their limits where possible; joints that do not move the frame
-            are where `near` has them [rad | m].
+        q: (k, n) solutions, revolute joints wound into their limits where possible; joints that do not move the frame
+            are where `q0` has them [rad | m].
         own: (k, m) the coordinates of the joints that move the frame.
         method: how they were found: `closed form`, `refined closed form`, `elimination`, `search`.
     """
@@ -121,13 +121,13 @@ class SolutionSet(Answer):
 
     @lazy
     def residual(self) -> Floats:
-        """(k,) distance [m] and angle [rad] by which forward kinematics misses the pose, the larger."""
-        return Facts.of(self._details).residual[self._chosen]
+        """(k,) error of forward kinematics, the larger of distance [m] and angle [rad]."""
+        return CandidateTable.of(self._details).residual[self._chosen]
 
     @lazy
     def within(self) -> NDArray[np.bool_]:
         """(k,) whether the solution is within the joint limits."""
-        return np.asarray(Facts.of(self._details).excess[self._chosen] <= INSIDE, dtype=np.bool_)
+        return np.asarray(CandidateTable.of(self._details).excess[self._chosen] <= INSIDE, dtype=np.bool_)
 
     @lazy
     def rows(self) -> NDArray[np.int64]:
@@ -137,14 +137,14 @@ class SolutionSet(Answer):
     @lazy
     def codes(self) -> NDArray[np.int64]:
         """(k,) branch of each as a number."""
-        return Facts.of(self._details).code[self._chosen].astype(np.int64)
+        return CandidateTable.of(self._details).code[self._chosen].astype(np.int64)
 
     @lazy
     def own_free(self) -> NDArray[np.int64]:
         """(k,) sum of 2^i over those of the part's own coordinates that may be chosen."""
         if self._isolated or not len(self.own):
             return np.zeros(len(self.own), dtype=np.int64)
-        return self._question.free_of(self.own, Facts.of(self._details[self._chosen]))
+        return self._question.free_of(self.own, CandidateTable.of(self._details[self._chosen]))
 
     @lazy
     def complete(self) -> bool:
@@ -152,7 +152,7 @@ class SolutionSet(Answer):
         if self._isolated or not len(self.own):
             return self._isolated or self._setting.decisive or self._question.proven(0)
         exact = "_details" in vars(self)
-        known = exact and self._question.list_known(Facts.of(self._details[self._chosen]))
+        known = exact and self._question.list_known(CandidateTable.of(self._details[self._chosen]))
         return known or self._question.proven(len(self.own))
 
     @lazy
@@ -194,7 +194,7 @@ class SolutionSet(Answer):
         if self.within.any():
             return IKStatus.CONTINUUM if moving else IKStatus.SOLVED
         # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
-        decided = "_details" in vars(self) and bool((Facts.of(self._details).free[self._chosen] > 0).any())
+        decided = "_details" in vars(self) and bool((CandidateTable.of(self._details).free[self._chosen] > 0).any())
         proven = (self.complete and not moving) or decided or self._question.refuted
         return IKStatus.BEYOND_LIMITS if proven else IKStatus.NOT_FOUND_WITHIN_LIMITS
 
@@ -212,7 +212,7 @@ class SolutionSet(Answer):
 
     @lazy
     def q_nearest(self) -> JointVector:
-        """(n,) the best solution; where there is none, the posture of the nearest pose that was found."""
+        """(n,) the best solution; where there is none, the configuration of the nearest pose that was found."""
         if not len(self.q):
             return self._setting.part.lifted(self._question.refusal.q, self._question.others)
         return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
@@ -227,7 +227,7 @@ class SolutionSet(Answer):
     def conditioning(self) -> Floats:
         """(k,) smallest over largest singular value of the Jacobian, lengths in units of the arm's reach.
 
-        Zero at a singular posture.
+        Zero at a singular configuration.
         """
         if not len(self.q):
             return np.zeros(0)
@@ -251,9 +251,9 @@ class SolutionSet(Answer):
         return self._setting.part.upper
 
     @property
-    def turning(self) -> NDArray[np.bool_]:
+    def revolute(self) -> NDArray[np.bool_]:
         """(n,) which coordinates are angles."""
-        return self._setting.part.turning
+        return self._setting.part.revolute
 
     def violations(self, k: int) -> tuple[LimitExcess, ...]:
         """The joints that a solution needs beyond their limits; empty if it is within.
@@ -332,13 +332,13 @@ class SolutionSet(Answer):
         """
         given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._setting
         start = setting.part.own(given)
-        wound = wound_near(self.own, start, setting.lower, setting.upper, setting.turning)
+        wound = wound_near(self.own, start, setting.lower, setting.upper, setting.revolute)
         allowed = ((wound >= setting.lower - 1e-12) & (wound <= setting.upper + 1e-12)).all(axis=1)
         cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
         return setting.part.lifted(wound[int(cost.argmin())], given)
 
     def windings(self, limit: int = 4096) -> JointVector:
-        """(m, n) every solution within the limits, each winding of its turning joints apart.
+        """(m, n) every solution within the limits, each winding of its revolute joints apart.
 
         Joints without limits are not wound.
 
@@ -371,7 +371,7 @@ class SolutionSet(Answer):
     def _turns(self, x: float, i: int) -> list[float]:
         setting = self._setting
         low, high = setting.lower[i], setting.upper[i]
-        if not setting.turning[i] or not (np.isfinite(low) and np.isfinite(high)):
+        if not setting.revolute[i] or not (np.isfinite(low) and np.isfinite(high)):
             return [x]
         first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
         return [x + k * TURN for k in range(first, last + 1)]
@@ -422,17 +422,17 @@ def _listed(numbers: list[int]) -> str:
 
 
 def wound_near(
-    q: JointVector, near: JointVector, lower: Floats, upper: Floats, turning: NDArray[np.bool_]
+    q: JointVector, q0: JointVector, lower: Floats, upper: Floats, revolute: NDArray[np.bool_]
 ) -> JointVector:
-    """Turning joints moved by whole turns as near to `near` as possible, into the limits where that can be done.
+    """Revolute joints moved by whole turns as near to `q0` as possible, into the limits where that can be done.
 
     Args:
-        q, near: (*batch, n) coordinates.
+        q, q0: (*batch, n) coordinates.
         lower, upper: (n,) limits.
-        turning: (n) which coordinates are angles.
+        revolute: (n) which coordinates are angles.
     """
-    moved = q - np.where(turning, TURN * np.round((q - near) / TURN), 0.0)
-    up = np.where(turning & (moved < lower), np.ceil((lower - moved) / TURN - 1e-12), 0.0)
-    down = np.where(turning & (moved > upper), np.ceil((moved - upper) / TURN - 1e-12), 0.0)
+    moved = q - np.where(revolute, TURN * np.round((q - q0) / TURN), 0.0)
+    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - 1e-12), 0.0)
+    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - 1e-12), 0.0)
     shifted = moved + TURN * (up - down)
     return np.where((shifted >= lower - 1e-12) & (shifted <= upper + 1e-12), shifted, moved)

@@ -15,7 +15,7 @@ from mafsil.solvers.loops import reordered
 
 
 @reordered
-def candidates(road, zeros, rows, poses, P, A, Q, R, left, frames, slides, twist, turn, pick, turns, rank):
+def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, twist, turn, pick, turns, rank):
     """All joints that go with zeros of the determinant, and how well each zero determines them.
 
     1. The equations at the zeros; the half angle of joint d is turned before.
@@ -26,14 +26,14 @@ def candidates(road, zeros, rows, poses, P, A, Q, R, left, frames, slides, twist
     5. The joint f is what is left of the loop.
 
     Args:
-        road: (6,) coordinates a, b, c, d, e, f of the road.
+        order: (6,) coordinates a, b, c, d, e, f of the elimination order.
         zeros: (m,) values of joint c.
         rows, poses: (m,) rows of A, Q and R, and of P.
         P: (k, 4, 4) displacements of the loop.
         A, Q, R: as `eliminated` leaves them.
-        left: (14, 27) of the road.
+        left: (14, 27) of the elimination order.
         frames: (7, 3, 4) constants of the loop, see `closed`.
-        slides: (6,) which joints slide.
+        prismatic: (6,) which joints are prismatic.
         twist: where the half angle of joint d is zero.
         turn: angle by which that half angle is turned before; at 0 and 90 degrees beyond it nothing can be found.
         pick: which null vector, see `_null_vector`.
@@ -58,17 +58,17 @@ def candidates(road, zeros, rows, poses, P, A, Q, R, left, frames, slides, twist
             for r in range(3):
                 for j in range(4):
                     put(X, 4 * r + j, l, P[poses[i], r, j])
-            put(q, 2 * road[2], l, x)
-            put(q, 2 * road[2] + 1, l, y)
+            put(q, 2 * order[2], l, x)
+            put(q, 2 * order[2] + 1, l, y)
         # 2.
         _triangulated(E, cos(turn), sin(turn), S)
         # 3.
         spread(rank, begin, 1, _null_vector(S, pick, N))
-        _middle_joints(N, road, slides, twist, turn, q, middle)
+        _middle_joints(N, order, prismatic, twist, turn, q, middle)
         # 4.
-        _outer_joints(forward, triangle, left, middle, road, slides, q)
+        _outer_joints(forward, triangle, left, middle, order, prismatic, q)
         # 5.
-        _last_joint(X, frames, road, slides, q)
+        _last_joint(X, frames, order, prismatic, q)
         for k in range(12):
             spread(turns, 12 * begin + k, 12, q[k])
 
@@ -96,7 +96,7 @@ def _triangulated(E, C, D, S):
 
 
 @reordered
-def _middle_joints(N, road, slides, twist, turn, q, middle):
+def _middle_joints(N, order, prismatic, twist, turn, q, middle):
     """Joints d and e from the null vector.
 
     1. Of the three pairs that are (c, s) times a number the largest gives (c, s), and these the three numbers.
@@ -105,7 +105,7 @@ def _middle_joints(N, road, slides, twist, turn, q, middle):
 
     Args:
         N: 6 places.
-        road, slides, twist, turn: as for `candidates`.
+        order, prismatic, twist, turn: as for `candidates`.
         q: 12 places; those of d and e are filled.
         middle: 5 places: (c^2, c s, s^2) of d, and cos and sin, or length and its square, of e.
     """
@@ -119,8 +119,8 @@ def _middle_joints(N, road, slides, twist, turn, q, middle):
     one, cosine, sine = c * N[0] + s * N[3], c * N[1] + s * N[4], c * N[2] + s * N[5]
     c, s = c * cos(turn) - s * sin(turn), c * sin(turn) + s * cos(turn)
     # 2.
-    d, e = 2 * road[3], 2 * road[4]
-    if slides[road[3]]:
+    d, e = 2 * order[3], 2 * order[4]
+    if prismatic[order[3]]:
         ratio = s / where(c == 0.0, 1e-300, c)
         q[d], q[d + 1] = ratio - twist, 0.0
         c, s = lanes(1.0), ratio
@@ -129,21 +129,21 @@ def _middle_joints(N, road, slides, twist, turn, q, middle):
         q[d], q[d + 1] = double * cos(twist) - both * sin(twist), double * sin(twist) + both * cos(twist)
     middle[0], middle[1], middle[2] = c * c, c * s, s * s
     # 3.
-    if slides[road[4]]:
+    if prismatic[order[4]]:
         value = cosine / where(one == 0.0, 1e-300, one)
         q[e], q[e + 1] = value, 0.0
         middle[3], middle[4] = value, value * value
     else:
         length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + 1e-300
         middle[3], middle[4] = cosine / length, sine / length
-        unit(q, road[4], middle[3], middle[4])
+        unit(q, order[4], middle[3], middle[4])
 
 
 @reordered
-def _outer_joints(forward, triangle, left, middle, road, slides, q):
+def _outer_joints(forward, triangle, left, middle, order, prismatic, q):
     """Joints a and b: the functions that c, d, e move, reflected, and the triangular system of the products."""
     products, functions, x = room(27), room(14), room(8)
-    c, s = q[2 * road[2]], q[2 * road[2] + 1]
+    c, s = q[2 * order[2]], q[2 * order[2] + 1]
     for j in range(3):
         for k in range(3):
             product, at = middle[j] if k == 0 else middle[j] * middle[2 + k], 3 * j + k
@@ -170,20 +170,20 @@ def _outer_joints(forward, triangle, left, middle, road, slides, q):
     # Products (i, j) of a and b without the first: b1, b2, a1, a1 b1, a1 b2, a2, ...
     for k in range(2):
         cosine, sine = x[2 if k == 0 else 0], x[5 if k == 0 else 1]
-        if slides[road[k]]:
-            q[2 * road[k]], q[2 * road[k] + 1] = cosine, 0.0
+        if prismatic[order[k]]:
+            q[2 * order[k]], q[2 * order[k] + 1] = cosine, 0.0
         else:
-            unit(q, road[k], cosine, sine)
+            unit(q, order[k], cosine, sine)
 
 
 @reordered
-def _last_joint(X, frames, road, slides, q):
+def _last_joint(X, frames, order, prismatic, q):
     """Joint f from what is left of the loop, seen in its frame.
 
     1. The loop before it, F_0 Z_0 F_1 ... F_f, and after it, F_(f + 1) Z_(f + 1) ... F_6.
     2. x axis of the moved frame in the frame before it.
     """
-    ends, f = room(24), road[5]
+    ends, f = room(24), order[5]
     # 1.
     for side in range(2):
         T, start = part(ends, 12 * side), 0 if side == 0 else f + 1
@@ -191,7 +191,7 @@ def _last_joint(X, frames, road, slides, q):
             for j in range(4):
                 T[4 * r + j] = frames[start, r, j]
         for k in range(start, f if side == 0 else 6):
-            advanced(T, slides[k], q[2 * k], q[2 * k + 1], frames, k + 1)
+            advanced(T, prismatic[k], q[2 * k], q[2 * k + 1], frames, k + 1)
     # 2.
     cosine, sine = lanes(0.0), lanes(0.0)
     for r in range(3):
@@ -206,7 +206,7 @@ def _null_vector(S, pick, N):
     """A null vector of eight matrices of six by six; their smallest pivot but one, relative to the largest.
 
     1. Reflections, before each of which the longest column is brought forward.
-    2. The null vector of the triangular factor; two of them where a plane is wanted.
+    2. The null vector of the triangular factor; two of them where a plane is requested.
     3. The columns' places restored.
     4. Of a plane, the vector that is a product.
 

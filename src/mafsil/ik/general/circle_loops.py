@@ -46,22 +46,24 @@ def harmonics(degree: int) -> tuple[Floats, Floats]:
     return np.stack([np.cos(angle), np.sin(angle)]), sign * (k * HALF) ** j / factorial
 
 
-def zeros_of(coefficients: Floats, dust: Floats, degree: int) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
+def zeros_of(
+    coefficients: Floats, roundoff: Floats, degree: int
+) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
     """Zeros of many polynomials: (k, MOST) zeros, (k,) their number, (k,) whether it is proven that these are all.
 
     Args:
         coefficients: (k, 2 degree + 1 or more) a_0, a_1, ..., b_1, b_2, ...; what follows is not looked at.
-        dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
+        roundoff: (k,) what the samples have of higher harmonics that must be zero: rounding.
         degree: of the polynomials.
     """
     k = len(coefficients)
     zeros, number, certain = np.empty((k, MOST)), np.empty(k, dtype=np.int64), np.empty(k, dtype=np.bool_)
-    zeros_on_circles(coefficients, dust, degree, *harmonics(degree), zeros, number, certain)
+    zeros_on_circles(coefficients, roundoff, degree, *harmonics(degree), zeros, number, certain)
     return zeros, number, certain
 
 
 @reordered
-def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, certain):
+def zeros_on_circles(coefficients, roundoff, degree, waves, factors, zeros, number, certain):
     """Zeros of many polynomials.
 
     1. How far the values of an expansion may be off: rounding, and the terms beyond its end.
@@ -72,7 +74,7 @@ def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, 
 
     Args:
         coefficients: (k, 2 degree + 1 or more) a_0, a_1, ..., b_1, b_2, ...
-        dust: (k,) what the samples have of higher harmonics that must be zero: rounding.
+        roundoff: (k,) what the samples have of higher harmonics that must be zero: rounding.
         degree: of the polynomials.
         waves, factors: as `harmonics` makes them.
         zeros: (k, most); only the first `number` count.
@@ -83,15 +85,15 @@ def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, 
     waiting, place, queued = np.empty((zeros.shape[1] + 8, ORDER + 3)), np.empty((zeros.shape[1] + 8, 2), np.int64), 0
     for b in range(len(coefficients)):
         # 1.
-        total, missing = abs(coefficients[b, 0]), 0.0
+        total, truncated = abs(coefficients[b, 0]), 0.0
         for k in range(1, degree + 1):
             size = abs(coefficients[b, k]) + abs(coefficients[b, degree + k])
             total += size
-            missing += size * abs(factors[ORDER - 1, k]) * k * HALF / ORDER
-        rounding = 64 * 2.2e-16 * total + 8 * dust[b]
-        noise, steep = rounding + missing, rounding * degree + missing * ORDER / HALF
+            truncated += size * abs(factors[ORDER - 1, k]) * k * HALF / ORDER
+        rounding = 64 * 2.2e-16 * total + 8 * roundoff[b]
+        noise, steep = rounding + truncated, rounding * degree + truncated * ORDER / HALF
         number[b], certain[b] = 0, False
-        if total > 100 * dust[b]:
+        if total > 100 * roundoff[b]:
             count, sure = 0, total < 1e300
             # 2.
             if _expanded(coefficients[b], degree, waves, factors, noise, T, unknown):
@@ -104,7 +106,7 @@ def zeros_on_circles(coefficients, dust, degree, waves, factors, zeros, number, 
                     place[queued + i, 0], place[queued + i, 1] = b, int(waiting[queued + i, ORDER + 2])
                 sure, queued = sure and all_sure, queued + taken
             # No zero at all is believed only where rounding is far below: no solution would confirm it.
-            number[b], certain[b] = min(count, zeros.shape[1]), sure and (count > 0 or total > 1e5 * dust[b])
+            number[b], certain[b] = min(count, zeros.shape[1]), sure and (count > 0 or total > 1e5 * roundoff[b])
         # 4.
         while queued >= 8 or (queued > 0 and b == len(coefficients) - 1):
             some = min(queued, 8)

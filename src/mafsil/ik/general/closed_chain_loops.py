@@ -8,19 +8,19 @@ from mafsil.solvers.loops import reordered
 
 
 @reordered
-def advanced(T, slides, c, s, frames, k):
+def advanced(T, prismatic, c, s, frames, k):
     """T Z F_k in place of T: the joint moves about z by an angle, or along z.
 
     Args:
         T: twelve places, (3, 4) by rows.
-        slides: whether the joint slides.
+        prismatic: whether the joint is prismatic.
         c, s: cosine and sine of the angle, or length and zero.
         frames: (7, 3, 4) constants of the loop.
         k: which of them.
     """
     for r in range(3):
         x, y, z, p = T[4 * r], T[4 * r + 1], T[4 * r + 2], T[4 * r + 3]
-        if slides:
+        if prismatic:
             p += c * z
         else:
             x, y = c * x + s * y, c * y - s * x

@@ -1,7 +1,7 @@
 """Elimination for whole batches: the determinant of every pose sampled on the circle of one joint, and its zeros.
 
-Each road (see `roads`) gives a polynomial for every pose. Where samples differ too much in size for their zeros to be
-isolated, the circle is sampled again on a projective image of it that makes them more alike.
+Each elimination order (see `orders`) gives a polynomial for every pose. Where samples differ too much in size for their
+zeros to be isolated, the circle is sampled again on a projective image of it that makes them more alike.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
-from mafsil.ik.general.findings import DETERMINED, MOST, NEAR, Findings, whole
-from mafsil.ik.general.roads import TWIST, Road, roads
+from mafsil.ik.general.elimination_orders import TWIST, EliminationOrder, orders
+from mafsil.ik.general.findings import DETERMINED, MATCHED, MOST, Findings, whole
 
 CHOICES: tuple[tuple[float, int, float], ...] = (
     (0.0, 0, 1e-4), (0.0, 1, np.inf), (0.0, -1, 1e-9), (0.7, 0, 1e-9), (1.2, 0, 1e-9),
@@ -49,43 +49,43 @@ Circle = tuple[Floats, Floats, Floats]
 
 
 class Elimination:
-    """All roads of one arm; what does not depend on the pose is computed once.
+    """All elimination orders of one arm; what does not depend on the pose is computed once.
 
     Attributes:
-        roads: of the chain.
-        slides: (6,) which joints slide.
+        orders: of the chain.
+        prismatic: (6,) which joints are prismatic.
         degree: of the determinant as a trigonometric polynomial: eight if all six joints turn.
     """
 
     def __init__(self, chain: Chain) -> None:
-        self.roads = roads(chain)
-        self.slides = np.array(chain.slides, dtype=np.bool_)
-        self.degree = 12 if self.slides.any() else 8
+        self.orders = orders(chain)
+        self.prismatic = np.array(chain.prismatic, dtype=np.bool_)
+        self.degree = 12 if self.prismatic.any() else 8
         self._fourier = fourier_columns(self.degree)
         nodes = len(self._fourier)
         self._angles = 2 * np.pi / nodes * np.arange(nodes)
         self._circle = np.cos(self._angles)[None], np.sin(self._angles)[None], np.ones((1, nodes))
 
     def __len__(self) -> int:
-        return len(self.roads)
+        return len(self.orders)
 
-    def take(self, road: int, found: Findings, rows: NDArray[np.int64]) -> None:
-        """What one road finds for some poses of a batch.
+    def take(self, order: int, found: Findings, rows: NDArray[np.int64]) -> None:
+        """What one elimination order finds for some poses of a batch.
 
         Args:
-            road: its number.
+            order: its number.
             found: is filled.
             rows: (k,) the poses.
         """
-        one, P = self.roads[road], found.P if len(rows) == len(found.P) else found.P[rows]
+        one, P = self.orders[order], found.P if len(rows) == len(found.P) else found.P[rows]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
         f, coefficients, size = self._sampled(systems, self._circle)
-        dust = size[:, 0]
-        rough = np.flatnonzero(dust > CLEAN * size[:, 1])
+        roundoff = size[:, 0]
+        rough = np.flatnonzero(roundoff > CLEAN * size[:, 1])
         if len(rough):
-            dust[rough] += self._rounding(systems.chosen(rough), self._circle, coefficients[rough])
-        zeros, number, certain = self._zeros(coefficients, dust)
-        self._doubted(systems, number, certain, size[:, 1], dust)
+            roundoff[rough] += self._rounding(systems.chosen(rough), self._circle, coefficients[rough])
+        zeros, number, certain = self._zeros(coefficients, roundoff)
+        self._doubted(systems, number, certain, size[:, 1], roundoff)
         # Without a proof the image is better, except that no zero at all may be all there is.
         vague = np.flatnonzero(~certain & (number > 0))
         if len(vague):
@@ -97,20 +97,20 @@ class Elimination:
         if len(rest):
             self._explored(systems, found, rows, rest, self._image(systems.chosen(rest), f[rest]))
 
-    def one(self, road: int, P: PoseMatrix, frames: Floats) -> tuple[JointVector, Floats] | None:
+    def one(self, order: int, P: PoseMatrix, frames: Floats) -> tuple[JointVector, Floats] | None:
         """All solutions of one pose and their errors, (k, 6) and (k,), where one look proves them; else None.
 
         The zeros must be isolated, and the candidate of each must lead to a solution of its own.
 
         Args:
-            road: its number.
+            order: its number.
             P: (1, 4, 4) displacement of the loop.
             frames: (7, 3, 4) its constants.
         """
         from mafsil.ik.general.circle_loops import zeros_of
         from mafsil.ik.general.polish_loops import explained, polished
 
-        one = self.roads[road]
+        one = self.orders[order]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
         _, coefficients, size = self._sampled(systems, self._circle)
         if not size[0, 0] <= CLEAN * size[0, 1]:
@@ -120,12 +120,12 @@ class Elimination:
         if not 0 < count <= MOST or not certain[0]:
             return None
         zero, rows = zeros[0, :count], FIRST[:count]
-        turns, rank = systems.candidates(P, frames, self.slides, rows, rows, zero, 0.0, 0)
+        turns, rank = systems.candidates(P, frames, self.prismatic, rows, rows, zero, 0.0, 0)
         if not rank.min() > DETERMINED:
             return None
         q, error = np.empty((len(turns), 6)), np.empty(len(turns))
-        polished(frames, self.slides, P, rows, turns, q, error)
-        return (q[:count], error[:count]) if explained(zero, one.joints[2], self.slides, q, error, NEAR) else None
+        polished(frames, self.prismatic, P, rows, turns, q, error)
+        return (q[:count], error[:count]) if explained(zero, one.joints[2], self.prismatic, q, error, MATCHED) else None
 
     def _explored(
         self,
@@ -141,9 +141,9 @@ class Elimination:
         def candidates(row: NDArray[np.int64], zero: Floats, choice: int) -> tuple[Floats, Floats]:
             turn, pick, _ = CHOICES[choice]
             at = row if some is None else some[row]
-            return systems.candidates(found.P, found.frames, self.slides, poses[row], at, zero, turn, pick)
+            return systems.candidates(found.P, found.frames, self.prismatic, poses[row], at, zero, turn, pick)
 
-        joints = systems.road.joints
+        joints = systems.order.joints
         found.explored(poses, zeros, candidates, [enough for _, _, enough in CHOICES], joints[2])
 
     def _image(self, systems: _Systems, f: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
@@ -162,9 +162,9 @@ class Elimination:
             theta = centre + 2 * np.arctan2(s, c)
             circle = np.cos(theta), np.sin(theta), (c * c + s * s) ** self.degree
             _, coefficients, size = self._sampled(systems, circle)
-            dust = size[:, 0] + self._rounding(systems, circle, coefficients)
-            zeros, number, certain = self._zeros(coefficients, dust)
-            self._doubted(systems, number, certain, size[:, 1], dust)
+            roundoff = size[:, 0] + self._rounding(systems, circle, coefficients)
+            zeros, number, certain = self._zeros(coefficients, roundoff)
+            self._doubted(systems, number, certain, size[:, 1], roundoff)
             back = centre + 2 * np.arctan2(np.sin(0.5 * zeros) / squeeze, squeeze * np.cos(0.5 * zeros))
         return back, number, certain
 
@@ -176,7 +176,7 @@ class Elimination:
 
     @staticmethod
     def _doubted(
-        systems: _Systems, number: NDArray[np.int64], certain: NDArray[np.bool_], size: Floats, dust: Floats
+        systems: _Systems, number: NDArray[np.int64], certain: NDArray[np.bool_], size: Floats, roundoff: Floats
     ) -> None:
         """That there is no zero at all is not certain where the equations are small beside the terms of their sums.
 
@@ -184,7 +184,7 @@ class Elimination:
         """
         empty = np.flatnonzero(certain & (number == 0))
         if len(empty):
-            certain[empty] = size[empty] > EMPTY * dust[empty] * systems.chosen(empty).cancellation()
+            certain[empty] = size[empty] > EMPTY * roundoff[empty] * systems.chosen(empty).cancellation()
 
     def _sampled(self, systems: _Systems, circle: Circle) -> tuple[Floats, Floats, Floats]:
         """(k, nodes) determinants, (k, nodes) their harmonics, and (k, 2) what is left of zeros, and the others' size.
@@ -200,22 +200,22 @@ class Elimination:
         determinants(systems.A, *circle, self._fourier, self.degree, f, h, size)
         return f, h, size
 
-    def _zeros(self, coefficients: Floats, dust: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
+    def _zeros(self, coefficients: Floats, roundoff: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         from mafsil.ik.general.circle_loops import zeros_of
 
-        return zeros_of(coefficients, dust, self.degree)
+        return zeros_of(coefficients, roundoff, self.degree)
 
 
 class _Systems:
-    """The equations of one road for many poses."""
+    """The equations of one elimination order for many poses."""
 
-    def __init__(self, road: Road, P: PoseMatrix) -> None:
+    def __init__(self, order: EliminationOrder, P: PoseMatrix) -> None:
         from mafsil.ik.general.elimination_loops import eliminated
 
-        self.road, self.count = road, len(P)
+        self.order, self.count = order, len(P)
         k = whole(len(P))
         self.A, self.Q, self.R = np.empty((k, 6, 27)), np.empty((k, 8, 15)), np.empty((k, 36))
-        eliminated(P, *road.constants, self.A, self.Q, self.R)
+        eliminated(P, *order.constants, self.A, self.Q, self.R)
 
     def chosen(self, rows: NDArray[np.intp]) -> _Systems:
         """Those of some poses."""
@@ -228,7 +228,7 @@ class _Systems:
 
     def _like(self, count: int, A: Floats, Q: Floats, R: Floats) -> _Systems:
         some = object.__new__(_Systems)
-        some.road, some.count, some.A, some.Q, some.R = self.road, count, A, Q, R
+        some.order, some.count, some.A, some.Q, some.R = self.order, count, A, Q, R
         return some
 
     def condition(self) -> Floats:
@@ -239,13 +239,13 @@ class _Systems:
     def cancellation(self) -> Floats:
         """(k,) how much larger than the smallest equation the terms are whose sums the equations are."""
         size = np.abs(self.A[: self.count]).max(axis=2).min(axis=1)
-        return np.abs(self.road.left).max() / (size + 1e-300)
+        return np.abs(self.order.left).max() / (size + 1e-300)
 
     def candidates(
         self,
         P: PoseMatrix,
         frames: Floats,
-        slides: NDArray[np.bool_],
+        prismatic: NDArray[np.bool_],
         poses: NDArray[np.int64],
         rows: NDArray[np.int64],
         zeros: Floats,
@@ -256,18 +256,18 @@ class _Systems:
 
         Args:
             P: (k, 4, 4) displacements of the loop.
-            frames, slides: its constants.
+            frames, prismatic: its constants.
             poses, rows: (m,) places among the displacements and in these systems.
             zeros: (m,) values of joint c.
             turn, pick: as in `CHOICES`.
         """
         from mafsil.ik.general.candidate_loops import candidates
 
-        count, road = len(rows), self.road
+        count, order = len(rows), self.order
         turns, rank = np.empty((whole(count), 12)), np.empty(whole(count))
         A, Q, R = self.A, self.Q, self.R
         candidates(
-            road.joints, zeros, rows, poses, P, A, Q, R, road.left, frames, slides, TWIST, turn, pick, turns, rank
+            order.joints, zeros, rows, poses, P, A, Q, R, order.left, frames, prismatic, TWIST, turn, pick, turns, rank
         )
         return turns, rank[:count]
 

@@ -25,7 +25,7 @@ def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
 
     Args:
         P: (k, 4, 4) displacements of the loop.
-        before, lines, after, products, left, unit: constants of a road.
+        before, lines, after, products, left, unit: constants of an elimination order.
         A: (k', 6, 27) coefficients of the six equations, k' the next multiple of eight.
         Q: (k', 8, 15) products of the first columns with the fourteen functions, and with the constants, negative.
         R: (k', 36) the triangular factor, column by column, each with its diagonal entry at the end.
@@ -126,7 +126,7 @@ def _lines(X, before, lines, after, S):
 
 
 @reordered
-def determinants(A, cosines, sines, weights, fourier, degree, f, h, dust):
+def determinants(A, cosines, sines, weights, fourier, degree, f, h, roundoff):
     """The determinants of the twelve equations at nodes of joint c, eight nodes at a time, and their harmonics.
 
     1. The equations at the nodes, as coefficients of the half angle of joint d.
@@ -141,7 +141,8 @@ def determinants(A, cosines, sines, weights, fourier, degree, f, h, dust):
         degree: of the polynomials.
         f: (k, nodes) the determinants times their weights.
         h: (k, nodes) a_0, a_1, ..., b_1, b_2, ..., and the rest.
-        dust: (k, 2) 1.5 times the root mean square of those that must be zero, and the sum of the sizes of the others.
+        roundoff: (k, 2) 1.5 times the root mean square of those that must be zero, and the sum of the sizes of the
+            others.
     """
     groups, rows = f.shape[1] // 8, len(cosines)
     M, K = room(54), room(36)
@@ -185,7 +186,7 @@ def determinants(A, cosines, sines, weights, fourier, degree, f, h, dust):
                 size += abs(h[b, i])
             else:
                 square += h[b, i] * h[b, i]
-        dust[b, 0], dust[b, 1] = 1.5 * sqrt(square / (8 * groups - 2 * degree - 1)), size
+        roundoff[b, 0], roundoff[b, 1] = 1.5 * sqrt(square / (8 * groups - 2 * degree - 1)), size
 
 
 @reordered

@@ -12,7 +12,7 @@ from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 
 MOST = 16
-"""Isolated solutions of six turning joints (Primrose, 1986)."""
+"""Isolated solutions of six revolute joints (Primrose, 1986)."""
 
 FOLD = 0.05
 """Smallest over largest singular value of the Jacobian below which a second solution is looked for close by."""
@@ -20,7 +20,7 @@ FOLD = 0.05
 WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
 """How far from a nearly singular solution along the direction that moves least [rad | unit of length]."""
 
-NEAR = 1e-3
+MATCHED = 1e-3
 """Difference of a solution from the zero that it explains [rad]."""
 
 DETERMINED = 1e-5
@@ -38,14 +38,14 @@ class Findings:
         q, size: (k, 16, 6) and (k, 16) solutions and their errors, NaN beyond their number.
         count: (k,) their number.
         proof: (k,) whether the list is proven complete.
-        roads: (k,) eliminations that were tried.
+        attempts: (k,) eliminations that were tried.
     """
 
-    def __init__(self, frames: Floats, slides: NDArray[np.bool_], P: PoseMatrix) -> None:
+    def __init__(self, frames: Floats, prismatic: NDArray[np.bool_], P: PoseMatrix) -> None:
         k = len(P)
-        self.frames, self.slides, self.P = frames, slides, np.ascontiguousarray(P)
+        self.frames, self.prismatic, self.P = frames, prismatic, np.ascontiguousarray(P)
         self.q, self.size = np.full((k, MOST, 6), np.nan), np.full((k, MOST), np.nan)
-        self.count, self.roads = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
+        self.count, self.attempts = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
         self.proof = np.zeros(k, dtype=np.bool_)
 
     def tried(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, NDArray[np.bool_]]:
@@ -58,20 +58,20 @@ class Findings:
         from mafsil.ik.general.polish_loops import CLOSED, noted
 
         q, size = self._polished(rows, turns)
-        noted(rows, q, size, self.slides, self.count, self.q, self.size)
+        noted(rows, q, size, self.prismatic, self.count, self.q, self.size)
         return q, size < CLOSED
 
     def _polished(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
         from mafsil.ik.general.polish_loops import polished
 
         q, size = np.empty((len(turns), 6)), np.empty(len(turns))
-        polished(self.frames, self.slides, self.P, rows, turns, q, size)
+        polished(self.frames, self.prismatic, self.P, rows, turns, q, size)
         return q[: len(rows)], size[: len(rows)]
 
     def turns(self, q: JointVector) -> Floats:
         """(m', 12) cosine and sine of each joint, or length and zero, of candidates (m, 6)."""
         turns = np.zeros((whole(len(q)), 6, 2))
-        turns[: len(q), :, 0], turns[: len(q), :, 1] = np.where(self.slides, q, np.cos(q)), np.sin(q)
+        turns[: len(q), :, 0], turns[: len(q), :, 1] = np.where(self.prismatic, q, np.cos(q)), np.sin(q)
         return turns.reshape(-1, 12)
 
     def explored(
@@ -102,10 +102,10 @@ class Findings:
             q, closed = self.tried(rows[row[todo]], turns)
             # The solution must be that of this zero, else the zero is not explained.
             away = np.abs((q[:, joint] - zero[todo] + np.pi) % (2 * np.pi) - np.pi)
-            here = closed & (away < NEAR)
+            here = closed & (away < MATCHED)
             hit[todo] |= here
-            missed = np.bincount(row[~hit], minlength=len(rows)) > 0
-            proven = certain & ~missed & (self.count[rows] == number)
+            unexplained = np.bincount(row[~hit], minlength=len(rows)) > 0
+            proven = certain & ~unexplained & (self.count[rows] == number)
             done = here & (rank > limit)
             if choice == 0:
                 # A list that is complete, its zeros well determined, needs no second look.
@@ -114,26 +114,26 @@ class Findings:
             todo = todo[~done]
         self.proof[rows] |= proven & (self.count[rows] == number)
 
-    def joined(self, rows: NDArray[np.int64], near: Findings) -> None:
+    def joined(self, rows: NDArray[np.int64], nearby: Findings) -> None:
         """Solutions that those of poses nearby lead to are added, the best conditioned first.
 
         Lists end with the members of continua, which would fill them.
 
         Args:
             rows: (k,) the poses.
-            near: what was found for poses beside them, for one of each after the other.
+            nearby: what was found for poses beside them, for one of each after the other.
         """
         from mafsil.ik.general.polish_loops import CLOSED, noted
 
-        count = np.concatenate([self.count[rows], near.count])
+        count = np.concatenate([self.count[rows], nearby.count])
         which, place = np.nonzero(np.arange(MOST) < count[:, None])
-        row, starts = rows[which % len(rows)], np.concatenate([self.q[rows], near.q])[which, place]
+        row, starts = rows[which % len(rows)], np.concatenate([self.q[rows], nearby.q])[which, place]
         q, size = self._polished(row, self.turns(starts))
         closed = np.flatnonzero(size < CLOSED)
         values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
         best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]
         self.q[rows], self.size[rows], self.count[rows] = np.nan, np.nan, 0
-        noted(row[best], q[best], size[best], self.slides, self.count, self.q, self.size)
+        noted(row[best], q[best], size[best], self.prismatic, self.count, self.q, self.size)
 
     def look_beside(self, rows: NDArray[np.int64]) -> None:
         """Solutions beside nearly singular ones, where two meet at a fold, along the direction that moves least."""
@@ -154,11 +154,11 @@ class Findings:
         for k in range(6):
             axes.append(T[:, :3, 2])
             places.append(T[:, :3, 3])
-            screw = np.array([0, 0, 0, 0, 0, 1.0]) if self.slides[k] else np.array([0, 0, 1.0, 0, 0, 0])
+            screw = np.array([0, 0, 0, 0, 0, 1.0]) if self.prismatic[k] else np.array([0, 0, 1.0, 0, 0, 0])
             T = T @ pose.exp(screw * q[:, k, None]) @ _square(self.frames[k + 1])
         columns = [
-            np.concatenate([0 * z, z] if slides else [z, np.cross(z, T[:, :3, 3] - p)], axis=1)
-            for z, p, slides in zip(axes, places, self.slides, strict=True)
+            np.concatenate([0 * z, z] if prismatic else [z, np.cross(z, T[:, :3, 3] - p)], axis=1)
+            for z, p, prismatic in zip(axes, places, self.prismatic, strict=True)
         ]
         return np.stack(columns, axis=2)
 

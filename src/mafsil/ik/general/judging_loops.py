@@ -1,4 +1,4 @@
-"""Solutions judged, compiled: how far they miss their poses, and their angles wound into the limits.
+"""Solutions judged, compiled: their errors, and their angles wound into the limits.
 
 Imported only where poses are solved: numba is loaded with it.
 """
@@ -17,20 +17,20 @@ SLACK = 1e-12
 
 
 @compiled
-def judged(reached, T, rows, near, lower, upper, turning, q, residual, within):
-    """Errors of solutions, and their angles moved by whole turns as near to `near` as the limits allow, in place.
+def judged(reached, T, rows, q0, lower, upper, revolute, q, residual, within):
+    """Errors of solutions, and their angles moved by whole turns as near to `q0` as the limits allow, in place.
 
     1. The distance, and the angle between the rotations: half the axis of R R_d^T has its sine for a length; where
-       the trace is small the angle is large, and only that is told.
-    2. The turn nearest to `near`; if it is beyond a limit, the first turn within; if there is none, the nearest.
+       the trace is small the angle is large, and only that is said.
+    2. The turn nearest to `q0`; if it is beyond a limit, the first turn within; if there is none, the nearest.
 
     Args:
         reached: (m, 4, 4) poses of the solutions.
-        T: (k, 4, 4) wanted poses.
+        T: (k, 4, 4) requested poses.
         rows: (m,) which of them each solution belongs to.
-        near: (n,) values to which angles are wound.
+        q0: (n,) values to which angles are wound.
         lower, upper: (n,) limits.
-        turning: (n,) which coordinates are angles.
+        revolute: (n,) which coordinates are angles.
         q: (m, n) solutions.
         residual: (m,) the larger of angle [rad] and distance [m].
         within: (m,) whether a solution is within the limits.
@@ -55,8 +55,8 @@ def judged(reached, T, rows, near, lower, upper, turning, q, residual, within):
         inside = True
         for k in range(q.shape[1]):
             x, low, high = q[i, k], lower[k], upper[k]
-            if turning[k]:
-                x -= TURN * round((x - near[k]) / TURN)
+            if revolute[k]:
+                x -= TURN * round((x - q0[k]) / TURN)
                 turns = 0.0
                 if x < low:
                     turns = ceil((low - x) / TURN - SLACK)

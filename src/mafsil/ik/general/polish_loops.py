@@ -28,7 +28,7 @@ CLOSED = 1e-10
 
 
 @reordered
-def polished(frames, slides, P, rows, turns, q, size):
+def polished(frames, prismatic, P, rows, turns, q, size):
     """Newton's method on candidates, eight at a time; the largest errors that remain [rad, unit of length].
 
     1. Free lanes take the next candidates.
@@ -39,7 +39,7 @@ def polished(frames, slides, P, rows, turns, q, size):
 
     Args:
         frames: (7, 3, 4) constants F_k.
-        slides: (6,) which joints slide.
+        prismatic: (6,) which joints are prismatic.
         P: (k, 4, 4) displacements of the loop.
         rows: (m,) which of them each candidate belongs to.
         turns: (m', 12) candidates: cosine and sine of each joint, or length and zero; changed; m' is the next multiple
@@ -78,8 +78,8 @@ def polished(frames, slides, P, rows, turns, q, size):
         for k in range(6):
             for r in range(3):
                 J[7 * r + k], J[7 * (3 + r) + k] = T[4 * r + 2], T[4 * r + 3]
-            advanced(T, slides[k], Q[2 * k], Q[2 * k + 1], frames, k + 1)
-        error, before, count = _missing(T, X, J), errors[0], counts[0]
+            advanced(T, prismatic[k], Q[2 * k], Q[2 * k + 1], frames, k + 1)
+        error, before, count = _loop_error(T, X, J), errors[0], counts[0]
         errors[0], counts[0] = error, count + 1.0
         # 3.
         done = (error < 1e-14) | (count >= STEPS - 1.0) | ((error < CLOSED) & (error > 0.5 * before)) | (error > 1e6)
@@ -92,7 +92,7 @@ def polished(frames, slides, P, rows, turns, q, size):
         active &= ~vacant
         # 4.
         if active != 0:
-            _columns(slides, T, J)
+            _columns(prismatic, T, J)
             _solved(J)
             longest = lanes(0.0)
             for k in range(6):
@@ -100,7 +100,7 @@ def polished(frames, slides, P, rows, turns, q, size):
             shrink = where(longest > LONGEST, LONGEST / longest, 1.0)
             for k in range(6):
                 step, c, s = shrink * J[7 * k + 6], Q[2 * k], Q[2 * k + 1]
-                if slides[k]:
+                if prismatic[k]:
                     Q[2 * k] = c + step
                 else:
                     cosine, sine = turned(step)
@@ -112,12 +112,12 @@ def polished(frames, slides, P, rows, turns, q, size):
             for k in range(12):
                 put(Q, k, l, turns[i, k])
         for k in range(6):
-            value = Q[2 * k] if slides[k] else angle_of(Q[2 * k], Q[2 * k + 1])
+            value = Q[2 * k] if prismatic[k] else angle_of(Q[2 * k], Q[2 * k + 1])
             spread(q, 6 * begin + k, 6, value)
 
 
 @reordered
-def _missing(T, X, J):
+def _loop_error(T, X, J):
     """The largest error of a loop, 1e300 if it is none; its components into the last column.
 
     Half the axis of X T^-1, which is its sine for small angles, and the displacement.
@@ -141,11 +141,11 @@ def _missing(T, X, J):
 
 
 @reordered
-def _columns(slides, T, J):
+def _columns(prismatic, T, J):
     """Columns (axis, velocity of the tip) from (axis, a point of it)."""
     for k in range(6):
         z0, z1, z2 = J[k], J[7 + k], J[14 + k]
-        if slides[k]:
+        if prismatic[k]:
             J[k], J[7 + k], J[14 + k] = 0.0, 0.0, 0.0
             J[21 + k], J[28 + k], J[35 + k] = z0, z1, z2
         else:
@@ -178,13 +178,13 @@ def _solved(M):
 
 
 @reordered
-def noted(rows, q, size, slides, found, q_out, size_out):
+def noted(rows, q, size, prismatic, found, q_out, size_out):
     """Closed candidates that are new are written down.
 
     Args:
         rows: (m,) place of each in the lists.
         q, size: (m, 6) candidates, their angles in [-pi, pi], and (m,) their errors.
-        slides: (6,) which joints slide.
+        prismatic: (6,) which joints are prismatic.
         found: (k,) lengths of the lists.
         q_out, size_out: (k, most, 6) and (k, most) the lists.
     """
@@ -194,7 +194,7 @@ def noted(rows, q, size, slides, found, q_out, size_out):
         b = rows[i]
         new = found[b] < q_out.shape[1]
         for j in range(found[b]):
-            new = new and _differ(q, i, q_out[b], j, slides)
+            new = new and _differ(q, i, q_out[b], j, prismatic)
         if new:
             for k in range(6):
                 q_out[b, found[b], k] = q[i, k]
@@ -203,33 +203,33 @@ def noted(rows, q, size, slides, found, q_out, size_out):
 
 
 @reordered
-def explained(zeros, joint, slides, q, size, near):
+def explained(zeros, joint, prismatic, q, size, tolerance):
     """Whether each zero of one pose has led to a solution of its own with that value of the joint.
 
     Args:
         zeros: (m,) of the joint.
         joint: whose value the zeros are.
-        slides: (6,) which joints slide.
+        prismatic: (6,) which joints are prismatic.
         q, size: (m', 6) solutions, m' >= m, their angles in [-pi, pi], and (m',) their errors.
-        near: difference from its zero up to which a solution explains it [rad].
+        tolerance: difference from its zero up to which a solution explains it [rad].
     """
     for i in range(len(zeros)):
         away = q[i, joint] - zeros[i]
         away -= 2 * pi * np.floor(away / (2 * pi) + 0.5)
-        if not (size[i] < CLOSED and abs(away) < near):
+        if not (size[i] < CLOSED and abs(away) < tolerance):
             return False
         for j in range(i):
-            if not _differ(q, i, q, j, slides):
+            if not _differ(q, i, q, j, prismatic):
                 return False
     return True
 
 
 @reordered
-def _differ(q, i, others, j, slides):
+def _differ(q, i, others, j, prismatic):
     """Whether two solutions are not the same."""
     for k in range(6):
         d = abs(q[i, k] - others[j, k])
-        if not slides[k] and d > pi:
+        if not prismatic[k] and d > pi:
             d = 2 * pi - d
         if d > SAME:
             return True

@@ -13,7 +13,7 @@ from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
 from mafsil.ik.general.findings import MOST, Findings, loop_frames
-from mafsil.ik.general.sliding import ThreeSlides, TwoSlides
+from mafsil.ik.general.prismatic import ThreePrismatic, TwoPrismatic
 from mafsil.ik.problem import clean_poses
 from mafsil.kernels.lazy import lazy
 
@@ -30,8 +30,9 @@ FEW = 64
 BESIDE: Floats = np.random.default_rng(5).normal(size=(3, 6)) * np.array([[1e-3], [3e-3], [1e-2]])
 """Ways to poses beside one whose elimination is singular [rad, unit of length].
 
-A continuum of postures makes all equations of a road singular, and with it the isolated postures are lost. Beside the
-pose there is no continuum, and every well conditioned posture has a neighbour, from which Newton's method leads back.
+A continuum of configurations makes all equations of an elimination order singular, and with it the isolated
+configurations are lost. Beside the pose there is no continuum, and every well conditioned configuration has a
+neighbour, from which Newton's method leads back.
 """
 
 
@@ -45,18 +46,18 @@ class GeneralSolutions:
         complete: (*batch,) whether it is proven that there are no others: every zero of the determinant on the circle
             isolated beyond the rounding of its coefficients, and each the first joint of one solution.
         error: (*batch, 16) error of the loop that was left [rad, unit of length].
-        roads: (*batch,) eliminations that were tried.
+        attempts: (*batch,) eliminations that were tried.
     """
 
     q: JointVector
     count: NDArray[np.int64]
     complete: NDArray[np.bool_]
     error: Floats
-    roads: NDArray[np.int64]
+    attempts: NDArray[np.int64]
 
     def __getitem__(self, row: int) -> GeneralSolutions:
         """Those of one pose of a flat batch."""
-        return GeneralSolutions(self.q[row], self.count[row], self.complete[row], self.error[row], self.roads[row])
+        return GeneralSolutions(self.q[row], self.count[row], self.complete[row], self.error[row], self.attempts[row])
 
     def shaped(self, batch: tuple[int, ...]) -> GeneralSolutions:
         """As many poses in another shape."""
@@ -67,7 +68,7 @@ class GeneralSolutions:
             self.count.reshape(batch),
             self.complete.reshape(batch),
             self.error.reshape(*batch, *self.error.shape[1:]),
-            self.roads.reshape(batch),
+            self.attempts.reshape(batch),
         )
 
 
@@ -96,13 +97,13 @@ class GeneralSix:
         Raises:
             InputError: a wrong shape.
         """
-        wanted = gate("T", T, (4, 4))
-        clean, valid = clean_poses(wanted.reshape(-1, 4, 4))
-        return self._machine.solve(clean, valid, wanted.shape[:-2], pool.available() if threads is None else threads)
+        requested = gate("T", T, (4, 4))
+        clean, valid = clean_poses(requested.reshape(-1, 4, 4))
+        return self._machine.solve(clean, valid, requested.shape[:-2], pool.available() if threads is None else threads)
 
     @property
     def proves(self) -> bool:
-        """Whether some of the random poses at which the roads were tried had a list that is proven.
+        """Whether some of the random poses at which the elimination orders were tried had a list that is proven.
 
         Of wrists whose axes nearly meet, and other arms beside one whose elimination is singular, there are none.
         """
@@ -114,55 +115,55 @@ class GeneralSix:
 
 
 class _Machine:
-    """Constants of an arm: its loop about a fitting origin, in a fitting unit of length, and the roads to try."""
+    """Constants of an arm: its loop about a fitting origin, in a fitting unit of length, and the orders to try."""
 
     def __init__(self, chain: Chain) -> None:
         self.back = pose.inverse(chain.home)
         filled = _filled(chain)
-        turning = ~np.array(filled.slides, dtype=np.bool_)
+        revolute = ~np.array(filled.prismatic, dtype=np.bool_)
         self.size = _size(filled)
-        self.middle = filled.points[turning].mean(axis=0) if turning.any() else np.zeros(3)
+        self.middle = filled.points[revolute].mean(axis=0) if revolute.any() else np.zeros(3)
         self.filled = _normalised(filled, self.middle, self.size)
-        self.slides = np.array(self.filled.slides, dtype=np.bool_)
-        self.lengths = np.where(self.slides, self.size, 1.0)
+        self.prismatic = np.array(self.filled.prismatic, dtype=np.bool_)
+        self.lengths = np.where(self.prismatic, self.size, 1.0)
         self.where = [self.filled.joints.index(j) for j in sorted(j for j in chain.joints if j >= 0)]
         self.added = [k for k in range(6) if k not in self.where]
         self.frames = loop_frames(self.filled)
         self.method = _method(self.filled)
-        self.order, self.proofs = self._ordered()
+        self.ranking, self.proofs = self._ranked()
 
-    def _ordered(self) -> tuple[list[int], int]:
-        """The roads with the most proofs first, those at one look counted twice, and how many lists they proved."""
+    def _ranked(self) -> tuple[list[int], int]:
+        """The orders with the most proofs first, those at one look counted twice, and how many lists they proved."""
         q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
         score, proofs = list[tuple[int, int]](), 0
-        for road in range(len(self.method)):
-            out = self._run(P, [road], beside=False)
-            good = [_holds(found[:k], wanted) for found, k, wanted in zip(out.q, out.count, q, strict=True)]
-            looks = sum(self._one(P[i : i + 1], road) is not None for i in range(len(P)))
-            score.append((-int(out.proof.sum()) - sum(good) - looks, road))
+        for order in range(len(self.method)):
+            out = self._run(P, [order], beside=False)
+            good = [_holds(found[:k], sampled) for found, k, sampled in zip(out.q, out.count, q, strict=True)]
+            looks = sum(self._one(P[i : i + 1], order) is not None for i in range(len(P)))
+            score.append((-int(out.proof.sum()) - sum(good) - looks, order))
             proofs += int(out.proof.sum())
-        return [road for _, road in sorted(score)], proofs
+        return [order for _, order in sorted(score)], proofs
 
     def solve(self, T: PoseMatrix, valid: NDArray[np.bool_], batch: tuple[int, ...], threads: int) -> GeneralSolutions:
         """All solutions of those of the poses (k, 4, 4) that are valid, as a batch of a shape."""
         P = T @ self.back
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
-        if len(P) == 1 and valid[0] and not self.added and (one := self._one(P, self.order[0])) is not None:
+        if len(P) == 1 and valid[0] and not self.added and (one := self._one(P, self.ranking[0])) is not None:
             return one.shaped(batch)
         count, done = max(1, -(-len(P) // CHUNK), min(threads, len(P) // FEW)), dict[int, Findings]()
         size = -(-len(P) // count)
 
         def part(i: int) -> None:
-            done[i] = self._run(P[i * size : (i + 1) * size], self.order)
+            done[i] = self._run(P[i * size : (i + 1) * size], self.ranking)
 
         pool.run(part, count, threads)
         parts = [done[i] for i in range(count)]
         q = np.concatenate([one.q for one in parts]) * self.lengths
         error = np.concatenate([one.size for one in parts])
         proof = np.concatenate([one.proof for one in parts])
-        taken = np.concatenate([one.roads for one in parts])
+        taken = np.concatenate([one.attempts for one in parts])
         if self.added:
             stray = ~(np.abs(q[:, :, self.added]) <= STILL).all(axis=-1)
             q[stray], error[stray] = np.nan, np.nan
@@ -170,11 +171,11 @@ class _Machine:
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
         return GeneralSolutions(q[..., self.where], (~np.isnan(error)).sum(axis=1), proof, error, taken).shaped(batch)
 
-    def _one(self, P: PoseMatrix, road: int) -> GeneralSolutions | None:
-        """All solutions of one pose (1, 4, 4) where a road proves them at one look; else None."""
+    def _one(self, P: PoseMatrix, order: int) -> GeneralSolutions | None:
+        """All solutions of one pose (1, 4, 4) where an elimination order proves them at one look; else None."""
         if not isinstance(self.method, Elimination):
             return None
-        found = self.method.one(road, P, self.frames)
+        found = self.method.one(order, P, self.frames)
         if found is None:
             return None
         count = len(found[1])
@@ -183,29 +184,29 @@ class _Machine:
         q *= self.lengths
         return GeneralSolutions(q[..., self.where], np.array([count]), np.array([True]), error, np.array([1]))
 
-    def _run(self, P: PoseMatrix, order: list[int], *, beside: bool = True) -> Findings:
-        """Roads one after the other, until one proves that nothing is missing; else also at poses beside."""
-        found = Findings(self.frames, self.slides, P)
+    def _run(self, P: PoseMatrix, orders: list[int], *, beside: bool = True) -> Findings:
+        """Elimination orders one by one, until one proves that nothing is missing; else also at poses beside."""
+        found = Findings(self.frames, self.prismatic, P)
         rows = np.flatnonzero(np.isfinite(P).all(axis=(1, 2)))
-        for road in order:
+        for order in orders:
             if not len(rows):
                 return found
-            found.roads[rows] += 1
-            self.method.take(road, found, rows)
+            found.attempts[rows] += 1
+            self.method.take(order, found, rows)
             rows = rows[~found.proof[rows]]
         if beside and len(rows):
             ways = (P[rows] @ pose.exp(BESIDE)[:, None]).reshape(-1, 4, 4)
-            found.joined(rows, self._run(ways, order, beside=False))
+            found.joined(rows, self._run(ways, orders, beside=False))
         found.look_beside(rows)
         return found
 
 
-def _method(chain: Chain) -> Elimination | TwoSlides | ThreeSlides:
-    match sum(chain.slides):
+def _method(chain: Chain) -> Elimination | TwoPrismatic | ThreePrismatic:
+    match sum(chain.prismatic):
         case 2:
-            return TwoSlides(chain)
+            return TwoPrismatic(chain)
         case 3:
-            return ThreeSlides(chain)
+            return ThreePrismatic(chain)
         case _:
             return Elimination(chain)
 
@@ -220,18 +221,18 @@ def _filled(chain: Chain) -> Chain:
 
 
 def _size(chain: Chain) -> float:
-    turning = ~np.array(chain.slides, dtype=np.bool_)
-    places = chain.points[turning]
+    revolute = ~np.array(chain.prismatic, dtype=np.bool_)
+    places = chain.points[revolute]
     extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0))) if len(places) else 0.0
     return 0.5 * extent if extent > 1e-9 else chain.size
 
 
 def _normalised(chain: Chain, middle: Floats, size: float) -> Chain:
     """The chain about another origin, in another unit of length, its home pose left out."""
-    turning = ~np.array(chain.slides, dtype=np.bool_)[:, None]
-    points = (chain.points - middle) * turning / size
+    revolute = ~np.array(chain.prismatic, dtype=np.bool_)[:, None]
+    points = (chain.points - middle) * revolute / size
     points = points - (points * chain.axes).sum(axis=1, keepdims=True) * chain.axes
-    return Chain(chain.axes, points, chain.slides, chain.joints, np.eye(4), chain.reversed)
+    return Chain(chain.axes, points, chain.prismatic, chain.joints, np.eye(4), chain.reversed)
 
 
 def _product(chain: Chain, q: JointVector) -> PoseMatrix:
@@ -243,7 +244,7 @@ def _product(chain: Chain, q: JointVector) -> PoseMatrix:
     return P
 
 
-def _holds(found: JointVector, wanted: JointVector) -> bool:
-    """Whether one of the solutions is the wanted one."""
-    d = (found - wanted + np.pi) % (2 * np.pi) - np.pi
+def _holds(found: JointVector, requested: JointVector) -> bool:
+    """Whether one of the solutions is the requested one."""
+    d = (found - requested + np.pi) % (2 * np.pi) - np.pi
     return len(found) > 0 and bool((np.abs(d).max(axis=1) < 1e-6).any())

@@ -32,7 +32,7 @@ def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: Joint
     if problem.frame is not None or not whole_pose or problem.robot.mechanism.loops:
         return None
     arm = analysis(problem.robot.mechanism)
-    if arm.form is None or not arm.exact or arm.held:
+    if arm.form is None or not arm.exact or arm.locked:
         return None
     branches = arm.form.solve(T_sd.reshape(-1, 4, 4))
     q, revolute = branches.q, problem.revolute == 1

@@ -187,7 +187,7 @@ class FullSearch:
         problem = self.plan.problem
         if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
             return
-        free = cached_plan(problem_of(problem.part.whole, problem.part.asked, False), self.plan.task, 0)
+        free = cached_plan(problem_of(problem.part.whole, problem.part.requested, False), self.plan.task, 0)
         T = T_sd[rows]
         allowed = np.full(len(rows), FREE_RESTARTS + 1)
         best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)

@@ -120,7 +120,7 @@ class ArmAngleForm:
 
 def arm_angle_form(chain: Chain) -> ArmAngleForm | None:
     """The arm angle form of a chain; None unless seven joints turn and shoulder and wrist are spherical, orthogonal."""
-    if len(chain) != 7 or any(chain.slides):
+    if len(chain) != 7 or any(chain.prismatic):
         return None
     size = chain.size
     ends: list[Floats] = []

@@ -165,7 +165,7 @@ def _try(
     q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
     pose, place = np.nonzero(table.residual[:, 0] <= 1e-5)
     q[pose, place], residual[pose, place] = refined(
-        setting.robot, q[pose, place], poses[pose], setting.mask, None, held=(form.held,)
+        setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.held,)
     )
     good = residual <= tolerance
     _keep_first(setting, q, good)
@@ -189,7 +189,7 @@ def _keep_first(setting: Setting, q: JointVector, good: NDArray[np.bool_]) -> No
             both = np.flatnonzero(good[:, k] & good[:, j])
             if len(both):
                 d = q[both, k] - q[both, j]
-                d = np.where(setting.turning, (d + np.pi) % (2 * np.pi) - np.pi, d)
+                d = np.where(setting.revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)
                 good[both, k] = np.abs(d).max(axis=1) > SAME
 
 
@@ -201,7 +201,7 @@ def _may_end_at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> NDA
     for joint, limit, method in form.limited:
         others = method.solve_all(T).q
         q = wound_near(
-            np.insert(others, joint, limit, axis=-1), setting.middle, setting.lower, setting.upper, setting.turning
+            np.insert(others, joint, limit, axis=-1), setting.middle, setting.lower, setting.upper, setting.revolute
         )
         q[..., joint] = np.where(np.isnan(q[..., joint]), np.nan, limit)
         inside = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)

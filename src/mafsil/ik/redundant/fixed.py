@@ -10,8 +10,8 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.candidates import unlabelled
 from mafsil.ik.answers.question import LOOSE, Question
-from mafsil.ik.answers.rows import unlabelled
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
@@ -118,11 +118,11 @@ def answered(question: Question) -> SolutionSet:
     setting, arm = question.setting, question.setting.arm
     if arm.form is None and question.tolerance <= LOOSE and beyond_sphere(setting, question.T[None], LOOSE)[0]:
         # Proven before anything is searched.
-        preset(question, start=Start(question.near, refuted=True, unreachable=True))
+        preset(question, start=Start(question.q0, refuted=True, unreachable=True))
         return question.answer()
     if arm.form is not None or arm.general is not None:
         answer = question.answer()
-        if answer.within.any() or len(arm.held) != 1 or question.setting.holds_one:
+        if answer.within.any() or len(arm.locked) != 1 or question.setting.holds_one:
             return answer
         other = tried(question)
         return other if other is not None and other.within.any() else answer
@@ -156,7 +156,7 @@ def tried(question: Question) -> SolutionSet | None:
 
 def _values(question: Question, form: Redundancy) -> Iterator[float]:
     """Values of the held joint, the preferred one first, those beside postures at limits last."""
-    setting, T, near = question.setting, question.T, float(question.near[form.held])
+    setting, T, near = question.setting, question.T, float(question.q0[form.held])
     yield near
     values = form.spread(TRIED)
     found, _ = question.search.within_limits()
@@ -180,7 +180,7 @@ def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
     for joint, limit, method in form.limited:
         others = method.solve(T)
         q = np.insert(others, joint, limit, axis=1)
-        q = wound_near(q, setting.middle, setting.lower, setting.upper, setting.turning)
+        q = wound_near(q, setting.middle, setting.lower, setting.upper, setting.revolute)
         q[:, joint] = limit
         allowed = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
         found.append(q[allowed.all(axis=1), form.held])
@@ -210,10 +210,10 @@ def fixed(
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= 1e-5]
     held = (form.held,) if form.parameter != ARM_ANGLE else ()
-    q, residual = refined(setting.robot, q, T, setting.mask, None, held=held)
+    q, residual = refined(setting.robot, q, T, setting.mask, None, locked=held)
     good = np.flatnonzero(residual <= tolerance)
     q, residual = q[good], residual[good]
-    kept = distinct(q, setting.turning)
+    kept = distinct(q, setting.revolute)
     q, residual = q[kept], residual[kept]
     near = setting.middle.copy()
     if held:

@@ -165,7 +165,7 @@ class Redundancy:
         domain = self.domain(X)
         if given is None or self.closed.pattern.quartic:
             return [(*one, False) for one in self._sampled(X, np.linspace(*domain, GRID))]
-        found = certified(given, X, self.held, domain, asked.lower, asked.upper, ~asked.turning)
+        found = certified(given, X, self.held, domain, asked.lower, asked.upper, ~asked.revolute)
         sure = [(float(a), float(b), int(k), True) for a, b, k in zip(found.low, found.high, found.branch, strict=True)]
         doubtful = [(float(a), float(b), int(k)) for k, a, b in found.doubtful]
         return sure + [(*one, False) for one in self._in_doubt(X, doubtful)]
@@ -239,8 +239,8 @@ class Redundancy:
         near = asked.middle.copy()
         near[self.held] = value
         start = self.closed.solve(X, near).q[branch]
-        q, residual = refined(self.robot, start[None], X, asked.mask, None, steps=MERGING, held=(self.held,))
-        wound = wound_near(q[0], near, asked.lower, asked.upper, asked.turning)
+        q, residual = refined(self.robot, start[None], X, asked.mask, None, steps=MERGING, locked=(self.held,))
+        wound = wound_near(q[0], near, asked.lower, asked.upper, asked.revolute)
         return np.where(residual[0] <= REACHED, wound, np.nan)
 
     def _edges(self, X: PoseMatrix, inside: Floats, outside: Floats, branch: NDArray[np.int64]) -> Floats:
@@ -298,7 +298,7 @@ class Redundancy:
         distance, chord = (off[..., :3, 3] ** 2).sum(axis=-1), (off[..., :3, :3] ** 2).sum(axis=(-2, -1))
         angle = 2 * np.arcsin(np.minimum(1.0, np.sqrt(chord / 8)))
         residual = np.maximum(np.sqrt(distance), angle)
-        wound = wound_near(q, asked.middle, asked.lower, asked.upper, asked.turning)
+        wound = wound_near(q, asked.middle, asked.lower, asked.upper, asked.revolute)
         wound[..., self.held] = np.where(np.isnan(residual), np.nan, values[..., None])
         q[...] = wound
         inside = (q >= asked.lower - 1e-12) & (q <= asked.upper + 1e-12)
@@ -388,8 +388,8 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
         return Redundancy(robot, ARM_ANGLE, angle, None, -1)
     if parameter is None:
         arm = analysis(robot.mechanism, "pose")
-        held = arm.held[0] if arm.form is not None and len(arm.held) == 1 else 2
-        form = arm.form if len(arm.held) == 1 else None
+        held = arm.locked[0] if arm.form is not None and len(arm.locked) == 1 else 2
+        form = arm.form if len(arm.locked) == 1 else None
     else:
         held = robot.joint_names.index(parameter)
         form = _holding(chain, held)
@@ -404,9 +404,9 @@ def _locked(chain: Chain, held: int, value: float) -> GeneralSix:
 
 def _holding(chain: Chain, held: int) -> ClosedForm | None:
     """The closed form of the others whatever value a joint takes."""
-    from mafsil.ik.recognise import recognise_holding
+    from mafsil.ik.recognise import recognise_locked
 
-    pattern = recognise_holding(chain, 7, (held,))
+    pattern = recognise_locked(chain, 7, (held,))
     return ClosedForm(pattern) if pattern is not None else None
 
 

@@ -44,7 +44,7 @@ def held_values(setting: Setting, T: PoseMatrix, preferred: float, *, limits: bo
     arm = setting.arm
     if not setting.holds_one:
         return None
-    held = arm.held[0]
+    held = arm.locked[0]
     if limits and (form := _by_arm_angle(setting)) is not None:
         return _of_arm_angle(form, T, held, preferred)
     found = branch_intervals(setting, T, limits=limits)
@@ -68,14 +68,14 @@ def branch_intervals(setting: Setting, T: PoseMatrix, *, limits: bool = True) ->
     arm = setting.arm
     assert arm.form is not None
     assert arm.chain is not None
-    held = arm.held[0]
+    held = arm.locked[0]
     given = programs(arm.form.pattern, held, tuple(map(float, setting.middle)))
     if given is None:
         return None
     endless = np.full(setting.robot.n, np.inf)
     lower, upper = (setting.lower, setting.upper) if limits else (-endless, endless)
     domain = range_of(arm.chain, held, lower[held], upper[held], setting.robot.limits, T)
-    return certified(given, T, held, domain, lower, upper, ~setting.turning)
+    return certified(given, T, held, domain, lower, upper, ~setting.revolute)
 
 
 def _by_arm_angle(setting: Setting) -> Redundancy | None:

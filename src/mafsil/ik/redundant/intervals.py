@@ -54,7 +54,7 @@ def range_of(
         T: (4, 4) wanted pose of the tip in {s}.
     """
     place, far = chain.joints.index(held), float(np.pi)
-    if chain.slides[place]:
+    if chain.prismatic[place]:
         far = chain.length_without(place, limits) + float(np.linalg.norm(T[:3, 3]))
     return float(low if np.isfinite(low) else -far), float(high if np.isfinite(high) else far)
 

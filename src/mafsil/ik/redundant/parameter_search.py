@@ -63,7 +63,7 @@ def parameter_values(
         near: (n,) preferred values.
         most: largest residual of a solution.
     """
-    count, held = len(T), sorted(setting.arm.held)
+    count, held = len(T), sorted(setting.arm.locked)
     # 1.
     values = np.repeat(near[held][None], count, axis=0)
     judged = _judged(setting, form, T, values, near, most)
@@ -120,7 +120,7 @@ def beyond_sphere(setting: Setting, T: PoseMatrix, tolerance: float) -> NDArray[
         tolerance: largest residual of a solution.
     """
     chain = setting.arm.chain
-    if chain is None or any(chain.slides):
+    if chain is None or any(chain.prismatic):
         return np.zeros(len(T), dtype=np.bool_)
     centre, radius = _sphere(setting)
     away = np.linalg.norm(T[:, :3, 3] - centre, axis=1)
@@ -145,7 +145,7 @@ def _middle_tries(setting: Setting) -> tuple[Floats, ...]:
 
 def _ordered_tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
     """Values over the ranges of the redundant joints, the nearest to the preferred ones first."""
-    held = sorted(setting.arm.held)
+    held = sorted(setting.arm.locked)
     low, high = np.maximum(setting.lower[held], -np.pi), np.minimum(setting.upper[held], np.pi)
     if len(held) == 1:
         return tuple(_nearest_first(np.linspace(low, high, count), near[held]) for count in (COARSE, FINE))
@@ -199,7 +199,7 @@ def _by_intervals(
     for limits, marked, proven in ((True, found.allowed, found.refuted), (False, found.solved, found.unreachable)):
         if not limits and found.solved[i]:
             return
-        known = held_values(setting, T, float(near[setting.arm.held[0]]), limits=limits)
+        known = held_values(setting, T, float(near[setting.arm.locked[0]]), limits=limits)
         if known is None:
             return
         proven[i] = known.none

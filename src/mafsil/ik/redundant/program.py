@@ -69,14 +69,14 @@ def programs(pattern: ArmPattern, held: int, near: tuple[float, ...]) -> Program
         near: (n,) what free joints take.
     """
     from mafsil.ik.redundant import interval_loops as loops
-    from mafsil.mechanics.closed_form.course import course_tape
+    from mafsil.mechanics.closed_form.locked_joint import locked_joint_tape
 
     names = ("add", "sub", "mul", "div", "neg", "sqrt", "sin", "cos", "fabs", "fmin", "fmax", "lt", "le", "not")
     numbers = {name: getattr(loops, name.upper()) for name in names}
     numbers |= {"if_else_zero": loops.IF, "sign": loops.SIGN, "atan2": loops.ATAN2}
     # Of zeros and ones the smaller and the larger.
     numbers |= {"and": loops.FMIN, "or": loops.FMAX}
-    tape = course_tape(pattern, held, near)
+    tape = locked_joint_tape(pattern, held, near)
     if any(node.op not in numbers and node.op not in ("input", "const") for node in tape.nodes):
         return None
     moving = _moving(tape)

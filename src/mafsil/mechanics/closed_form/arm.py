@@ -1,4 +1,4 @@
-"""An arm's closed form: its family's postures for the displacement that the joints shall make."""
+"""An arm's closed form: its family's configurations for the displacement that the joints shall make."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from mafsil.algebra.subproblems import (
     turns_to_height,
     unturned,
 )
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, HeldJoint, Missed
+from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, LockedJoint
 from mafsil.mechanics.closed_form.geometry import Geometry
 from mafsil.mechanics.closed_form.line import (
+    BranchSolution,
     Line,
     Motion,
-    Posture,
     across,
     aside,
     backward,
@@ -32,7 +32,7 @@ from mafsil.mechanics.closed_form.line import (
     started,
     triple,
 )
-from mafsil.mechanics.closed_form.roads import Placing, far_or_near, placed, to_height, to_radius
+from mafsil.mechanics.closed_form.positioning import Placing, far_or_near, placed, to_height, to_radius
 
 
 class Arm:
@@ -46,29 +46,30 @@ class Arm:
     ) -> None:
         self.pattern, self.size, self.R, self.p = pattern, geometry.size, R, p
         self.lines = [
-            Line(slides, w, r) for slides, w, r in zip(pattern.slides, geometry.axes, geometry.points, strict=True)
+            Line(prismatic, w, r)
+            for prismatic, w, r in zip(pattern.prismatic, geometry.axes, geometry.points, strict=True)
         ]
         if pattern.shifted:
             # e_1 .. e_m = P  is  (P e_m P^-1) e_1 .. e_m-1 = P
             last = self.lines[0]
-            self.lines[0] = Line(last.slides, R @ last.w, R @ last.r + p)
+            self.lines[0] = Line(last.prismatic, R @ last.w, R @ last.r + p)
         self.centre, self.meeting = geometry.centre, geometry.meeting
         self.patient = patient
 
-    def hold(self, held: HeldJoint, axis: ex.Expression, point: ex.Expression, motion: Motion) -> None:
-        """Carry all that comes after a held joint along with it, and take its motion off the displacement.
+    def lock(self, locked: LockedJoint, axis: ex.Expression, point: ex.Expression, motion: Motion) -> None:
+        """Carry all that comes after a locked joint along with it, and take its motion off the displacement.
 
         e_1 .. E e_k .. e_m = P  becomes  e_1 .. (E e_k E^-1) .. (E e_m E^-1) = P E^-1
         """
-        line = Line(held.slides, axis, point)
-        for i in range(held.at, len(self.lines)):
+        line = Line(locked.prismatic, axis, point)
+        for i in range(locked.at, len(self.lines)):
             old = self.lines[i]
-            self.lines[i] = Line(old.slides, line.vector(old.w, motion), line.point(old.r, motion))
+            self.lines[i] = Line(old.prismatic, line.vector(old.w, motion), line.point(old.r, motion))
         family = self.pattern.family
         last = 2 if family is Family.PLANAR else 5
-        if held.at <= last and not (family is Family.POINT and self.pattern.reversed):
+        if locked.at <= last and not (family is Family.POINT and self.pattern.reversed):
             self.centre = line.point(self.centre, motion)
-        if held.at <= 1:
+        if locked.at <= 1:
             self.meeting = line.point(self.meeting, motion)
         columns = [line.opposite.vector(ex.Expression(column), motion) for column in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
         start = line.opposite.point(ex.zeros(3), motion) if isinstance(motion, Turn) else -motion * line.w
@@ -76,11 +77,11 @@ class Arm:
         self.R = self.R @ ex.horzcat(*columns)
 
 
-Solved: TypeAlias = tuple[list[Posture], list[ex.Expression]]
-"""The branches of a family, and by how much the forward kinematics of each misses."""
+Solved: TypeAlias = tuple[list[BranchSolution], list[ex.Expression]]
+"""The branches of a family, and the error of the forward kinematics of each."""
 
 
-def postures(arm: Arm, preferred: list[Turn]) -> Solved:
+def branch_solutions(arm: Arm, preferred: list[Turn]) -> Solved:
     """All branches of an arm.
 
     Args:
@@ -96,8 +97,8 @@ def _spherical_wrist(arm: Arm, preferred: list[Turn]) -> Solved:
     target = R @ centre + arm.p
     w4, w5, w6 = (line.w for line in lines[3:])
     side = aside(w6, w5)
-    found: list[Posture] = []
-    misses: list[ex.Expression] = []
+    found: list[BranchSolution] = []
+    residuals: list[ex.Expression] = []
     for one in _arms(arm, centre, target, preferred[:3]):
         tip, beside = (backward(lines[:3], one.motions, R @ x) for x in (w6, side))
         for pair in turns_about_two_axes(w4, w5, w6, tip, (preferred[3], preferred[4])):
@@ -105,11 +106,11 @@ def _spherical_wrist(arm: Arm, preferred: list[Turn]) -> Solved:
             turned = turns[1].back().about(w5, turns[0].back().about(w4, beside))
             last = turn_between(w6, side, turned)
             free = (pair.first.free, pair.second.free, ex.Expression(0))
-            posture = one.followed_by((*turns, last), free, pair.first.shortfall, Missed.ORIENTATION.value)
+            solution = one.followed_by((*turns, last), free, pair.first.residual, FailedStep.ORIENTATION.value)
             wrist = triple(w5, w4, turns[1].about(w5, w6))
-            found.append(replace(posture, marks=(*posture.marks[:2], wrist)))
-            misses.append(_miss(arm, posture, (centre, w6, side), (target, R @ w6, R @ side), at=3))
-    return found, misses
+            found.append(replace(solution, branch_margins=(*solution.branch_margins[:2], wrist)))
+            residuals.append(_residual(arm, solution, (centre, w6, side), (target, R @ w6, R @ side), at=3))
+    return found, residuals
 
 
 def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
@@ -117,20 +118,20 @@ def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
     one, two, _, four, five, six = arm.lines
     h, w5, w6 = two.w, five.w, six.w
     target = arm.R @ arm.centre + arm.p
-    found: list[Posture] = []
-    misses: list[ex.Expression] = []
+    found: list[BranchSolution] = []
+    residuals: list[ex.Expression] = []
     for motion, free, short, why in to_height(one, h, arm.centre, target, preferred[0], arm.size):
         tip = one.opposite.vector(arm.R @ w6, motion)
         hub = one.opposite.point(target, motion)
-        shoulder = None if one.slides else triple(one.w, h, hub - one.r) / arm.size
+        shoulder = None if one.prismatic else triple(one.w, h, hub - one.r) / arm.size
         begun = started((motion,), (free,), short, why)
         for pair in turns_about_two_axes(h, w5, w6, tip, (preferred[1], preferred[4])):
             if arm.patient:
                 total = _within_reach(arm, pair.first.turn, pair.first.free, hub, arm.centre)
                 pair = pair._replace(first=pair.first._replace(turn=total))
             wrist = triple(w5, four.w, pair.second.turn.about(w5, w6))
-            _complete(arm, preferred, begun, pair, (shoulder, wrist), (found, misses))
-    return found, misses
+            _complete(arm, preferred, begun, pair, (shoulder, wrist), (found, residuals))
+    return found, residuals
 
 
 def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
@@ -142,9 +143,9 @@ def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
     h, w5, w6 = two.w, five.w, six.w
     target = arm.R @ arm.centre + arm.p
     seen = arm.R @ w6
-    found: list[Posture] = []
-    misses: list[ex.Expression] = []
-    for first, fifth, mark, short, why in _pairs(arm, seen, target, (preferred[0], preferred[4])):
+    found: list[BranchSolution] = []
+    residuals: list[ex.Expression] = []
+    for first, fifth, branch_margin, short, why in _pairs(arm, seen, target, (preferred[0], preferred[4])):
         motion = first.turn if isinstance(first, Root) else first
         free = first.free if isinstance(first, Root) else ex.Expression(0)
         begun = started((motion,), (free,), short, why)
@@ -155,23 +156,23 @@ def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
             turn = _within_reach(arm, total.turn, total.free, hub, five.point(arm.centre, fifth.turn))
             total = total._replace(turn=turn)
         pair = Pair(total, fifth)
-        _complete(arm, preferred, begun, pair, (None, mark), (found, misses))
-    return found, misses
+        _complete(arm, preferred, begun, pair, (None, branch_margin), (found, residuals))
+    return found, residuals
 
 
 def _pairs(
     arm: Arm, seen: ex.Expression, target: ex.Expression, preferred: tuple[Turn, Turn]
 ) -> list[tuple[Root | ex.Expression, Root, ex.Expression, ex.Expression, ex.Expression | float]]:
-    """Joints 1 and 5, a mark that vanishes where two solutions merge, shortfall and reason."""
+    """Joints 1 and 5, a branch margin that vanishes where two solutions merge, subproblem residual and reason."""
     one, two, _, _, five, six = arm.lines
     h, w1, w5, w6, size = two.w, one.w, five.w, six.w, arm.size
     k = arm.centre - five.r
-    if one.slides:
+    if one.prismatic:
         pairs: list[tuple[Root | ex.Expression, Root, ex.Expression, ex.Expression, ex.Expression | float]] = []
         for root in turns_to_height(-w5, w6, h, ex.dot(seen, h), preferred[1]):
             d = ex.dot(h, target - five.r - root.turn.about(w5, k)) / ex.dot(h, w1)
-            mark = triple(w6, w5, root.turn.back().about(w5, h))
-            pairs.append((d, root, mark, root.shortfall, Missed.ORIENTATION.value))
+            branch_margin = triple(w6, w5, root.turn.back().about(w5, h))
+            pairs.append((d, root, branch_margin, root.residual, FailedStep.ORIENTATION.value))
         return pairs
     g = target - one.r
     A = ex.vertcat(_turned_form(w1, seen, h), _turned_form(-w1, h, g) / size)
@@ -184,9 +185,9 @@ def _pairs(
     for first, fifth in linked_circles(A, -B, constant, preferred):
         x1, x5 = (ex.vertcat(root.turn.c, root.turn.s) for root in (first, fifth))
         t1, t5 = A @ ex.vertcat(-x1[1], x1[0]), B @ ex.vertcat(-x5[1], x5[0])
-        miss = ex.fmax(*ex.vertsplit(ex.fabs(A @ x1 - B @ x5 - constant)))
-        short = ex.if_else(miss > 1e-9, miss, 0)
-        linked.append((first, fifth, t1[0] * t5[1] - t1[1] * t5[0], short, Missed.ORIENTATION.value))
+        residual = ex.fmax(*ex.vertsplit(ex.fabs(A @ x1 - B @ x5 - constant)))
+        short = ex.if_else(residual > 1e-9, residual, 0)
+        linked.append((first, fifth, t1[0] * t5[1] - t1[1] * t5[0], short, FailedStep.ORIENTATION.value))
     return linked
 
 
@@ -198,14 +199,14 @@ def _turned_form(w: ex.Expression, a: ex.Expression, x: ex.Expression) -> ex.Exp
 def _complete(
     arm: Arm,
     preferred: list[Turn],
-    begun: Posture,
+    begun: BranchSolution,
     pair: Pair,
-    marks: tuple[ex.Expression | None, ex.Expression],
-    out: tuple[list[Posture], list[ex.Expression]],
+    branch_margins: tuple[ex.Expression | None, ex.Expression],
+    out: tuple[list[BranchSolution], list[ex.Expression]],
 ) -> None:
     """Joints 6, 3, 2 and 4 of an arm with three parallel axes: the sum of the turns about them, and joint 5, are known.
 
-    Adds to `out` the postures and their misses.
+    Adds to `out` the branches and their residuals.
     """
     one, two, three, four, five, six = arm.lines
     h, w5, w6, R = two.w, five.w, six.w, arm.R
@@ -217,27 +218,27 @@ def _complete(
     last = turn_between(w6, side, fifth.back().about(w5, total.back().about(h, beside)))
     inner = six.opposite.point(five.opposite.point(four.r, fifth), last)
     place = one.opposite.point(R @ inner + arm.p, motion)
-    shoulder, wrist = marks
+    shoulder, wrist = branch_margins
     sense = ex.Expression(1) if shoulder is None else ex.if_else(shoulder < 0, -1, 1)
     for bend in to_radius(three, four.r, two, place, preferred[2], arm.size):
         reached = three.point(four.r, bend.turn)
         second = turn_onto(h, reached - two.r, place - two.r, preferred[1], arm.size)
         rest = total.then(second.turn.back()).then(_signed(bend.turn, -s3))
-        posture = begun.followed_by(
-            (second.turn, bend.turn), (second.free, bend.free), bend.shortfall, far_or_near(bend)
+        solution = begun.followed_by(
+            (second.turn, bend.turn), (second.free, bend.free), bend.residual, far_or_near(bend)
         )
-        posture = posture.followed_by(
+        solution = solution.followed_by(
             (_signed(rest, s4), fifth, last),
             (ex.Expression(0), pair.second.free, pair.first.free),
-            pair.first.shortfall,
-            Missed.ORIENTATION.value,
+            pair.first.residual,
+            FailedStep.ORIENTATION.value,
         )
         elbow = -sense * triple(h, three.r - two.r, reached - three.r) / arm.size**2
-        out[0].append(replace(posture, marks=(shoulder, elbow, wrist)))
+        out[0].append(replace(solution, branch_margins=(shoulder, elbow, wrist)))
         starts, goals = (arm.centre, w6, side), (R @ arm.centre + arm.p, R @ w6, R @ side)
         # The chosen point is on axis 6, and where 5 and 6 meet on both.
         at = 5 if arm.pattern.family is Family.LINKED else 4
-        out[1].append(_miss(arm, posture, starts, goals, at=at))
+        out[1].append(_residual(arm, solution, starts, goals, at=at))
 
 
 def _within_reach(arm: Arm, total: Turn, free: ex.Expression, hub: ex.Expression, centre: ex.Expression) -> Turn:
@@ -254,41 +255,41 @@ def _within_reach(arm: Arm, total: Turn, free: ex.Expression, hub: ex.Expression
     least, most = ex.fabs(upper - lower), upper + lower
     # Not to the margin itself, where the elbow is straight and the link's turn no longer a coordinate of the family.
     inset = 0.1 * (most - least)
-    wanted = ex.fmin(ex.fmax(distance, least + inset), most - inset)
-    root = turns_to_distance(h, hinge - hub, two.r - hub, wanted**2, unturned(), arm.size)[0]
+    goal_distance = ex.fmin(ex.fmax(distance, least + inset), most - inset)
+    root = turns_to_distance(h, hinge - hub, two.r - hub, goal_distance**2, unturned(), arm.size)[0]
     moved = ex.logic_and(free, ex.logic_or(distance < least, distance > most))
     turned = total.then(root.turn)
     return Turn(ex.if_else(moved, turned.c, total.c), ex.if_else(moved, turned.s, total.s))
 
 
 def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
-    """Joints 1 to 3 turn about parallel axes, the fourth slides along them."""
+    """Joints 1 to 3 turn about parallel axes, the fourth is prismatic along them."""
     lines, R, p = arm.lines, arm.R, arm.p
-    one, two, three, slide = lines
+    one, two, three, four = lines
     h, point = one.w, three.r
     s2, s3 = (_same_sense(h, line.w) for line in (two, three))
     along = aside(h, _far_from(h))
     target = R @ point + p
-    distance = ex.dot(h, target - point) / ex.dot(h, slide.w)
+    distance = ex.dot(h, target - point) / ex.dot(h, four.w)
     total = turn_onto(h, along, R @ along, preferred[2])
-    found: list[Posture] = []
-    misses: list[ex.Expression] = []
+    found: list[BranchSolution] = []
+    residuals: list[ex.Expression] = []
     for bend in to_radius(two, point, one, target, preferred[1], arm.size):
         # With a third joint that does not exist the orientation chooses the first where its place leaves it free.
-        wished = total.turn.then(_signed(bend.turn, -s2)) if arm.pattern.joints[2] == -1 else preferred[0]
+        preferred_first = total.turn.then(_signed(bend.turn, -s2)) if arm.pattern.joints[2] == -1 else preferred[0]
         reached = two.point(point, bend.turn)
-        first = turn_onto(h, reached - one.r, target - one.r, wished, arm.size)
+        first = turn_onto(h, reached - one.r, target - one.r, preferred_first, arm.size)
         rest = _signed(total.turn.then(first.turn.back()).then(_signed(bend.turn, -s2)), s3)
-        posture = started(
+        solution = started(
             (first.turn, bend.turn, rest, distance),
             (first.free, bend.free, ex.Expression(0), ex.Expression(0)),
-            bend.shortfall,
+            bend.residual,
             far_or_near(bend),
         )
         elbow = -triple(h, two.r - one.r, reached - two.r) / arm.size**2
-        found.append(replace(posture, marks=(None, elbow, None)))
-        misses.append(_miss(arm, posture, (point, h, along), (target, R @ h, R @ along), at=4))
-    return found, misses
+        found.append(replace(solution, branch_margins=(None, elbow, None)))
+        residuals.append(_residual(arm, solution, (point, h, along), (target, R @ h, R @ along), at=4))
+    return found, residuals
 
 
 def _point(arm: Arm, preferred: list[Turn]) -> Solved:
@@ -307,16 +308,16 @@ _FAMILIES = {
 }
 
 
-def _arms(arm: Arm, start: ex.Expression, goal: ex.Expression, preferred: list[Turn]) -> list[Posture]:
+def _arms(arm: Arm, start: ex.Expression, goal: ex.Expression, preferred: list[Turn]) -> list[BranchSolution]:
     """Motions of the first three joints that carry a point from start to goal."""
     one, two, three = arm.lines[:3]
     task = Placing((one, two, three), start, goal, tuple(preferred), arm.meeting, arm.size)
-    return placed(arm.pattern.road, task, reverse=arm.pattern.road_reversed)
+    return placed(arm.pattern.positioning, task, reverse=arm.pattern.positioning_reversed)
 
 
-def _miss(
+def _residual(
     arm: Arm,
-    posture: Posture,
+    solution: BranchSolution,
     starts: tuple[ex.Expression, ex.Expression, ex.Expression],
     goals: tuple[ex.Expression, ex.Expression, ex.Expression],
     at: int,
@@ -324,20 +325,20 @@ def _miss(
     """Forward kinematics of a point on the axes of the joints after `at`, and of two unit vectors, against the pose."""
     point, first, second = starts
     still = any(j == -1 for j in arm.pattern.joints[at:])
-    place = _carried(arm, arm.lines if still else arm.lines[:at], posture, point)
-    moved = [_turned(arm, posture, x) for x in (first, second)]
+    place = _carried(arm, arm.lines if still else arm.lines[:at], solution, point)
+    moved = [_turned(arm, solution, x) for x in (first, second)]
     squares = [ex.sumsqr(x - goal) for x, goal in zip((place, *moved), goals, strict=True)]
     return ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
 
 
-def _carried(arm: Arm, lines: list[Line], posture: Posture, x: ex.Expression) -> ex.Expression:
+def _carried(arm: Arm, lines: list[Line], solution: BranchSolution, x: ex.Expression) -> ex.Expression:
     """A point carried by the joints that exist (and by added ones that may turn)."""
     real = [k for k in range(len(lines)) if arm.pattern.joints[k] != -1]
-    return forward([lines[k] for k in real], [posture.motions[k] for k in real], x)
+    return forward([lines[k] for k in real], [solution.motions[k] for k in real], x)
 
 
-def _turned(arm: Arm, posture: Posture, x: ex.Expression) -> ex.Expression:
-    for line, motion, joint in reversed(list(zip(arm.lines, posture.motions, arm.pattern.joints, strict=True))):
+def _turned(arm: Arm, solution: BranchSolution, x: ex.Expression) -> ex.Expression:
+    for line, motion, joint in reversed(list(zip(arm.lines, solution.motions, arm.pattern.joints, strict=True))):
         x = x if joint == -1 else line.vector(x, motion)
     return x
 

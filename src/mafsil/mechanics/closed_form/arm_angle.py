@@ -15,8 +15,8 @@ from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 from mafsil.arrays import Floats
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
-from mafsil.mechanics.closed_form.line import Posture, across, aside, norm
-from mafsil.mechanics.closed_form.table import JudgedBranch, Wishes, excess_of, wound_angle
+from mafsil.mechanics.closed_form.line import BranchSolution, across, aside, norm
+from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, excess_of, wound_angle
 
 ALONG = 1e-9
 """Sine of the angle between the first axis and the line to the wrist up to which the second axis is measured from."""
@@ -43,30 +43,30 @@ class _Triple:
 
     Attributes:
         turns: of both ways, each of three joints.
-        mark: sine of the middle joint: both ways are one where it vanishes.
+        branch_margin: sine of the middle joint: both ways are one where it vanishes.
     """
 
     turns: tuple[ThreeTurns, ThreeTurns]
-    mark: ex.Expression
+    branch_margin: ex.Expression
 
 
 def arm_angle_branches(
-    pattern: ArmAnglePattern, T: ex.Expression, angle: ex.Expression, wishes: Wishes
+    pattern: ArmAnglePattern, T: ex.Expression, angle: ex.Expression, preferences: Preferences
 ) -> list[JudgedBranch]:
     """All branches, elbow, shoulder and wrist each with its two roots; coordinates NaN where the wrist is out of reach.
 
     1. The distance from shoulder to wrist gives the elbow: two openings about where the links are in line.
-    2. The frame of (line to the wrist, side of the elbow) before the turn of the shoulder, and the frame wanted: its
+    2. The frame of (line to the wrist, side of the elbow) before the turn of the shoulder, and the requested frame: its
        side is that of the first axis, turned about the line by the arm angle. One onto the other is the shoulder's
        rotation.
     3. Shoulder and wrist are three turns about axes normal to their neighbours: two ways each.
-    4. Forward kinematics of the wrist's centre, and of two unit vectors of the tip, says by how much a branch misses.
+    4. Forward kinematics of the wrist's centre, and of two unit vectors of the tip, gives the residual of a branch.
 
     Args:
         pattern: of the arm.
-        T: (4, 4) wanted pose of the tip in {s}.
+        T: (4, 4) requested pose of the tip in {s}.
         angle: arm angle [rad].
-        wishes: of the caller: to where angles are wound, and their limits.
+        preferences: of the caller: to where angles are wound, and their limits.
     """
     home = ex.Expression(np.linalg.inv(pattern.home))
     P = T @ home
@@ -103,25 +103,27 @@ def arm_angle_branches(
             left = [bend.back().about(axes[3], x) for x in _taken_off(axes[:3], before, goals)]
             for after, vectors in zip(last.turns, moved, strict=True):
                 squares = [ex.sumsqr(place), *(ex.sumsqr(x - y) for x, y in zip(left, vectors, strict=True))]
-                miss = ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
+                residual = ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
                 motions = (*before, bend, *after)
-                marks = (first.mark, sine, last.mark)
-                rows.append(_judged(motions, ex.if_else(reached, miss, float("nan")), marks, wishes))
+                branch_margins = (first.branch_margin, sine, last.branch_margin)
+                rows.append(_judged(motions, ex.if_else(reached, residual, float("nan")), branch_margins, preferences))
     return rows
 
 
 def _judged(
     motions: tuple[Turn, ...],
-    miss: ex.Expression,
-    marks: tuple[ex.Expression, ex.Expression, ex.Expression],
-    wishes: Wishes,
+    residual: ex.Expression,
+    branch_margins: tuple[ex.Expression, ex.Expression, ex.Expression],
+    preferences: Preferences,
 ) -> JudgedBranch:
     """The branch with its angles wound into the limits."""
-    known = miss < ex.inf
-    q = [ex.if_else(known, wound_angle(one.angle, wishes, i), float("nan")) for i, one in enumerate(motions)]
-    posture = Posture(motions, (ex.Expression(0),) * len(motions), ex.Expression(0), ex.Expression(0), marks)
-    excess = excess_of(q, wishes)
-    return JudgedBranch(posture, q, miss, ex.Expression(0), excess, excess)
+    known = residual < ex.inf
+    q = [ex.if_else(known, wound_angle(one.angle, preferences, i), float("nan")) for i, one in enumerate(motions)]
+    solution = BranchSolution(
+        motions, (ex.Expression(0),) * len(motions), ex.Expression(0), ex.Expression(0), branch_margins
+    )
+    excess = excess_of(q, preferences)
+    return JudgedBranch(solution, q, residual, ex.Expression(0), excess, excess)
 
 
 def _opening(pattern: ArmAnglePattern, distance: ex.Expression) -> tuple[Turn, ex.Expression]:

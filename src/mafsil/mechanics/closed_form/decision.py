@@ -2,8 +2,9 @@
 
 1. Solutions are rows whose residual is within the tolerance.
 2. A row in between solution and none, a free joint, and a fold where branches meet ask for care.
-3. Where nothing asks for care the solutions are all there are; where some marks are small they may repeat each other.
-4. Where the only care asked for is that two branches meet, or that joints of the wrist are free, every solution is
+3. Where nothing asks for care the solutions are all there are; where some branch margins are small they may repeat each
+   other.
+4. Where the only care required is that two branches meet, or that joints of the wrist are free, every solution is
    exact as it stands: rows are to be merged and nothing refined.
 """
 
@@ -35,7 +36,7 @@ from mafsil.mechanics.closed_form.thresholds import (
 )
 
 REPEATED, MEETING, CAREFUL, NONE, NO_POSE = -1.0, -2.0, -3.0, -4.0, -5.0
-"""What is decided where solutions are not distinct, isolated and exact; see `mafsil.ik.answers.details.Decision`."""
+"""What is decided where solutions are not distinct, isolated and exact; see `Decision` of inverse kinematics."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +44,16 @@ class Row:
     """What is known of one branch.
 
     Attributes:
-        residual, shortfall, free, code, margin, excess: see `mafsil.ik.closed_form`.
-        second: the second smallest mark, one where there are not two.
-        merged: how many of its marks are within `MERGED`, those counted that the arm does not have.
+        residual, subproblem_residual, free, code, margin, excess: see `mafsil.ik.closed_form`.
+        second: the second smallest branch margin, one where there are not two.
+        merged: how many of its branch margins are within `MERGED`, those counted that the arm does not have.
         merged_shoulder: whether the shoulder's is among them.
         free_first: whether a joint that is found before those of the wrist is free.
         fixed_excess: by how much a coordinate that stands while the wrist's joints move is beyond its limits.
     """
 
     residual: ex.Expression
-    shortfall: ex.Expression
+    subproblem_residual: ex.Expression
     free: ex.Expression
     code: ex.Expression
     margin: ex.Expression
@@ -88,12 +89,12 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tol
     ]
     allowed = _any([ex.logic_and(one, row.excess <= INSIDE) for one, row in zip(good, rows, strict=True)])
     lost = ex.logic_and(ex.logic_not(allowed), _any([_may_be_inside(pattern, row) for row in rows]))
-    nearly = ex.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
-    missed = ex.logic_and(ex.logic_not(found), _any([_least_miss(pattern, row) <= nearly for row in rows]))
-    refine = _any([*between, *_folded(pattern, rows), lost, missed])
+    nearest = ex.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
+    nearly = ex.logic_and(ex.logic_not(found), _any([_least_residual(pattern, row) <= nearest for row in rows]))
+    refine = _any([*between, *_folded(pattern, rows), lost, nearly])
     if pattern.quartic:
-        near = [ex.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
-        refine = _any([refine, ex.logic_not(found), *near, *(row.margin <= FOLD for row in rows)])
+        nearby = [ex.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
+        refine = _any([refine, ex.logic_not(found), *nearby, *(row.margin <= FOLD for row in rows)])
     # 3. Rows that may repeat each other.
     close = _any([ex.logic_and(one, row.margin < APART) for one, row in zip(good, rows, strict=True)])
     repeated = ex.Expression(1) if pattern.quartic or not pattern.plain else close
@@ -108,9 +109,9 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tol
     return ex.if_else(defect <= ORTHOGONALITY, decision, NO_POSE)
 
 
-def _least_miss(pattern: ArmPattern, row: Row) -> ex.Expression:
-    """By how much the nearest configuration may miss: without an exact solution it may be within the tolerance."""
-    nearest = ex.fmin(row.residual, row.shortfall)
+def _least_residual(pattern: ArmPattern, row: Row) -> ex.Expression:
+    """By how much the nearest configuration may be off: without an exact solution it may be within the tolerance."""
+    nearest = ex.fmin(row.residual, row.subproblem_residual)
     if pattern.n >= pattern.equations:
         return nearest
     # All steps may succeed and added joints move: only at folds does that say nothing.
@@ -120,7 +121,8 @@ def _least_miss(pattern: ArmPattern, row: Row) -> ex.Expression:
 def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
     """Which rows rounding may have moved off: two pairs of roots merge there and split again.
 
-    A row that falls short while its other marks are large falls short indeed: what went before, with the mark m, is
+    A row that falls short while its other branch_margins are large falls short indeed: what went before, with the
+        branch margin m, is
     known to the rounding over m, and to its square root where that root merges as well.
     """
     if not folds(pattern):
@@ -131,9 +133,9 @@ def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
     for row in rows:
         off = ex.logic_and(row.residual > CLEAR, row.residual <= SPLIT * pattern.size)
         merged = ex.logic_and(row.merged > 1, row.merged_shoulder) if merges_twice(pattern) else ex.Expression(0)
-        near = ex.logic_and(row.residual <= NEARLY * pattern.size, beside)
-        near = ex.logic_and(near, row.residual * row.second**2 <= ROUNDED * pattern.size)
-        found.append(ex.logic_and(off, ex.logic_or(merged, near)))
+        nearby = ex.logic_and(row.residual <= NEARLY * pattern.size, beside)
+        nearby = ex.logic_and(nearby, row.residual * row.second**2 <= ROUNDED * pattern.size)
+        found.append(ex.logic_and(off, ex.logic_or(merged, nearby)))
     return found
 
 
@@ -143,8 +145,8 @@ def _short(pattern: ArmPattern, rows: Sequence[Row], tolerance: ex.Expression) -
         return [ex.Expression(0)] * len(rows)
     found: list[ex.Expression] = []
     for row in rows:
-        misses = ex.logic_and(row.residual > tolerance, row.shortfall >= 0.1 * row.residual)
-        found.append(ex.logic_and(misses, row.residual * row.second**2 > ROUNDED * pattern.size))
+        unsolved = ex.logic_and(row.residual > tolerance, row.subproblem_residual >= 0.1 * row.residual)
+        found.append(ex.logic_and(unsolved, row.residual * row.second**2 > ROUNDED * pattern.size))
     return found
 
 

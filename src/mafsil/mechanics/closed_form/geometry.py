@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mafsil.expression as ex
-from mafsil.mechanics.arm_pattern import ArmPattern, HeldJoint
+from mafsil.mechanics.arm_pattern import ArmPattern, LockedJoint
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +18,7 @@ class Geometry:
         home: (4, 4) pose of the tip at q = 0.
         centre, meeting: (3,) see `ArmPattern`.
         size: length that tells large from small [m].
-        held: (k) direction and point of the joints whose values are given.
+        locked: (k) direction and point of the joints whose values are given.
     """
 
     axes: Sequence[ex.Expression]
@@ -27,7 +27,7 @@ class Geometry:
     centre: ex.Expression
     meeting: ex.Expression
     size: ex.Expression
-    held: Sequence[tuple[HeldJoint, ex.Expression, ex.Expression]]
+    locked: Sequence[tuple[LockedJoint, ex.Expression, ex.Expression]]
 
 
 def constants(pattern: ArmPattern) -> Geometry:
@@ -39,13 +39,13 @@ def constants(pattern: ArmPattern) -> Geometry:
         ex.Expression(pattern.centre),
         ex.Expression(pattern.meeting),
         ex.Expression(pattern.size),
-        [(held, ex.Expression(held.axis), ex.Expression(held.point)) for held in pattern.held],
+        [(locked, ex.Expression(locked.axis), ex.Expression(locked.point)) for locked in pattern.locked],
     )
 
 
 def inputs(pattern: ArmPattern, numbers: ex.Expression) -> Geometry:
     """The numbers as slices of a vector in the order of `ArmPattern.numbers`."""
-    m = len(pattern.slides)
+    m = len(pattern.prismatic)
     axes = [numbers[3 * i : 3 * i + 3] for i in range(m)]
     points = [numbers[3 * (m + i) : 3 * (m + i) + 3] for i in range(m)]
     rest = numbers[6 * m :]

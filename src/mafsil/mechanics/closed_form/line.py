@@ -1,4 +1,4 @@
-"""Joint axes as expressions, their motions, and postures: one motion for every joint."""
+"""Joint axes as expressions, their motions, and configurations: one motion for every joint."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 
 Motion: TypeAlias = Turn | ex.Expression
-"""Of a turning joint its turn, of a sliding one its distance [m]."""
+"""Of a revolute joint its turn, of a prismatic one its distance [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A joint axis: unit direction w through r; the joint slides along it or turns about it."""
+    """A joint axis: unit direction w through r; the joint is prismatic along it or revolute about it."""
 
-    slides: bool
+    prismatic: bool
     w: ex.Expression
     r: ex.Expression
 
     @property
     def opposite(self) -> Line:
         """The same axis in the other sense: what was q is now -q, moved backwards it is q again."""
-        return Line(self.slides, -self.w, self.r)
+        return Line(self.prismatic, -self.w, self.r)
 
     def point(self, x: ex.Expression, motion: Motion) -> ex.Expression:
         """(3,) point x carried by the joint."""
@@ -37,63 +37,67 @@ class Line:
 
     def velocity(self, x: ex.Expression) -> ex.Expression:
         """(3,) velocity of a point x at unit rate of the joint."""
-        return self.w if self.slides else cross(self.w, x - self.r)
+        return self.w if self.prismatic else cross(self.w, x - self.r)
 
 
 @dataclass(frozen=True, eq=False)
-class Posture:
+class BranchSolution:
     """One branch.
 
     Attributes:
         motions: of every joint.
         free: one for every joint that may be chosen.
-        shortfall: by how much the worst step missed.
-        reason: number of that step, see `mafsil.mechanics.arm_pattern.Missed`; zero if none did.
-        marks: shoulder, elbow and wrist: numbers whose signs name the branch and which vanish where two branches
+        subproblem_residual: residual of the worst subproblem.
+        reason: number of that step, see `mafsil.mechanics.arm_pattern.FailedStep`; zero if none did.
+        branch_margins: shoulder, elbow and wrist: numbers whose signs name the branch and which vanish where two
+            branches
             merge, in units of the arm; None where there is no such choice.
     """
 
     motions: tuple[Motion, ...]
     free: tuple[ex.Expression, ...]
-    shortfall: ex.Expression
+    subproblem_residual: ex.Expression
     reason: ex.Expression
-    marks: tuple[ex.Expression | None, ex.Expression | None, ex.Expression | None] = (None, None, None)
+    branch_margins: tuple[ex.Expression | None, ex.Expression | None, ex.Expression | None] = (None, None, None)
 
     def followed_by(
         self,
         motions: Sequence[Motion],
         free: Sequence[ex.Expression],
-        shortfall: ex.Expression,
+        subproblem_residual: ex.Expression,
         reason: ex.Expression | float,
-    ) -> Posture:
-        """The posture with further joints, whose step missed by `shortfall`."""
-        worse = shortfall > self.shortfall
+    ) -> BranchSolution:
+        """The branch with further joints, whose step missed by `subproblem_residual`."""
+        worse = subproblem_residual > self.subproblem_residual
         return replace(
             self,
             motions=(*self.motions, *motions),
             free=(*self.free, *free),
-            shortfall=ex.fmax(self.shortfall, shortfall),
+            subproblem_residual=ex.fmax(self.subproblem_residual, subproblem_residual),
             reason=ex.if_else(worse, reason, self.reason),
         )
 
-    def reversed(self) -> Posture:
+    def reversed(self) -> BranchSolution:
         """The same with its joints in the opposite order."""
         return replace(self, motions=self.motions[::-1], free=self.free[::-1])
 
 
 def started(
-    motions: Sequence[Motion], free: Sequence[ex.Expression], shortfall: ex.Expression, reason: ex.Expression | float
-) -> Posture:
-    """A posture of its first joints.
+    motions: Sequence[Motion],
+    free: Sequence[ex.Expression],
+    subproblem_residual: ex.Expression,
+    reason: ex.Expression | float,
+) -> BranchSolution:
+    """A configuration of its first joints.
 
     Args:
         motions: of its joints.
         free: joints that any value fits.
-        shortfall: how far the pose is out of reach.
+        subproblem_residual: how far the pose is out of reach.
         reason: number of the cause, 0 if none.
     """
-    none = Posture((), (), ex.Expression(0), ex.Expression(0))
-    return none.followed_by(motions, free, shortfall, reason)
+    none = BranchSolution((), (), ex.Expression(0), ex.Expression(0))
+    return none.followed_by(motions, free, subproblem_residual, reason)
 
 
 def forward(lines: Sequence[Line], motions: Sequence[Motion], x: ex.Expression) -> ex.Expression:

@@ -1,4 +1,4 @@
-"""Postures as rows of numbers: coordinates wound into limits, how far forward kinematics misses, which branch it is."""
+"""Configurations as rows of numbers: coordinates wound into limits, their residuals, which branch it is."""
 
 from __future__ import annotations
 
@@ -9,101 +9,101 @@ from math import pi
 import mafsil.expression as ex
 from mafsil.algebra.subproblems import Turn, unturned
 from mafsil.mechanics.arm_pattern import ArmPattern
-from mafsil.mechanics.closed_form.arm import Arm, postures
+from mafsil.mechanics.closed_form.arm import Arm, branch_solutions
 from mafsil.mechanics.closed_form.decision import Row, decided
 from mafsil.mechanics.closed_form.geometry import Geometry, constants
-from mafsil.mechanics.closed_form.line import Posture
+from mafsil.mechanics.closed_form.line import BranchSolution
 from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS
 
-FACTS = ("residual", "shortfall", "free", "code", "margin", "excess")
+COLUMNS = ("residual", "subproblem_residual", "free", "code", "margin", "excess")
 """Columns beside the coordinates; see `mafsil.ik.closed_form`."""
 
 
 @dataclass(frozen=True, eq=False)
-class Wishes:
+class Preferences:
     """What a caller prefers and allows.
 
     Attributes:
-        near: (n,) coordinates that free and held joints take, and to which turning joints are wound.
+        q0: (n,) coordinates that free and locked joints take, and to which revolute joints are wound.
         turns: (n, 2) their cosines and sines.
         lower, upper: (n,) limits.
     """
 
-    near: ex.Expression
+    q0: ex.Expression
     turns: ex.Expression
     lower: ex.Expression
     upper: ex.Expression
 
 
 def raw(
-    pattern: ArmPattern, T: ex.Expression, near: ex.Expression | None, geometry: Geometry | None = None
+    pattern: ArmPattern, T: ex.Expression, q0: ex.Expression | None, geometry: Geometry | None = None
 ) -> ex.Expression:
-    """(branches, n + 3) rows (q, residual, shortfall, free) of every branch.
+    """(branches, n + 3) rows (q, residual, subproblem residual, free) of every branch.
 
     The residual is the larger of the distances by which the branch's forward kinematics misses the pose: of the placed
     point [m], and of two unit vectors of the tip [rad]. Free is the sum of 2^i over the free coordinates i.
 
     Args:
         pattern: of the arm.
-        T: (4, 4) wanted pose of the tip in {s}.
-        near: (n,) coordinates that free joints take; zero if None.
+        T: (4, 4) requested pose of the tip in {s}.
+        q0: (n,) coordinates that free joints take; zero if None.
         geometry: the arm's numbers, constants of the pattern if None.
     """
-    turns = None if near is None else ex.horzcat(ex.cos(near), ex.sin(near))
-    found, misses = _solved(pattern, T, near, turns, geometry)
+    turns = None if q0 is None else ex.horzcat(ex.cos(q0), ex.sin(q0))
+    found, residuals = _solved(pattern, T, q0, turns, geometry)
     rows: list[ex.Expression] = []
-    for posture, miss in zip(found, misses, strict=True):
-        values, free = _coordinates(pattern, posture, near)
-        rows.append(ex.horzcat(*values, miss, posture.shortfall, free))
+    for solution, residual in zip(found, residuals, strict=True):
+        values, free = _coordinates(pattern, solution, q0)
+        rows.append(ex.horzcat(*values, residual, solution.subproblem_residual, free))
     return ex.vertcat(*rows)
 
 
 def labelled(
-    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None = None
+    pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None = None
 ) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """All branches with what names and judges them.
 
     Args:
         pattern: of the arm.
-        T: (4, 4) wanted pose; small errors of its rotation are repaired first.
-        wishes: of the caller.
+        T: (4, 4) requested pose; small errors of its rotation are repaired first.
+        preferences: of the caller.
         geometry: the arm's numbers, constants of the pattern if None.
 
     Returns:
-        (branches, n) coordinates, (branches, 6) details in the order of `FACTS`, and how far T is from a pose.
+        (branches, n) coordinates, (branches, 6) details in the order of `COLUMNS`, and how far T is from a pose.
     """
-    q, rows, defect = _labelled_rows(pattern, T, wishes, geometry)
+    q, rows, defect = _labelled_rows(pattern, T, preferences, geometry)
     return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), defect
 
 
 def judged(
-    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, tolerance: ex.Expression
+    pattern: ArmPattern, T: ex.Expression, preferences: Preferences, tolerance: ex.Expression
 ) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """The same, with what is decided about the pose in place of how far T is from one.
 
     Args:
-        pattern: of the arm, none of its joints held.
-        T: (4, 4) wanted pose; small errors of its rotation are repaired first.
-        wishes: of the caller.
+        pattern: of the arm, none of its joints locked.
+        T: (4, 4) requested pose; small errors of its rotation are repaired first.
+        preferences: of the caller.
         tolerance: largest residual of a solution.
     """
-    q, rows, defect = _labelled_rows(pattern, T, wishes, None)
+    q, rows, defect = _labelled_rows(pattern, T, preferences, None)
     return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), decided(pattern, rows, defect, tolerance)
 
 
 def _details(row: Row) -> ex.Expression:
-    """(1, 6) in the order of `FACTS`."""
-    return ex.horzcat(row.residual, row.shortfall, row.free, row.code, row.margin, row.excess)
+    """(1, 6) in the order of `COLUMNS`."""
+    return ex.horzcat(row.residual, row.subproblem_residual, row.free, row.code, row.margin, row.excess)
 
 
 def _labelled_rows(
-    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None
+    pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None
 ) -> tuple[list[ex.Expression], list[Row], ex.Expression]:
     """Coordinates and details of every branch, and how far T is from a pose."""
     T, defect = repaired(T)
-    branches = judged_branches(pattern, T, wishes, geometry)
+    branches = judged_branches(pattern, T, preferences, geometry)
     q = [ex.horzcat(*one.q) for one in branches]
-    rows = [row_of(pattern, one.posture, (one.miss, one.free, one.excess, one.fixed)) for one in branches]
+    rows = [row_of(pattern, one.solution, (one.residual, one.free, one.excess, one.fixed)) for one in branches]
     return q, rows, defect
 
 
@@ -112,109 +112,115 @@ class JudgedBranch:
     """One branch within limits or not.
 
     Attributes:
-        posture: with its marks.
+        solution: with its branch margins.
         q: (n,) coordinates, wound into the limits where possible.
-        miss: by how much forward kinematics misses the pose.
+        residual: error of forward kinematics.
         free: sum of 2^i over the free coordinates i.
         excess: by how much the worst joint is beyond its limits, zero if none is.
         fixed: the same of the joints that are not the wrist's, which stay where they are when the wrist turns.
     """
 
-    posture: Posture
+    solution: BranchSolution
     q: list[ex.Expression]
-    miss: ex.Expression
+    residual: ex.Expression
     free: ex.Expression
     excess: ex.Expression
     fixed: ex.Expression
 
 
 def judged_branches(
-    pattern: ArmPattern, T: ex.Expression, wishes: Wishes, geometry: Geometry | None = None
+    pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None = None
 ) -> list[JudgedBranch]:
     """All branches of a pose that is one; arguments as for `labelled`."""
-    found, misses = _solved(pattern, T, wishes.near, wishes.turns, geometry)
-    turning = {j for j, slides in zip(pattern.joints, pattern.slides, strict=True) if not slides}
-    turning |= {held.joint for held in pattern.held if not held.slides}
+    found, residuals = _solved(pattern, T, preferences.q0, preferences.turns, geometry)
+    revolute = {j for j, prismatic in zip(pattern.joints, pattern.prismatic, strict=True) if not prismatic}
+    revolute |= {locked.joint for locked in pattern.locked if not locked.prismatic}
     wrist = WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))
     moving = {pattern.joints[k] for k in wrist}
     rows: list[JudgedBranch] = []
-    for posture, miss in zip(found, misses, strict=True):
-        values, free = _coordinates(pattern, posture, wishes.near)
-        wound = [wound_angle(x, wishes, i) if i in turning else x for i, x in enumerate(values)]
+    for solution, residual in zip(found, residuals, strict=True):
+        values, free = _coordinates(pattern, solution, preferences.q0)
+        wound = [wound_angle(x, preferences, i) if i in revolute else x for i, x in enumerate(values)]
         rest = [i for i in range(len(wound)) if i not in moving]
-        rows.append(JudgedBranch(posture, wound, miss, free, excess_of(wound, wishes), excess_of(wound, wishes, rest)))
+        rows.append(
+            JudgedBranch(
+                solution, wound, residual, free, excess_of(wound, preferences), excess_of(wound, preferences, rest)
+            )
+        )
     return rows
 
 
-def excess_of(q: Sequence[ex.Expression], wishes: Wishes, which: Sequence[int] | None = None) -> ex.Expression:
+def excess_of(
+    q: Sequence[ex.Expression], preferences: Preferences, which: Sequence[int] | None = None
+) -> ex.Expression:
     """By how much the worst coordinate is beyond its limits, zero if none is.
 
     Args:
         q: coordinates.
-        wishes: gives the limits.
+        preferences: gives the limits.
         which: of them, all if None.
     """
     excess = ex.Expression(0)
     for i in range(len(q)) if which is None else which:
-        excess = ex.fmax(excess, ex.fmax(wishes.lower[i] - q[i], q[i] - wishes.upper[i]))
+        excess = ex.fmax(excess, ex.fmax(preferences.lower[i] - q[i], q[i] - preferences.upper[i]))
     return excess
 
 
 def motions_along(
-    pattern: ArmPattern, T: ex.Expression, held: int, value: ex.Expression, near: Sequence[float]
+    pattern: ArmPattern, T: ex.Expression, locked: int, value: ex.Expression, q0: Sequence[float]
 ) -> list[list[ex.Expression | float]]:
-    """Every branch as cosine and sine of the coordinates not held, of a slide its value and zero, and its shortfall.
+    """Every branch: of coordinates not locked cosine and sine, or length and zero, then its subproblem residual.
 
     Args:
-        pattern: of the arm, one joint held.
-        T: (4, 4) wanted pose of the tip in {s}.
-        held: coordinate of the held joint.
+        pattern: of the arm, one joint locked.
+        T: (4, 4) requested pose of the tip in {s}.
+        locked: coordinate of the locked joint.
         value: of that [rad | m].
-        near: (n,) what free joints take.
+        q0: (n,) what free joints take.
     """
-    wishes = ex.vertcat(*[value if i == held else ex.Expression(float(x)) for i, x in enumerate(near)])
-    found, _ = _solved(pattern, T, wishes, ex.horzcat(ex.cos(wishes), ex.sin(wishes)), None)
+    preferences = ex.vertcat(*[value if i == locked else ex.Expression(float(x)) for i, x in enumerate(q0)])
+    found, _ = _solved(pattern, T, preferences, ex.horzcat(ex.cos(preferences), ex.sin(preferences)), None)
     rows: list[list[ex.Expression | float]] = []
-    for posture in found:
+    for solution in found:
         row: list[ex.Expression | float] = [0.0] * (2 * pattern.n)
-        for motion, joint in zip(posture.motions, pattern.joints, strict=True):
+        for motion, joint in zip(solution.motions, pattern.joints, strict=True):
             if joint >= 0:
                 row[2 * joint : 2 * joint + 2] = [motion.c, motion.s] if isinstance(motion, Turn) else [motion, 0.0]
-        rows.append([*row, posture.shortfall])
+        rows.append([*row, solution.subproblem_residual])
     return rows
 
 
 def _solved(
     pattern: ArmPattern,
     T: ex.Expression,
-    near: ex.Expression | None,
+    q0: ex.Expression | None,
     turns: ex.Expression | None,
     geometry: Geometry | None,
-) -> tuple[list[Posture], list[ex.Expression]]:
+) -> tuple[list[BranchSolution], list[ex.Expression]]:
     numbers = constants(pattern) if geometry is None else geometry
     R, p = _displacement(pattern, numbers, T)
-    arm = Arm(pattern, numbers, R, p, patient=near is not None)
-    for held, axis, point in reversed(numbers.held):
-        assert near is not None
+    arm = Arm(pattern, numbers, R, p, patient=q0 is not None)
+    for locked, axis, point in reversed(numbers.locked):
+        assert q0 is not None
         assert turns is not None
-        motion = near[held.joint] if held.slides else Turn(turns[held.joint, 0], turns[held.joint, 1])
-        arm.hold(held, axis, point, motion)
+        motion = q0[locked.joint] if locked.prismatic else Turn(turns[locked.joint, 0], turns[locked.joint, 1])
+        arm.lock(locked, axis, point, motion)
     preferred = [
         unturned() if turns is None or joint < 0 else Turn(turns[joint, 0], turns[joint, 1]) for joint in pattern.joints
     ]
-    return postures(arm, preferred)
+    return branch_solutions(arm, preferred)
 
 
 def _coordinates(
-    pattern: ArmPattern, posture: Posture, near: ex.Expression | None
+    pattern: ArmPattern, solution: BranchSolution, q0: ex.Expression | None
 ) -> tuple[list[ex.Expression], ex.Expression]:
     """(n) coordinates, and the sum of 2^i over the free ones."""
     values: list[ex.Expression] = [ex.Expression(0)] * pattern.n
-    for held in pattern.held:
-        assert near is not None
-        values[held.joint] = near[held.joint]
+    for locked in pattern.locked:
+        assert q0 is not None
+        values[locked.joint] = q0[locked.joint]
     free = ex.Expression(0)
-    for motion, loose, joint in zip(posture.motions, posture.free, pattern.joints, strict=True):
+    for motion, loose, joint in zip(solution.motions, solution.free, pattern.joints, strict=True):
         if joint >= 0:
             values[joint] = motion.angle if isinstance(motion, Turn) else motion
         if joint != -1:
@@ -222,17 +228,17 @@ def _coordinates(
     return values, free
 
 
-def wound_angle(x: ex.Expression, wishes: Wishes, i: int) -> ex.Expression:
-    """The angle moved by whole turns as near to `near` as possible, into the limits where that can be done.
+def wound_angle(x: ex.Expression, preferences: Preferences, i: int) -> ex.Expression:
+    """The angle moved by whole turns as near to `q0` as possible, into the limits where that can be done.
 
     Args:
         x: the angle [rad].
-        wishes: of the caller.
+        preferences: of the caller.
         i: its coordinate.
     """
     turn = 2 * pi
-    lower, upper = wishes.lower[i], wishes.upper[i]
-    moved = x - turn * ex.floor((x - wishes.near[i]) / turn + 0.5)
+    lower, upper = preferences.lower[i], preferences.upper[i]
+    moved = x - turn * ex.floor((x - preferences.q0[i]) / turn + 0.5)
     up = ex.if_else(moved < lower, ex.ceil((lower - moved) / turn - 1e-12), 0)
     down = ex.if_else(moved > upper, ex.ceil((moved - upper) / turn - 1e-12), 0)
     shifted = moved + turn * (up - down)
@@ -241,38 +247,42 @@ def wound_angle(x: ex.Expression, wishes: Wishes, i: int) -> ex.Expression:
 
 
 def row_of(
-    pattern: ArmPattern, posture: Posture, details: tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression]
+    pattern: ArmPattern,
+    solution: BranchSolution,
+    details: tuple[ex.Expression, ex.Expression, ex.Expression, ex.Expression],
 ) -> Row:
-    """A branch with its name and its marks.
+    """A branch with its name and its branch margins.
 
-    The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a mark.
+    The code is (shoulder + 1) + 3 (elbow + 1) + 9 (wrist + 1) + 27 reason, each the sign -1, 0 or 1 of a branch margin.
 
     Args:
         pattern: of the arm.
-        posture: with its marks.
-        details: by how much it misses the pose, which coordinates are free, by how much it leaves the limits, and by
+        solution: with its branch margins.
+        details: its residual, which coordinates are free, by how much it leaves the limits, and by
             how much its joints beside the wrist do.
     """
-    miss, free, excess, fixed = details
-    code, margin, second = 27 * posture.reason, ex.Expression(1), ex.Expression(1)
+    residual, free, excess, fixed = details
+    code, margin, second = 27 * solution.reason, ex.Expression(1), ex.Expression(1)
     merged: list[ex.Expression] = []
-    for mark, weight in zip(posture.marks, (1, 3, 9), strict=True):
-        if mark is None:
+    for branch_margin, weight in zip(solution.branch_margins, (1, 3, 9), strict=True):
+        if branch_margin is None:
             code = code + weight
             merged.append(ex.Expression(1))
             continue
-        code = code + weight * ex.if_else(mark > MERGED, 2, ex.if_else(mark < -MERGED, 0, 1))
-        size = ex.fabs(mark)
+        code = code + weight * ex.if_else(branch_margin > MERGED, 2, ex.if_else(branch_margin < -MERGED, 0, 1))
+        size = ex.fabs(branch_margin)
         second = ex.fmin(second, ex.fmax(margin, size))
         margin = ex.fmin(margin, size)
         merged.append(ex.logic_not(size > MERGED))
     first = FIRST_JOINTS.get(pattern.family, 0)
-    loose = [free > 0 for free, joint in zip(posture.free[:first], pattern.joints[:first], strict=True) if joint != -1]
+    loose = [free > 0 for free, joint in zip(solution.free[:first], pattern.joints[:first], strict=True) if joint != -1]
     free_first = loose[0] if loose else ex.Expression(0)
     for one in loose[1:]:
         free_first = ex.logic_or(free_first, one)
     total = merged[0] + merged[1] + merged[2]
-    return Row(miss, posture.shortfall, free, code, margin, excess, second, total, merged[0], free_first, fixed)
+    return Row(
+        residual, solution.subproblem_residual, free, code, margin, excess, second, total, merged[0], free_first, fixed
+    )
 
 
 def _displacement(pattern: ArmPattern, geometry: Geometry, T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:

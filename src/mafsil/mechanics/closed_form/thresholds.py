@@ -24,28 +24,28 @@ A merged shoulder lets a straight wrist seem bent, and the turn of its last link
 """
 
 NEARLY, BENT = 1e-3, 1e-2
-"""Residual up to which a row may become a solution by refinement where a solution's mark is that small."""
+"""Residual up to which a row may become a solution by refinement where a solution's branch margin is that small."""
 
 MERGED = 1e-7
-"""Marks up to which two branches are one, and a solution may be a member of a continuum."""
+"""Branch margins up to which two branches are one, and a solution may be a member of a continuum."""
 
 APART = 1e-5
-"""Marks above which two branches are distinct solutions: their coordinates differ by as much at least."""
+"""Branch margins above which two branches are distinct solutions: their coordinates differ by as much at least."""
 
 QUARTIC = 1e-4
 """The same of roots of an equation of fourth degree, which merge by three and four: by elimination below."""
 
 SECOND = 1e-2
-"""Marks above which a branch takes no part where two others meet: rounding splits four merged roots by so much."""
+"""Branch margins above which a branch takes no part where two others meet: four merged roots split by so much."""
 
 ROUNDED = 1e-10
-"""Residuals, in units of the arm and times the square of the second mark, that rounding may explain, amply."""
+"""Residuals, in units of the arm and times the square of the second branch margin, that rounding may explain, amply."""
 
 FOLD = 1e-6
-"""Marks below which roots of an equation of fourth degree may have merged."""
+"""Branch margins below which roots of an equation of fourth degree may have merged."""
 
 LOOSE = 1e-8
-"""Tolerances, and misses of the closed form, above which a configuration that is near enough is looked for."""
+"""Tolerances, and residuals of the closed form, above which a configuration that is near enough is looked for."""
 
 INSIDE = 1e-12
 """By how much a joint may seem beyond its limit by rounding [rad | m]."""
@@ -71,6 +71,6 @@ def folds(pattern: ArmPattern) -> bool:
 
 
 def merges_twice(pattern: ArmPattern) -> bool:
-    """Whether two of shoulder, elbow and wrist may do so; slides alone are linear: nothing merges."""
-    turning = (j >= 0 and not slides for j, slides in zip(pattern.joints, pattern.slides, strict=True))
-    return folds(pattern) and any(turning)
+    """Whether two of shoulder, elbow and wrist may do so; prismatic joints alone are linear: nothing merges."""
+    revolute = (j >= 0 and not prismatic for j, prismatic in zip(pattern.joints, pattern.prismatic, strict=True))
+    return folds(pattern) and any(revolute)

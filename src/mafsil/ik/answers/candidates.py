@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.details import Facts
+from mafsil.ik.answers.candidate_table import CandidateTable
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class Candidates:
     """Candidates, and where they come from.
 
     Attributes:
@@ -28,13 +28,13 @@ class Rows:
     codes: NDArray[np.int64]
     free: NDArray[np.int64]
 
-    def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Rows:
+    def chosen(self, which: NDArray[np.intp] | list[int], q: JointVector) -> Candidates:
         """Some of them, with new coordinates for all."""
-        return Rows(q[which], self.rows[which], self.codes[which], self.free[which])
+        return Candidates(q[which], self.rows[which], self.codes[which], self.free[which])
 
-    def and_more(self, other: Rows) -> Rows:
+    def and_more(self, other: Candidates) -> Candidates:
         """They, and others."""
-        return Rows(
+        return Candidates(
             np.concatenate([self.q, other.q]),
             np.concatenate([self.rows, other.rows]),
             np.concatenate([self.codes, other.codes]),
@@ -42,13 +42,13 @@ class Rows:
         )
 
     @classmethod
-    def of(cls, q: JointVector, details: Facts, rows: NDArray[np.int64]) -> Rows:
+    def of(cls, q: JointVector, details: CandidateTable, rows: NDArray[np.int64]) -> Candidates:
         """Rows of the closed form with their details."""
         codes, free = (np.nan_to_num(x).astype(np.int64) for x in (details.code, details.free))
         return cls(q, rows, codes, free)
 
 
-def unlabelled(q: JointVector) -> Rows:
+def unlabelled(q: JointVector) -> Candidates:
     """Candidates without a branch."""
     k = len(q)
-    return Rows(q, np.full(k, -1), np.full(k, UNNAMED), np.zeros(k, dtype=np.int64))
+    return Candidates(q, np.full(k, -1), np.full(k, UNNAMED), np.zeros(k, dtype=np.int64))

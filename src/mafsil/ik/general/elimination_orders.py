@@ -1,4 +1,4 @@
-"""Roads to all solutions of six joints: which joint is found first, and the constants of the elimination for it.
+"""Orders of elimination for six joints: which joint is found first, and the constants of the elimination for it.
 
 A loop E_1 ... E_6 = P, E_k = exp(S_k q_k), is cut so that three neighbours c, d, e move the axis of the joint f after
 them, and the joints a, b of the rest, with P between or beside them, move it back:
@@ -29,7 +29,7 @@ from mafsil.ik.chain import Chain
 NODES: Floats = 2 * np.pi / 3 * np.arange(3.0)
 """Angles at which a function linear in (1, cos, sin) is sampled."""
 
-SLIDE_NODES: Floats = np.array([-1.0, 0.0, 1.0])
+PRISMATIC_NODES: Floats = np.array([-1.0, 0.0, 1.0])
 """Lengths, in units of the arm, at which a quadratic function is sampled."""
 
 TWIST = 0.3141
@@ -37,7 +37,7 @@ TWIST = 0.3141
 
 
 @dataclass(frozen=True, eq=False)
-class Road:
+class EliminationOrder:
     """Constants of one elimination.
 
     Attributes:
@@ -66,14 +66,14 @@ class Road:
         return self.before, self.lines, self.after, self.products, self.left, self.unit
 
 
-def roads(chain: Chain) -> list[Road]:
-    """All roads of a chain of six joints whose origin and unit of length fit it."""
-    found: list[Road] = []
+def orders(chain: Chain) -> list[EliminationOrder]:
+    """All elimination orders of a chain of six joints whose origin and unit of length fit it."""
+    found: list[EliminationOrder] = []
     for backwards in (False, True):
         seen = chain.backwards() if backwards else chain
         for first in (2, 1, 0):
-            if not seen.slides[first] and not seen.slides[first + 3]:
-                found.append(_road(seen, first, backwards))
+            if not seen.prismatic[first] and not seen.prismatic[first + 3]:
+                found.append(_order(seen, first, backwards))
     return found
 
 
@@ -88,7 +88,7 @@ def line_functions(p: Floats, l: Floats) -> Floats:
     return np.concatenate([p, pp, l, pl, np.cross(p, l), pp * l - 2 * pl * p], axis=-1)
 
 
-def _road(chain: Chain, first: int, backwards: bool) -> Road:
+def _order(chain: Chain, first: int, backwards: bool) -> EliminationOrder:
     c, d, e, f = first, first + 1, first + 2, first + 3
     a, b = {2: (0, 1), 1: (0, 5), 0: (4, 5)}[first]
     place, line = chain.points[f], chain.axes[f]
@@ -107,9 +107,9 @@ def _road(chain: Chain, first: int, backwards: bool) -> Road:
     moves[: len(after)] = after[:, :3]
     left, unit = _left(chain, (c, d, e), place, line)
     order = [5 - k for k in (a, b, c, d, e, f)] if backwards else [a, b, c, d, e, f]
-    one, two = np.linalg.inv(_basis(chain.slides[a])), np.linalg.inv(_basis(chain.slides[b]))
+    one, two = np.linalg.inv(_basis(chain.prismatic[a])), np.linalg.inv(_basis(chain.prismatic[b]))
     products: Floats = np.ascontiguousarray(np.kron(one, two).T, dtype=np.float64)
-    return Road(np.array(order, dtype=np.int64), backwards, lines, len(before), moves, products, left, unit)
+    return EliminationOrder(np.array(order, dtype=np.int64), backwards, lines, len(before), moves, products, left, unit)
 
 
 def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Floats) -> tuple[Floats, Floats]:
@@ -117,32 +117,32 @@ def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Float
     c, d, e = middle
     E = _displaced(chain, c)[:, None, None] @ _displaced(chain, d)[:, None] @ _displaced(chain, e)
     samples = line_functions(E[..., :3, :3] @ place + E[..., :3, 3], E[..., :3, :3] @ line)
-    form, unit = _homogeneous(chain.slides[d])
-    one, three = np.linalg.inv(_basis(chain.slides[c])), np.linalg.inv(_basis(chain.slides[e]))
-    two = form @ np.linalg.inv(_basis(chain.slides[d]))
+    form, unit = _homogeneous(chain.prismatic[d])
+    one, three = np.linalg.inv(_basis(chain.prismatic[c])), np.linalg.inv(_basis(chain.prismatic[e]))
+    two = form @ np.linalg.inv(_basis(chain.prismatic[d]))
     out = np.einsum("ia,jb,kc,abcf->fijk", one, two, three, samples).reshape(14, 27)
     return np.ascontiguousarray(out), unit
 
 
 def _displaced(chain: Chain, k: int, sign: float = 1.0) -> Floats:
     """(3, 4, 4) displacements of a joint at its nodes."""
-    nodes = SLIDE_NODES if chain.slides[k] else NODES
+    nodes = PRISMATIC_NODES if chain.prismatic[k] else NODES
     return pose.exp(chain.screws[k] * (sign * nodes)[:, None])
 
 
-def _basis(slides: bool) -> Floats:
-    """(3, 3) rows (1, cos, sin), or (1, q, q^2) of a slide, at the nodes."""
-    if slides:
-        return np.stack([np.ones(3), SLIDE_NODES, SLIDE_NODES**2], axis=1)
+def _basis(prismatic: bool) -> Floats:
+    """(3, 3) rows (1, cos, sin), or (1, q, q^2) of a prismatic joint, at the nodes."""
+    if prismatic:
+        return np.stack([np.ones(3), PRISMATIC_NODES, PRISMATIC_NODES**2], axis=1)
     return np.stack([np.ones(3), np.cos(NODES), np.sin(NODES)], axis=1)
 
 
-def _homogeneous(slides: bool) -> tuple[Floats, Floats]:
+def _homogeneous(prismatic: bool) -> tuple[Floats, Floats]:
     """From coefficients of (1, cos, sin) to those of (c^2, c s, s^2), of half the angle beyond `TWIST`; the one.
 
-    A slide is s / c - `TWIST`.
+    A prismatic joint is s / c - `TWIST`.
     """
-    if slides:
+    if prismatic:
         # q = s / c - TWIST, so (1, q, q^2) c^2 = (c^2, c s - TWIST c^2, s^2 - 2 TWIST c s + TWIST^2 c^2).
         forms = np.array([[1.0, 0.0, 0.0], [-TWIST, 1.0, 0.0], [TWIST**2, -2 * TWIST, 1.0]])
         return forms.T, forms[0]

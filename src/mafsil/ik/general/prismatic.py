@@ -1,12 +1,14 @@
-"""Six joints, two or three of which slide: orientation by the turning joints, then the lengths are linear.
+"""Six joints, two or three of which are prismatic: orientation by the revolute joints, then the lengths are linear.
 
-Three turning joints b, c, d reach an orientation R in two ways, the roots of w_b . R_c w_d = w_b . R w_d = h.
+Three revolute joints b, c, d reach an orientation R in two ways, the roots of w_b . R_c w_d = w_b . R w_d = h.
 
-Two slides: the first turning joint is at theta, the others have to do the rest, R(theta). The pose is reached where the
-displacement that is left, t, lies in the plane of the slides: g = det(s_1, s_2, t) = 0. The product g_1 g_2 (1 - h^2)
+Two prismatic joints: the first revolute joint is at theta, the others have to do the rest, R(theta). The pose is
+reached where the
+displacement that is left, t, lies in the plane of the prismatic joints: g = det(s_1, s_2, t) = 0. The product g_1 g_2
+(1 - h^2)
 over both ways, complex or not, is a trigonometric polynomial of theta of degree four: up to eight solutions.
 
-Three slides: both ways, and three linear equations.
+Three prismatic joints: both ways, and three linear equations.
 """
 
 from __future__ import annotations
@@ -27,35 +29,35 @@ Numbers = NDArray[Any]
 """Real or complex."""
 
 DEGREE = 4
-"""Of the polynomial of two slides."""
+"""Of the polynomial of two prismatic joints."""
 
 WAYS: Floats = np.array([1.0, -1.0])
 """The two roots of joint c."""
 
 REGULAR = 1e-6
-"""Distance from merged ways, from b and d about one axis, and from dependent slides that a proof needs."""
+"""Distance from merged ways, from b and d about one axis, and from dependent prismatic axes that a proof needs."""
 
 START = 0.05
 """Where the first sample is: no angle that arms prefer."""
 
 
-class TwoSlides:
-    """An arm with two slides and four turning joints; a road for each of these."""
+class TwoPrismatic:
+    """An arm with two prismatic joints and four revolute joints; an elimination order for each of these."""
 
     def __init__(self, chain: Chain) -> None:
         self._chain = chain
-        self._turning = [k for k in range(6) if not chain.slides[k]]
+        self._revolute = [k for k in range(6) if not chain.prismatic[k]]
         self._columns = fourier_columns(DEGREE)
         self._nodes = START + 2 * np.pi * np.arange(len(self._columns)) / len(self._columns)
 
     def __len__(self) -> int:
         return 4
 
-    def take(self, road: int, found: Findings, rows: NDArray[np.int64]) -> None:
-        """What one road finds for some poses of a batch.
+    def take(self, order: int, found: Findings, rows: NDArray[np.int64]) -> None:
+        """What one elimination order finds for some poses of a batch.
 
         Args:
-            road: place of the joint theta among those that turn.
+            order: place of the joint theta among those that turn.
             found: is filled.
             rows: (k,) the poses.
         """
@@ -63,26 +65,26 @@ class TwoSlides:
 
         P = found.P[rows]
         with np.errstate(all="ignore"):
-            samples, apart = self._samples(P, road)
+            samples, apart = self._samples(P, order)
             harmonics = samples @ self._columns
-            dust = 1.5 * np.sqrt((harmonics[:, 2 * DEGREE + 1 :] ** 2).mean(axis=1))
-        zeros, number, certain = zeros_of(harmonics, dust, DEGREE)
+            roundoff = 1.5 * np.sqrt((harmonics[:, 2 * DEGREE + 1 :] ** 2).mean(axis=1))
+        zeros, number, certain = zeros_of(harmonics, roundoff, DEGREE)
         certain &= apart > REGULAR
 
         def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[Floats, Floats]:
             with np.errstate(all="ignore"):
-                turns, _ = self._turns(P[row], road, theta, float(WAYS[choice]))
+                turns, _ = self._turns(P[row], order, theta, float(WAYS[choice]))
                 return found.turns(_with_lengths(self._chain, P[row], turns)), np.zeros(len(row))
 
-        found.explored(rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._turning[road])
+        found.explored(rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._revolute[order])
 
-    def _samples(self, P: PoseMatrix, road: int) -> tuple[Floats, Floats]:
-        """(k, nodes) values of the polynomial, and (k,) how far the slides are from parallel at most."""
+    def _samples(self, P: PoseMatrix, order: int) -> tuple[Floats, Floats]:
+        """(k, nodes) values of the polynomial, and (k,) how far the prismatic joints are from parallel at most."""
         many, theta = np.repeat(P, len(self._nodes), axis=0), np.tile(self._nodes, len(P))
         product: Complex = np.ones(len(theta), dtype=np.complex128)
         apart = np.zeros(len(theta))
         for way in WAYS:
-            turns, lost = self._turns(many, road, theta, float(way))
+            turns, lost = self._turns(many, order, theta, float(way))
             S, t = _left_over(self._chain, many, turns)
             normal = np.cross(S[:, 0], S[:, 1])
             apart = np.maximum(apart, np.abs(normal).max(axis=1))
@@ -90,46 +92,46 @@ class TwoSlides:
         values = np.ascontiguousarray(np.real(product).reshape(len(P), -1))
         return values, apart.reshape(len(P), -1).max(axis=1)
 
-    def _turns(self, P: PoseMatrix, road: int, theta: Floats, way: float) -> tuple[dict[int, Numbers], Floats]:
-        """Cosines and sines (m, 2) of each turning joint, and 1 - h^2.
+    def _turns(self, P: PoseMatrix, order: int, theta: Floats, way: float) -> tuple[dict[int, Numbers], Floats]:
+        """Cosines and sines (m, 2) of each revolute joint, and 1 - h^2.
 
         Joints before theta act as if they were after the last, about axes that the pose has moved: R_0 R_1 = R is
         R_1 R_0' = R with the axis R'w_0.
         """
-        R, order = P[:, :3, :3], self._turning[road:] + self._turning[:road]
-        w = [self._chain.axes[k] if k >= order[0] else self._chain.axes[k] @ R for k in order]
+        R, joints = P[:, :3, :3], self._revolute[order:] + self._revolute[:order]
+        w = [self._chain.axes[k] if k >= joints[0] else self._chain.axes[k] @ R for k in joints]
         w = [np.broadcast_to(one, (len(P), 3)) for one in w]
         first = np.stack([np.cos(theta), np.sin(theta)], axis=1)
         rest = _turned(w[0], first * np.array([1.0, -1.0])) @ R
         others, lost = _three_turns(w[1], w[2], w[3], rest, way)
-        return dict(zip(order, [first, *others], strict=True)), lost
+        return dict(zip(joints, [first, *others], strict=True)), lost
 
 
-class ThreeSlides:
-    """An arm with three slides and three turning joints: two ways, one road."""
+class ThreePrismatic:
+    """An arm with three prismatic joints and three revolute joints: two ways, one elimination order."""
 
     def __init__(self, chain: Chain) -> None:
         self._chain = chain
-        self._turning = [k for k in range(6) if not chain.slides[k]]
+        self._revolute = [k for k in range(6) if not chain.prismatic[k]]
 
     def __len__(self) -> int:
         return 1
 
-    def take(self, road: int, found: Findings, rows: NDArray[np.int64]) -> None:
+    def take(self, order: int, found: Findings, rows: NDArray[np.int64]) -> None:
         """All solutions; proven unless the ways merge, or joints depend on each other.
 
         Args:
-            road: there is but one.
+            order: there is but one.
             found: is filled.
             rows: (k,) the poses.
         """
         P = found.P[rows]
-        b, c, d = (np.broadcast_to(self._chain.axes[k], (len(P), 3)) for k in self._turning)
+        b, c, d = (np.broadcast_to(self._chain.axes[k], (len(P), 3)) for k in self._revolute)
         regular, number = np.ones(len(P), dtype=np.bool_), np.zeros(len(P), dtype=np.int64)
         for way in WAYS:
             with np.errstate(all="ignore"):
                 turns, lost = _three_turns(b, c, d, P[:, :3, :3], float(way))
-                moved = dict(zip(self._turning, turns, strict=True))
+                moved = dict(zip(self._revolute, turns, strict=True))
                 real = np.abs(np.imag(turns[1])).max(axis=1) == 0.0
                 S, _ = _left_over(self._chain, P, moved)
                 # The imaginary part is zero or the root of the distance from merging; the real one is bounded by it.
@@ -190,12 +192,12 @@ def _turned(w: Floats, turn: Numbers) -> Numbers:
 
 
 def _left_over(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> tuple[Numbers, Numbers]:
-    """(m, slides, 3) directions of the slides, and (m, 3) the displacement that they have to make."""
+    """(m, prismatic, 3) directions of the prismatic joints, and (m, 3) the displacement that they have to make."""
     R: Numbers = np.broadcast_to(np.eye(3), (len(P), 3, 3))
     t: Numbers = P[:, :3, 3]
     directions: list[Numbers] = []
     for k in range(6):
-        if chain.slides[k]:
+        if chain.prismatic[k]:
             directions.append(R @ chain.axes[k])
         else:
             E = _turned(np.broadcast_to(chain.axes[k], (len(P), 3)), turns[k])
@@ -205,15 +207,15 @@ def _left_over(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> tuple[
 
 
 def _with_lengths(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> JointVector:
-    """(m, 6) coordinates: the angles, and the lengths that miss the place least."""
+    """(m, 6) coordinates: the angles, and the lengths that come closest to the place."""
     real = {k: np.real(turn) for k, turn in turns.items()}
     q = np.zeros((len(P), 6))
     for k, turn in real.items():
         q[:, k] = np.arctan2(turn[:, 1], turn[:, 0])
     S, t = _left_over(chain, P, real)
     flat = np.swapaxes(np.nan_to_num(S), 1, 2)
-    slides = [k for k in range(6) if chain.slides[k]]
-    q[:, slides] = (np.linalg.pinv(flat) @ np.nan_to_num(t)[..., None])[..., 0]
+    prismatic = [k for k in range(6) if chain.prismatic[k]]
+    q[:, prismatic] = (np.linalg.pinv(flat) @ np.nan_to_num(t)[..., None])[..., 0]
     return q
 
 

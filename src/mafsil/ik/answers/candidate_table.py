@@ -28,20 +28,20 @@ class Decision(IntEnum):
     """The matrix is no pose."""
 
 
-class Facts(NamedTuple):
+class CandidateTable(NamedTuple):
     """What is known of the rows of a closed form.
 
     Attributes:
-        residual: (*batch, rows) by how much forward kinematics misses, distance [m] or angle [rad], the larger.
-        shortfall: (*batch, rows) by how much the worst step misses [m | rad].
+        residual: (*batch, rows) error of forward kinematics, distance [m] or angle [rad], the larger.
+        subproblem_residual: (*batch, rows) residual of the worst subproblem, zero where all are solved [m | rad].
         free: (*batch, rows) sum of 2^i over the free coordinates.
         code: (*batch, rows) branch as a number, see `mafsil.mechanics.closed_form.table`.
-        margin: (*batch, rows) smallest mark of the branch: zero where two branches meet.
+        margin: (*batch, rows) smallest branch margin of the branch: zero where two branches meet.
         excess: (*batch, rows) by how much a coordinate is beyond its limits, negative within [rad | m].
     """
 
     residual: Floats
-    shortfall: Floats
+    subproblem_residual: Floats
     free: Floats
     code: Floats
     margin: Floats

@@ -1,4 +1,4 @@
-"""How three joints bring a point to a place: all motions, by roads that differ in what is eliminated first."""
+"""How three joints bring a point to a place: all motions, by methods that differ in what is eliminated first."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from mafsil.algebra.subproblems import (
     turns_to_distance,
     turns_to_height,
 )
-from mafsil.mechanics.arm_pattern import Missed, PointRoad
-from mafsil.mechanics.closed_form.line import Line, Motion, Posture, across, norm, started, triple
+from mafsil.mechanics.arm_pattern import FailedStep, PositioningMethod
+from mafsil.mechanics.closed_form.line import BranchSolution, Line, Motion, across, norm, started, triple
 
 Moved: TypeAlias = tuple[Motion, ex.Expression, ex.Expression, ex.Expression]
-"""A motion, whether it is free, its shortfall and the reason of that."""
+"""A motion, whether it is free, its subproblem residual and the reason of that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,43 +57,43 @@ class Placing:
         )
 
 
-def placed(road: PointRoad, task: Placing, *, reverse: bool) -> list[Posture]:
+def placed(method: PositioningMethod, task: Placing, *, reverse: bool) -> list[BranchSolution]:
     """All motions of three joints that carry the point from start to goal.
 
     Args:
-        road: which elimination.
+        method: which elimination.
         task: joints and point.
-        reverse: whether the road is walked from the placed point.
+        reverse: whether the method starts from the placed point.
     """
-    walk = _ROADS[road]
+    walk = _METHODS[method]
     return [one.reversed() for one in walk(task.backwards())] if reverse else walk(task)
 
 
-def _by_height(task: Placing) -> list[Posture]:
+def _by_height(task: Placing) -> list[BranchSolution]:
     """The last two joints keep the height along the second's axis, so the first must give it."""
     one, two, three = task.lines
-    arms: list[Posture] = []
+    arms: list[BranchSolution] = []
     for motion, free, short, why in to_height(one, two.w, task.start, task.goal, task.preferred[0], task.size):
         place = one.opposite.point(task.goal, motion)
-        shoulder = None if one.slides else triple(one.w, two.w, place - one.r) / task.size
+        shoulder = None if one.prismatic else triple(one.w, two.w, place - one.r) / task.size
         side = ex.Expression(1) if shoulder is None else ex.if_else(shoulder < 0, -1, 1)
         for third, free3, short3, why3 in _to_radius_any(task, place):
             reached = three.point(task.start, third)
             second = turn_onto(two.w, reached - two.r, place - two.r, task.preferred[1], task.size)
-            if three.slides:
+            if three.prismatic:
                 elbow = ex.dot(across(two.w, three.w), reached - two.r) / task.size
             else:
                 elbow = -side * triple(two.w, three.r - two.r, reached - three.r) / task.size**2
             first = started((motion, second.turn), (free, second.free), short, why)
             arm = first.followed_by((third,), (free3,), short3, why3)
-            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+            arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
     return arms
 
 
-def _by_distance(task: Placing) -> list[Posture]:
+def _by_distance(task: Placing) -> list[BranchSolution]:
     """The first two joints keep the distance from where their axes meet, so the third must give it."""
     one, two, three = task.lines
-    arms: list[Posture] = []
+    arms: list[BranchSolution] = []
     offset = task.goal - task.meeting
     square = ex.dot(offset, offset)
     for third, free, short, why in _to_distance(task, square):
@@ -102,71 +102,71 @@ def _by_distance(task: Placing) -> list[Posture]:
         pairs = turns_about_two_axes(one.w, two.w, reached, offset, (task.preferred[0], task.preferred[1]), task.size)
         for pair in pairs:
             shoulder = triple(one.w, two.w, pair.second.turn.about(two.w, reached)) / task.size
-            if three.slides:
+            if three.prismatic:
                 elbow = bend / task.size
             else:
                 sense = ex.if_else(ex.dot(two.w, three.w) < -1e-9, -1, 1)
                 elbow = ex.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
             arm = started((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
-            arm = arm.followed_by((third,), (free,), pair.first.shortfall, Missed.DIRECTION.value)
-            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+            arm = arm.followed_by((third,), (free,), pair.first.residual, FailedStep.DIRECTION.value)
+            arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
     return arms
 
 
-def _by_slides(task: Placing) -> list[Posture]:
-    """Three slides: linear equations."""
+def _by_three_prismatic(task: Placing) -> list[BranchSolution]:
+    """Three prismatic joints: linear equations."""
     d = ex.solve(ex.horzcat(*(line.w for line in task.lines)), task.goal - task.start)
     return [started((d[0], d[1], d[2]), (ex.Expression(0),) * 3, ex.Expression(0), 0.0)]
 
 
-def _by_slide_across(task: Placing) -> list[Posture]:
-    """The second joint slides across the first's axis, so the third must give the height along that."""
+def _by_perpendicular_prismatic(task: Placing) -> list[BranchSolution]:
+    """The second joint is prismatic across the first's axis, so the third must give the height along that."""
     one, two, three = task.lines
     offset = task.goal - one.r
-    arms: list[Posture] = []
+    arms: list[BranchSolution] = []
     back = three.opposite
     for motion, free, short, why in to_height(back, one.w, task.goal, task.start, task.preferred[2], task.size):
         reached = three.point(task.start, motion) - one.r
-        shoulder = None if three.slides else ex.dot(one.w, three.velocity(reached + one.r)) / task.size
-        for d, short2 in _slide_to(two.w, reached, ex.dot(offset, offset)):
+        shoulder = None if three.prismatic else ex.dot(one.w, three.velocity(reached + one.r)) / task.size
+        for d, short2 in _strokes_to_distance(two.w, reached, ex.dot(offset, offset)):
             first = turn_onto(one.w, reached + d * two.w, offset, task.preferred[0], task.size)
             arm = started((first.turn, d, motion), (first.free, ex.Expression(0), free), short, why)
             elbow = ex.dot(two.w, reached + d * two.w) / task.size
-            arm = arm.followed_by((), (), short2, Missed.NEAR.value)
-            arms.append(replace(arm, marks=(shoulder, elbow, None)))
+            arm = arm.followed_by((), (), short2, FailedStep.TOO_NEAR.value)
+            arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
     return arms
 
 
-def _by_quartic(task: Placing) -> list[Posture]:
+def _by_quartic(task: Placing) -> list[BranchSolution]:
     """Nothing special: one equation of fourth degree for the third joint."""
     one, two, three = task.lines
     preferred = (task.preferred[0], task.preferred[1], task.preferred[2])
-    hub = two.r if not two.slides else (one.r if not one.slides else ex.zeros(3))
-    if three.slides:
+    hub = two.r if not two.prismatic else (one.r if not one.prismatic else ex.zeros(3))
+    if three.prismatic:
         course = quartics.sliding(three.w, task.start - hub)
     else:
         course = quartics.turning(three.w, task.start - three.r, three.r - hub)
-    if one.slides and two.slides:
+    if one.prismatic and two.prismatic:
         found = quartics.two_slides(one.w, two.w, task.goal - hub, course, preferred)
-    elif one.slides:
+    elif one.prismatic:
         found = quartics.slide_then_turn(one.w, two.w, task.goal - hub, course, preferred, task.size)
-    elif two.slides:
+    elif two.prismatic:
         found = quartics.turn_then_slide(-one.w, two.w, task.goal - one.r, course, preferred, task.size)
     else:
         # one.r - two.r + Rot(-w1) (goal - one.r) = Rot(w2) v
         found = quartics.two_turns(-one.w, two.w, one.r - two.r, task.goal - one.r, course, preferred, task.size)
-    arms: list[Posture] = []
-    turning = sum(not line.slides for line in task.lines)
+    arms: list[BranchSolution] = []
+    revolute = sum(not line.prismatic for line in task.lines)
     for each in found:
         first, second = _split(each.first), _split(each.second)
         motions, free = (first[0], second[0], each.third), (first[1], second[1], each.free)
         reached = three.point(task.start, motions[2])
         middle = two.point(reached, motions[1])
         columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
-        determinant = triple(*columns) / task.size**turning
-        miss = norm(one.point(middle, motions[0]) - task.goal)
-        arm = started(motions, free, ex.if_else(miss > 1e-9 * task.size, miss, 0), Missed.FAR.value)
-        arms.append(replace(arm, marks=(None, determinant, None)))
+        determinant = triple(*columns) / task.size**revolute
+        residual = norm(one.point(middle, motions[0]) - task.goal)
+        arm = started(motions, free, ex.if_else(residual > 1e-9 * task.size, residual, 0), FailedStep.TOO_FAR.value)
+        arms.append(replace(arm, branch_margins=(None, determinant, None)))
     return arms
 
 
@@ -174,12 +174,12 @@ def _split(found: Root | ex.Expression) -> tuple[Motion, ex.Expression]:
     return (found.turn, found.free) if isinstance(found, Root) else (found, ex.Expression(0))
 
 
-_ROADS: dict[PointRoad, Callable[[Placing], list[Posture]]] = {
-    PointRoad.PARALLEL: _by_height,
-    PointRoad.MEET: _by_distance,
-    PointRoad.LINEAR: _by_slides,
-    PointRoad.ACROSS: _by_slide_across,
-    PointRoad.QUARTIC: _by_quartic,
+_METHODS: dict[PositioningMethod, Callable[[Placing], list[BranchSolution]]] = {
+    PositioningMethod.PARALLEL: _by_height,
+    PositioningMethod.MEET: _by_distance,
+    PositioningMethod.LINEAR: _by_three_prismatic,
+    PositioningMethod.ACROSS: _by_perpendicular_prismatic,
+    PositioningMethod.QUARTIC: _by_quartic,
 }
 
 
@@ -193,10 +193,10 @@ def to_height(
         preferred: angle where every one fits.
         size: length by which the arm is measured.
     """
-    if line.slides:
+    if line.prismatic:
         return [(ex.dot(h, goal - start) / ex.dot(h, line.w), ex.Expression(0), ex.Expression(0), ex.Expression(0))]
     roots = turns_to_height(-line.w, h, goal - line.r, ex.dot(h, start - line.r), preferred, size)
-    return [(root.turn, root.free, root.shortfall, ex.Expression(Missed.SHOULDER.value)) for root in roots]
+    return [(root.turn, root.free, root.residual, ex.Expression(FailedStep.SHOULDER.value)) for root in roots]
 
 
 def to_radius(
@@ -214,45 +214,45 @@ def to_radius(
 
 
 def far_or_near(root: Root, *, reverse: bool = False) -> ex.Expression:
-    """The reason of a shortfall in distance.
+    """The reason of a subproblem residual in distance.
 
     Args:
         root: of the distance.
         reverse: whether the place that is too far or too near is that of the point that is turned, not the distance.
     """
-    near = root.inside < 2 if reverse else root.inside > 0
-    return ex.if_else(near, Missed.NEAR.value, Missed.FAR.value)
+    too_near = root.inside < 2 if reverse else root.inside > 0
+    return ex.if_else(too_near, FailedStep.TOO_NEAR.value, FailedStep.TOO_FAR.value)
 
 
 def _to_radius_any(task: Placing, place: ex.Expression) -> list[Moved]:
-    """Motions of a parallel turning joint or a slide across that bring the point as far from axis 2 as a place."""
+    """Motions of a parallel revolute or a perpendicular prismatic joint that bring the point as far from axis 2."""
     _, axis, line = task.lines
-    if not line.slides:
+    if not line.prismatic:
         roots = to_radius(line, task.start, axis, place, task.preferred[2], task.size)
-        return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
+        return [(root.turn, root.free, root.residual, far_or_near(root, reverse=task.reverse)) for root in roots]
     radius = across(axis.w, place - axis.r)
-    found = _slide_to(across(axis.w, line.w), across(axis.w, task.start - axis.r), ex.dot(radius, radius))
-    return [(d, ex.Expression(0), short, ex.Expression(Missed.NEAR.value)) for d, short in found]
+    found = _strokes_to_distance(across(axis.w, line.w), across(axis.w, task.start - axis.r), ex.dot(radius, radius))
+    return [(d, ex.Expression(0), short, ex.Expression(FailedStep.TOO_NEAR.value)) for d, short in found]
 
 
 def _to_distance(task: Placing, square: ex.Expression) -> list[Moved]:
     """Motions of the third joint that bring the point to a distance from where the first two axes meet."""
     line, offset = task.lines[2], task.start - task.meeting
-    if line.slides:
+    if line.prismatic:
         return [
-            (d, ex.Expression(0), short, ex.Expression(Missed.NEAR.value))
-            for d, short in _slide_to(line.w, offset, square)
+            (d, ex.Expression(0), short, ex.Expression(FailedStep.TOO_NEAR.value))
+            for d, short in _strokes_to_distance(line.w, offset, square)
         ]
     height = ex.dot(line.w, offset)
     centre, rest = task.meeting - line.r, square - height**2
     roots = turns_to_distance(line.w, task.start - line.r, centre, rest, task.preferred[2], task.size)
-    return [(root.turn, root.free, root.shortfall, far_or_near(root, reverse=task.reverse)) for root in roots]
+    return [(root.turn, root.free, root.residual, far_or_near(root, reverse=task.reverse)) for root in roots]
 
 
-def _slide_to(
+def _strokes_to_distance(
     w: ex.Expression, offset: ex.Expression, square: ex.Expression
 ) -> list[tuple[ex.Expression, ex.Expression]]:
-    """Both d with |offset + d w|^2 = square, the farther along w first, and by how much they miss."""
+    """Both d with |offset + d w|^2 = square, the farther along w first, and their residuals."""
     middle = ex.dot(w, offset)
     rest = offset - middle * w
     half = ex.sqrt(ex.fmax(square - ex.dot(rest, rest), 0))
