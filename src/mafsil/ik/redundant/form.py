@@ -23,6 +23,7 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.recognise import recognise_holding
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
@@ -404,8 +405,6 @@ def _locked(chain: Chain, locked: int, value: float) -> GeneralSix:
 
 def _holding(chain: Chain, locked: int) -> ClosedForm | None:
     """The closed form of the others whatever value a joint takes."""
-    from mafsil.ik.recognise import recognise_holding
-
     pattern = recognise_holding(chain, 7, (locked,))
     return ClosedForm(pattern) if pattern is not None else None
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY, reach_bound
+from mafsil.ik.redundant.locked_values import locked_values
 from mafsil.ik.redundant.parametric_form import ParametricForm
 
 COARSE, FINE = 24, 240
@@ -194,8 +195,6 @@ def _by_intervals(
     i: int,
 ) -> None:
     """The redundant joint of one pose where intervals prove that there are solutions within the limits, or else any."""
-    from mafsil.ik.redundant.locked_values import locked_values
-
     for limits, marked, proven in ((True, found.allowed, found.refuted), (False, found.solved, found.unreachable)):
         if not limits and found.solved[i]:
             return
