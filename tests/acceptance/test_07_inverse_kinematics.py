@@ -6,8 +6,8 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import (
-    Course,
     PlaceClass,
+    RootStatus,
     arm_structure,
     continued_branches,
     distances,
@@ -187,7 +187,7 @@ def test_newton_body_and_space_coincide():
     printed = find_root(
         lambda q: pose.error(robot.forward_kinematics(q), X), case["input"]["theta0"], robot.jacobian_body
     )
-    assert (printed.course is Course.DIVERGED) == case["expected"]["printed_sign_diverges"]
+    assert (printed.status is RootStatus.DIVERGED) == case["expected"]["printed_sign_diverges"]
     records = [newton_ik(robot, X, case["input"]["theta0"], form=form) for form in ("body", "space")]
     np.testing.assert_allclose(records[0].iterates, records[1].iterates, atol=1e-12)
     for record in records:

@@ -87,7 +87,7 @@ def test_dense_sampling_finds_nothing_outside_and_nothing_wrong_inside(name):
     robot = ARMS[name]()
     form = redundancy(robot)
     around = form.angle_form is not None
-    ends = (-np.pi, np.pi) if around else (robot.limits.lower[form.held], robot.limits.upper[form.held])
+    ends = (-np.pi, np.pi) if around else (robot.limits.lower[form.locked], robot.limits.upper[form.locked])
     values = np.linspace(*ends, 2001)
     seen = 0
     for T in robot.forward_kinematics(configurations(robot, 12, 9)):

@@ -118,7 +118,7 @@ def test_rates_and_paths_leave_other_joints_where_they_are(arms):
     jaw = held.joint_names.index("grip")
     q = np.zeros(7)
     q[places], q[jaw] = [0.2, 0.4, 0.6, 0.3, 0.8, -0.2], 0.011
-    rates = joint_rates(held, q, [0.1, 0.0, 0.2, 0.3, 0.1, 0.0], goal=np.ones(7), cost=np.arange(1.0, 8.0))
+    rates = joint_rates(held, q, [0.1, 0.0, 0.2, 0.3, 0.1, 0.0], qd_preferred=np.ones(7), cost=np.arange(1.0, 8.0))
     assert rates.redundancy == 0
     assert rates.qd[jaw] == 0.0
     np.testing.assert_allclose(held.jacobian_body(q) @ rates.qd, [0.1, 0.0, 0.2, 0.3, 0.1, 0.0], atol=1e-12)

@@ -39,9 +39,9 @@ def test_weighted_rates_are_the_cheapest(iiwa):
 
 def test_goals_move_only_the_self_motion(iiwa):
     V = np.array([0.0, 0.1, 0.0, 0.05, 0.0, 0.02])
-    rates = joint_rates(iiwa, np.stack([Q, -Q]), V, goal=np.ones(7))
+    rates = joint_rates(iiwa, np.stack([Q, -Q]), V, qd_preferred=np.ones(7))
     assert rates.qd.shape == (2, 7)
-    assert rates.miss.max() < 1e-12
+    assert rates.residual.max() < 1e-12
     assert np.abs(rates.qd - joint_rates(iiwa, np.stack([Q, -Q]), V).qd).max() > 1e-3
 
 
@@ -50,7 +50,7 @@ def test_singular_postures_are_reported():
     robot = mf.load("elbow6r")
     rates = joint_rates(robot, np.zeros(6), [0, 0, 0, 1.0, 0, 0])
     assert rates.rank < 6
-    assert rates.miss + np.abs(rates.qd).max() > 0.1
+    assert rates.residual + np.abs(rates.qd).max() > 0.1
 
 
 @pytest.mark.capability("07-46", "07-51")
@@ -82,7 +82,10 @@ WRONG = {
     "cost of words": (lambda r, q, T: joint_rates(r, q, np.ones(6), cost="heavy"), "cost"),
     "cost askew": (lambda r, q, T: joint_rates(r, q, np.ones(6), cost=np.triu(np.ones((7, 7)))), "transpose"),
     "batches": (lambda r, q, T: joint_rates(r, np.stack([q] * 3), np.ones((2, 6))), "batch"),
-    "goal": (lambda r, q, T: joint_rates(r, np.stack([q] * 3), np.ones(6), goal=np.ones((2, 7))), "batch"),
+    "preferred rates": (
+        lambda r, q, T: joint_rates(r, np.stack([q] * 3), np.ones(6), qd_preferred=np.ones((2, 7))),
+        "batch",
+    ),
     "tasks": (lambda r, q, T: prioritised_rates(r, q, None), "tasks"),
     "no pair": (lambda r, q, T: prioritised_rates(r, q, [(np.eye(7),)]), "tasks"),
     "no Jacobian": (lambda r, q, T: prioritised_rates(r, q, [(np.eye(6), np.ones(6))]), "tasks"),
@@ -201,20 +204,20 @@ def test_limits_end_a_branch_and_name_the_joint_and_the_time():
         assert after.label(language) in done.explain(language)
 
 
-def test_singular_passages_are_named_with_the_lost_twist():
+def test_near_singularities_are_named_with_the_lost_twist():
     robot = mf.load("puma560")
     way = np.repeat(np.array([[0.2, 0.3, -1.0, 0.5, 0.0, 0.3]]), 61, axis=0)
     way[:, 4] = np.linspace(-0.6, 0.6, 61)
     done = track(robot, robot.forward_kinematics(way), way[0])
     assert done.continuous
-    (passage,) = done.passages
-    assert passage.index == 30
+    (singularity,) = done.near_singularities
+    assert singularity.index == 30
     J = robot.jacobian_body(done.q[30])
     # A lost twist is normal to all columns, in the product that scales lengths by the reach.
     scale = np.repeat([1.0, 1.0 / 0.8641], 3)
     assert np.linalg.svd(scale[:, None] * J, compute_uv=False)[-1] < 1e-6
     for language in ("en", "ar"):
-        assert passage.explain(language)
+        assert singularity.explain(language)
 
 
 def test_closed_paths_report_their_drift(iiwa):
@@ -262,7 +265,7 @@ def test_bounded_rates_are_exact_where_the_arm_is_regular(iiwa):
     V = np.array([0.1, -0.2, 0.05, 0.03, 0.04, -0.02])
     rates = bounded_rates(iiwa, Q, V, region=1e-4)
     np.testing.assert_allclose(rates.qd, joint_rates(iiwa, Q, V).qd, atol=1e-12)
-    assert rates.miss < 1e-12
+    assert rates.residual < 1e-12
     assert (rates.scale, rates.damped, rates.rank) == (1.0, 0, 6)
     slow = bounded_rates(iiwa, Q, V, region=1e-4, limits=np.full(7, 1e-3))
     np.testing.assert_allclose(slow.qd, slow.scale * rates.qd)

@@ -7,8 +7,8 @@ import mafsil as mf
 from mafsil.geometry import pose, rotation
 from mafsil.ik import (
     ArmClass,
-    Course,
     PlaceClass,
+    RootStatus,
     arm_structure,
     conjugated_wrist,
     find_root,
@@ -150,7 +150,7 @@ def test_places_of_planar_arms_agree_with_their_solutions():
 
 
 @pytest.mark.capability("07-37", "07-60")
-def test_the_course_of_newtons_method():
+def test_how_newtons_method_ends():
     def f(x):
         return np.array([x[0] ** 2 + x[1] ** 2 - 4.0, x[0] * x[1] - 1.0])
 
@@ -167,13 +167,15 @@ def test_the_course_of_newtons_method():
     by_differences = find_root(f, [2.0, 1.0])
     np.testing.assert_allclose(by_differences.x, record.x, atol=1e-10)
     refused = find_root(f, [1.0, 1.0], slopes)
-    assert refused.course is Course.SINGULAR
+    assert refused.status is RootStatus.SINGULAR
     assert refused.ranks == (1,)
     assert refused.iterations == 0
     away = find_root(np.arctan, [2.0], lambda x: np.diag(1 / (1 + x**2)))
     assert not away
-    assert away.course in (Course.DIVERGED, Course.SINGULAR)
-    assert find_root(lambda x: x**2 + 1, [0.3], lambda x: np.diag(2 * x), max_steps=4).course is not Course.CONVERGED
+    assert away.status in (RootStatus.DIVERGED, RootStatus.SINGULAR)
+    assert (
+        find_root(lambda x: x**2 + 1, [0.3], lambda x: np.diag(2 * x), max_steps=4).status is not RootStatus.CONVERGED
+    )
     assert "order" in record.explain("en")
 
 
@@ -198,7 +200,7 @@ def test_forms_of_the_residual_lead_to_the_same_solution():
     X, start = robot.forward_kinematics(q), q + np.array([0.1, -0.1, 0.1, -0.1, 0.1, 0.1])
     for form in ("body", "space"):
         exact = newton_ik(robot, X, start, form=form)
-        assert exact.course is Course.CONVERGED
+        assert exact.status is RootStatus.CONVERGED
         np.testing.assert_allclose(newton_ik(robot, X, start, form=form, by_differences=True).q, q, atol=1e-9)
         np.testing.assert_allclose(exact.q, q, atol=1e-9)
         # The arm's own Jacobian is the derivative of the residual at the solution only: still of second order.
@@ -206,7 +208,7 @@ def test_forms_of_the_residual_lead_to_the_same_solution():
     euler = newton_ik(robot, X, start, residual="euler")
     np.testing.assert_allclose(euler.q, q, atol=1e-9)
     straight = newton_ik(robot, X, [0.4, 0.4, -0.6, 0.3, 0.0, -0.1], max_steps=1)
-    assert straight.course is Course.SINGULAR
+    assert straight.status is RootStatus.SINGULAR
 
 
 @pytest.mark.capability("07-54")

@@ -40,7 +40,7 @@ from mafsil.solvers import (
     integrate_adaptively,
     pair,
 )
-from mafsil.solvers.embedded import PAIRS
+from mafsil.solvers.pairs import PAIRS
 from tests.oracles.random_tree import random_tree
 from tests.reliability import figures
 

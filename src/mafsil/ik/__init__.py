@@ -35,13 +35,13 @@ from mafsil.ik.rates import integrate_rates as integrate_rates
 from mafsil.ik.rates import joint_rates as joint_rates
 from mafsil.ik.rates import prioritised_rates as prioritised_rates
 from mafsil.ik.rates import task_jacobian as task_jacobian
-from mafsil.ik.redundant import PostureFamily as PostureFamily
-from mafsil.ik.redundant import Postures as Postures
+from mafsil.ik.redundant import ParametricSolutions as ParametricSolutions
 from mafsil.ik.redundant import Redundancy as Redundancy
+from mafsil.ik.redundant import SelfMotionFamily as SelfMotionFamily
 from mafsil.ik.redundant import redundancy as redundancy
 from mafsil.ik.result import IKResult as IKResult
-from mafsil.ik.root_finding import Course as Course
 from mafsil.ik.root_finding import RootRecord as RootRecord
+from mafsil.ik.root_finding import RootStatus as RootStatus
 from mafsil.ik.root_finding import find_root as find_root
 from mafsil.ik.singular_rates import BoundedRates as BoundedRates
 from mafsil.ik.singular_rates import bounded_rates as bounded_rates
@@ -55,7 +55,7 @@ from mafsil.ik.subproblems import strokes as strokes
 from mafsil.ik.subproblems import three_axes as three_axes
 from mafsil.ik.subproblems import two_axes as two_axes
 from mafsil.ik.subproblems import wrist_angles as wrist_angles
-from mafsil.ik.tracking import Passage as Passage
+from mafsil.ik.tracking import NearSingularity as NearSingularity
 from mafsil.ik.tracking import Switch as Switch
 from mafsil.ik.tracking import Track as Track
 from mafsil.ik.tracking import TrackStatus as TrackStatus

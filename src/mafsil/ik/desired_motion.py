@@ -1,4 +1,4 @@
-"""From a wanted motion X(t) to the twists that a rate formula asks for."""
+"""From a desired motion X(t) to the twists that a rate formula asks for."""
 
 from __future__ import annotations
 

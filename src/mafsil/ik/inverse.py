@@ -17,7 +17,7 @@ from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import MASKS, Quick, setting
 from mafsil.ik.answers.solution_set import SolutionSet, clear_set
-from mafsil.ik.redundant.fixed import with_parameter
+from mafsil.ik.redundant.at_parameter import with_parameter
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.ik.root_finding import GROWING, Course, orders
+from mafsil.ik.root_finding import GROWING, RootStatus, orders
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -24,17 +25,17 @@ DIFFERENCE = 6e-6
 """Step of central differences [rad | m], the cube root of the rounding."""
 
 
-@dataclass(frozen=True, eq=False)
-class NewtonRecord:
-    """How Newton's method went.
+@dataclass(frozen=True, eq=False, repr=False)
+class NewtonRecord(Answer):
+    """How Newton's method went: true if it converged; its members are the iterates.
 
     Attributes:
         q: (n,) the last iterate.
         converged: whether both tolerances are met there.
         iterates: (k + 1, n) start and every step.
-        twists: (k + 1, 6) twist that leads from each iterate to the wanted pose in unit time, body or space.
+        twists: (k + 1, 6) twist that leads from each iterate to the desired pose in unit time, body or space.
         differences: (k + 1) Frobenius norm of T(q) - T_sd.
-        ranks: (k) rank of the Jacobian of each step; below min(6, n) the step passed a singular posture.
+        ranks: (k) rank of the Jacobian of each step; below min(6, n) the step passed a singular configuration.
     """
 
     q: JointVector
@@ -43,6 +44,35 @@ class NewtonRecord:
     twists: Floats
     differences: Floats
     ranks: tuple[int, ...]
+
+    def __bool__(self) -> bool:
+        return self.converged
+
+    def __len__(self) -> int:
+        return len(self.iterates)
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.iterates)
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        return {
+            "status": self.status.name.lower(),
+            "q": self.q,
+            "iterates": self.iterates,
+            "differences": self.differences,
+            "ranks": list(self.ranks),
+        }
+
+    def explain(self, language: str | None = None) -> str:
+        """The status in a sentence, with the number of steps, |T - T_sd| and the last order that was measured."""
+        seen = self.orders[np.isfinite(self.orders)]
+        details = {"steps": self.iterations, "residual": f"{self.differences[-1]:.3g}"}
+        rank = self.ranks[-1] if self.ranks else 0
+        return self.status.sentence(language, **details, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
 
     @property
     def iterations(self) -> int:
@@ -55,15 +85,15 @@ class NewtonRecord:
         return orders(self.iterates)
 
     @property
-    def course(self) -> Course:
-        """Converged; at a singular posture; the difference of the poses grew again and again; none of these."""
+    def status(self) -> RootStatus:
+        """Converged; at a singular configuration; the difference of the poses grew again and again; none of these."""
         if self.converged:
-            return Course.CONVERGED
+            return RootStatus.CONVERGED
         if self.ranks and self.ranks[-1] < min(6, self.iterates.shape[1]):
-            return Course.SINGULAR
+            return RootStatus.SINGULAR
         last = self.differences[-GROWING - 1 :]
         grew = len(last) > GROWING and bool((np.diff(last) > 0.0).all())
-        return Course.DIVERGED if grew or not np.isfinite(last).all() else Course.WANDERING
+        return RootStatus.DIVERGED if grew or not np.isfinite(last).all() else RootStatus.NOT_CONVERGED
 
 
 def newton_ik(
@@ -87,7 +117,7 @@ def newton_ik(
 
     Args:
         robot: any arm; least-norm steps where it has more joints than six, least-squares steps where fewer.
-        T_sd: (4, 4) wanted pose in {s}.
+        T_sd: (4, 4) desired pose in {s}.
         q0: (n,) initial guess, the first iterate [rad | m].
         form: in which frame the twist and the Jacobian are expressed.
         rotation_tolerance: [rad].

@@ -1,17 +1,20 @@
-"""Joint rates of a wanted twist: weighted least norm, null-space goals, priorities, integration along a motion."""
+"""Joint rates of a desired twist: weighted least norm, null-space goals, priorities, integration along a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
+from mafsil.ik.result import on_screen
+from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
@@ -20,6 +23,9 @@ TwistForm = Literal["body", "space", "tip"]
 RANK = 1e-9
 """Singular values, relative to the largest, that count as zero."""
 
+EXACT = 1e-9
+"""Residual relative to the twist up to which the twist is made: singular values above `RANK` keep so many digits."""
+
 SYMMETRIC = 1e-9
 """Largest difference of a cost from its transpose, relative to its largest element."""
 
@@ -27,24 +33,107 @@ MOST_STEPS = 10_000_000
 """Most steps of an integration: more would not fit the memory."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rates:
+class RateStatus(Status):
+    """How well joint rates make a twist."""
+
+    EXACT = ("ik.rates_exact", True)
+    SLOWED = ("ik.rates_slowed", False)
+    APPROXIMATE = ("ik.rates_approximate", False)
+
+
+STATUSES = tuple(RateStatus)
+_MEMBERS = np.array(STATUSES, dtype=np.object_)
+
+
+class RatesAnswer(Answer):
+    """What answers for joint rates share: true where all twists are made.
+
+    Attributes:
+        qd: (*batch, n) rates [rad/s | m/s].
+        residual: (*batch,) norm of what J qd lacks.
+        rank: (*batch,) of the task's Jacobian.
+        codes: (*batch,) index into `STATUSES`.
+    """
+
+    qd: JointVector
+    residual: Floats
+    rank: NDArray[np.int64]
+    codes: NDArray[np.int8]
+
+    def __bool__(self) -> bool:
+        return bool((self.codes == STATUSES.index(RateStatus.EXACT)).all())
+
+    def __len__(self) -> int:
+        return len(self.codes) if self.codes.ndim else 1
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.qd if self.codes.ndim else (self.qd,))
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    @property
+    def status(self) -> Any:
+        """The status, a member of `RateStatus`; of a batch an array (*batch,) of them."""
+        return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
+
+    @property
+    def factor(self) -> Floats:
+        """(*batch,) part of the twist that is sought."""
+        return np.ones_like(self.residual)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        names = np.array([status.name.lower() for status in STATUSES])[self.codes]
+        return {"status": names.tolist(), "qd": self.qd, "residual": self.residual, "rank": self.rank}
+
+    def explain(self, language: str | None = None) -> str:
+        """The status in a sentence; of a batch, how many twists are made, and the sentence of the worst."""
+        index = np.unravel_index(int(self.residual.argmax()), self.residual.shape) if self.residual.size else None
+        lines: list[str] = []
+        if self.codes.ndim:
+            exact = int((self.codes == STATUSES.index(RateStatus.EXACT)).sum())
+            lines.append(say("ik.rates_batch", language=language, exact=exact, count=self.codes.size))
+        if index is not None and not (self.codes.ndim and self):
+            details = {"residual": float(self.residual[index]), "rank": int(self.rank[index])}
+            status = STATUSES[int(self.codes[index])]
+            lines.append(status.sentence(language, **details, factor=float(self.factor[index])))
+        return "\n".join(lines)
+
+
+def rate_codes(residual: Floats, twist: Floats, factor: Floats | float = 1.0) -> NDArray[np.int8]:
+    """(*batch,) index into `STATUSES`.
+
+    Args:
+        residual: (*batch,) norm of what the rates lack.
+        twist: (*batch, m) desired.
+        factor: (*batch,) part of it that was sought.
+    """
+    exact = residual <= EXACT * np.linalg.norm(twist, axis=-1)
+    slowed = np.where(np.less(factor, 1.0), STATUSES.index(RateStatus.SLOWED), STATUSES.index(RateStatus.EXACT))
+    return np.asarray(np.where(exact, slowed, STATUSES.index(RateStatus.APPROXIMATE)), dtype=np.int8)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Rates(RatesAnswer):
     """Joint rates for a twist.
 
     Attributes:
         qd: (*batch, n) rates [rad/s | m/s].
-        miss: (*batch,) norm of what J qd lacks of the wanted twist; zero within rounding unless singular.
-        rank: (*batch,) rank of the task's Jacobian; lower than its rows at a singular posture.
+        residual: (*batch,) norm of what J qd lacks of the desired twist; zero within rounding unless singular.
+        rank: (*batch,) rank of the task's Jacobian; lower than its rows at a singular configuration.
         null_space: (*batch, n, n) projector on the rates that do not move the task: rates of self-motion. Joints
             that do not move the tip at all have none.
         moving: number of joints that move the tip.
+        codes: (*batch,) index into `STATUSES`.
     """
 
     qd: JointVector
-    miss: Floats
+    residual: Floats
     rank: NDArray[np.int64]
     null_space: Floats
     moving: int
+    codes: NDArray[np.int8]
 
     @property
     def redundancy(self) -> NDArray[np.int64]:
@@ -83,7 +172,7 @@ def task_jacobian(
 
 
 def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
-    """(*batch, m) wanted twists of a task, once their batch is seen to fit the Jacobians'.
+    """(*batch, m) desired twists of a task, once their batch is seen to fit the Jacobians'.
 
     Args:
         J: (*batch, m, n).
@@ -99,8 +188,8 @@ def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
     try:
         np.broadcast_shapes(*batches.values())
     except ValueError:
-        told = ", ".join(f"{name} {batch}" for name, batch in batches.items())
-        raise InputError("call.batches", name="rates", batches=told) from None
+        named = ", ".join(f"{name} {batch}" for name, batch in batches.items())
+        raise InputError("call.batches", name="rates", batches=named) from None
     return twist
 
 
@@ -112,21 +201,21 @@ def joint_rates(
     form: TwistForm = "body",
     rows: Sequence[int] | None = None,
     cost: ArrayLike | None = None,
-    goal: ArrayLike | None = None,
+    qd_preferred: ArrayLike | None = None,
 ) -> Rates:
-    """Rates that make a twist at least cost, and pursue a goal with what is left.
+    """Rates that make a twist at least cost, and pursue preferred rates with what is left.
 
     min qd' Q qd  subject to  J qd = V:    qd = J# V + (I - J# J) z,  J# = Q^-1 J' (J Q^-1 J')^-1
 
     Args:
         robot: any arm.
         q: (*batch, n) coordinates.
-        V: (*batch, m) wanted twist (omega, v), or its components `rows` [rad/s, m/s].
+        V: (*batch, m) desired twist (omega, v), or its components `rows` [rad/s, m/s].
         form: frame of the twist, see `task_jacobian`.
         rows: components that count; all six if None.
         cost: (n,) diagonal or (n, n) symmetric positive definite Q; a joint of larger cost moves less. Weights that
             grow with a motor's capability are its reciprocals. Ones if None.
-        goal: (*batch, n) rates z wished for; only their self-motion is done.
+        qd_preferred: (*batch, n) preferred rates z; only their self-motion is done.
 
     Raises:
         InputError: wrong shapes, a cost that is not symmetric and positive definite.
@@ -135,7 +224,7 @@ def joint_rates(
     """
     robot = as_robot(robot)
     J = task_jacobian(robot, q, form, rows)
-    twist = twists_for(J, V) if goal is None else twists_for(J, V, goal=goal)
+    twist = twists_for(J, V) if qd_preferred is None else twists_for(J, V, qd_preferred=qd_preferred)
     Q, moving = _cost(cost, robot.n), moving_part(robot).columns
     own = J[..., moving]
     # With y = L' qd, Q = L L', the least cost is the least norm of y.
@@ -146,12 +235,12 @@ def joint_rates(
     null_space = np.zeros((*J.shape[:-2], robot.n, robot.n))
     null_space[..., moving[:, None], moving] = np.eye(len(moving)) - sharp[..., moving, :] @ own
     qd = (sharp @ twist[..., None])[..., 0]
-    if goal is not None:
-        qd = qd + (null_space @ real_array("goal", goal)[..., None])[..., 0]
-    miss = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
+    if qd_preferred is not None:
+        qd = qd + (null_space @ real_array("qd_preferred", qd_preferred)[..., None])[..., 0]
+    residual = np.linalg.norm((J @ qd[..., None])[..., 0] - twist, axis=-1)
     values = decompositions.singular_values(scaled)
     rank = (values > RANK * values[..., :1]).sum(axis=-1)
-    return Rates(qd, miss, rank, null_space, len(moving))
+    return Rates(qd, residual, rank, null_space, len(moving), rate_codes(residual, twist))
 
 
 def prioritised_rates(robot: RobotLike, q: ArrayLike, tasks: Sequence[tuple[ArrayLike, ArrayLike]]) -> JointVector:
@@ -160,7 +249,7 @@ def prioritised_rates(robot: RobotLike, q: ArrayLike, tasks: Sequence[tuple[Arra
     Args:
         robot: any arm.
         q: (n,) coordinates; only for their shape.
-        tasks: pairs of a Jacobian (m, n) and a wanted velocity (m,), most important first.
+        tasks: pairs of a Jacobian (m, n) and a desired velocity (m,), most important first.
 
     Raises:
         InputError: wrong shapes.
@@ -176,10 +265,10 @@ def prioritised_rates(robot: RobotLike, q: ArrayLike, tasks: Sequence[tuple[Arra
         if len(task) != 2:
             raise InputError("input.shape", name=f"tasks[{k}]", expected="(Jacobian, velocity)", got=len(task), hint="")
         rows = real_array(f"tasks[{k}][1]", task[1])
-        wanted = single(f"tasks[{k}][1]", rows, (rows.size,))
+        desired = single(f"tasks[{k}][1]", rows, (rows.size,))
         J = single(f"tasks[{k}][0]", task[0], (rows.size, robot.n))
         inverse = decompositions.pinv(J @ N, RANK)
-        qd = qd + inverse @ (wanted - J @ qd)
+        qd = qd + inverse @ (desired - J @ qd)
         N = N - inverse @ (J @ N)
     return qd
 

@@ -35,6 +35,17 @@ SENTENCES = {
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
 
+LINES, COLUMNS = 25, 100
+"""Of a screen."""
+
+
+def on_screen(text: str) -> str:
+    """The lines of a text as far as they fit a screen."""
+    lines = [
+        line if len(line) <= COLUMNS else line[: COLUMNS - 1] + "\N{HORIZONTAL ELLIPSIS}" for line in text.split("\n")
+    ]
+    return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
+
 
 def rounded_up(x: float) -> float:
     """The next number of three digits that is larger by some rounding at least."""
@@ -54,12 +65,12 @@ class IKResult(Answer):
             that was seen (`solution` hides those), NaN where the row is not a pose [rad | m].
         codes: (*batch,) index into `STATUSES`.
         T_reached: (*batch, 4, 4) pose of the frame at q, in {s}.
-        position_error: (*batch,) distance between the wanted and the reached origin [m], as far as it counts.
+        position_error: (*batch,) distance between the desired and the reached origin [m], as far as it counts.
         rotation_error: (*batch,) angle between them [rad], as far as it counts.
         iterations: (*batch,) steps of the attempt that solved it or came nearest.
         attempts: (*batch,) starts tried.
         reach: (*batch,) proven bound of the distance of the frame from the first joint [m].
-        distance: (*batch,) distance of the wanted position from the first joint [m].
+        distance: (*batch,) distance of the desired position from the first joint [m].
         worst_joint: (*batch,) name of the joint that a solution without limits exceeds most; empty elsewhere.
         moving: number of joints that move the frame.
     """
@@ -102,6 +113,9 @@ class IKResult(Answer):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, ({name: getattr(self, name) for name in FIELDS},)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
 
     def with_joints(self, nearest: JointVector) -> IKResult:
         """The same answer with other joint vectors, such as those of the whole robot."""

@@ -1,4 +1,4 @@
-"""Newton's method for any f: R^n -> R^n, every iterate kept, and what kind of course it took.
+"""Newton's method for any f: R^n -> R^n, every iterate kept, and how it ended.
 
 x' = x - (df/dx)^-1 f(x), until |f| <= tolerance.  Near a regular root the errors obey e' ~ e^2; the order
 p_k = ln(e_{k+1} / e_k) / ln(e_k / e_{k-1}) is measured from the distances to the last iterate.
@@ -12,14 +12,14 @@ class of methods for solving nonlinear simultaneous equations, 1965; Levenberg, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, single, whole
 from mafsil.errors import InputError
 
@@ -36,35 +36,54 @@ DIFFERENCE = 6e-6
 """Relative step of central differences, the cube root of the rounding."""
 
 
-class Course(Status):
+class RootStatus(Status):
     """How an iteration went."""
 
-    CONVERGED = ("ik.course_converged", True)
-    SINGULAR = ("ik.course_singular", False)
-    DIVERGED = ("ik.course_diverged", False)
-    WANDERING = ("ik.course_wandering", False)
+    CONVERGED = ("ik.root_converged", True)
+    SINGULAR = ("ik.root_singular", False)
+    DIVERGED = ("ik.root_diverged", False)
+    NOT_CONVERGED = ("ik.root_not_converged", False)
 
 
-@dataclass(frozen=True, eq=False)
-class RootRecord:
-    """The course of an iteration.
+@dataclass(frozen=True, eq=False, repr=False)
+class RootRecord(Answer):
+    """The record of an iteration: true if it converged; its members are the iterates.
 
     Attributes:
         x: (n,) the last iterate.
-        course: converged; refused at a singular Jacobian; |f| grew again and again; none of these in all steps.
+        status: converged; refused at a singular Jacobian; |f| grew again and again; none of these in all steps.
         iterates: (k + 1, n) start and every step.
         values: (k + 1, m) f at each.
         ranks: (j,) rank of each Jacobian that was asked for.
     """
 
     x: Floats
-    course: Course
+    status: RootStatus
     iterates: Floats
     values: Floats
     ranks: tuple[int, ...]
 
     def __bool__(self) -> bool:
-        return self.course.succeeded
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.iterates)
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter(self.iterates)
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        return {
+            "status": self.status.name.lower(),
+            "x": self.x,
+            "iterates": self.iterates,
+            "values": self.values,
+            "ranks": list(self.ranks),
+        }
 
     @property
     def iterations(self) -> int:
@@ -82,11 +101,11 @@ class RootRecord:
         return orders(self.iterates)
 
     def explain(self, language: str | None = None) -> str:
-        """The course in a sentence, with the number of steps, |f| and the last order that was measured."""
+        """The status in a sentence, with the number of steps, |f| and the last order that was measured."""
         seen = self.orders[np.isfinite(self.orders)]
         details = {"steps": self.iterations, "residual": f"{self.residuals[-1]:.3g}"}
         rank = self.ranks[-1] if self.ranks else 0
-        return self.course.sentence(language, **details, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
+        return self.status.sentence(language, **details, order=f"{seen[-1]:.2f}" if len(seen) else "-", rank=rank)
 
 
 def orders(iterates: Floats) -> Floats:
@@ -119,7 +138,7 @@ def find_root(
         max_steps: most steps.
 
     Returns:
-        The record; a course without success is an answer, not an error.
+        The record; a status without success is an answer, not an error.
 
     Raises:
         InputError: no function, an unknown variant, wrong shapes, a tolerance that is not positive.
@@ -152,23 +171,23 @@ class _Iteration:
     def run(self, tolerance: float, most: int) -> RootRecord:
         """Steps until an end is seen."""
         y, grown = self._value(self.x), 0
-        iterates, values, course = [self.x], [y], Course.WANDERING
+        iterates, values, status = [self.x], [y], RootStatus.NOT_CONVERGED
         while True:
             if np.linalg.norm(y) <= tolerance:
-                course = Course.CONVERGED
+                status = RootStatus.CONVERGED
             elif grown >= GROWING or not np.isfinite(y).all():
-                course = Course.DIVERGED
-            if course is not Course.WANDERING or len(iterates) > most:
+                status = RootStatus.DIVERGED
+            if status is not RootStatus.NOT_CONVERGED or len(iterates) > most:
                 break
             if not self._prepared(len(iterates) == 1):
-                course = Course.SINGULAR
+                status = RootStatus.SINGULAR
                 break
             before = y
             self.x, y = self._stepped(y)
             grown = grown + 1 if np.linalg.norm(y) > np.linalg.norm(before) else 0
             iterates.append(self.x)
             values.append(y)
-        return RootRecord(self.x, course, np.array(iterates), np.array(values), tuple(self.ranks))
+        return RootRecord(self.x, status, np.array(iterates), np.array(values), tuple(self.ranks))
 
     def _value(self, x: Floats) -> Floats:
         return single("f", self.f(x), (len(x),)) if np.isfinite(x).all() else np.full(len(x), np.nan)

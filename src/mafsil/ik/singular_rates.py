@@ -1,4 +1,4 @@
-"""Joint rates near and at singular postures: bounded, with the directions named that the arm cannot move along."""
+"""Joint rates near and at singular configurations: bounded, with the directions in which the arm cannot move."""
 
 from __future__ import annotations
 
@@ -10,36 +10,43 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate, positive
 from mafsil.errors import InputError
-from mafsil.ik.rates import RANK, TwistForm, task_jacobian, twists_for
+from mafsil.ik.rates import RANK, RatesAnswer, TwistForm, rate_codes, task_jacobian, twists_for
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
 
 
-@dataclass(frozen=True, eq=False)
-class BoundedRates:
+@dataclass(frozen=True, eq=False, repr=False)
+class BoundedRates(RatesAnswer):
     """Joint rates that stay bounded where the inverse of the Jacobian does not.
 
     Attributes:
         qd: (*batch, n) rates [rad/s | m/s].
         scale: (*batch,) factor by which the motion was slowed down to keep the limits of the rates; one if not.
-        miss: (*batch,) norm of what J qd lacks of scale V.
+        residual: (*batch,) norm of what J qd lacks of scale V.
         rank: (*batch,) rank of the task's Jacobian.
         singular_values: (*batch, min(m, n)) of the task's Jacobian, largest first.
         directions: (*batch, m, min(m, n)) unit twists that belong to them; those from column `rank` on cannot be made.
         damped: (*batch,) how many directions were damped.
+        codes: (*batch,) index into `rates.STATUSES`.
     """
 
     qd: JointVector
     scale: Floats
-    miss: Floats
+    residual: Floats
     rank: NDArray[np.int64]
     singular_values: Floats
     directions: Floats
     damped: NDArray[np.int64]
+    codes: NDArray[np.int8]
+
+    @property
+    def factor(self) -> Floats:
+        """(*batch,) part of the twist that is sought: as `scale`."""
+        return self.scale
 
     def lost(self, *index: int) -> Floats:
-        """(m, k) unit twists that the arm cannot make at one posture of the batch; k = 0 if it is regular."""
+        """(m, k) unit twists that the arm cannot make at one configuration of the batch; k = 0 if it is regular."""
         return self.directions[index][:, int(self.rank[index]) :]
 
 
@@ -54,7 +61,7 @@ def bounded_rates(
     damping: float = 0.05,
     limits: ArrayLike | None = None,
 ) -> BoundedRates:
-    """Rates of a twist that are exact away from singular postures and never large.
+    """Rates of a twist that are exact away from singular configurations and never large.
 
     qd = sum of s_i / (s_i^2 + lambda_i^2) v_i (u_i' V),  lambda_i^2 = (1 - (s_i / e)^2) lambda^2 for s_i < e, else 0
 
@@ -63,11 +70,11 @@ def bounded_rates(
     Args:
         robot: any arm.
         q: (*batch, n) coordinates.
-        V: (*batch, m) wanted twist, or its components `rows` [rad/s, m/s].
+        V: (*batch, m) desired twist, or its components `rows` [rad/s, m/s].
         form: frame of the twist, see `task_jacobian`.
         rows: components that count; all six if None.
         region: singular value e below which a direction is damped.
-        damping: lambda at a singular posture.
+        damping: lambda at a singular configuration.
         limits: (n,) largest rates; the whole motion is slowed down where one would be exceeded.
 
     Raises:
@@ -87,9 +94,10 @@ def bounded_rates(
     qd = (np.swapaxes(W, -1, -2) @ (inverse * parts)[..., None])[..., 0]
     scale = _slowed(qd, limits, robot.n)
     qd = qd * scale[..., None]
-    miss = np.linalg.norm((J @ qd[..., None])[..., 0] - scale[..., None] * twist, axis=-1)
+    residual = np.linalg.norm((J @ qd[..., None])[..., 0] - scale[..., None] * twist, axis=-1)
     rank = (s > RANK * s.max(axis=-1, keepdims=True, initial=0.0)).sum(axis=-1)
-    return BoundedRates(qd, scale, miss, rank, s, U, (s < e).sum(axis=-1))
+    codes = rate_codes(residual, scale[..., None] * twist, scale)
+    return BoundedRates(qd, scale, residual, rank, s, U, (s < e).sum(axis=-1), codes)
 
 
 def _slowed(qd: JointVector, limits: ArrayLike | None, n: int) -> Floats:

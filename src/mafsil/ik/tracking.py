@@ -1,4 +1,4 @@
-"""Along a path of poses: the same branch as long as it lasts, every switch and every singular passage named."""
+"""Along a path of poses: the same branch as long as it lasts, every switch and every near-singularity named."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.result import on_screen
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
@@ -27,7 +28,7 @@ FINEST = 2.0**-14
 """Smallest part of the way between two poses that is tried before the branch is given up."""
 
 NEARLY_SINGULAR = 1e-3
-"""Conditioning below which a passage is named."""
+"""Conditioning below which a configuration is named as nearly singular."""
 
 ROUNDING = 1e-9
 """Distance from a bound at which a joint counts as being there [rad | m]."""
@@ -49,7 +50,7 @@ class Switch:
         index: sample of the path that was reached on the new branch.
         time: where the old branch ended, in the path's times.
         jump: (n,) change of the coordinates there [rad | m].
-        conditioning: of the posture before: near zero, the branch ended at a singular posture.
+        conditioning: of the configuration before: near zero, the branch ended at a singular configuration.
         reason: `limit` or `singular`.
         joint: the joint that would have left its limits, or that jumps most.
         branches: the branch at the pose before, and the one at this pose; alike where only whole turns differ, and
@@ -67,16 +68,16 @@ class Switch:
     def explain(self, language: str | None = None) -> str:
         """The switch in a sentence or two."""
         details = {"index": self.index, "joint": self.joint, "jump": float(np.abs(self.jump).max()), "time": self.time}
-        told = say(f"ik.switch_{self.reason}", language=language, **details, conditioning=self.conditioning)
+        sentence = say(f"ik.switch_{self.reason}", language=language, **details, conditioning=self.conditioning)
         if self.branches[0] == self.branches[1]:
-            return told
+            return sentence
         before, after = (branch.label(language) for branch in self.branches)
-        return told + say("ik.switch_branches", language=language, before=before, after=after)
+        return sentence + say("ik.switch_branches", language=language, before=before, after=after)
 
 
 @dataclass(frozen=True, eq=False)
-class Passage:
-    """A nearly singular posture on the way.
+class NearSingularity:
+    """A nearly singular configuration on the way.
 
     Attributes:
         index: sample of the path.
@@ -91,13 +92,19 @@ class Passage:
     lost: Floats
 
     def explain(self, language: str | None = None) -> str:
-        """The passage in a sentence."""
-        turn, shift = (", ".join(f"{x:.3g}" for x in part) for part in (self.lost[:3], self.lost[3:]))
+        """The near-singularity in a sentence."""
+        rotation, translation = (", ".join(f"{x:.3g}" for x in part) for part in (self.lost[:3], self.lost[3:]))
         details = {"index": self.index, "time": self.time, "conditioning": self.conditioning}
-        return say("ik.passage", language=language, **details, turn=f"({turn})", shift=f"({shift})")
+        return say(
+            "ik.near_singularity",
+            language=language,
+            **details,
+            rotation=f"({rotation})",
+            translation=f"({translation})",
+        )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Track(Answer):
     """Joint path along a path of poses; true when it was followed to its end on one branch.
 
@@ -107,7 +114,7 @@ class Track(Answer):
         residual: (k,) larger of position and rotation error [m | rad].
         conditioning: (k,) smallest over largest singular value of the Jacobian, lengths in units of the reach.
         switches: where the branch was left.
-        passages: nearly singular postures, one for each visit.
+        near_singularities: nearly singular configurations, one for each visit.
         reached: number of poses reached, from the first on.
         stopped_at: time at which the path had to be given up; NaN if it was not.
         refusal: what inverse kinematics says of the pose that stopped it, or None.
@@ -120,7 +127,7 @@ class Track(Answer):
     residual: Floats
     conditioning: Floats
     switches: tuple[Switch, ...]
-    passages: tuple[Passage, ...]
+    near_singularities: tuple[NearSingularity, ...]
     reached: int
     stopped_at: float
     refusal: SolutionSet | None
@@ -136,6 +143,9 @@ class Track(Answer):
     def __iter__(self) -> Iterator[JointVector]:
         return iter(self.q)
 
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
         return {
@@ -146,7 +156,7 @@ class Track(Answer):
             "residual": self.residual,
             "conditioning": self.conditioning,
             "switches": [place.index for place in self.switches],
-            "passages": [place.index for place in self.passages],
+            "near_singularities": [place.index for place in self.near_singularities],
         }
 
     @property
@@ -162,11 +172,11 @@ class Track(Answer):
         return self.status is TrackStatus.FOLLOWED
 
     def explain(self, language: str | None = None) -> str:
-        """How it went, every switch and passage, and the drift of a closed path."""
+        """How it went, every switch and near-singularity, and the drift of a closed path."""
         details = {"reached": self.reached, "count": len(self.q), "switches": len(self.switches)}
         reason = "" if self.refusal is None else self.refusal.explain(language).split("\n")[0]
         lines = [self.status.sentence(language, **details, time=self.stopped_at, reason=reason)]
-        lines += [place.explain(language) for place in (*self.switches, *self.passages)]
+        lines += [place.explain(language) for place in (*self.switches, *self.near_singularities)]
         if self.closed and self.reached == len(self.q):
             drift = float(np.abs(self.drift).max(initial=0.0))
             lines.append(say("ik.track_drift" if drift > 1e-6 else "ik.track_closed", language=language, drift=drift))
@@ -186,9 +196,9 @@ def track(
 
     Between two poses the tip follows one screw motion; an arm of fewer than six joints that cannot, stays as near to it
     as it can. Steps that would change a coordinate by more than `largest_step` are halved, so that the arm cannot jump
-    to another branch unseen; joints at their limits are held if the others can do the motion. Where the branch ends, at
-    a limit or a singular posture, the nearest other solution of the next pose is taken, and the switch is named with
-    its time, its reason and both branches.
+    to another branch unseen; joints at their limits are locked if the others can do the motion. Where the branch ends,
+    at a limit or a singular configuration, the nearest other solution of the next pose is taken, and the switch is
+    named with its time, its reason and both branches.
 
     Args:
         robot: any arm; joints that do not move its tip stay where `q0` has them.
@@ -232,13 +242,13 @@ class _Tracker:
         self.moving = problem.part.columns
         self._scale = np.repeat([1.0, 1.0 / problem.length], 3)[:, None]
 
-    def run(self, start: JointVector) -> Track:
+    def run(self, q0: JointVector) -> Track:
         """Walk as far as possible."""
         stopped_at, refusal = np.nan, None
-        q = start
+        q = q0
         for k, T in enumerate(self.poses):
             done, q_end = (0.0, q) if k == 0 else self._walk(q, self.poses[k - 1], T)
-            if k == 0 and (found := self._near(q, T)) is not None:
+            if k == 0 and (found := self._step(q, T)) is not None:
                 done, q_end = 1.0, found
             if done < 1.0:
                 others = inverse_kinematics(self.robot, T, q0=q_end, tolerance=self.tolerance)
@@ -251,17 +261,17 @@ class _Tracker:
                 if k > 0:
                     self.switches.append(self._switch(k, time, q_end, new, others))
                 q_end = new
-            self.q[k], self.residual[k], q = q_end, self._miss(q_end, T), q_end
+            self.q[k], self.residual[k], q = q_end, self._residual(q_end, T), q_end
         return self._track(stopped_at, refusal)
 
     def _walk(self, q: JointVector, T_0: PoseMatrix, T_1: PoseMatrix) -> tuple[float, JointVector]:
         """How far of the screw motion between two poses the branch lasts, and the coordinates there."""
         at, step = 0.0, 1.0
-        able = self._able(q, T_1)
+        followable = self._can_follow(q, T_1)
         while at < 1.0:
             ahead = min(at + step, 1.0)
             T = T_1 if ahead == 1.0 else pose.interpolate_screw(T_0, T_1, ahead)
-            found = self._near(q, T, exact=able or ahead == 1.0)
+            found = self._step(q, T, exact=followable or ahead == 1.0)
             if found is None:
                 step /= 2.0
                 if step < FINEST:
@@ -270,25 +280,25 @@ class _Tracker:
                 at, q, step = ahead, found, 2.0 * step
         return 1.0, q
 
-    def _able(self, q: JointVector, T: PoseMatrix) -> bool:
+    def _can_follow(self, q: JointVector, T: PoseMatrix) -> bool:
         """Whether the arm can set out on the screw motion: with six joints, or if its twist is among those it has."""
         if len(self.moving) >= 6:
             return True
         J, V = self.robot.jacobian_body(q), pose.error(self.robot.forward_kinematics(q), T)
         return bool(np.linalg.norm(J @ (np.linalg.pinv(J, rcond=1e-6) @ V) - V) <= 1e-6 * np.linalg.norm(V))
 
-    def _near(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
+    def _step(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
         """The solution that Newton's method finds from q, within the limits, if it is a step away."""
         found = solve_ik(self.robot, T, q, tolerance=self.tolerance, restarts=0)
         near = bool(found.solved or not exact) and bool(np.abs(found.nearest - q).max(initial=0.0) <= self.largest)
         return found.nearest if near else None
 
-    def _miss(self, q: JointVector, T: PoseMatrix) -> float:
+    def _residual(self, q: JointVector, T: PoseMatrix) -> float:
         e = pose.error(self.robot.forward_kinematics(q), T)
         return float(max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])))
 
     def _switch(self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet) -> Switch:
-        """Why the branch ended: a joint at its limit that has to go on, or a singular posture."""
+        """Why the branch ended: a joint at its limit that has to go on, or a singular configuration."""
         limits = self.robot.limits
         J = self.robot.jacobian_body(q)
         ahead = np.linalg.pinv(J, rcond=1e-6) @ pose.error(self.robot.forward_kinematics(q), self.poses[k])
@@ -322,7 +332,7 @@ class _Tracker:
             self.residual,
             conditioning,
             tuple(self.switches),
-            self._passages(conditioning, reached),
+            self._near_singularities(conditioning, reached),
             reached,
             stopped_at,
             refusal,
@@ -330,17 +340,17 @@ class _Tracker:
             drift,
         )
 
-    def _passages(self, conditioning: Floats, reached: int) -> tuple[Passage, ...]:
-        """The worst sample of every visit to nearly singular postures."""
+    def _near_singularities(self, conditioning: Floats, reached: int) -> tuple[NearSingularity, ...]:
+        """The worst sample of every visit to nearly singular configurations."""
         inside = np.flatnonzero(conditioning[:reached] < NEARLY_SINGULAR)
         visits = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1) if len(inside) else []
-        found: list[Passage] = []
+        found: list[NearSingularity] = []
         for visit in visits:
             k = int(visit[conditioning[visit].argmin()])
             U, _, _ = np.linalg.svd(self._scale * self.robot.jacobian_body(self.q[k]))
             lost = U[:, min(6, len(self.moving)) - 1]
             lost = lost * np.sign(lost[np.abs(lost).argmax()])
-            found.append(Passage(k, float(self.times[k]), float(conditioning[k]), lost))
+            found.append(NearSingularity(k, float(self.times[k]), float(conditioning[k]), lost))
         return tuple(found)
 
 

@@ -6,7 +6,6 @@ weights and of the polynomial at several places within the step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -121,24 +120,3 @@ def _lower(*rows: list[float]) -> Floats:
     for i, row in enumerate(rows):
         a[i, : len(row)] = row
     return frozen(a)
-
-
-def _dop853() -> EmbeddedPair:
-    from mafsil.solvers.dormand_prince_853 import dormand_prince_853
-
-    return dormand_prince_853()
-
-
-PAIRS: dict[str, Callable[[], EmbeddedPair]] = {"bs23": bogacki_shampine, "dp45": dormand_prince, "dop853": _dop853}
-"""Adaptive methods by the names that users type."""
-
-
-def pair(name: str) -> EmbeddedPair:
-    """The pair of that name.
-
-    Raises:
-        InputError: there is none; the sentence lists the names.
-    """
-    if name not in PAIRS:
-        raise InputError("input.choice", name="method", value=name, known=", ".join(PAIRS))
-    return PAIRS[name]()

@@ -14,7 +14,7 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.redundant.at_parameter import answered
 from mafsil.ik.status import CODES, IKStatus
 
 PROBE = 8

@@ -100,7 +100,7 @@ class Continua:
 
     @lazy
     def _locked_intervals(self) -> BranchIntervals | None:
-        from mafsil.ik.redundant.held import branch_intervals
+        from mafsil.ik.redundant.locked_values import branch_intervals
 
         return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
 

@@ -13,7 +13,7 @@ from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.redundant.at_parameter import answered
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.mechanics.closed_form.thresholds import APART
 

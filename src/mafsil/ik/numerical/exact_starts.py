@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.ik.analysis import analysis
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import PoseTask
 
@@ -26,8 +27,6 @@ def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: Joint
     Returns:
         (k, branches, n), NaN where there are fewer; None where the arm has no closed form for this task.
     """
-    from mafsil.ik.analysis import analysis
-
     whole_pose = task.kind == "pose" and task.dimension == 6
     if problem.frame is not None or not whole_pose or problem.robot.mechanism.loops:
         return None

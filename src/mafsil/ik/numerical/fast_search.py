@@ -184,7 +184,8 @@ class Report:
             batch: leading dimensions.
         """
         codes = None if self.codes is None else self.codes.reshape(batch)
-        numbers, counts = (part.reshape(*batch, part.shape[-1]) for part in (self.numbers, self.counts))
+        numbers = self.numbers.reshape(*batch, self.numbers.shape[-1])
+        counts = self.counts.reshape(*batch, self.counts.shape[-1])
         return Report(numbers, counts, self.plan, codes, self.worst)
 
     def field(self, name: str) -> Any:

@@ -23,6 +23,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
+from mafsil.kernels.loop_compiler import Rows
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -33,7 +34,7 @@ asked for by those who want the solution near their own start, or none."""
 
 
 class FullSearch:
-    """Poses, and the report that their answers go to: second looks, posture goals, time limits, and reasons.
+    """Poses, and the report that their answers go to: second looks, configuration goals, time limits, and reasons.
 
     Args:
         plan: of the search.
@@ -68,7 +69,7 @@ class FullSearch:
     @property
     def counts(self) -> NDArray[np.int64]:
         """(k, 4) the memory of the records."""
-        return self.record.view(np.int64).reshape(self.count, -1)
+        return Rows(PoseRecord, self.record).memory
 
     def block(self, index: int) -> None:
         """Solve one block of poses."""

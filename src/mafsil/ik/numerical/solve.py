@@ -15,10 +15,12 @@ from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
 from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
+from mafsil.ik.numerical.records import PoseRecord
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.result import IKResult
 from mafsil.ik.status import CODES, IKStatus
+from mafsil.kernels.loop_compiler import Rows
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -58,7 +60,7 @@ def solve_ik(
     limits: bool = True,
     seed: int = 0,
 ) -> IKResult:
-    """Joint vectors that bring a frame to wanted poses.
+    """Joint vectors that bring a frame to desired poses.
 
     dq = J' (J J' + lambda I)^-1 e,  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),  lambda ~ |e|^2
 
@@ -70,7 +72,7 @@ def solve_ik(
     Args:
         robot: whose tip or `frame` is to be moved: a Robot, a Mechanism, a name of the library or a file. Joints that
             do not move the frame, such as those of a gripper, are no unknowns.
-        T_sd: (*batch, 4, 4) wanted poses in {s}; rotations printed to six digits or more are repaired.
+        T_sd: (*batch, 4, 4) desired poses in {s}; rotations printed to six digits or more are repaired.
         q0: (*batch, n) initial guess [rad | m], and where joints that do not move the frame stay (else at
             `q_preferred`, else in the middle of their limits); sampled starts if None.
         frame: name of a link; the tip if None.
@@ -159,7 +161,7 @@ def _array_seed(seed: object) -> ArrayLike | None:
 def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
     """All poses by the fast search, and those that it leaves open by the full one."""
     numbers, record = search.rows(desired, q0, restarts)
-    counts = record.view(np.int64).reshape(len(record), -1)
+    counts = Rows(PoseRecord, record).memory
     rest = np.flatnonzero(record["winner"] < 0)
     if not len(rest):
         return Report(numbers, counts, search.plan)

@@ -26,7 +26,7 @@ _ROWS: dict[str, tuple[float, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class PoseTask:
-    """Components of the twist to the wanted pose, in the frame's own axes.
+    """Components of the twist to the desired pose, in the frame's own axes.
 
     Attributes:
         kind: see `pose_task`.

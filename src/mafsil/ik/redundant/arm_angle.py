@@ -1,4 +1,4 @@
-"""Arms with a spherical shoulder, an elbow and a spherical wrist: eight postures for every arm angle."""
+"""Arms with a spherical shoulder, an elbow and a spherical wrist: eight configurations for every arm angle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ZERO, _WIDE, _UNTURNED = np.zeros(7), np.full(7, FAR), turns_of(np.zeros(7))
 
 @dataclass(frozen=True, eq=False)
 class ArmAngleForm:
-    """All postures of an S-R-S arm with seven joints by its arm angle.
+    """All configurations of an S-R-S arm with seven joints by its arm angle.
 
     The arm angle is that of the elbow about the line from shoulder to wrist, from the side to which the first axis
     points; where the first axis runs along that line, from the home direction of the second axis instead.
@@ -45,13 +45,13 @@ class ArmAngleForm:
 
     @lazy
     def kernels(self) -> ParametricForm:
-        """Of poses and arm angles to postures."""
+        """Of poses and arm angles to configurations."""
         chain = self.chain
         pattern = ArmAnglePattern(np.array(chain.axes), chain.home, self.shoulder, self.elbow, self.wrist)
         return form_of_pattern(pattern)
 
     def solve(self, T: ArrayLike, angle: ArrayLike) -> JointVector:
-        """(*batch, m, 8, 7) postures, elbow, shoulder and wrist each with its two roots; NaN where out of reach.
+        """(*batch, m, 8, 7) configurations, elbow, shoulder and wrist each with its two roots; NaN where out of reach.
 
         Args:
             T: (*batch, 4, 4) poses of the tip in {s}.
@@ -63,7 +63,7 @@ class ArmAngleForm:
         ]
 
     def breaks(self, T: PoseMatrix, lower: Floats, upper: Floats) -> list[Floats]:
-        """Of each elbow all arm angles at which a posture of one pose may come within the limits or leave them.
+        """Of each elbow all arm angles at which a configuration of one pose may come within the limits or leave them.
 
         The rotations of shoulder and wrist are A + B cos + C sin of the arm angle, so a joint is at its limit where
         a + b cos + c sin = 0: at most two angles. Where the middle joint of three stands still for a moment, its
@@ -76,11 +76,11 @@ class ArmAngleForm:
         Returns:
             Of both elbows angles in [-pi, pi), in order; without any where the elbow cannot be made.
         """
-        postures = self.solve(T, _ANGLES)
-        return [self._breaks(postures[:, 4 * elbow], lower, upper) for elbow in range(2)]
+        configurations = self.solve(T, _ANGLES)
+        return [self._breaks(configurations[:, 4 * elbow], lower, upper) for elbow in range(2)]
 
     def _breaks(self, q: JointVector, lower: Floats, upper: Floats) -> Floats:
-        """Of one elbow, from its postures at three arm angles."""
+        """Of one elbow, from its configurations at three arm angles."""
         if not np.isfinite(q).all():
             return np.zeros(0)
         found: list[Floats] = []

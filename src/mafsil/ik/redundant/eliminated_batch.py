@@ -16,7 +16,7 @@ from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.fixed import BESIDE, SLACK, TRIED, answered
+from mafsil.ik.redundant.at_parameter import BESIDE, SLACK, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
@@ -33,7 +33,7 @@ SAME = 1e-6
 
 
 def counted_by_elimination(setting: Setting) -> bool:
-    """Whether the arm has seven coordinates and no closed form: one is held, six are found by elimination."""
+    """Whether the arm has seven coordinates and no closed form: one is locked, six are found by elimination."""
     arm = setting.arm
     return setting.task == "pose" and arm.form is None and arm.chain is not None and len(arm.chain) == 7
 
@@ -56,7 +56,7 @@ class _Found:
 
 
 def eliminated_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: float) -> tuple[NDArray[Any], ...]:
-    """Solutions of many poses with one joint held, at values that are tried as for one pose.
+    """Solutions of many poses with one joint locked, at values that are tried as for one pose.
 
     For each chunk of poses:
 
@@ -109,7 +109,7 @@ def _answer(
     spread = form.spread(TRIED)
     # 1.
     every = np.arange(count)
-    _try(setting, form, poses, every, np.full(count, near[form.held]), tolerance, found)
+    _try(setting, form, poses, every, np.full(count, near[form.locked]), tolerance, found)
     # 2.
     beyond = ~found.listed & beyond_sphere(setting, poses, tolerance) & (tolerance <= LOOSE)
     # 3.
@@ -122,7 +122,7 @@ def _answer(
             left = ~found.within[rows]
             _try(setting, form, poses, rows[left], values[left], tolerance, found)
     # 4.
-    for value in spread[np.argsort(np.abs(spread - near[form.held]), kind="stable")]:
+    for value in spread[np.argsort(np.abs(spread - near[form.locked]), kind="stable")]:
         rows = np.flatnonzero(~found.within & ~beyond)
         _try(setting, form, poses, rows, np.full(len(rows), value), tolerance, found)
     # 5.
@@ -165,7 +165,7 @@ def _try(
     q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
     pose, place = np.nonzero(table.residual[:, 0] <= 1e-5)
     q[pose, place], residual[pose, place] = refined(
-        setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.held,)
+        setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.locked,)
     )
     good = residual <= tolerance
     _keep_first(setting, q, good)

@@ -1,6 +1,6 @@
-"""Seven coordinates: all postures at a value of the free parameter, sweeps over it, and the intervals it may take.
+"""Seven coordinates: all configurations at a value of the free parameter, sweeps over it, and its intervals.
 
-The parameter is the arm angle where shoulder and wrist are spherical, else the value of a joint that is held so that
+The parameter is the arm angle where shoulder and wrist are spherical, else the value of a joint that is locked so that
 the six others have a closed form, else that of a joint whose six others are solved by elimination.
 """
 
@@ -23,6 +23,7 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.recognise import recognise_locked
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
@@ -41,21 +42,21 @@ ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
 
 REACHED = 1e-9
-"""Residual of a posture that counts [rad | m]."""
+"""Residual of a configuration that counts [rad | m]."""
 
 GRID = 360
 """Values at which intervals are looked for where nothing better is known."""
 
 
 @dataclass(frozen=True, eq=False)
-class Postures:
-    """Postures at values of the free parameter.
+class ParametricSolutions:
+    """Configurations at values of the free parameter.
 
     Attributes:
         values: (*batch, m) of the parameter [rad | m].
         q: (*batch, m, branches, 7) joint coordinates, wound into the limits where possible; NaN where there is none.
         residual: (*batch, m, branches) by which forward kinematics misses the pose; NaN where there is none.
-        within: (*batch, m, branches) whether the posture is one, and within the joint limits.
+        within: (*batch, m, branches) whether the configuration is one, and within the joint limits.
         labelled: whether a branch keeps its place along the parameter.
     """
 
@@ -67,15 +68,15 @@ class Postures:
 
 
 @dataclass(frozen=True, eq=False)
-class PostureFamily:
-    """Postures of one branch while the parameter goes through an interval, all within the joint limits.
+class SelfMotionFamily:
+    """Configurations of one branch while the parameter goes through an interval, all within the joint limits.
 
     Attributes:
         parameter: `arm angle`, or the name of a joint.
         low, high: ends of the interval [rad | m]; of a full turn, or across pi, `high` exceeds pi.
         branch: place of the branch in the tables of `Redundancy.solve`.
         certain: whether it is proven that every value in it, and none beside it but for 1e-9, is within the limits.
-        at: posture (7,) at a value of the parameter; NaN where there is none.
+        at: configuration (7,) at a value of the parameter; NaN where there is none.
     """
 
     parameter: str
@@ -88,24 +89,24 @@ class PostureFamily:
 
 @dataclass(frozen=True, eq=False)
 class Redundancy:
-    """How the postures of an arm with seven coordinates are counted: by the arm angle, or by the value of a joint.
+    """How the configurations of an arm with seven coordinates are counted: by arm angle, or by the value of a joint.
 
     Attributes:
         robot: with seven coordinates.
-        parameter: `arm angle`, or the name of the held joint.
+        parameter: `arm angle`, or the name of the locked joint.
         angle_form: of arms with an arm angle.
         closed: closed form of the other joints.
-        held: coordinate of the held joint; -1 with an arm angle.
+        locked: coordinate of the locked joint; -1 with an arm angle.
     """
 
     robot: Robot
     parameter: str
     angle_form: ArmAngleForm | None
     closed: ClosedForm | None
-    held: int
+    locked: int
 
-    def solve(self, T: ArrayLike, values: ArrayLike) -> Postures:
-        """All postures of poses at values of the parameter.
+    def solve(self, T: ArrayLike, values: ArrayLike) -> ParametricSolutions:
+        """All configurations of poses at values of the parameter.
 
         Args:
             T: (*batch, 4, 4) poses of the tip in {s}.
@@ -121,8 +122,8 @@ class Redundancy:
             raise InputError("input.shape", name="values", expected=expected, got=given.shape, hint="")
         return self._judged(X, np.broadcast_to(given, (*X.shape[:-2], given.shape[-1])))
 
-    def sweep(self, T: ArrayLike, count: int = 16) -> Postures:
-        """All postures of poses at evenly spread values of the parameter: over the turn, or the joint's range.
+    def sweep(self, T: ArrayLike, count: int = 16) -> ParametricSolutions:
+        """All configurations of poses at evenly spread values of the parameter: over the turn, or the joint's range.
 
         Args:
             T: (*batch, 4, 4) poses of the tip in {s}.
@@ -133,12 +134,12 @@ class Redundancy:
     def value(self, q: ArrayLike) -> Floats:
         """(*batch,) the parameter of configurations (*batch, 7) [rad | m]."""
         x = gate("q", q, (7,))
-        return x[..., self.held] if self.angle_form is None else self.angle_form.angle(x)
+        return x[..., self.locked] if self.angle_form is None else self.angle_form.angle(x)
 
-    def families(self, T: ArrayLike) -> tuple[PostureFamily, ...]:
+    def families(self, T: ArrayLike) -> tuple[SelfMotionFamily, ...]:
         """Intervals of the parameter in which one pose (4, 4) is reached within the limits, branch by branch.
 
-        With an arm angle they end at the roots of equations of second degree. With a held joint interval arithmetic
+        With an arm angle they end at the roots of equations of second degree. With a locked joint interval arithmetic
         proves of every value, but for gaps of 1e-9, whether it belongs to one; where it does not succeed, or
         the closed form solves equations of fourth degree, `certain` is not set. Empty where branches cannot be told
         apart along the parameter (elimination).
@@ -150,7 +151,7 @@ class Redundancy:
         if X.ndim != 2:
             raise InputError("input.shape", name="T", expected="(4, 4)", got=X.shape, hint="")
         return tuple(
-            PostureFamily(self.parameter, low, high, branch, certain, partial(self._member, X, branch))
+            SelfMotionFamily(self.parameter, low, high, branch, certain, partial(self._member, X, branch))
             for low, high, branch, certain in self.intervals(X)
         )
 
@@ -160,19 +161,19 @@ class Redundancy:
             return self._between(X, self.angle_form)
         if self.closed is None:
             return []
-        asked = setting(self.robot, None, "pose")
-        given = programs(self.closed.pattern, self.held, tuple(map(float, asked.middle)))
+        own = setting(self.robot, None, "pose")
+        given = programs(self.closed.pattern, self.locked, tuple(map(float, own.middle)))
         domain = self.domain(X)
         if given is None or self.closed.pattern.quartic:
             return [(*one, False) for one in self._sampled(X, np.linspace(*domain, GRID))]
-        found = certified(given, X, self.held, domain, asked.lower, asked.upper, ~asked.revolute)
+        found = certified(given, X, self.locked, domain, own.lower, own.upper, ~own.revolute)
         sure = [(float(a), float(b), int(k), True) for a, b, k in zip(found.low, found.high, found.branch, strict=True)]
         doubtful = [(float(a), float(b), int(k)) for k, a, b in found.doubtful]
         return sure + [(*one, False) for one in self._in_doubt(X, doubtful)]
 
     @property
     def proves(self) -> bool:
-        """Whether an empty list of intervals proves that there is no posture within the limits."""
+        """Whether an empty list of intervals proves that there is no configuration within the limits."""
         return self.angle_form is not None or (self.closed is not None and not self.closed.pattern.quartic)
 
     def _between(self, X: PoseMatrix, form: ArmAngleForm) -> list[tuple[float, float, int, bool]]:
@@ -193,10 +194,10 @@ class Redundancy:
         return found
 
     def domain(self, X: PoseMatrix) -> tuple[float, float]:
-        """Ends of the values of the held joint that have to be looked at for a pose (4, 4)."""
+        """Ends of the values of the locked joint that have to be looked at for a pose (4, 4)."""
         limits = self.robot.limits
-        ends = float(limits.lower[self.held]), float(limits.upper[self.held])
-        return range_of(self._chain, self.held, *ends, limits, X)
+        ends = float(limits.lower[self.locked]), float(limits.upper[self.locked])
+        return range_of(self._chain, self.locked, *ends, limits, X)
 
     def _in_doubt(self, X: PoseMatrix, cells: list[tuple[float, float, int]]) -> list[tuple[float, float, int]]:
         """Those cells that are within the limits at both ends and in the middle, neighbours joined."""
@@ -214,7 +215,7 @@ class Redundancy:
         return found
 
     def _sampled(self, X: PoseMatrix, values: Floats) -> list[tuple[float, float, int]]:
-        """Intervals seen at some values of a held joint, their ends by halving; shorter ones may be missed."""
+        """Intervals seen at some values of a locked joint, their ends by halving; shorter ones may be missed."""
         good = self._judged(X, values).within
         runs = [
             (branch, max(first, 0), last if first >= 0 else len(values) - 1)
@@ -235,12 +236,12 @@ class Redundancy:
         if one.residual[0, branch] <= REACHED or self.closed is None:
             return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
         # At the end of an interval two branches may merge: the table is off by the square root of the rounding.
-        asked = setting(self.robot, None, "pose")
-        near = asked.middle.copy()
-        near[self.held] = value
+        own = setting(self.robot, None, "pose")
+        near = own.middle.copy()
+        near[self.locked] = value
         start = self.closed.solve(X, near).q[branch]
-        q, residual = refined(self.robot, start[None], X, asked.mask, None, steps=MERGING, locked=(self.held,))
-        wound = wound_near(q[0], near, asked.lower, asked.upper, asked.revolute)
+        q, residual = refined(self.robot, start[None], X, own.mask, None, steps=MERGING, locked=(self.locked,))
+        wound = wound_near(q[0], near, own.lower, own.upper, own.revolute)
         return np.where(residual[0] <= REACHED, wound, np.nan)
 
     def _edges(self, X: PoseMatrix, inside: Floats, outside: Floats, branch: NDArray[np.int64]) -> Floats:
@@ -256,17 +257,17 @@ class Redundancy:
         """Evenly spread values of the parameter, (count,): over the turn, or the range of the joint [rad]."""
         return _spread(self, count).copy()
 
-    def _judged(self, X: PoseMatrix, values: Floats) -> Postures:
+    def _judged(self, X: PoseMatrix, values: Floats) -> ParametricSolutions:
         if self.kernels is not None:
             q, residual, within = self._labelled_rows(self.kernels, X, values)
         else:
             q = self._eliminated(X, values)
             residual, within = self._checked(X, values, q)
-        return Postures(values, q, residual, within, self.kernels is not None)
+        return ParametricSolutions(values, q, residual, within, self.kernels is not None)
 
     @lazy
     def kernels(self) -> ParametricForm | None:
-        """Of poses and values to postures; None where the other joints are solved by elimination."""
+        """Of poses and values to configurations; None where the other joints are solved by elimination."""
         if self.angle_form is not None:
             return self.angle_form.kernels
         return None if self.closed is None else form_of_pattern(self.closed.pattern)
@@ -276,32 +277,32 @@ class Redundancy:
         """The kernels that also say whether an answer is regular; None where an equation of fourth degree is solved."""
         if self.closed is None or self.closed.pattern.quartic:
             return None if self.angle_form is None else self.angle_form.kernels
-        asked = setting(self.robot, None, "pose")
-        shared = asked.arm.form is self.closed and has_redundant_joints(asked)
-        return parametric_form(asked) if shared else form_of_pattern(self.closed.pattern)
+        own = setting(self.robot, None, "pose")
+        shared = own.arm.form is self.closed and has_redundant_joints(own)
+        return parametric_form(own) if shared else form_of_pattern(self.closed.pattern)
 
     def _labelled_rows(
         self, form: ParametricForm, X: PoseMatrix, values: Floats
     ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
-        """Postures, their residuals, and which are within the limits: all by one kernel."""
-        asked = setting(self.robot, None, "pose")
-        wishes = asked.middle, asked.middle_turns, *asked.bounds
-        q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *wishes, REACHED)
+        """Configurations, their residuals, and which are within the limits: all by one kernel."""
+        own = setting(self.robot, None, "pose")
+        preferred = own.middle, own.middle_turns, *own.bounds
+        q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *preferred, REACHED)
         if not np.less_equal(defect, ORTHOGONALITY).all():
             raise _no_poses()
         return q, residual, excess <= 1e-12
 
     def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
-        """Residuals of postures, and which are within the limits, into which they are wound in place."""
-        asked = setting(self.robot, None, "pose")
+        """Residuals of configurations, and which are within the limits, into which they are wound in place."""
+        own = setting(self.robot, None, "pose")
         off = self.robot.forward_kinematics(q) - X[..., None, None, :, :]
         distance, chord = (off[..., :3, 3] ** 2).sum(axis=-1), (off[..., :3, :3] ** 2).sum(axis=(-2, -1))
         angle = 2 * np.arcsin(np.minimum(1.0, np.sqrt(chord / 8)))
         residual = np.maximum(np.sqrt(distance), angle)
-        wound = wound_near(q, asked.middle, asked.lower, asked.upper, asked.revolute)
-        wound[..., self.held] = np.where(np.isnan(residual), np.nan, values[..., None])
+        wound = wound_near(q, own.middle, own.lower, own.upper, own.revolute)
+        wound[..., self.locked] = np.where(np.isnan(residual), np.nan, values[..., None])
         q[...] = wound
-        inside = (q >= asked.lower - 1e-12) & (q <= asked.upper + 1e-12)
+        inside = (q >= own.lower - 1e-12) & (q <= own.upper + 1e-12)
         return residual, (residual <= REACHED) & inside.all(axis=-1)
 
     def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:
@@ -310,23 +311,23 @@ class Redundancy:
         q = np.full((*values.shape, 16, 7), np.nan)
         flat, poses = values.reshape(-1), np.broadcast_to(X[..., None, :, :], (*values.shape, 4, 4)).reshape(-1, 4, 4)
         rows = q.reshape(-1, 16, 7)
-        others = [k for k in range(7) if k != self.held]
+        others = [k for k in range(7) if k != self.locked]
         for value in np.unique(flat):
             same = np.flatnonzero(flat == value)
-            found = _locked(chain, self.held, float(value)).solve_all(poses[same])
+            found = _locked(chain, self.locked, float(value)).solve_all(poses[same])
             rows[same[:, None], :, others] = np.moveaxis(found.q, -1, 1)
-            rows[same, :, self.held] = np.where(np.isnan(found.q[..., 0]), np.nan, value)
+            rows[same, :, self.locked] = np.where(np.isnan(found.q[..., 0]), np.nan, value)
         return q
 
     @lazy
     def limited(self) -> tuple[tuple[int, float, GeneralSix], ...]:
-        """Every joint but the held one at each of its limits, with the elimination of the six others."""
+        """Every joint but the locked one at each of its limits, with the elimination of the six others."""
         low, high = self.robot.limits.lower, self.robot.limits.upper
         return tuple(
             (k, float(limit), GeneralSix(self._chain.locked(k, float(limit))))
             for k in range(7)
             for limit in (low[k], high[k])
-            if k != self.held and np.isfinite(limit)
+            if k != self.locked and np.isfinite(limit)
         )
 
     @lazy
@@ -348,7 +349,7 @@ def _spread(form: Redundancy, count: int) -> Floats:
 
 
 def _runs(good: NDArray[np.bool_], *, around: bool = True) -> list[tuple[int, int]]:
-    """First and last place of every run of postures; (-1, -1) for a whole turn."""
+    """First and last place of every run of configurations; (-1, -1) for a whole turn."""
     if around and good.all():
         return [(-1, -1)]
     before = np.roll(good, 1) if around else np.append(False, good[:-1])
@@ -361,16 +362,16 @@ def _runs(good: NDArray[np.bool_], *, around: bool = True) -> list[tuple[int, in
 
 @of_robot
 def redundancy(robot: Robot, parameter: str | None = None) -> Redundancy:
-    """How the postures of an arm with seven coordinates are counted.
+    """How the configurations of an arm with seven coordinates are counted.
 
     Args:
-        robot: with seven turning or sliding joints that move its tip; those of a gripper are left out, and the
+        robot: with seven revolute or prismatic joints that move its tip; those of a gripper are left out, and the
             coordinates are those of `Redundancy.robot`.
         parameter: `arm angle`, or the name of the joint to hold; if None the arm angle where there is one, else the
             joint whose six others have a closed form, else the third.
 
     Raises:
-        InputError: not an arm of seven turning or sliding joints, or a parameter that it does not have.
+        InputError: not an arm of seven revolute or prismatic joints, or a parameter that it does not have.
     """
     return _redundancy(moving_part(robot, None).robot, parameter)
 
@@ -388,25 +389,23 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
         return Redundancy(robot, ARM_ANGLE, angle, None, -1)
     if parameter is None:
         arm = analysis(robot.mechanism, "pose")
-        held = arm.locked[0] if arm.form is not None and len(arm.locked) == 1 else 2
+        locked = arm.locked[0] if arm.form is not None and len(arm.locked) == 1 else 2
         form = arm.form if len(arm.locked) == 1 else None
     else:
-        held = robot.joint_names.index(parameter)
-        form = _holding(chain, held)
-    return Redundancy(robot, robot.joint_names[held], None, form, held)
+        locked = robot.joint_names.index(parameter)
+        form = _holding(chain, locked)
+    return Redundancy(robot, robot.joint_names[locked], None, form, locked)
 
 
 @lru_cache(maxsize=128)
-def _locked(chain: Chain, held: int, value: float) -> GeneralSix:
+def _locked(chain: Chain, locked: int, value: float) -> GeneralSix:
     """The other joints; its constants take longer than a pose, and searches try the same values for every pose."""
-    return GeneralSix(chain.locked(held, value))
+    return GeneralSix(chain.locked(locked, value))
 
 
-def _holding(chain: Chain, held: int) -> ClosedForm | None:
+def _holding(chain: Chain, locked: int) -> ClosedForm | None:
     """The closed form of the others whatever value a joint takes."""
-    from mafsil.ik.recognise import recognise_locked
-
-    pattern = recognise_locked(chain, 7, (held,))
+    pattern = recognise_locked(chain, 7, (locked,))
     return ClosedForm(pattern) if pattern is not None else None
 
 

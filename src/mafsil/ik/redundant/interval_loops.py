@@ -6,17 +6,24 @@ down to m + [-r, r] [dl, dh], so errors shrink with the square of the cell (mean
 for Systems of Equations, 1990).
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from math import atan2, cos, floor, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
+
+Codes = NDArray[np.int32]
 
 (ADD, SUB, MUL, DIV, NEG, SQRT, SIN, COS, FABS, FMIN, FMAX, LT, LE, NOT, IF, SIGN, ATAN2, SQ) = range(18)
 """Numbers of the operations."""
+
+M, LO, HI, DLO, DHI = range(5)
+"""Rows of a register: value at the middle, interval of the values on the cell, interval of the slopes."""
 
 LANES = 16
 """Cells that are looked at together."""
@@ -25,8 +32,26 @@ BIG = 1e150
 """Stands for infinity: products of two stay finite."""
 
 
+class Program(NamedTuple):
+    """What depends on the parameter, of one branch.
+
+    Attributes:
+        code, first, second, target: (k,) operations, places of their arguments (negative: -1 - place in `values`) and
+            of their results among the registers.
+        ports: (2 n + 1) places of the outputs: two for each coordinate, then the least residual of a step.
+        values: what does not depend on the parameter.
+    """
+
+    code: Codes
+    first: Codes
+    second: Codes
+    target: Codes
+    ports: Codes
+    values: Floats
+
+
 @compiled
-def plain(op, a, b):
+def plain(op: int, a: float, b: float) -> float:
     """One operation on numbers.
 
     Args:
@@ -71,7 +96,7 @@ def plain(op, a, b):
 
 
 @compiled
-def product(al, ah, bl, bh):
+def product(al: float, ah: float, bl: float, bh: float) -> tuple[float, float]:
     """The interval of products.
 
     Args:
@@ -85,31 +110,33 @@ def product(al, ah, bl, bh):
 
 
 @compiled
-def evaluated(code, first, second, target, values, radius, room):
+def evaluate(program: Program, radius: Floats, registers: Floats) -> None:
     """A program on all lanes.
 
-    1. Operations without a parameter on one side scale or shift intervals; the commonest have code of their own.
-    2. Others are done end by end, slopes by the rules of differentiation with intervals in the place of numbers.
-    3. Where an operation leaps or its slope is infinite on the cell, the slope is from -BIG to BIG.
+    1. Arguments: registers, or values that do not depend on the parameter in all lanes. Operations with such a value
+       on one side scale or shift intervals; the commonest have code of their own.
+    2. The operation, end by end; slopes by the rules of differentiation with intervals in the place of numbers. Where
+       an operation leaps or its slope is infinite on the cell, the slope is from -BIG to BIG.
+    3. The interval is cut down to what value and slopes allow.
 
     Args:
-        code, first, second, target: (k,) operations, places of their arguments (negative: -1 - place in `values`) and
-            of their results.
-        values: what does not depend on the parameter.
+        program: of a branch.
         radius: (LANES,) half widths of the cells.
-        room: (registers, 5, LANES) m, lo, hi, dl, dh; register 0 is the parameter.
+        registers: (registers, 5, LANES); register 0 is the parameter.
     """
+    values, first, second = program.values, program.first, program.second
     one, two = np.zeros((5, LANES)), np.zeros((5, LANES))
-    for i in range(len(code)):
-        op, z = code[i], room[target[i]]
+    for i in range(len(program.code)):
+        op, z = program.code[i], registers[program.target[i]]
+        # 1.
         x, y = one, two
         if first[i] >= 0:
-            x = room[first[i]]
+            x = registers[first[i]]
         else:
             _spread(values[-1 - first[i]], one)
         if op < NEG or (op >= FMIN and op != NOT and op != SIGN and op != SQ):
             if second[i] >= 0:
-                y = room[second[i]]
+                y = registers[second[i]]
             elif op == MUL:
                 _scaled(x, values[-1 - second[i]], z)
                 continue
@@ -118,6 +145,7 @@ def evaluated(code, first, second, target, values, radius, room):
                 continue
             else:
                 _spread(values[-1 - second[i]], two)
+        # 2.
         if op == ADD:
             for k in range(5):
                 for l in range(LANES):
@@ -132,8 +160,8 @@ def evaluated(code, first, second, target, values, radius, room):
             _divided(x, y, z)
         elif op == NEG:
             for l in range(LANES):
-                a, b, c, d = -x[2, l], -x[1, l], -x[4, l], -x[3, l]
-                z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = -x[0, l], a, b, c, d
+                a, b, c, d = -x[HI, l], -x[LO, l], -x[DHI, l], -x[DLO, l]
+                z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = -x[M, l], a, b, c, d
         elif op == SQRT:
             _rooted(x, z)
         elif op in (SIN, COS):
@@ -142,109 +170,116 @@ def evaluated(code, first, second, target, values, radius, room):
             _chosen(x, y, z, op)
         else:
             _decided(x, y, z, op)
+        # 3.
         if op != NEG:
             for l in range(LANES):
-                a, b = abs(z[3, l]), abs(z[4, l])
+                a, b = abs(z[DLO, l]), abs(z[DHI, l])
                 rad = radius[l] * (a if a > b else b)
-                low, high = z[0, l] - rad, z[0, l] + rad
-                if low > z[1, l]:
-                    z[1, l] = low
-                if high < z[2, l]:
-                    z[2, l] = high
+                low, high = z[M, l] - rad, z[M, l] + rad
+                if low > z[LO, l]:
+                    z[LO, l] = low
+                if high < z[HI, l]:
+                    z[HI, l] = high
 
 
 @compiled
-def _spread(value, out):
+def _spread(value: float, out: Floats) -> None:
     for l in range(LANES):
-        out[0, l], out[1, l], out[2, l] = value, value, value
-        out[3, l], out[4, l] = 0.0, 0.0
+        out[M, l], out[LO, l], out[HI, l] = value, value, value
+        out[DLO, l], out[DHI, l] = 0.0, 0.0
 
 
 @compiled
-def _shifted(x, k, z):
+def _shifted(x: Floats, k: float, z: Floats) -> None:
     for l in range(LANES):
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = x[0, l] + k, x[1, l] + k, x[2, l] + k, x[3, l], x[4, l]
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = (
+            x[M, l] + k,
+            x[LO, l] + k,
+            x[HI, l] + k,
+            x[DLO, l],
+            x[DHI, l],
+        )
 
 
 @compiled
-def _scaled(x, k, z):
+def _scaled(x: Floats, k: float, z: Floats) -> None:
     if k >= 0.0:
         for j in range(5):
             for l in range(LANES):
                 z[j, l] = k * x[j, l]
     else:
         for l in range(LANES):
-            a, b, c, d = k * x[2, l], k * x[1, l], k * x[4, l], k * x[3, l]
-            z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = k * x[0, l], a, b, c, d
+            a, b, c, d = k * x[HI, l], k * x[LO, l], k * x[DHI, l], k * x[DLO, l]
+            z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = k * x[M, l], a, b, c, d
 
 
 @compiled
-def _difference(x, y, z):
+def _difference(x: Floats, y: Floats, z: Floats) -> None:
     for l in range(LANES):
-        a, b, c, d = x[1, l] - y[2, l], x[2, l] - y[1, l], x[3, l] - y[4, l], x[4, l] - y[3, l]
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = x[0, l] - y[0, l], a, b, c, d
+        a, b, c, d = x[LO, l] - y[HI, l], x[HI, l] - y[LO, l], x[DLO, l] - y[DHI, l], x[DHI, l] - y[DLO, l]
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = x[M, l] - y[M, l], a, b, c, d
 
 
 @compiled
-def _multiplied(x, y, z):
+def _multiplied(x: Floats, y: Floats, z: Floats) -> None:
     for l in range(LANES):
-        low, high = product(x[1, l], x[2, l], y[1, l], y[2, l])
-        al, ah = product(x[3, l], x[4, l], y[1, l], y[2, l])
-        bl, bh = product(x[1, l], x[2, l], y[3, l], y[4, l])
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = x[0, l] * y[0, l], low, high, al + bl, ah + bh
+        low, high = product(x[LO, l], x[HI, l], y[LO, l], y[HI, l])
+        al, ah = product(x[DLO, l], x[DHI, l], y[LO, l], y[HI, l])
+        bl, bh = product(x[LO, l], x[HI, l], y[DLO, l], y[DHI, l])
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = x[M, l] * y[M, l], low, high, al + bl, ah + bh
 
 
 @compiled
-def _squared(x, z):
+def _squared(x: Floats, z: Floats) -> None:
     for l in range(LANES):
-        m, low, high = x[0, l], x[1, l], x[2, l]
-        dl, dh = product(2 * low, 2 * high, x[3, l], x[4, l])
+        m, low, high = x[M, l], x[LO, l], x[HI, l]
+        dl, dh = product(2 * low, 2 * high, x[DLO, l], x[DHI, l])
         a, b = low * low, high * high
         least = 0.0 if low <= 0.0 <= high else (a if a < b else b)
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = m * m, least, (a if a > b else b), dl, dh
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = m * m, least, (a if a > b else b), dl, dh
 
 
 @compiled
-def _divided(x, y, z):
+def _divided(x: Floats, y: Floats, z: Floats) -> None:
     for l in range(LANES):
-        if y[1, l] <= 0.0 <= y[2, l]:
-            z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = x[0, l] / y[0, l], -BIG, BIG, -BIG, BIG
+        if y[LO, l] <= 0.0 <= y[HI, l]:
+            z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = x[M, l] / y[M, l], -BIG, BIG, -BIG, BIG
             continue
-        il, ih = 1.0 / y[2, l], 1.0 / y[1, l]
-        low, high = product(x[1, l], x[2, l], il, ih)
-        ql, qh = product(low, high, y[3, l], y[4, l])
-        dl, dh = product(x[3, l] - qh, x[4, l] - ql, il, ih)
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = x[0, l] / y[0, l], low, high, dl, dh
+        il, ih = 1.0 / y[HI, l], 1.0 / y[LO, l]
+        low, high = product(x[LO, l], x[HI, l], il, ih)
+        ql, qh = product(low, high, y[DLO, l], y[DHI, l])
+        dl, dh = product(x[DLO, l] - qh, x[DHI, l] - ql, il, ih)
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = x[M, l] / y[M, l], low, high, dl, dh
 
 
 @compiled
-def _rooted(x, z):
+def _rooted(x: Floats, z: Floats) -> None:
     for l in range(LANES):
-        m, low, high = sqrt(max(x[0, l], 0.0)), sqrt(max(x[1, l], 0.0)), sqrt(max(x[2, l], 0.0))
+        m, low, high = sqrt(max(x[M, l], 0.0)), sqrt(max(x[LO, l], 0.0)), sqrt(max(x[HI, l], 0.0))
         if low > 0.0:
-            dl, dh = product(x[3, l], x[4, l], 0.5 / high, 0.5 / low)
-        elif x[3, l] == 0.0 and x[4, l] == 0.0:
+            dl, dh = product(x[DLO, l], x[DHI, l], 0.5 / high, 0.5 / low)
+        elif x[DLO, l] == 0.0 and x[DHI, l] == 0.0:
             dl, dh = 0.0, 0.0
         else:
-            dl, dh = (0.0 if x[3, l] >= 0.0 else -BIG), (0.0 if x[4, l] <= 0.0 else BIG)
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = m, low, high, dl, dh
+            dl, dh = (0.0 if x[DLO, l] >= 0.0 else -BIG), (0.0 if x[DHI, l] <= 0.0 else BIG)
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = m, low, high, dl, dh
 
 
 @compiled
-def _waved(x, z, cosine):
+def _waved(x: Floats, z: Floats, cosine: bool) -> None:
     """Sine or cosine, of the parameter or what depends on it."""
     for l in range(LANES):
         shift = 0.5 * pi if cosine else 0.0
-        low, high, sl, sh = x[1, l] + shift, x[2, l] + shift, 0.0, 0.0
+        low, high = x[LO, l] + shift, x[HI, l] + shift
         sl, sh = _sine_range(low, high)
         cl, ch = _sine_range(low + 0.5 * pi, high + 0.5 * pi)
-        dl, dh = product(cl, ch, x[3, l], x[4, l])
-        z[0, l] = cos(x[0, l]) if cosine else sin(x[0, l])
-        z[1, l], z[2, l], z[3, l], z[4, l] = sl, sh, dl, dh
+        dl, dh = product(cl, ch, x[DLO, l], x[DHI, l])
+        z[M, l] = cos(x[M, l]) if cosine else sin(x[M, l])
+        z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = sl, sh, dl, dh
 
 
 @compiled
-def _sine_range(low, high):
+def _sine_range(low: float, high: float) -> tuple[float, float]:
     a, b = sin(low), sin(high)
     down, up = min(a, b), max(a, b)
     if floor((high - 0.5 * pi) / (2 * pi)) > floor((low - 0.5 * pi) / (2 * pi)):
@@ -255,14 +290,14 @@ def _sine_range(low, high):
 
 
 @compiled
-def _chosen(x, y, z, op):
+def _chosen(x: Floats, y: Floats, z: Floats, op: int) -> None:
     """The larger or smaller of two, or the amount: one of them where that is sure, else either."""
     for l in range(LANES):
-        m, low, high, dl, dh = x[0, l], x[1, l], x[2, l], x[3, l], x[4, l]
+        m, low, high, dl, dh = x[M, l], x[LO, l], x[HI, l], x[DLO, l], x[DHI, l]
         if op == FABS:
             am, al, ah, bl, bh = -m, -high, -low, -dh, -dl
         else:
-            am, al, ah, bl, bh = y[0, l], y[1, l], y[2, l], y[3, l], y[4, l]
+            am, al, ah, bl, bh = y[M, l], y[LO, l], y[HI, l], y[DLO, l], y[DHI, l]
         if op == FMIN:
             if low > ah:
                 m, low, high, dl, dh = am, al, ah, bl, bh
@@ -274,37 +309,37 @@ def _chosen(x, y, z, op):
         elif low <= ah:
             m, low, high = max(m, am), max(low, al), max(high, ah)
             dl, dh = min(dl, bl), max(dh, bh)
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = m, low, high, dl, dh
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = m, low, high, dl, dh
 
 
 @compiled
-def _decided(x, y, z, op):
+def _decided(x: Floats, y: Floats, z: Floats, op: int) -> None:
     """Comparisons, and values that depend on them."""
     for l in range(LANES):
-        m = plain(op, x[0, l], y[0, l])
+        m = plain(op, x[M, l], y[M, l])
         if op == IF:
-            if x[1, l] > 0.0 or x[2, l] < 0.0:
-                low, high, dl, dh = y[1, l], y[2, l], y[3, l], y[4, l]
-                m = y[0, l]
-            elif x[1, l] == 0.0 and x[2, l] == 0.0:
+            if x[LO, l] > 0.0 or x[HI, l] < 0.0:
+                low, high, dl, dh = y[LO, l], y[HI, l], y[DLO, l], y[DHI, l]
+                m = y[M, l]
+            elif x[LO, l] == 0.0 and x[HI, l] == 0.0:
                 low, high, dl, dh = 0.0, 0.0, 0.0, 0.0
             else:
-                low, high, dl, dh = min(0.0, y[1, l]), max(0.0, y[2, l]), -BIG, BIG
+                low, high, dl, dh = min(0.0, y[LO, l]), max(0.0, y[HI, l]), -BIG, BIG
         elif op in (LT, LE):
-            low = 1.0 if x[2, l] < y[1, l] or (op == LE and x[2, l] <= y[1, l]) else 0.0
-            high = 0.0 if x[1, l] > y[2, l] or (op == LT and x[1, l] >= y[2, l]) else 1.0
+            low = 1.0 if x[HI, l] < y[LO, l] or (op == LE and x[HI, l] <= y[LO, l]) else 0.0
+            high = 0.0 if x[LO, l] > y[HI, l] or (op == LT and x[LO, l] >= y[HI, l]) else 1.0
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
         elif op == NOT:
             low, high = 0.0, 1.0
-            if x[1, l] == 0.0 and x[2, l] == 0.0:
+            if x[LO, l] == 0.0 and x[HI, l] == 0.0:
                 low = 1.0
-            if x[1, l] > 0.0 or x[2, l] < 0.0:
+            if x[LO, l] > 0.0 or x[HI, l] < 0.0:
                 high = 0.0
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
         elif op == SIGN:
-            low = 1.0 if x[1, l] > 0.0 else (0.0 if x[1, l] == 0.0 else -1.0)
-            high = -1.0 if x[2, l] < 0.0 else (0.0 if x[2, l] == 0.0 else 1.0)
+            low = 1.0 if x[LO, l] > 0.0 else (0.0 if x[LO, l] == 0.0 else -1.0)
+            high = -1.0 if x[HI, l] < 0.0 else (0.0 if x[HI, l] == 0.0 else 1.0)
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
         else:
             low, high, dl, dh = -pi, pi, -BIG, BIG
-        z[0, l], z[1, l], z[2, l], z[3, l], z[4, l] = m, low, high, dl, dh
+        z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = m, low, high, dl, dh

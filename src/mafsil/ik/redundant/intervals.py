@@ -1,4 +1,4 @@
-"""Where the postures of a pose exist within the limits, branch by branch, as intervals of the held joint's value."""
+"""Where the configurations of a pose exist within the limits, branch by branch: intervals of the locked joint."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CELLS = 32
 """Into which the range is divided at first."""
 
 FAR = 1e5
-"""Stands for a slide's limit that is none [m]."""
+"""Stands for a limit of a prismatic joint that is none [m]."""
 
 MOST, WORK = 32768, 100_000
 """Cells that may be found in a branch, and that may be looked at."""
@@ -42,18 +42,18 @@ class BranchIntervals:
 
 
 def range_of(
-    chain: Chain, held: int, low: float, high: float, limits: JointLimits, T: PoseMatrix
+    chain: Chain, locked: int, low: float, high: float, limits: JointLimits, T: PoseMatrix
 ) -> tuple[float, float]:
-    """Values of a held joint that have to be looked at: its range; where that has no end a turn, or what may reach.
+    """Values of a locked joint that have to be looked at: its range; where that has no end a turn, or what may reach.
 
     Args:
         chain: of the arm.
-        held: coordinate of the joint.
+        locked: coordinate of the joint.
         low, high: its range.
         limits: of the robot.
-        T: (4, 4) wanted pose of the tip in {s}.
+        T: (4, 4) desired pose of the tip in {s}.
     """
-    place, far = chain.joints.index(held), float(np.pi)
+    place, far = chain.joints.index(locked), float(np.pi)
     if chain.prismatic[place]:
         far = chain.length_without(place, limits) + float(np.linalg.norm(T[:3, 3]))
     return float(low if np.isfinite(low) else -far), float(high if np.isfinite(high) else far)
@@ -62,24 +62,24 @@ def range_of(
 def certified(
     programs: Programs,
     T: PoseMatrix,
-    held: int,
+    locked: int,
     domain: tuple[float, float],
     lower: Floats,
     upper: Floats,
-    slides: NDArray[np.bool_],
+    prismatic: NDArray[np.bool_],
 ) -> BranchIntervals:
     """Intervals in which branches surely exist within the limits; outside of them, but for `WIDTH`, they surely do not.
 
     Args:
         programs: of the closed form.
-        T: (4, 4) wanted pose of the tip in {s}.
-        held: coordinate of the held joint.
+        T: (4, 4) desired pose of the tip in {s}.
+        locked: coordinate of the locked joint.
         domain: of its values.
         lower, upper: (n,) limits.
-        slides: (n,) which coordinates are lengths.
+        prismatic: (n,) which coordinates are lengths.
     """
-    from mafsil.ik.redundant.cell_loops import fixed_values, inside_cells
-    from mafsil.ik.redundant.interval_loops import LANES
+    from mafsil.ik.redundant.cell_loops import Limits, fixed_values, inside_cells
+    from mafsil.ik.redundant.interval_loops import LANES, Program
 
     fixed = programs.fixed
     values = fixed.given.copy()
@@ -88,21 +88,22 @@ def certified(
     fixed_values(fixed.code, fixed.first, fixed.second, values)
     ends = np.linspace(*domain, CELLS + 1)
     start = np.stack([ends[:-1], ends[1:]], axis=1)
-    # An angle with one limit missing can always be wound within; a slide's missing one is far away.
-    missing = np.where(slides, FAR, 1e200)
-    bounded = slides | (np.isfinite(lower) & np.isfinite(upper))
+    # An angle with one limit missing can always be wound within; a prismatic joint's missing one is far away.
+    missing = np.where(prismatic, FAR, 1e200)
+    bounded = prismatic | (np.isfinite(lower) & np.isfinite(upper))
     low = np.where(bounded & np.isfinite(lower), lower, -missing)
     high = np.where(bounded & np.isfinite(upper), upper, missing)
     middle, half = (low + high) / 2, (high - low) / 2
-    half[held] = 1e200
+    half[locked] = 1e200
     parts: list[tuple[Floats, int]] = []
     doubtful: list[Floats] = []
-    out, details = np.empty((MOST, 2)), np.zeros(2, dtype=np.int64)
+    out = np.empty((MOST, 2))
+    within = Limits(prismatic, middle, half)
     for k, one in enumerate(programs.branches):
-        room = np.zeros((one.registers, 5, LANES))
-        program = one.code, one.first, one.second, one.target, values, one.ports
-        inside_cells(*program, slides, middle, half, start, WIDTH, WORK, room, out, details)
-        cells = out[: details[0]]
+        registers = np.zeros((one.registers, 5, LANES))
+        program = Program(one.code, one.first, one.second, one.target, one.ports, values)
+        count, _ = inside_cells(program, within, start, WIDTH, WORK, registers, out)
+        cells = out[:count]
         unsure = cells[:, 0] > cells[:, 1]
         if unsure.any():
             doubtful.append(np.column_stack([np.full(unsure.sum(), float(k)), cells[unsure][:, ::-1]]))

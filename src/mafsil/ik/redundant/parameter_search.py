@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY, reach_bound
+from mafsil.ik.redundant.locked_values import locked_values
 from mafsil.ik.redundant.parametric_form import ParametricForm
 
 COARSE, FINE = 24, 240
@@ -54,7 +55,7 @@ def parameter_values(
     2. A pose beyond the sphere that the frame cannot leave has no solution.
     3. For the others values spread over the ranges of the redundant joints are tried, the nearest first, until each
        pose has a solution within the limits; the nearest that lead to any solution are remembered.
-    4. Of one redundant joint, interval arithmetic then finds values or proves that there are none; see `held_values`.
+    4. Of one redundant joint, interval arithmetic then finds values or proves that there are none; see `locked_values`.
 
     Args:
         setting: an arm whose exact closed form holds joints.
@@ -63,9 +64,9 @@ def parameter_values(
         near: (n,) preferred values.
         most: largest residual of a solution.
     """
-    count, held = len(T), sorted(setting.arm.locked)
+    count, locked = len(T), sorted(setting.arm.locked)
     # 1.
-    values = np.repeat(near[held][None], count, axis=0)
+    values = np.repeat(near[locked][None], count, axis=0)
     judged = _judged(setting, form, T, values, near, most)
     allowed, solved = judged[:, 0] <= INSIDE, judged[:, 1] <= most
     found = ParameterValues(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
@@ -145,13 +146,13 @@ def _middle_tries(setting: Setting) -> tuple[Floats, ...]:
 
 def _ordered_tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
     """Values over the ranges of the redundant joints, the nearest to the preferred ones first."""
-    held = sorted(setting.arm.locked)
-    low, high = np.maximum(setting.lower[held], -np.pi), np.minimum(setting.upper[held], np.pi)
-    if len(held) == 1:
-        return tuple(_nearest_first(np.linspace(low, high, count), near[held]) for count in (COARSE, FINE))
-    generator, count = np.random.default_rng(0), COARSE * 8 ** min(len(held) - 1, MOST_JOINTS - 1)
+    locked = sorted(setting.arm.locked)
+    low, high = np.maximum(setting.lower[locked], -np.pi), np.minimum(setting.upper[locked], np.pi)
+    if len(locked) == 1:
+        return tuple(_nearest_first(np.linspace(low, high, count), near[locked]) for count in (COARSE, FINE))
+    generator, count = np.random.default_rng(0), COARSE * 8 ** min(len(locked) - 1, MOST_JOINTS - 1)
     values = [generator.uniform(a, b, count) for a, b in zip(low, high, strict=True)]
-    return (_nearest_first(np.stack(values, axis=1), near[held]),)
+    return (_nearest_first(np.stack(values, axis=1), near[locked]),)
 
 
 def _nearest_first(values: Floats, preferred: Floats) -> Floats:
@@ -194,12 +195,10 @@ def _by_intervals(
     i: int,
 ) -> None:
     """The redundant joint of one pose where intervals prove that there are solutions within the limits, or else any."""
-    from mafsil.ik.redundant.held import held_values
-
     for limits, marked, proven in ((True, found.allowed, found.refuted), (False, found.solved, found.unreachable)):
         if not limits and found.solved[i]:
             return
-        known = held_values(setting, T, float(near[setting.arm.locked[0]]), limits=limits)
+        known = locked_values(setting, T, float(near[setting.arm.locked[0]]), limits=limits)
         if known is None:
             return
         proven[i] = known.none

@@ -42,7 +42,7 @@ class ParametricForm:
 
     def __init__(self, pattern: Pattern, numbers: Numbers) -> None:
         self.pattern, self.numbers = pattern, numbers
-        self.joints = sorted(held.joint for held in pattern.locked) if isinstance(pattern, ArmPattern) else []
+        self.joints = sorted(locked.joint for locked in pattern.locked) if isinstance(pattern, ArmPattern) else []
 
     @lazy
     def solutions(self) -> Kernel:
@@ -77,7 +77,7 @@ class ParametricForm:
 
 
 def has_redundant_joints(setting: Setting) -> bool:
-    """Whether the arm has an exact closed form once joints are held, and no equation of fourth degree in it."""
+    """Whether the arm has an exact closed form once joints are locked, and no equation of fourth degree in it."""
     arm = setting.arm
     return bool(arm.locked) and arm.exact and not setting.quartic
 

@@ -1,4 +1,4 @@
-"""A closed form along its held joint as programs for interval arithmetic, one for every branch."""
+"""A closed form along its locked joint as programs for interval arithmetic, one for every branch."""
 
 from __future__ import annotations
 
@@ -53,19 +53,19 @@ class BranchProgram:
 
 @dataclass(frozen=True, eq=False)
 class Programs:
-    """Of a closed form whose held joint is the parameter."""
+    """Of a closed form whose locked joint is the parameter."""
 
     fixed: FixedProgram
     branches: tuple[BranchProgram, ...]
 
 
 @lru_cache(maxsize=64)
-def programs(pattern: ArmPattern, held: int, near: tuple[float, ...]) -> Programs | None:
+def programs(pattern: ArmPattern, locked: int, near: tuple[float, ...]) -> Programs | None:
     """The programs of a closed form; None where one uses an operation that intervals are not made for.
 
     Args:
-        pattern: of the arm, one joint held.
-        held: its coordinate.
+        pattern: of the arm, one joint locked.
+        locked: its coordinate.
         near: (n,) what free joints take.
     """
     from mafsil.ik.redundant import interval_loops as loops
@@ -76,7 +76,7 @@ def programs(pattern: ArmPattern, held: int, near: tuple[float, ...]) -> Program
     numbers |= {"if_else_zero": loops.IF, "sign": loops.SIGN, "atan2": loops.ATAN2}
     # Of zeros and ones the smaller and the larger.
     numbers |= {"and": loops.FMIN, "or": loops.FMAX}
-    tape = locked_joint_tape(pattern, held, near)
+    tape = locked_joint_tape(pattern, locked, near)
     if any(node.op not in numbers and node.op not in ("input", "const") for node in tape.nodes):
         return None
     moving = _moving(tape)

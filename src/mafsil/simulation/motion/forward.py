@@ -20,9 +20,9 @@ from mafsil.simulation.motion.system import DrivenRobot, common_shape
 from mafsil.simulation.motion.variational import COMPOSITIONS
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
-from mafsil.solvers.embedded import PAIRS, pair
 from mafsil.solvers.events import Event, require_events
 from mafsil.solvers.outcome import Outcome
+from mafsil.solvers.pairs import PAIRS, pair
 from mafsil.solvers.solution import Crossing, Solution
 from mafsil.trajectory import Motion
 

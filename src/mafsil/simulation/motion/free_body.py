@@ -24,8 +24,8 @@ from mafsil.arrays import (
 from mafsil.geometry import pose, wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
-from mafsil.solvers.embedded import pair
 from mafsil.solvers.outcome import Outcome
+from mafsil.solvers.pairs import pair
 from mafsil.solvers.solution import IntegrationStatus, Solution
 
 LONGEST_TURN = 0.5

@@ -24,7 +24,7 @@ from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import preset
 
 TRIED = 24
-"""Values of the held joint that are tried before limits are asked."""
+"""Values of the locked joint that are tried before limits are asked."""
 
 BESIDE = 2
 """How many of those are tried beside the value that a search found."""
@@ -33,7 +33,7 @@ SLACK = 1e-9
 """By how much a joint may be beyond its limit while another is at one [rad | m]."""
 
 INWARDS: Floats = np.array([1e-2, 1e-4, 1e-6])
-"""How far from a posture at a limit the held joint is moved [rad | m]."""
+"""How far from a configuration at a limit the locked joint is moved [rad | m]."""
 
 _NO_ROW, _NO_NAME, _NO_FREE = np.full(16, -1), np.full(16, UNNAMED), np.zeros(16, dtype=np.int64)
 
@@ -43,7 +43,7 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
 
     Args:
         setting: an arm with seven coordinates, task `pose`.
-        T: (4, 4) wanted pose in {s}, perhaps with small errors of its rotation.
+        T: (4, 4) desired pose in {s}, perhaps with small errors of its rotation.
         free: value of the parameter that the arm is counted by, or {name: value} of the `arm angle` or a joint [rad].
         tolerance: largest residual of a solution [rad | m].
 
@@ -88,9 +88,9 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         return None
     good = details[:, 0] <= CLEAR
     q, chosen = q[good], details[good]
-    if form.held >= 0:
+    if form.locked >= 0:
         near = near.copy()
-        near[form.held] = value
+        near[form.locked] = value
     k = len(q)
     answer = SolutionSet(
         Question(setting, T.copy(), near, tolerance),
@@ -110,7 +110,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
 
 
 def answered(question: Question) -> SolutionSet:
-    """The answer to a question; of seven coordinates without an exact closed form the held joint is sought with care.
+    """The answer to a question; of seven coordinates without an exact closed form the locked joint is sought with care.
 
     Args:
         question: to any arm.
@@ -131,11 +131,11 @@ def answered(question: Question) -> SolutionSet:
 
 
 def tried(question: Question) -> SolutionSet | None:
-    """Solutions of an arm with seven coordinates whose others are solved once one is held; None where there are none.
+    """Solutions of an arm with seven coordinates whose others are solved once one is locked; None where there are none.
 
-    The held joint is at `near`, or where a search finds a solution within the limits, or at the nearest of some values
-    that leads to such. Where none does, postures with another joint at one of its limits are asked for: the postures
-    within the limits end there.
+    The locked joint is at `near`, or where a search finds a solution within the limits, or at the nearest of some
+    values that leads to such. Where none does, configurations with another joint at one of its limits are sought: the
+    configurations within the limits end there.
 
     Args:
         question: to any arm.
@@ -155,8 +155,8 @@ def tried(question: Question) -> SolutionSet | None:
 
 
 def _values(question: Question, form: Redundancy) -> Iterator[float]:
-    """Values of the held joint, the preferred one first, those beside postures at limits last."""
-    setting, T, near = question.setting, question.T, float(question.q0[form.held])
+    """Values of the locked joint, the preferred one first, those beside configurations at limits last."""
+    setting, T, near = question.setting, question.T, float(question.q0[form.locked])
     yield near
     values = form.spread(TRIED)
     found, _ = question.search.within_limits()
@@ -170,12 +170,12 @@ def _values(question: Question, form: Redundancy) -> Iterator[float]:
     if len(ends):
         beside = (ends[:, None] + np.concatenate([INWARDS, -INWARDS])).reshape(-1)
         values = np.concatenate([(ends[1:] + ends[:-1]) / 2, beside])
-        values = values[(values >= setting.lower[form.held]) & (values <= setting.upper[form.held])]
+        values = values[(values >= setting.lower[form.locked]) & (values <= setting.upper[form.locked])]
         yield from values[np.argsort(np.abs(values - near), kind="stable")]
 
 
 def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
-    """(k,) values of the held joint of postures with one joint at a limit and the others within theirs."""
+    """(k,) values of the locked joint of configurations with one joint at a limit and the others within theirs."""
     found: list[Floats] = []
     for joint, limit, method in form.limited:
         others = method.solve(T)
@@ -183,7 +183,7 @@ def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
         q = wound_near(q, setting.middle, setting.lower, setting.upper, setting.revolute)
         q[:, joint] = limit
         allowed = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
-        found.append(q[allowed.all(axis=1), form.held])
+        found.append(q[allowed.all(axis=1), form.locked])
     return np.concatenate(found) if found else np.zeros(0)
 
 
@@ -200,8 +200,8 @@ def fixed(
 
     Args:
         setting: the arm.
-        form: how its postures are counted.
-        T: (4, 4) wanted pose in {s}.
+        form: how its configurations are counted.
+        T: (4, 4) desired pose in {s}.
         value: of the parameter [rad].
         tolerance: largest residual of a solution [rad | m].
         others: coordinates of the whole robot, where joints that do not move the frame are.
@@ -209,15 +209,15 @@ def fixed(
     """
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= 1e-5]
-    held = (form.held,) if form.parameter != ARM_ANGLE else ()
-    q, residual = refined(setting.robot, q, T, setting.mask, None, locked=held)
+    locked = (form.locked,) if form.parameter != ARM_ANGLE else ()
+    q, residual = refined(setting.robot, q, T, setting.mask, None, locked=locked)
     good = np.flatnonzero(residual <= tolerance)
     q, residual = q[good], residual[good]
     kept = distinct(q, setting.revolute)
     q, residual = q[kept], residual[kept]
     near = setting.middle.copy()
-    if held:
-        near[form.held] = value
+    if locked:
+        near[form.locked] = value
     allowed = (q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
