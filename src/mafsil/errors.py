@@ -46,14 +46,14 @@ class OperandError(InputError, TypeError):
 class UnknownNameError(MafsilError, AttributeError):
     """An object of mafsil has no attribute of that name; the sentence says which ones look like it."""
 
-    def __init__(self, owner: str, wanted: str, known: Iterable[str]) -> None:
+    def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
         public = [each for each in known if not each.startswith("_")]
-        begun = [each for each in public if wanted and each.startswith(wanted)]
-        close = begun or get_close_matches(wanted, public, n=3)
+        begun = [each for each in public if name and each.startswith(name)]
+        close = begun or get_close_matches(name, public, n=3)
         super().__init__(
             "input.attribute_close" if close else "input.attribute",
             owner=owner,
-            name=wanted,
+            name=name,
             close=", ".join(close[:5]),
         )
 

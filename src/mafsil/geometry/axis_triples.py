@@ -1,7 +1,7 @@
 """Three rotations about general axes n1, n2, n3: which rotations they reach, and how they name them.
 
 R = Rot(n1, a) Rot(n2, b) Rot(n3, c). The middle turn carries n3 on a cone about n2, the outer ones do not change the
-angle between n1 and R n3: what is reached is told by n1 . R n3 alone.
+angle between n1 and R n3: what is reached follows from n1 . R n3 alone.
 """
 
 from __future__ import annotations

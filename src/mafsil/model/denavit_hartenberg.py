@@ -59,9 +59,9 @@ class DHRow:
     def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""
         turn = self.theta + (self.offset + q if self.kind == "R" else 0.0)
-        slide = self.d + (self.offset + q if self.kind == "P" else 0.0)
+        length = self.d + (self.offset + q if self.kind == "P" else 0.0)
         along_x = rotation_x(self.alpha) @ translation(self.a, 0.0, 0.0)
-        along_z = rotation_z(turn) @ translation(0.0, 0.0, slide)
+        along_z = rotation_z(turn) @ translation(0.0, 0.0, length)
         return along_x @ along_z if convention_of(convention) is Convention.MODIFIED else along_z @ along_x
 
 
@@ -216,7 +216,7 @@ def dh_parameters(T: PoseMatrix, tolerance: float = 1e-9) -> DHRow | None:
 
     Args:
         T: (4, 4) pose of {i} in {i-1}.
-        tolerance: of r_13 and of the distance that the parameters would miss [m].
+        tolerance: of r_13 and of the distance that the parameters would leave [m].
 
     Reference: Denavit & Hartenberg, J. Applied Mechanics 22, 1955; Lynch & Park, Modern Robotics, app. C.
     """

@@ -102,7 +102,7 @@ def dh_from_screws(
         ModelError: a helical joint, which has no row; a wrong screw or pose; a pair in `flipped` whose axes do not
             meet.
     """
-    wanted = convention_of(convention)
+    target = convention_of(convention)
     arm = mechanism_from_screws(S_s, home)
     S, _, T_tip = screws(arm)
     for i, joint in enumerate(arm.joints, start=1):
@@ -113,7 +113,7 @@ def dh_from_screws(
     for i, (before, after) in enumerate(pairwise(frames), start=1):
         rows.append(replace(_row(inverse(before) @ after), kind=_letter(arm, i)))
     table = DHTable(tuple(rows), Convention.MODIFIED, frames[0], inverse(frames[-1]) @ T_tip, relations, 0.0)
-    table = table if wanted is Convention.MODIFIED else classic_from_modified(table)
+    table = table if target is Convention.MODIFIED else classic_from_modified(table)
     again = screws(table.mechanism())
     residual = max(float(np.abs(again.S_s - S).max()), float(np.abs(again.home - T_tip).max()))
     return replace(table, residual=residual)
@@ -166,7 +166,7 @@ def _frames(S: Floats, T_tip: PoseMatrix, flipped: frozenset[int]) -> tuple[list
 
 
 def _point(S: Floats, near: Vector3) -> Vector3:
-    """The point of a revolute axis nearest to the origin; for a slide, `near`."""
+    """The point of a revolute axis nearest to the origin; for a prismatic one, `near`."""
     return np.cross(S[:3], S[3:]) if S[:3].any() else near
 
 
@@ -200,7 +200,7 @@ def _frame(x: Vector3, z: Vector3, origin: Vector3) -> PoseMatrix:
 
 
 def _row(T: PoseMatrix) -> DHRow:
-    """Parameters of a transform that has them by construction, rounding dust of quarter turns removed."""
+    """Parameters of a transform that has them by construction, roundoff of quarter turns removed."""
     row = dh_parameters(T, tolerance=np.inf)
     assert row is not None
     return replace(row, alpha=_tidy(row.alpha), theta=_tidy(row.theta))

@@ -23,7 +23,7 @@ ROUNDING = 1e-6
 GROSS = 0.5
 """Share of the largest moment beyond which a negative one is a mistake; published robots reach 0.4."""
 NOTHING = 1e-15
-"""Inertia that is rounding dust of a CAD export, far below that of a milligram [kg m^2]."""
+"""Inertia that is roundoff of a CAD export, far below that of a milligram [kg m^2]."""
 
 
 def mass_fault(mass: float, inertia: Floats) -> Fault | None:

@@ -40,7 +40,7 @@ class Mimic:
 
 
 UNIT_TOLERANCE = 1e-9
-"""By how much the length of a joint axis may miss one."""
+"""By how much the length of a joint axis may deviate from one."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,7 +55,7 @@ class Joint:
         axis: (3,) unit direction in the joint frame.
         pitch: advance per angle of a helical joint [m/rad].
         limits: bounds of q and its derivatives.
-        wraps: the joint turns without end (URDF `continuous`).
+        wraps: the joint rotates without end (URDF `continuous`).
         actuated: False for a passive joint of a closed chain.
         mimic: the joint follows another one.
         actuator, friction: what drives and what resists it.

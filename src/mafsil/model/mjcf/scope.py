@@ -145,17 +145,17 @@ class Unfolding:
             self.reading.report(INCLUDE_TWICE, element, "model", file=name)
             return
         what = "body" if element.get("body") else "frame"
-        wanted = element.get(what)
+        named = element.get(what)
         prefix = scope.prefix + self.reading.reference(element, "prefix")
-        inner = Scope(model, prefix, scope.suffix, partly=bool(wanted), depth=scope.depth + 1)
+        inner = Scope(model, prefix, scope.suffix, partly=bool(named), depth=scope.depth + 1)
         self.scopes.append(inner)
-        if not wanted:
+        if not named:
             for section in model.bodies():
                 yield from self.parts(section, T, "", inner)
             return
-        found = _found(model, what, wanted)
+        found = _found(model, what, named)
         if found is None:
-            self.reading.report(NO_SUCH_PART, element, what, kind=what, name=wanted)
+            self.reading.report(NO_SUCH_PART, element, what, kind=what, name=named)
             return
         part, childclass = found
         holder = Element(part.tag, {}, part.line, part.column, part.start, children=[part], file=part.file)
