@@ -1,4 +1,15 @@
-"""Every exception of mafsil. Each carries its details and builds its own sentence, in the language of the reader."""
+"""Every exception of mafsil. Each carries its details and builds its own sentence, in the language of the reader.
+
+    InputError         an argument of a call is wrong (a ValueError)
+    OperandError       two values do not go together under an operator (a TypeError too)
+    UnknownNameError   no such attribute, with those that look like it (an AttributeError)
+    ModelError         a robot description contradicts itself
+    FileError          a file is missing, malformed or hostile
+    JobError           a job asks for something impossible
+    KernelError        machine code could not be made (a RuntimeError)
+
+All are MafsilError. What a computation cannot find is no exception but an answer that is false (`mafsil.answer`).
+"""
 
 from __future__ import annotations
 

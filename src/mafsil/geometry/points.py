@@ -13,13 +13,10 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, PoseMatrix, Scalar, gate
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
+from mafsil.geometry.tolerances import ON_A_LINE, SPECIAL
 
-LINE = 1e-13
-"""Spread across a line over spread along it, both squared, below which a rotation about the line is open."""
 MIRRORED = 10.0
 """By how much a rotation must leave more than a reflection leaves, both squared, before a set is called mirrored."""
-COLLINEAR = 1e-9
-"""Sine of the angle at the first of three points below which they count as lying on a line."""
 
 
 def body_coordinates(dimension: int) -> int:
@@ -117,10 +114,10 @@ def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = 
     """
     x, y = _same_points(before, after)
     size = max(float(np.abs(x - x.mean(0)).max()), float(np.abs(y - y.mean(0)).max()))
-    limit = 1e-9 * size if tolerance is None else tolerance
+    limit = SPECIAL * size if tolerance is None else tolerance
     stretch = float(rigidity_residual(x, y))
     correlation, s = _correlation(x, y)
-    if s[1] <= LINE * s[0]:
+    if s[1] <= ON_A_LINE * s[0]:
         return RigidMotion(None, stretch, stretch, False, limit)
     T = _fitted(x, y, correlation)
     residual = float(np.linalg.norm(pose.act(T, x) - y, axis=-1).max())
@@ -147,7 +144,7 @@ def frame_from_points(origin: ArrayLike, on_x: ArrayLike, beside_x: ArrayLike) -
     normal = np.cross(along, beside)
     size = np.linalg.norm(along, axis=-1) * np.linalg.norm(beside, axis=-1)
     sine = np.linalg.norm(normal, axis=-1) / np.where(size > 0, size, 1.0)
-    if np.any(sine <= COLLINEAR):
+    if np.any(sine <= SPECIAL):
         raise InputError("geometry.collinear", name="points", sine=float(np.min(sine)))
     x = along / np.linalg.norm(along, axis=-1, keepdims=True)
     z = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -171,7 +168,7 @@ def fit(points_b: ArrayLike, points_a: ArrayLike) -> PoseMatrix:
     """
     b, a = _same_points(points_b, points_a)
     correlation, s = _correlation(b, a)
-    loose = s[..., 1] <= LINE * s[..., 0]
+    loose = s[..., 1] <= ON_A_LINE * s[..., 0]
     if np.any(loose):
         raise InputError("geometry.line_of_points", name="points", row=_row(loose))
     mirrored = _mirrored(b, a, correlation, s)
@@ -203,7 +200,7 @@ def _mirrored(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
     points in a plane that are only thick by noise, both are of the size of the noise.
     """
     total = sum((np.square(x - x.mean(-2, keepdims=True)).sum((-1, -2)) for x in (a, b)), start=np.float64(0.0))
-    reflected = np.maximum(total - 2 * s.sum(-1), LINE * total)
+    reflected = np.maximum(total - 2 * s.sum(-1), ON_A_LINE * total)
     with np.errstate(invalid="ignore"):
         opposite = np.linalg.det(correlation) < 0
     return opposite & (4 * s[..., 2] > MIRRORED * reflected)

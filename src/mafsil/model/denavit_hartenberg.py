@@ -26,6 +26,7 @@ from mafsil.model.joint import JointKind
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+from mafsil.model.tolerances import WRITTEN
 
 TURN, MOST_DEGREES = 6.3, 720.0
 """Angles [rad] between which a whole number is taken for degrees."""
@@ -209,7 +210,7 @@ def convention_of(convention: Convention | str) -> Convention:
         raise ModelError("dh.convention", value=convention, known=known) from None
 
 
-def dh_parameters(T: PoseMatrix, tolerance: float = 1e-9) -> DHRow | None:
+def dh_parameters(T: PoseMatrix, tolerance: float = WRITTEN) -> DHRow | None:
     """The four modified parameters of a link transform, or None if it has none.
 
     A pose is a modified Denavit-Hartenberg link iff r_13 = 0 and (p_y, p_z) is parallel to (r_23, r_33).

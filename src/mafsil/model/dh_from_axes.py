@@ -27,11 +27,7 @@ from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along, inverse, rotation_x, translation
 from mafsil.model.serial import ArmParts
-
-ANGLE_TOLERANCE = 1e-7
-"""Axes whose directions differ by less are parallel [rad]."""
-LENGTH_TOLERANCE = 1e-9
-"""Axes closer than this fraction of the arm's size meet."""
+from mafsil.model.tolerances import PARALLEL, WRITTEN
 
 
 class Relation(Enum):
@@ -159,7 +155,7 @@ def _frames(S: Floats, T_tip: PoseMatrix, flipped: frozenset[int]) -> tuple[list
         relations.append(normal.relation)
         x, entry = normal.x, normal.next_foot
     z = directions[-1]
-    if np.abs(np.cross(T_tip[:3, 2], z)).max() < ANGLE_TOLERANCE and T_tip[:3, 2] @ z > 0:
+    if np.abs(np.cross(T_tip[:3, 2], z)).max() < PARALLEL and T_tip[:3, 2] @ z > 0:
         x = T_tip[:3, 0]
     frames.append(_frame(x, z, entry + z * (z @ (T_tip[:3, 3] - entry))))
     return frames, tuple(relations)
@@ -175,16 +171,16 @@ def _common_normal(p: Vector3, z: Vector3, p_next: Vector3, z_next: Vector3, x: 
     across = np.cross(z, z_next)
     sine = float(np.linalg.norm(across))
     between = p_next - p
-    if sine < ANGLE_TOLERANCE:
+    if sine < PARALLEL:
         offset = between - z * (z @ between)
         distance = float(np.linalg.norm(offset))
-        if distance < LENGTH_TOLERANCE * scale:
+        if distance < WRITTEN * scale:
             return _Normal(p, p, x, Relation.COLLINEAR)
         return _Normal(p, p + offset, offset / distance, Relation.PARALLEL)
     foot = p + z * (np.cross(between, z_next) @ across / sine**2)
     next_foot = p_next + z_next * (np.cross(between, z) @ across / sine**2)
     gap = float(between @ across) / sine
-    if abs(gap) < LENGTH_TOLERANCE * scale:
+    if abs(gap) < WRITTEN * scale:
         return _Normal(foot, next_foot, across / sine, Relation.INTERSECTING)
     return _Normal(foot, next_foot, np.copysign(1.0, gap) * across / sine, Relation.SKEW)
 

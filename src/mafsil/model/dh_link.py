@@ -18,6 +18,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import PoseMatrix
 from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of
 from mafsil.model.placement import checked_pose, inverse, rotation_x, rotation_y, rotation_z, translation
+from mafsil.model.tolerances import WRITTEN
 
 
 class Motion(NamedTuple):
@@ -115,7 +116,7 @@ class LinkFit(Answer):
         }
 
 
-def link_fit(T: ArrayLike, convention: Convention | str = "modified", tolerance: float = 1e-9) -> LinkFit:
+def link_fit(T: ArrayLike, convention: Convention | str = "modified", tolerance: float = WRITTEN) -> LinkFit:
     """Whether a pose is a Denavit-Hartenberg link; if not, the reason and the constant pose that is missing.
 
     Args:
@@ -137,7 +138,7 @@ def link_fit(T: ArrayLike, convention: Convention | str = "modified", tolerance:
         return LinkFit(row, fit.status, fit.rotation_y, fit.translation_y, inverse(fit.missing))
     R, (a, y, z) = pose[:3, :3], pose[:3, 3]
     about_y = float(np.arcsin(np.clip(R[0, 2], -1.0, 1.0)))
-    alpha = float(np.arctan2(-R[1, 2], R[2, 2])) if abs(about_y) < np.pi / 2 - 1e-9 else 0.0
+    alpha = float(np.arctan2(-R[1, 2], R[2, 2])) if abs(about_y) < np.pi / 2 - WRITTEN else 0.0
     before = rotation_x(alpha)[:3, :3].T
     along_y, d = float((before @ (0.0, y, z))[1]), float((before @ (0.0, y, z))[2])
     flat = rotation_y(about_y)[:3, :3].T @ before @ R

@@ -21,11 +21,7 @@ from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
-
-UNIT_TOLERANCE = 1e-6
-"""By how much the length of a screw may deviate from 1: rounding of printed tables, removed silently."""
-PITCH_TOLERANCE = 1e-9
-"""Pitches below this are rounding [m/rad]."""
+from mafsil.model.tolerances import PRINTED, WRITTEN
 
 
 class Screws(NamedTuple):
@@ -136,7 +132,7 @@ def kind_of_screw(S: Vector6) -> tuple[JointKind, Vector3, float]:
     if not omega.any():
         return JointKind.PRISMATIC, v, 0.0
     pitch = float(omega @ v)
-    if abs(pitch) <= PITCH_TOLERANCE * max(1.0, float(np.linalg.norm(v))):
+    if abs(pitch) <= WRITTEN * max(1.0, float(np.linalg.norm(v))):
         return JointKind.REVOLUTE, omega, 0.0
     return JointKind.HELICAL, omega, pitch
 
@@ -144,11 +140,11 @@ def kind_of_screw(S: Vector6) -> tuple[JointKind, Vector3, float]:
 def _unit_screw(S: Vector6, index: int, normalise: bool) -> Vector6:
     """The screw with omega, or v if there is no rotation, of length exactly one."""
     rotation = float(np.linalg.norm(S[:3]))
-    prismatic = rotation <= UNIT_TOLERANCE
+    prismatic = rotation <= PRINTED
     length = float(np.linalg.norm(S[3:])) if prismatic else rotation
     if length == 0.0:
         raise ModelError("screws.zero", index=index)
-    if abs(length - 1.0) > UNIT_TOLERANCE and not normalise:
+    if abs(length - 1.0) > PRINTED and not normalise:
         raise ModelError("screws.unit", index=index, length=length)
     return np.concatenate([np.zeros(3) if prismatic else S[:3], S[3:]]) / length
 

@@ -12,9 +12,7 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import screw_motion
-
-AGREEMENT = 1e-9
-"""By how much two values for one mimic pair may differ [rad | m]."""
+from mafsil.model.tolerances import WRITTEN
 
 
 def locked(mechanism: RobotLike, coordinates: Mapping[str, float]) -> Mechanism:
@@ -54,7 +52,7 @@ def _coordinates(mechanism: Mechanism, coordinates: Mapping[str, float]) -> dict
             if mimic.multiplier == 0.0:
                 raise ModelError("dh.lock_idle", joint=name, value=mimic.offset)
             value = (value - mimic.offset) / mimic.multiplier
-        if leader in values and abs(values[leader] - value) > AGREEMENT * max(1.0, abs(value)):
+        if leader in values and abs(values[leader] - value) > WRITTEN * max(1.0, abs(value)):
             values_given = {"first": values[leader], "second": value}
             raise ModelError("dh.lock_contradiction", joint=name, other=said[leader], leader=leader, **values_given)
         values[leader], said[leader] = value, name

@@ -30,6 +30,7 @@ from mafsil.model.lint.finding import Finding, Put
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
 from mafsil.model.numbers import written
+from mafsil.model.tolerances import WRITTEN
 
 TURNS = 4 * pi + 0.1
 """No range of a joint is wider to one side, unless it is wound or in degrees [rad]."""
@@ -42,7 +43,6 @@ ALMOST = 0.02
 """Angle [rad] to a coordinate axis within which that axis was meant."""
 LOPSIDED = 0.1
 """By how much a range must differ from its mirror image to tell them apart [rad | m]."""
-SAME = 1e-9
 _SIDES = {
     "left": "right", "Left": "Right", "LEFT": "RIGHT", "l": "r", "L": "R", "lf": "rf", "lh": "rh",
     "LF": "RF", "LH": "RH", "FL": "FR", "RL": "RR", "BL": "BR", "HL": "HR",
@@ -114,7 +114,7 @@ def _looks_like_degrees(bounds: list[float]) -> bool:
     """Wider than two turns, and round numbers of degrees."""
     if not bounds or not TURNS < max(abs(x) for x in bounds) <= MOST_DEGREES:
         return False
-    return all(abs(x - round(2 * x) / 2) < 1e-9 for x in bounds)
+    return all(abs(x - round(2 * x) / 2) < WRITTEN for x in bounds)
 
 
 def _axis(joint: Joint) -> Iterator[Finding]:
@@ -201,10 +201,10 @@ def _neighbours(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
             continue
         one, two = T[:3, :3] @ first.axis, T_k[:3, :3] @ joint.axis
         apart = float(np.linalg.norm(np.cross(T_k[:3, 3] - T[:3, 3], one)))
-        if np.linalg.norm(np.cross(one, two)) > SAME:
+        if np.linalg.norm(np.cross(one, two)) > WRITTEN:
             continue
         details: dict[str, object] = {"joint": joint.name, "other": first.name}
-        if apart < SAME:
+        if apart < WRITTEN:
             yield Finding(SAME_LINE, "joint", joint.name, details, ("origin",))
         elif one @ two < 0:
             yield Finding(ANTIPARALLEL, "joint", joint.name, details, ("axis",))

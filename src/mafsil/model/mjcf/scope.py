@@ -101,19 +101,29 @@ class Unfolding:
     copies: int = 0
 
     def parts(self, holder: Element, T: PoseMatrix, childclass: str, scope: Scope) -> Iterator[Part]:
-        """The parts of a body (or of a frame in it, of pose T)."""
+        """The parts of a body (or of a frame in it, of pose T).
+
+        1. Count: copies of copies are few lines in a file.
+        2. A frame gives its content, moved by its pose.
+        3. Copies and attached models give theirs, under other names.
+        4. Anything else is a part.
+        """
         for child in holder.children:
+            # 1.
             self.copies += 1
             if self.copies > MOST_COPIES:
                 place = (child.line, child.column)
                 raise Refusal(Diagnostic(TOO_MANY_LINKS, *place, {"limit": MOST_COPIES}))
+            # 2.
             if child.tag == "frame":
                 inner = frozen(T @ read_pose(self.reading, child, scope.library.settings))
                 yield from self.parts(child, inner, child.get("childclass") or childclass, scope)
+            # 3.
             elif child.tag == "replicate":
                 yield from self._replicated(child, T, child.get("childclass") or childclass, scope)
             elif child.tag == "attach":
                 yield from self._attached(child, T, scope)
+            # 4.
             else:
                 yield Part(child, T, childclass, scope)
 
