@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, Row, Use
+from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, Row, Treatment
 
 PAGE = Path(__file__).parent / "mjcf.md"
 HEAD = """# MJCF: what is read, and what becomes of the rest
@@ -71,9 +71,13 @@ def lines() -> list[str]:
 
 def _attributes(row: Row) -> list[str]:
     listed = [f"- read: {_names(row.read)}"] if row.read else []
-    listed += [f"- {use.value}: {_names(names)}" for use, names in row.other.items() if use is not Use.READ]
+    listed += [
+        f"- {treatment.value}: {_names(names)}"
+        for treatment, names in row.other.items()
+        if treatment is not Treatment.READ
+    ]
     listed += [f"- elements read: {_names(row.children)}"] if row.children else []
-    listed += [f"- elements, {use.value}: {_names(names)}" for use, names in row.whole.items()]
+    listed += [f"- elements, {treatment.value}: {_names(names)}" for treatment, names in row.whole.items()]
     return listed
 
 

@@ -1,4 +1,15 @@
-"""Every exception of mafsil. Each carries its details and builds its own sentence, in the language of the reader."""
+"""Every exception of mafsil. Each carries its details and builds its own sentence, in the language of the reader.
+
+    InputError         an argument of a call is wrong (a ValueError)
+    OperandError       two values do not go together under an operator (a TypeError too)
+    UnknownNameError   no such attribute, with those that look like it (an AttributeError)
+    ModelError         a robot description contradicts itself
+    FileError          a file is missing, malformed or hostile
+    JobError           a job asks for something impossible
+    KernelError        machine code could not be made (a RuntimeError)
+
+All are MafsilError. What a computation cannot find is no exception but an answer that is false (`mafsil.answer`).
+"""
 
 from __future__ import annotations
 
@@ -46,14 +57,14 @@ class OperandError(InputError, TypeError):
 class UnknownNameError(MafsilError, AttributeError):
     """An object of mafsil has no attribute of that name; the sentence says which ones look like it."""
 
-    def __init__(self, owner: str, wanted: str, known: Iterable[str]) -> None:
+    def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
         public = [each for each in known if not each.startswith("_")]
-        begun = [each for each in public if wanted and each.startswith(wanted)]
-        close = begun or get_close_matches(wanted, public, n=3)
+        begun = [each for each in public if name and each.startswith(name)]
+        close = begun or get_close_matches(name, public, n=3)
         super().__init__(
             "input.attribute_close" if close else "input.attribute",
             owner=owner,
-            name=wanted,
+            name=name,
             close=", ".join(close[:5]),
         )
 

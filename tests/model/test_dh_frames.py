@@ -34,31 +34,31 @@ def test_frames_1_and_2_of_the_3r_arm_are_forced_and_0_and_3_are_free():
     choices = frame_choices(dh_from_mechanism(textbook.spatial3r(1.0, 0.5)))
     assert [choice.freedom for choice in choices] == [
         Freedom.ANY,
-        Freedom.FORCED,
-        Freedom.FORCED,
-        Freedom.SLIDE_AND_TURN,
+        Freedom.DETERMINED,
+        Freedom.DETERMINED,
+        Freedom.CYLINDRICAL,
     ]
-    assert [choice.forced for choice in choices] == [False, True, True, False]
+    assert [choice.determined for choice in choices] == [False, True, True, False]
     for choice in choices:
-        assert choice.message("en") != choice.message("ar")
+        assert choice.explain("en") != choice.explain("ar")
 
 
 @pytest.mark.capability("05-15", "05-16", "05-17")
 @pytest.mark.parametrize(
-    ("second", "freedom", "sliding"),
+    ("second", "freedom", "prismatic"),
     [
-        ([1, 0, 0, 0, 0, -1], Freedom.FORCED, False),
-        ([1, 0, 0, 0, 0, 0], Freedom.SENSE, False),
-        ([0, 0, 1, 0, -1, 0], Freedom.SLIDE, False),
-        (Z, Freedom.SLIDE_AND_TURN, False),
-        ([0, 0, 0, 0, 0, 1], Freedom.SLIDE_AND_TURN, True),
-        ([0, 0, 0, 1, 0, 0], Freedom.SENSE, True),
+        ([1, 0, 0, 0, 0, -1], Freedom.DETERMINED, False),
+        ([1, 0, 0, 0, 0, 0], Freedom.DIRECTION_OF_X, False),
+        ([0, 0, 1, 0, -1, 0], Freedom.TRANSLATION, False),
+        (Z, Freedom.CYLINDRICAL, False),
+        ([0, 0, 0, 0, 0, 1], Freedom.CYLINDRICAL, True),
+        ([0, 0, 0, 1, 0, 0], Freedom.DIRECTION_OF_X, True),
     ],
 )
-def test_what_each_pair_of_axes_leaves_free(second, freedom, sliding):
+def test_what_each_pair_of_axes_leaves_free(second, freedom, prismatic):
     choice = frame_choices(dh_from_screws([Z, second], np.eye(4)))[1]
-    assert (choice.freedom, choice.sliding) == (freedom, sliding)
-    assert choice.message("ar")
+    assert (choice.freedom, choice.prismatic) == (freedom, prismatic)
+    assert choice.explain("ar")
 
 
 @pytest.mark.capability("05-17")
@@ -128,4 +128,4 @@ def test_moves_that_are_not_free_are_refused_in_both_languages(call, key):
     with pytest.raises(ModelError) as caught:
         call()
     assert caught.value.key == key
-    assert caught.value.message("en") != caught.value.message("ar")
+    assert caught.value.explain("en") != caught.value.explain("ar")

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import DHRow
-from mafsil.model.dh_link import Obstacle, four_motions, link_fit
+from mafsil.model.dh_link import LinkStatus, four_motions, link_fit
 from mafsil.model.placement import rotation_y, rotation_z, translation
 
 numbers = st.floats(-2, 2)
@@ -37,8 +37,8 @@ def test_four_motions_make_the_link_and_neighbours_commute(row, convention, q):
 def test_links_give_their_parameters_back(row, convention):
     product = four_motions(row, convention)[-1].frame
     fit = link_fit(product, convention)
-    assert fit.is_link
-    assert fit.obstacle is Obstacle.NONE
+    assert fit
+    assert fit.status is LinkStatus.LINK
     np.testing.assert_allclose(four_motions(fit.row, convention)[-1].frame, product, atol=1e-12)
     np.testing.assert_allclose(fit.missing, np.eye(4), atol=1e-9)
 
@@ -58,20 +58,20 @@ def test_any_pose_is_a_link_and_what_is_missing(seed, convention):
 
 @pytest.mark.capability("05-20")
 @pytest.mark.parametrize(
-    ("T", "obstacle"),
+    ("T", "status"),
     [
-        (translation(0, 1, 0), Obstacle.SHIFT),
-        (rotation_y(0.5), Obstacle.TURN),
-        (translation(0, 0, 1), Obstacle.NONE),
-        (rotation_y(0.5) @ translation(0, 1, 0), Obstacle.BOTH),
-        (rotation_y(np.pi / 2), Obstacle.TURN),
-        (rotation_z(0.4) @ translation(1, 0, 0), Obstacle.SHIFT),
+        (translation(0, 1, 0), LinkStatus.TRANSLATION_LEFT),
+        (rotation_y(0.5), LinkStatus.ROTATION_LEFT),
+        (translation(0, 0, 1), LinkStatus.LINK),
+        (rotation_y(0.5) @ translation(0, 1, 0), LinkStatus.BOTH_LEFT),
+        (rotation_y(np.pi / 2), LinkStatus.ROTATION_LEFT),
+        (rotation_z(0.4) @ translation(1, 0, 0), LinkStatus.TRANSLATION_LEFT),
     ],
 )
-def test_figure_5_4_says_what_is_in_the_way(T, obstacle):
+def test_figure_5_4_says_what_is_in_the_way(T, status):
     fit = link_fit(T)
-    assert fit.obstacle is obstacle
-    assert fit.message("en") != fit.message("ar")
+    assert fit.status is status
+    assert fit.explain("en") != fit.explain("ar")
     np.testing.assert_allclose(four_motions(fit.row, "modified")[-1].frame @ fit.missing, T, atol=1e-12)
 
 

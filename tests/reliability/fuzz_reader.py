@@ -109,7 +109,7 @@ def _read(kind: str, data: bytes, count: dict[str, int], *, repair: bool) -> lis
     reader = READERS[kind]
     report: Report = reader.diagnose(data)
     for diagnostic in report:
-        diagnostic.as_dict()
+        diagnostic.to_dict()
     if repair:
         count["repaired"] += _repair(reader, data)
     if report.mechanism is None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mafsil.kernels.audit import AuditReport
 
 NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec", "numba")
-OPTIONAL = ("matplotlib", "trimesh")
+OPTIONAL = ("matplotlib",)
 ORACLES = ("pin", "mujoco-core", "example-robot-data")
 _TOLERANCE = 1e-11
 _WORST_ULP = 64.0

@@ -30,7 +30,7 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
     data: dict[str, object] = {
         "source": report.source,
         "ok": not report.errors,
-        "diagnostics": [item.as_dict() for item in report],
+        "diagnostics": [item.to_dict() for item in report],
     }
     lines = [*(_line(item) for item in report), *([""] if len(report.codes) else []), _summary(report)]
     if fix is None:

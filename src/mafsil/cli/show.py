@@ -150,7 +150,7 @@ def _data(mechanism: Mechanism, remarks: list[Any]) -> dict[str, Any]:
             "licence": mechanism.provenance.licence,
             "notes": list(mechanism.provenance.notes),
         },
-        "diagnostics": [item.as_dict() for item in remarks],
+        "diagnostics": [item.to_dict() for item in remarks],
     }
 
 

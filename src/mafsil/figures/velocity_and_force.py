@@ -104,7 +104,7 @@ def save_unreachable_frame(T: ArrayLike, path: Path) -> None:
     """
     fit = link_fit(T)
     matrix = np.asarray(T, dtype=np.float64)
-    space.save(lambda: _draw_unreachable(matrix, fit.message()), Path(path))
+    space.save(lambda: _draw_unreachable(matrix, fit.explain()), Path(path))
 
 
 def _draw_unreachable(T: Floats, message: str) -> Any:

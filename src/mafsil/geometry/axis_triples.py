@@ -1,7 +1,7 @@
 """Three rotations about general axes n1, n2, n3: which rotations they reach, and how they name them.
 
 R = Rot(n1, a) Rot(n2, b) Rot(n3, c). The middle turn carries n3 on a cone about n2, the outer ones do not change the
-angle between n1 and R n3: what is reached is told by n1 . R n3 alone.
+angle between n1 and R n3: what is reached follows from n1 . R n3 alone.
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Scalar, Truth, gate
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-
-EDGE = 1e-12
-"""How far n1 . R n3 may lie outside its range, by rounding."""
+from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
 
 
 def reached_cosines(axes: ArrayLike) -> tuple[Scalar, Scalar]:
@@ -39,10 +37,10 @@ def reaches(R: ArrayLike, axes: ArrayLike) -> Truth:
     low, high = reached_cosines(axes)
     turned = rotation.apply(R, n[..., 2, :])
     cosine = np.sum(n[..., 0, :] * turned, axis=-1)
-    return (cosine >= low - EDGE) & (cosine <= high + EDGE)
+    return (cosine >= low - ROUNDOFF) & (cosine <= high + ROUNDOFF)
 
 
-def reaches_everything(axes: ArrayLike, tolerance: float = 1e-9) -> Truth:
+def reaches_everything(axes: ArrayLike, tolerance: float = SPECIAL) -> Truth:
     """(*batch) whether every rotation is reached: the middle axis is orthogonal to both others.
 
     Args:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Vector3, single
 from mafsil.geometry import membership, screw
+from mafsil.geometry.tolerances import SPECIAL
 from mafsil.messages import say
 
 
@@ -59,7 +60,7 @@ class Displacement:
         )
 
 
-def classify(T: ArrayLike, *, angle: float = 1e-9, distance: float = 1e-9) -> Displacement:
+def classify(T: ArrayLike, *, angle: float = SPECIAL, distance: float = SPECIAL) -> Displacement:
     """The kind of one displacement.
 
     Args:

@@ -20,9 +20,7 @@ from mafsil.errors import InputError
 from mafsil.geometry.arguments import AxisTripleLike, RotationLike, Vector3Like
 from mafsil.geometry.conditioned import Conditioned, compiled
 from mafsil.geometry.declared import Declared
-
-LOCK = 1e-9
-"""Angle [rad] to a gimbal lock within which `solutions` reports a family rather than two triples."""
+from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
 
 TwoTriples: TypeAlias = Annotated[Floats, Shape("*batch", 2, 3)]
 """(*batch, 2, 3) both triples of angles of a rotation [rad]."""
@@ -142,7 +140,7 @@ class EulerSolutions:
         return wrap_positive(self.angles)
 
 
-def solutions(R: ArrayLike, sequence: str, tolerance: float = LOCK) -> EulerSolutions:
+def solutions(R: ArrayLike, sequence: str, tolerance: float = SPECIAL) -> EulerSolutions:
     """All angle triples of rotations: two, or a family of one parameter at gimbal locks.
 
     Args:
@@ -181,7 +179,7 @@ def range_of_middle(sequence: str) -> tuple[float, float]:
     return (0.0, np.pi) if first == third else (-np.pi / 2, np.pi / 2)
 
 
-def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Truth:
+def is_principal(angles: ArrayLike, sequence: str, tolerance: float = ROUNDOFF) -> Truth:
     """(*batch) whether angles are in their principal ranges: outer ones in (-pi, pi], the middle one in its half turn.
 
     Args:
@@ -196,7 +194,7 @@ def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> 
     return inside & (middle >= low - tolerance) & (middle <= high + tolerance)
 
 
-def require_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Vector3:
+def require_principal(angles: ArrayLike, sequence: str, tolerance: float = ROUNDOFF) -> Vector3:
     """The angles (*batch, 3) themselves, if `is_principal` holds for all rows.
 
     Args:

@@ -12,13 +12,9 @@ import numpy as np
 
 from mafsil.errors import InputError
 from mafsil.geometry import pose as functions
+from mafsil.geometry.tolerances import LOOP_ANGLE, LOOP_DISTANCE
 from mafsil.geometry.values import Pose
 from mafsil.geometry.values.labels import Frames
-
-ANGLE_LIMIT = 1e-6
-"""Angle [rad] that a further way between two frames may differ from the first before it is refused."""
-DISTANCE_LIMIT = 1e-6
-"""Distance [m], likewise; relative to the longest edge where that is longer than 1 m."""
 
 Link: TypeAlias = "Pose | Frames"
 """A known pose T_ab with its letters, or only the letters (a, b) of an unknown one."""
@@ -102,12 +98,18 @@ class FrameGraph:
         raise InputError("geometry.frame_unreached", name="FrameGraph", start=a, end=b, parts=self._parts())
 
     def _reached(self, start: str) -> dict[str, Pose]:
-        """T_start,b of every frame b that a chain reaches, breadth first."""
+        """T_start,b of every frame b that a chain reaches.
+
+        1. Begin with the frame itself.
+        2. Take the frame that waits longest, so that every frame is reached by a shortest chain.
+        3. Each edge that touches it, read forwards or backwards, may lead to a new frame, which then waits too.
+        """
+        # 1.
         found = {start: Pose.identity((start, start))}
         waiting = deque([start])
         while waiting:
-            here = waiting.popleft()
-            for T in self.edges:
+            here = waiting.popleft()  # 2.
+            for T in self.edges:  # 3.
                 for step in (T, T.inverse()):
                     a, b = _letters(step)
                     if a == here and b not in found:
@@ -128,15 +130,15 @@ class FrameGraph:
         V = functions.error(known.array, T.array)
         angle, distance = float(np.linalg.norm(V[:3])), float(np.linalg.norm(V[3:]))
         longest = max([1.0, *(float(np.linalg.norm(edge.origin)) for edge in self.edges)])
-        if angle > ANGLE_LIMIT or distance > DISTANCE_LIMIT * longest:
+        if angle > LOOP_ANGLE or distance > LOOP_DISTANCE * longest:
             raise InputError(
                 "geometry.frame_contradiction",
                 name="FrameGraph",
                 edge=f"T_{a}{b}",
                 angle=angle,
                 distance=distance,
-                angle_limit=ANGLE_LIMIT,
-                distance_limit=DISTANCE_LIMIT * longest,
+                angle_limit=LOOP_ANGLE,
+                distance_limit=LOOP_DISTANCE * longest,
             )
 
 

@@ -10,9 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Scalar, Truth, Vector3, gate
 from mafsil.errors import InputError
-
-PARALLEL = 1e-12
-"""Sine of the angle between two lines below which they count as parallel."""
+from mafsil.geometry.tolerances import ROUNDOFF
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +51,7 @@ def common_normal(
     p, r, d, e = np.broadcast_arrays(p, r, d, e)
     across, step = np.cross(d, e), r - p
     sine = np.linalg.norm(across, axis=-1)
-    parallel = sine <= PARALLEL
+    parallel = sine <= ROUNDOFF
     square = np.where(parallel, 1.0, sine**2)[..., None]
     along = cast("Floats", np.sum(np.cross(step, e) * across, axis=-1, keepdims=True)) / square
     back = cast("Floats", np.sum(np.cross(step, d) * across, axis=-1, keepdims=True)) / square
@@ -63,7 +61,7 @@ def common_normal(
     second = np.where(flat, p + step - beside, r + back * e)
     gap = second - first
     distance = np.linalg.norm(gap, axis=-1)
-    size = 1e-12 * (np.linalg.norm(step, axis=-1) + np.linalg.norm(p, axis=-1))
+    size = ROUNDOFF * (np.linalg.norm(step, axis=-1) + np.linalg.norm(p, axis=-1))
     apart = (distance > size)[..., None]
     with np.errstate(invalid="ignore", divide="ignore"):
         normal = np.where(apart, gap / distance[..., None], np.where(flat, np.nan, across / sine[..., None]))

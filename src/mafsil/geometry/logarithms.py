@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, Vector6, single
 from mafsil.errors import InputError
 from mafsil.geometry import membership, rotation, screw
-
-END = 1e-9
-"""Angle [rad] to 0 or pi within which a rotation counts as the identity or as a half turn when answers are listed."""
+from mafsil.geometry.tolerances import SPECIAL
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,9 @@ class AxisAngle:
         return np.array(self.axis or (1.0, 0.0, 0.0)) * self.angle
 
 
-def logarithms(R: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: float = END) -> tuple[AxisAngle, ...]:
+def logarithms(
+    R: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: float = SPECIAL
+) -> tuple[AxisAngle, ...]:
     """Every (axis, angle) of a rotation with low <= angle <= high, ordered by angle.
 
     (w, theta + 2 pi k) and (-w, -theta + 2 pi k); a half turn gives them in pairs, the identity without axis.
@@ -79,7 +79,7 @@ class ScrewAmount:
         return float(screw.pitch(self.screw))
 
 
-def screws(T: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: float = END) -> tuple[ScrewAmount, ...]:
+def screws(T: ArrayLike, low: float = 0.0, high: float = 2 * pi, tolerance: float = SPECIAL) -> tuple[ScrewAmount, ...]:
     """Every unit screw and amount of a displacement with low <= amount <= high, ordered by amount.
 
     (w, theta + 2 pi k) and (-w, -theta + 2 pi k), all about one line, with one advance d = w.p and thus with pitches
@@ -121,7 +121,7 @@ def _screws_of_translation(p: Floats, low: float, high: float) -> tuple[ScrewAmo
     return tuple(found)
 
 
-def ball_points(R: ArrayLike, tolerance: float = END) -> Floats:
+def ball_points(R: ArrayLike, tolerance: float = SPECIAL) -> Floats:
     """(1 or 2, 3) points of the solid ball of radius pi that are this rotation: one inside, two antipodes on the rim.
 
     Args:
@@ -133,13 +133,13 @@ def ball_points(R: ArrayLike, tolerance: float = END) -> Floats:
 
 
 def _turns(angle: float, low: float, high: float) -> range:
-    """All k with low <= angle + 2 pi k <= high; the ends count when met within END.
+    """All k with low <= angle + 2 pi k <= high; the ends count when met within SPECIAL.
 
     Raises:
         InputError: an end of the range is not finite: there are endless angles.
     """
     low, high = float(single("low", low, ())), float(single("high", high, ()))
-    return range(ceil((low - END - angle) / (2 * pi)), floor((high + END - angle) / (2 * pi)) + 1)
+    return range(ceil((low - SPECIAL - angle) / (2 * pi)), floor((high + SPECIAL - angle) / (2 * pi)) + 1)
 
 
 def _one(R: ArrayLike) -> Floats:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, real_array, whole
 from mafsil.errors import InputError
+from mafsil.geometry.tolerances import ROUNDOFF
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,7 @@ def by_characteristic_polynomial(A: ArrayLike, t: float = 1.0) -> Floats:
     return np.real(total).astype(np.float64)
 
 
-def commute(A: ArrayLike, B: ArrayLike, tolerance: float = 1e-12) -> bool:
+def commute(A: ArrayLike, B: ArrayLike, tolerance: float = ROUNDOFF) -> bool:
     """Whether AB = BA within the tolerance, relative to their norms: then e^A e^B = e^(A + B)."""
     a, b = _square(A), _square(B)
     return bool(np.linalg.norm(a @ b - b @ a) <= tolerance * (1 + np.linalg.norm(a) * np.linalg.norm(b)))

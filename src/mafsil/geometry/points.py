@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, PoseMatrix, Scalar, gate
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.messages import say
+from mafsil.geometry.tolerances import ON_A_LINE, SPECIAL
 
-LINE = 1e-13
-"""Spread across a line over spread along it, both squared, below which a set of points says nothing of a turn."""
 MIRRORED = 10.0
 """By how much a rotation must leave more than a reflection leaves, both squared, before a set is called mirrored."""
-COLLINEAR = 1e-9
-"""Sine of the angle at the first of three points below which they count as lying on a line."""
 
 
 def body_coordinates(dimension: int) -> int:
@@ -43,13 +41,26 @@ def rigidity_residual(before: ArrayLike, after: ArrayLike) -> Scalar:
     return np.abs(pairwise_distances(after) - pairwise_distances(before)).max((-1, -2), initial=0.0)
 
 
+class RigidMotionStatus(Status):
+    """Whether one rigid motion takes one set of points to another."""
+
+    MOTION = ("geometry.rigid", True)
+    """One does."""
+    ON_A_LINE = ("geometry.rigid_line", True)
+    """The points lie on one line: further rotations about it do too."""
+    MIRRORED = ("geometry.rigid_mirrored", False)
+    """The second set is the mirror image of the first."""
+    DEFORMED = ("geometry.rigid_not", False)
+    """Distances between points change."""
+
+
 @dataclass(frozen=True)
-class RigidMotion:
+class RigidMotion(Answer):
     """Whether one rigid motion takes a set of points to another.
 
     Attributes:
-        T: (4, 4) the motion that misses least in least squares, after = T before; None where the points leave a turn
-            open, lying on one line.
+        T: (4, 4) the motion with the least squares of residuals, after = T before; None where the points lie on one
+            line, which leaves a rotation open.
         residual: largest distance between a point and where the motion puts it [m]; of points on one line the largest
             change of a distance.
         stretch: largest change of a distance between two points [m].
@@ -63,17 +74,32 @@ class RigidMotion:
     mirrored: bool
     tolerance: float
 
+    @property
+    def status(self) -> RigidMotionStatus:
+        """Whether there is a rigid motion, and of what kind the difference is."""
+        if self.residual <= self.tolerance:
+            return RigidMotionStatus.MOTION if self.T is not None else RigidMotionStatus.ON_A_LINE
+        return RigidMotionStatus.MIRRORED if self.mirrored else RigidMotionStatus.DEFORMED
+
     def __bool__(self) -> bool:
         return self.residual <= self.tolerance
 
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[RigidMotion]:
+        return iter((self,))
+
     def explain(self, language: str | None = None) -> str:
         """The verdict and what it rests on."""
-        if self:
-            key = "rigid" if self.T is not None else "rigid_line"
-        else:
-            key = "rigid_mirrored" if self.mirrored else "rigid_not"
         details = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
-        return say(f"geometry.{key}", language=language, **details)
+        return self.status.sentence(language, **details)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: the status, the motion, what is left."""
+        T = None if self.T is None else self.T.tolist()
+        left = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
+        return {"status": self.status.name.lower(), "T": T, **left, "mirrored": self.mirrored}
 
 
 def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = None) -> RigidMotion:
@@ -88,10 +114,10 @@ def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = 
     """
     x, y = _same_points(before, after)
     size = max(float(np.abs(x - x.mean(0)).max()), float(np.abs(y - y.mean(0)).max()))
-    limit = 1e-9 * size if tolerance is None else tolerance
+    limit = SPECIAL * size if tolerance is None else tolerance
     stretch = float(rigidity_residual(x, y))
     correlation, s = _correlation(x, y)
-    if s[1] <= LINE * s[0]:
+    if s[1] <= ON_A_LINE * s[0]:
         return RigidMotion(None, stretch, stretch, False, limit)
     T = _fitted(x, y, correlation)
     residual = float(np.linalg.norm(pose.act(T, x) - y, axis=-1).max())
@@ -118,7 +144,7 @@ def frame_from_points(origin: ArrayLike, on_x: ArrayLike, beside_x: ArrayLike) -
     normal = np.cross(along, beside)
     size = np.linalg.norm(along, axis=-1) * np.linalg.norm(beside, axis=-1)
     sine = np.linalg.norm(normal, axis=-1) / np.where(size > 0, size, 1.0)
-    if np.any(sine <= COLLINEAR):
+    if np.any(sine <= SPECIAL):
         raise InputError("geometry.collinear", name="points", sine=float(np.min(sine)))
     x = along / np.linalg.norm(along, axis=-1, keepdims=True)
     z = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -142,7 +168,7 @@ def fit(points_b: ArrayLike, points_a: ArrayLike) -> PoseMatrix:
     """
     b, a = _same_points(points_b, points_a)
     correlation, s = _correlation(b, a)
-    loose = s[..., 1] <= LINE * s[..., 0]
+    loose = s[..., 1] <= ON_A_LINE * s[..., 0]
     if np.any(loose):
         raise InputError("geometry.line_of_points", name="points", row=_row(loose))
     mirrored = _mirrored(b, a, correlation, s)
@@ -174,7 +200,7 @@ def _mirrored(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
     points in a plane that are only thick by noise, both are of the size of the noise.
     """
     total = sum((np.square(x - x.mean(-2, keepdims=True)).sum((-1, -2)) for x in (a, b)), start=np.float64(0.0))
-    reflected = np.maximum(total - 2 * s.sum(-1), LINE * total)
+    reflected = np.maximum(total - 2 * s.sum(-1), ON_A_LINE * total)
     with np.errstate(invalid="ignore"):
         opposite = np.linalg.det(correlation) < 0
     return opposite & (4 * s[..., 2] > MIRRORED * reflected)

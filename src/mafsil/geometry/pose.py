@@ -217,6 +217,6 @@ def check(T: ArrayLike, name: str = "T", tolerance: float = ROTATION) -> PoseMat
 
 
 def project(T: ArrayLike) -> PoseMatrix:
-    """(*batch, 4, 4) pose with the rotation nearest to the upper left block and the same origin; only when asked."""
+    """(*batch, 4, 4) pose with the rotation nearest to the upper left block and the same origin; only on request."""
     array = gate("T", T, (4, 4))
     return from_rotation_translation(rotation.project(array[..., :3, :3]), array[..., :3, 3])

@@ -20,6 +20,7 @@ from mafsil.geometry.arguments import (
     Vector3Like,
 )
 from mafsil.geometry.conditioned import compiled
+from mafsil.geometry.tolerances import ROUNDOFF
 
 EIGHT = Shape("*batch", 8)
 """Real and imaginary parts of a (2, 2) complex matrix, row by row."""
@@ -111,7 +112,7 @@ def slerp(p: UnitQuaternionLike, q: UnitQuaternionLike, t: ScalarLike) -> Quater
     ...
 
 
-def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Truth:
+def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = ROUNDOFF) -> Truth:
     """(*batch) whether unit quaternions p and q are one rotation: equal up to sign within `tolerance`, by entries."""
     a, b = gate("p", p, (4,)), gate("q", q, (4,))
     return np.minimum(np.abs(a - b).max(-1), np.abs(a + b).max(-1)) <= tolerance

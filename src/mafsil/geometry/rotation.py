@@ -25,9 +25,7 @@ from mafsil.geometry.euler import to_rpy as to_rpy
 from mafsil.geometry.quaternion import from_quaternion as from_quaternion
 from mafsil.geometry.quaternion import normalise_quaternion as normalise_quaternion
 from mafsil.geometry.quaternion import to_quaternion as to_quaternion
-
-SKEWNESS = 1e-6
-"""By how much W + W' may differ from zero, as a share of the largest entry: rounding, and differences of poses."""
+from mafsil.geometry.tolerances import SKEWNESS
 
 
 @compiled("so3.exp")

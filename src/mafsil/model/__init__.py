@@ -1,4 +1,4 @@
-"""The robot as immutable data; no algorithm."""
+"""The robot as immutable data, and what makes it: readers and writers of files, tables, mass properties, lint."""
 
 from mafsil.model.actuator import Actuator as Actuator
 from mafsil.model.actuator import Friction as Friction

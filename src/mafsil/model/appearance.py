@@ -119,7 +119,7 @@ class _Files:
 
     most: int
     bytes_left: int = MOST_BYTES
-    held: dict[tuple[Path, tuple[float, float, float]], Surface | None] = field(
+    surfaces: dict[tuple[Path, tuple[float, float, float]], Surface | None] = field(
         default_factory=dict[tuple[Path, tuple[float, float, float]], Surface | None]
     )
 
@@ -145,9 +145,9 @@ class _Files:
         if mesh.path is None:
             return None
         key = (mesh.path, mesh.scale)
-        if key not in self.held:
-            self.held[key] = self._read(mesh.path, mesh.scale)
-        return self.held[key]
+        if key not in self.surfaces:
+            self.surfaces[key] = self._read(mesh.path, mesh.scale)
+        return self.surfaces[key]
 
     def _read(self, path: Path, scale: tuple[float, float, float]) -> Surface | None:
         try:

@@ -201,9 +201,9 @@ def _inside(base: Path, path: str, roots: tuple[Path, ...]) -> Resolved:
 
 def _similar(target: Path) -> str:
     """Name of a file beside the target that differs only by case."""
-    wanted = target.name.casefold()
+    folded = target.name.casefold()
     try:
         names = (entry.name for entry in os.scandir(target.parent))
-        return next((name for name in names if name.casefold() == wanted), "")
+        return next((name for name in names if name.casefold() == folded), "")
     except OSError:
         return ""

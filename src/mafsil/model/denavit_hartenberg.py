@@ -26,6 +26,7 @@ from mafsil.model.joint import JointKind
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
+from mafsil.model.tolerances import WRITTEN
 
 TURN, MOST_DEGREES = 6.3, 720.0
 """Angles [rad] between which a whole number is taken for degrees."""
@@ -59,9 +60,9 @@ class DHRow:
     def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""
         turn = self.theta + (self.offset + q if self.kind == "R" else 0.0)
-        slide = self.d + (self.offset + q if self.kind == "P" else 0.0)
+        length = self.d + (self.offset + q if self.kind == "P" else 0.0)
         along_x = rotation_x(self.alpha) @ translation(self.a, 0.0, 0.0)
-        along_z = rotation_z(turn) @ translation(0.0, 0.0, slide)
+        along_z = rotation_z(turn) @ translation(0.0, 0.0, length)
         return along_x @ along_z if convention_of(convention) is Convention.MODIFIED else along_z @ along_x
 
 
@@ -209,14 +210,14 @@ def convention_of(convention: Convention | str) -> Convention:
         raise ModelError("dh.convention", value=convention, known=known) from None
 
 
-def dh_parameters(T: PoseMatrix, tolerance: float = 1e-9) -> DHRow | None:
+def dh_parameters(T: PoseMatrix, tolerance: float = WRITTEN) -> DHRow | None:
     """The four modified parameters of a link transform, or None if it has none.
 
     A pose is a modified Denavit-Hartenberg link iff r_13 = 0 and (p_y, p_z) is parallel to (r_23, r_33).
 
     Args:
         T: (4, 4) pose of {i} in {i-1}.
-        tolerance: of r_13 and of the distance that the parameters would miss [m].
+        tolerance: of r_13 and of the distance that the parameters would leave [m].
 
     Reference: Denavit & Hartenberg, J. Applied Mechanics 22, 1955; Lynch & Park, Modern Robotics, app. C.
     """

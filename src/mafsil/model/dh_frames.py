@@ -1,7 +1,8 @@
-"""Frames of a Denavit-Hartenberg table: where they stand, what forces them, and the moves that stay free.
+"""Frames of a Denavit-Hartenberg table: where they stand, what determines them, and the moves that stay free.
 
-Two skew axes leave nothing free; meeting axes leave the sense of x; parallel axes let the origin slide; collinear axes
-let the frame turn as well. {0} is free and put on {1} at q = 0; {n} may slide along and turn about axis n.
+Two skew axes leave nothing free; meeting axes leave the sense of x; parallel axes leave the origin free along them;
+collinear axes let the frame rotate as well. {0} is free and put on {1} at q = 0; {n} may move along and rotate about
+axis n.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from mafsil.model.placement import cos_sin, inverse, rotation_z, translation
 class Freedom(Enum):
     """What the rules leave to choose of one frame."""
 
-    FORCED = "forced"
+    DETERMINED = "determined"
     """Nothing."""
-    SENSE = "sense"
+    DIRECTION_OF_X = "direction_of_x"
     """The sense of x: the twists before and behind change their sign."""
-    SLIDE = "slide"
+    TRANSLATION = "translation"
     """The place of the origin along z."""
-    SLIDE_AND_TURN = "slide_and_turn"
-    """The place of the origin along z and the turn of x about z."""
+    CYLINDRICAL = "cylindrical"
+    """The place of the origin along z and the rotation of x about z."""
     ANY = "any"
     """The whole frame; {0} is put where it zeroes most parameters."""
 
@@ -44,22 +45,22 @@ class FrameChoice:
     Attributes:
         index: 0 .. n.
         freedom: what the rules leave open.
-        sliding: the frame's joint is prismatic: its axis has a direction but no place, so the origin is free besides.
+        prismatic: the frame's joint is prismatic: its axis has a direction but no place, so the origin is free besides.
     """
 
     index: int
     freedom: Freedom
-    sliding: bool = False
+    prismatic: bool = False
 
     @property
-    def forced(self) -> bool:
+    def determined(self) -> bool:
         """Whether the rules leave nothing to choose."""
-        return self.freedom is Freedom.FORCED and not self.sliding
+        return self.freedom is Freedom.DETERMINED and not self.prismatic
 
-    def message(self, language: str | None = None) -> str:
+    def explain(self, language: str | None = None) -> str:
         """The sentence that says so, and what was chosen."""
         text = say(f"dh.freedom_{self.freedom.value}", language=language, index=self.index)
-        return text + (" " + say("dh.freedom_sliding", language=language) if self.sliding else "")
+        return text + (" " + say("dh.freedom_prismatic", language=language) if self.prismatic else "")
 
 
 def frame_choices(table: DHTable) -> tuple[FrameChoice, ...]:
@@ -73,16 +74,16 @@ def frame_choices(table: DHTable) -> tuple[FrameChoice, ...]:
     """
     _require_modified(table)
     freedom = {
-        Relation.SKEW: Freedom.FORCED,
-        Relation.INTERSECTING: Freedom.SENSE,
-        Relation.PARALLEL: Freedom.SLIDE,
-        Relation.COLLINEAR: Freedom.SLIDE_AND_TURN,
+        Relation.SKEW: Freedom.DETERMINED,
+        Relation.INTERSECTING: Freedom.DIRECTION_OF_X,
+        Relation.PARALLEL: Freedom.TRANSLATION,
+        Relation.COLLINEAR: Freedom.CYLINDRICAL,
     }
-    slides = [row.kind == "P" for row in table.rows]
+    along = [row.kind == "P" for row in table.rows]
     between = [
-        FrameChoice(i, freedom[relation], slides[i - 1] or slides[i]) for i, relation in enumerate(table.relations, 1)
+        FrameChoice(i, freedom[relation], along[i - 1] or along[i]) for i, relation in enumerate(table.relations, 1)
     ]
-    last = FrameChoice(len(table.rows), Freedom.SLIDE_AND_TURN, slides[-1])
+    last = FrameChoice(len(table.rows), Freedom.CYLINDRICAL, along[-1])
     return (FrameChoice(0, Freedom.ANY), *between, last)
 
 
@@ -109,9 +110,9 @@ def slid(table: DHTable, index: int, distance: float) -> DHTable:
         distance: [m], along z.
 
     Raises:
-        ModelError: the frame is not free to slide.
+        ModelError: the frame is not free to move along its axis.
     """
-    return _moved(table, index, Freedom.SLIDE, distance, 0.0)
+    return _moved(table, index, Freedom.TRANSLATION, distance, 0.0)
 
 
 def turned(table: DHTable, index: int, angle: float) -> DHTable:
@@ -125,7 +126,7 @@ def turned(table: DHTable, index: int, angle: float) -> DHTable:
     Raises:
         ModelError: the frame is not free to turn.
     """
-    return _moved(table, index, Freedom.SLIDE_AND_TURN, 0.0, angle)
+    return _moved(table, index, Freedom.CYLINDRICAL, 0.0, angle)
 
 
 def tables_of_screws(S_s: ArrayLike, home: ArrayLike) -> Iterator[DHTable]:
@@ -169,9 +170,9 @@ def _moved(table: DHTable, index: int, needed: Freedom, distance: float, angle: 
     choices = frame_choices(table)
     if not 1 <= index < len(choices):
         raise ModelError("dh.no_frame", index=index, last=len(choices) - 1)
-    allowed = (Freedom.SLIDE, Freedom.SLIDE_AND_TURN) if needed is Freedom.SLIDE else (Freedom.SLIDE_AND_TURN,)
+    allowed = (Freedom.TRANSLATION, Freedom.CYLINDRICAL) if needed is Freedom.TRANSLATION else (Freedom.CYLINDRICAL,)
     if choices[index].freedom not in allowed:
-        raise ModelError("dh.not_free", index=index, freedom=choices[index].message())
+        raise ModelError("dh.not_free", index=index, freedom=choices[index].explain())
     rows = list(table.rows)
     rows[index - 1] = _advanced(rows[index - 1], distance, angle)
     if index < len(rows):

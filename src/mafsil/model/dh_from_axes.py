@@ -27,11 +27,7 @@ from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along, inverse, rotation_x, translation
 from mafsil.model.serial import ArmParts
-
-ANGLE_TOLERANCE = 1e-7
-"""Axes whose directions differ by less are parallel [rad]."""
-LENGTH_TOLERANCE = 1e-9
-"""Axes closer than this fraction of the arm's size meet."""
+from mafsil.model.tolerances import PARALLEL, WRITTEN
 
 
 class Relation(Enum):
@@ -102,7 +98,7 @@ def dh_from_screws(
         ModelError: a helical joint, which has no row; a wrong screw or pose; a pair in `flipped` whose axes do not
             meet.
     """
-    wanted = convention_of(convention)
+    target = convention_of(convention)
     arm = mechanism_from_screws(S_s, home)
     S, _, T_tip = screws(arm)
     for i, joint in enumerate(arm.joints, start=1):
@@ -113,7 +109,7 @@ def dh_from_screws(
     for i, (before, after) in enumerate(pairwise(frames), start=1):
         rows.append(replace(_row(inverse(before) @ after), kind=_letter(arm, i)))
     table = DHTable(tuple(rows), Convention.MODIFIED, frames[0], inverse(frames[-1]) @ T_tip, relations, 0.0)
-    table = table if wanted is Convention.MODIFIED else classic_from_modified(table)
+    table = table if target is Convention.MODIFIED else classic_from_modified(table)
     again = screws(table.mechanism())
     residual = max(float(np.abs(again.S_s - S).max()), float(np.abs(again.home - T_tip).max()))
     return replace(table, residual=residual)
@@ -159,14 +155,14 @@ def _frames(S: Floats, T_tip: PoseMatrix, flipped: frozenset[int]) -> tuple[list
         relations.append(normal.relation)
         x, entry = normal.x, normal.next_foot
     z = directions[-1]
-    if np.abs(np.cross(T_tip[:3, 2], z)).max() < ANGLE_TOLERANCE and T_tip[:3, 2] @ z > 0:
+    if np.abs(np.cross(T_tip[:3, 2], z)).max() < PARALLEL and T_tip[:3, 2] @ z > 0:
         x = T_tip[:3, 0]
     frames.append(_frame(x, z, entry + z * (z @ (T_tip[:3, 3] - entry))))
     return frames, tuple(relations)
 
 
 def _point(S: Floats, near: Vector3) -> Vector3:
-    """The point of a revolute axis nearest to the origin; for a slide, `near`."""
+    """The point of a revolute axis nearest to the origin; for a prismatic one, `near`."""
     return np.cross(S[:3], S[3:]) if S[:3].any() else near
 
 
@@ -175,16 +171,16 @@ def _common_normal(p: Vector3, z: Vector3, p_next: Vector3, z_next: Vector3, x: 
     across = np.cross(z, z_next)
     sine = float(np.linalg.norm(across))
     between = p_next - p
-    if sine < ANGLE_TOLERANCE:
+    if sine < PARALLEL:
         offset = between - z * (z @ between)
         distance = float(np.linalg.norm(offset))
-        if distance < LENGTH_TOLERANCE * scale:
+        if distance < WRITTEN * scale:
             return _Normal(p, p, x, Relation.COLLINEAR)
         return _Normal(p, p + offset, offset / distance, Relation.PARALLEL)
     foot = p + z * (np.cross(between, z_next) @ across / sine**2)
     next_foot = p_next + z_next * (np.cross(between, z) @ across / sine**2)
     gap = float(between @ across) / sine
-    if abs(gap) < LENGTH_TOLERANCE * scale:
+    if abs(gap) < WRITTEN * scale:
         return _Normal(foot, next_foot, across / sine, Relation.INTERSECTING)
     return _Normal(foot, next_foot, np.copysign(1.0, gap) * across / sine, Relation.SKEW)
 
@@ -200,7 +196,7 @@ def _frame(x: Vector3, z: Vector3, origin: Vector3) -> PoseMatrix:
 
 
 def _row(T: PoseMatrix) -> DHRow:
-    """Parameters of a transform that has them by construction, rounding dust of quarter turns removed."""
+    """Parameters of a transform that has them by construction, roundoff of quarter turns removed."""
     row = dh_parameters(T, tolerance=np.inf)
     assert row is not None
     return replace(row, alpha=_tidy(row.alpha), theta=_tidy(row.theta))

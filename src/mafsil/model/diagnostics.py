@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
+from mafsil.answer import Answer, Status
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.model.mechanism import Mechanism
@@ -54,7 +56,7 @@ class Repair:
         key: of the sentence that says what the change does, `area.name`.
         edits: the change, for a machine.
         details: values for the sentence.
-        guess: whether the file could have meant something else; carried out only where its code is asked for.
+        guess: whether the file could have meant something else; carried out only where its code is requested.
     """
 
     key: str
@@ -106,7 +108,7 @@ class Diagnostic:
         place = f"{self.file}:{place}" if self.file else place
         return f"{place}{self.code} {self.sentence(language)}{self._offer(language)}"
 
-    def as_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, object]:
         """Plain data for JSON: code, severity, line, column, sentences and repair."""
         return {
             "code": self.code,
@@ -115,7 +117,7 @@ class Diagnostic:
             "line": self.line,
             "column": self.column,
             "sentence": {code: self.sentence(code) for code in ("en", "ar")},
-            "repair": self._repair_as_dict(),
+            "repair": self._repair_to_dict(),
         }
 
     def _offer(self, language: str | None) -> str:
@@ -125,7 +127,7 @@ class Diagnostic:
         sentence = self.repair.sentence(language)
         return f" [{say('robotfile.perhaps', language=language, repair=sentence) if self.repair.guess else sentence}]"
 
-    def _repair_as_dict(self) -> dict[str, object] | None:
+    def _repair_to_dict(self) -> dict[str, object] | None:
         if self.repair is None:
             return None
         return {
@@ -135,8 +137,17 @@ class Diagnostic:
         }
 
 
+class ReadingStatus(Status):
+    """Whether a robot file gives a mechanism."""
+
+    READ = ("robotfile.status_read", True)
+    """It does; warnings may stand beside it."""
+    REFUSED = ("robotfile.status_refused", False)
+    """Errors stop the reader."""
+
+
 @dataclass(frozen=True, repr=False)
-class Report:
+class Report(Answer):
     """All that was found in one robot file.
 
     Attributes:
@@ -169,8 +180,33 @@ class Report:
         """Codes of all diagnostics, in order."""
         return tuple(diagnostic.code for diagnostic in self)
 
+    @property
+    def status(self) -> ReadingStatus:
+        """Whether a mechanism could be read."""
+        return ReadingStatus.READ if self.ok else ReadingStatus.REFUSED
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __len__(self) -> int:
+        return len(self.diagnostics)
+
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(self.diagnostics)
+
+    def explain(self, language: str | None = None) -> str:
+        """The verdict with the counts of errors and warnings, then one line per diagnostic."""
+        counts = {"errors": len(self.errors), "warnings": len(self.warnings)}
+        verdict = self.status.sentence(language, source=self.source, **counts)
+        return "\n".join([verdict, *self.lines(language)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: the status, and every diagnostic."""
+        return {
+            "source": self.source,
+            "status": self.status.name.lower(),
+            "diagnostics": [each.to_dict() for each in self],
+        }
 
     def __repr__(self) -> str:
         first = f": {self:en}" if self.errors else ""

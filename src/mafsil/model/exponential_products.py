@@ -39,7 +39,7 @@ def mixed_product(robot: RobotLike, q: ArrayLike, k: int) -> PoseMatrix:
 
 
 def inverse_product(robot: RobotLike, q: ArrayLike) -> PoseMatrix:
-    """(4, 4) pose T_ts of {s} seen from the tip, as a product: no matrix of a posture is inverted.
+    """(4, 4) pose T_ts of {s} seen from the tip, as a product: no matrix of a configuration is inverted.
 
     Args:
         robot: a chain of n joints.

@@ -21,11 +21,7 @@ from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
-
-UNIT_TOLERANCE = 1e-6
-"""By how much the length of a screw may miss 1: rounding of printed tables, removed silently."""
-PITCH_TOLERANCE = 1e-9
-"""Pitches below this are rounding [m/rad]."""
+from mafsil.model.tolerances import PRINTED, WRITTEN
 
 
 class Screws(NamedTuple):
@@ -61,7 +57,7 @@ def mechanism_from_screws(
         screws: (n, 6) screw axes (omega, v) at q = 0: unit omega, or omega = 0 and unit v.
         home: (4, 4) pose of the tip at q = 0 in the space frame.
         form: `space` if the screws are given in {s}, `body` if in the tip frame.
-        normalise: scale every screw to unit length. This changes what q_i means, so it has to be asked for.
+        normalise: scale every screw to unit length. This changes what q_i means, so it has to be requested.
         inertial_frames: n poses (4, 4) at q = 0 in {s} of the frames in which `inertials` are given; the links' own
             frames by default.
         **parts: name, inertials, limits, actuators, frictions, joint_names, link_names, gravity, provenance: see
@@ -136,21 +132,21 @@ def kind_of_screw(S: Vector6) -> tuple[JointKind, Vector3, float]:
     if not omega.any():
         return JointKind.PRISMATIC, v, 0.0
     pitch = float(omega @ v)
-    if abs(pitch) <= PITCH_TOLERANCE * max(1.0, float(np.linalg.norm(v))):
+    if abs(pitch) <= WRITTEN * max(1.0, float(np.linalg.norm(v))):
         return JointKind.REVOLUTE, omega, 0.0
     return JointKind.HELICAL, omega, pitch
 
 
 def _unit_screw(S: Vector6, index: int, normalise: bool) -> Vector6:
     """The screw with omega, or v if there is no rotation, of length exactly one."""
-    turning = float(np.linalg.norm(S[:3]))
-    slides = turning <= UNIT_TOLERANCE
-    length = float(np.linalg.norm(S[3:])) if slides else turning
+    rotation = float(np.linalg.norm(S[:3]))
+    prismatic = rotation <= PRINTED
+    length = float(np.linalg.norm(S[3:])) if prismatic else rotation
     if length == 0.0:
         raise ModelError("screws.zero", index=index)
-    if abs(length - 1.0) > UNIT_TOLERANCE and not normalise:
+    if abs(length - 1.0) > PRINTED and not normalise:
         raise ModelError("screws.unit", index=index, length=length)
-    return np.concatenate([np.zeros(3) if slides else S[:3], S[3:]]) / length
+    return np.concatenate([np.zeros(3) if prismatic else S[:3], S[3:]]) / length
 
 
 def _frame_on(S: Vector6, kind: JointKind, direction: Vector3, pitch: float, near: Vector3) -> PoseMatrix:

@@ -111,7 +111,7 @@ class FileReader:
     arguments: dict[str, str] = field(default_factory=dict[str, str])
 
     def read(self, source: Source, *, repair: bool, silent: bool = False) -> Mechanism:
-        """The mechanism; after the repairs of its errors if asked for; silent if the caller says the remarks."""
+        """The mechanism; after the repairs of its errors if requested; silent if the caller says the remarks."""
         report = self.diagnose(source)
         if report.ok or not repair:
             mechanism = require_mechanism(report)

@@ -27,7 +27,7 @@ class HayatiRow:
     """One link between nearly parallel axes.
 
     Attributes:
-        theta, alpha, beta: turns about z, x and y [rad].
+        theta, alpha, beta: rotations about z, x and y [rad].
         a: length along x [m].
     """
 

@@ -15,15 +15,12 @@ from mafsil.model.faults import (
     ZERO_INERTIA,
     ZERO_MASS,
 )
-
-ROUNDING = 1e-6
-"""Share of the largest moment below which a violation counts as rounding of the file's decimals."""
-
+from mafsil.model.tolerances import PRINTED
 
 GROSS = 0.5
 """Share of the largest moment beyond which a negative one is a mistake; published robots reach 0.4."""
 NOTHING = 1e-15
-"""Inertia that is rounding dust of a CAD export, far below that of a milligram [kg m^2]."""
+"""Inertia that is roundoff of a CAD export, far below that of a milligram [kg m^2]."""
 
 
 def mass_fault(mass: float, inertia: Floats) -> Fault | None:
@@ -45,9 +42,9 @@ def inertia_fault(mass: float, inertia: Floats) -> Fault | None:
     least, middle, largest = np.linalg.eigvalsh(inertia)
     if least < -GROSS * abs(largest):
         return NEGATIVE_MOMENT
-    if least < -ROUNDING * largest:
+    if least < -PRINTED * largest:
         return NOT_POSITIVE
-    return TRIANGLE if largest - middle - least > ROUNDING * largest else None
+    return TRIANGLE if largest - middle - least > PRINTED * largest else None
 
 
 def nearest_physical(inertia: Floats) -> Floats:

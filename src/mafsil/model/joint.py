@@ -14,6 +14,7 @@ from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.limits import Limits
 from mafsil.model.link import fixed_array
 from mafsil.model.placement import checked_pose
+from mafsil.model.tolerances import WRITTEN
 
 
 class JointKind(Enum):
@@ -39,10 +40,6 @@ class Mimic:
                 raise ModelError("model.finite", name=name, value=value)
 
 
-UNIT_TOLERANCE = 1e-9
-"""By how much the length of a joint axis may miss one."""
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Joint:
     """Connects `child` to `parent`: T_parent,child(q) = T_pj exp([S] q).
@@ -55,7 +52,7 @@ class Joint:
         axis: (3,) unit direction in the joint frame.
         pitch: advance per angle of a helical joint [m/rad].
         limits: bounds of q and its derivatives.
-        wraps: the joint turns without end (URDF `continuous`).
+        wraps: the joint rotates without end (URDF `continuous`).
         actuated: False for a passive joint of a closed chain.
         mimic: the joint follows another one.
         actuator, friction: what drives and what resists it.
@@ -85,7 +82,7 @@ class Joint:
         object.__setattr__(self, "T_pj", frozen(checked_pose(f"{self.name}: T_pj", self.T_pj)))
         object.__setattr__(self, "axis", fixed_array(f"{self.name}: axis", self.axis, (3,)))
         length = float(np.linalg.norm(self.axis))
-        if self.moves and abs(length - 1) > UNIT_TOLERANCE:
+        if self.moves and abs(length - 1) > WRITTEN:
             raise ModelError("model.axis", joint=self.name, axis=self.axis.tolist(), length=length)
         if not isfinite(self.pitch):
             raise ModelError("model.finite", name=f"{self.name}: pitch", value=self.pitch)

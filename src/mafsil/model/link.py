@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, frozen, gate
 from mafsil.errors import InputError, ModelError
 from mafsil.model.shape import Shape
-
-ASYMMETRY = 1e-9
-"""By how much opposite entries of an inertia may differ, against its largest: rounding of turned tensors."""
+from mafsil.model.tolerances import WRITTEN
 
 
 def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
@@ -50,7 +48,7 @@ class Inertial:
             raise ModelError("model.magnitude", name="mass", value=self.mass)
         com = fixed_array("com", self.com, (3,))
         inertia = fixed_array("inertia", self.inertia, (3, 3))
-        if np.abs(inertia - inertia.T).max() > ASYMMETRY * np.abs(inertia).max():
+        if np.abs(inertia - inertia.T).max() > WRITTEN * np.abs(inertia).max():
             raise ModelError("model.asymmetric", inertia=inertia.tolist())
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", inertia)

@@ -1,4 +1,4 @@
-"""Descriptions of robots by name or file, and the gate for functions that want one."""
+"""Descriptions of robots by name or file, and the check for functions that take one."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def as_mechanism(robot: RobotLike) -> Mechanism:
 
 @dataclass(frozen=True, slots=True)
 class RobotFile(PathLike[str]):
-    """A robot as asked for: its file or name, the arguments of its xacro, what it carries; stands where a path may.
+    """A robot as requested: its file or name, the arguments of its xacro, what it carries; stands where a path may.
 
     Attributes:
         path: of the file, or a name of the library.
@@ -105,7 +105,7 @@ def load_mechanism(
     """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
 
     Args:
-        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
+        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, distinguished by their root
             elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
@@ -143,7 +143,7 @@ def _read(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    from mafsil.model import library
+    from mafsil.model import library  # its arms are described by functions that take a robot by name too
 
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)

@@ -67,8 +67,8 @@ def local_screws_of_table(table: DHTable) -> LocalScrews:
         table: in either convention.
     """
     links = [row.transform(table.convention) for row in table.rows]
-    turning, sliding = [0.0, 0, 1, 0, 0, 0], [0.0, 0, 0, 0, 0, 1]
-    axes = np.array([turning if row.kind == "R" else sliding for row in table.rows])
+    about_z, along_z = [0.0, 0, 1, 0, 0, 0], [0.0, 0, 0, 0, 0, 1]
+    axes = np.array([about_z if row.kind == "R" else along_z for row in table.rows])
     if table.convention is Convention.MODIFIED:
         return LocalScrews(np.stack([table.base @ links[0], *links[1:]]), axes, np.asarray(table.tool))
     return LocalScrews(np.stack([np.asarray(table.base), *links[:-1]]), axes, links[-1] @ table.tool)

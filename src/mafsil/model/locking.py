@@ -1,4 +1,4 @@
-"""Chains with some joints held: the joint becomes a fixed one, the others keep their names and order."""
+"""Chains with some joints locked: the joint becomes a fixed one, the others keep their names and order."""
 
 from __future__ import annotations
 
@@ -12,38 +12,36 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import screw_motion
-
-AGREEMENT = 1e-9
-"""By how much two values for one mimic pair may differ [rad | m]."""
+from mafsil.model.tolerances import WRITTEN
 
 
-def locked(mechanism: RobotLike, held: Mapping[str, float]) -> Mechanism:
-    """The mechanism with joints held at given coordinates.
+def locked(mechanism: RobotLike, coordinates: Mapping[str, float]) -> Mechanism:
+    """The mechanism with joints locked at given coordinates.
 
-    Joints coupled as mimics are held together: a leader holds its followers, and a follower gives its leader's value.
+    Joints coupled as mimics are locked together: a leader locks its followers, and a follower gives its leader's value.
 
     Args:
         mechanism: any; a Robot, a name or a file too.
-        held: coordinate [rad | m] by name of the joint.
+        coordinates: coordinate [rad | m] by name of the joint.
 
     Raises:
-        InputError: `held` is no mapping of names to finite numbers.
+        InputError: `coordinates` is no mapping of names to finite numbers.
         ModelError: no such joint, or values that contradict each other within a mimic pair.
     """
     whole = as_mechanism(mechanism)
-    values = _coordinates(whole, held)
-    joints = tuple(_held(joint, values) for joint in whole.joints)
+    values = _coordinates(whole, coordinates)
+    joints = tuple(_locked_joint(joint, values) for joint in whole.joints)
     return replace(whole, joints=joints)
 
 
-def _coordinates(mechanism: Mechanism, held: Mapping[str, float]) -> dict[str, float]:
-    """The value of every joint that owns a coordinate and is held."""
+def _coordinates(mechanism: Mechanism, coordinates: Mapping[str, float]) -> dict[str, float]:
+    """The value of every joint that owns a coordinate and is locked."""
     moving = {joint.name: joint for joint in mechanism.joints if joint.moves}
-    if not isinstance(held, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError("input.kind", name="held", expected='{"joint": value}', got=type(held).__name__)
+    if not isinstance(coordinates, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError("input.kind", name="coordinates", expected='{"joint": value}', got=type(coordinates).__name__)
     values: dict[str, float] = {}
     said: dict[str, str] = {}
-    for name, given in held.items():
+    for name, given in coordinates.items():
         if name not in moving:
             close = get_close_matches(str(name), moving, n=3) or list(moving)
             raise ModelError("dh.lock_unknown", joint=name, known=", ".join(close))
@@ -54,7 +52,7 @@ def _coordinates(mechanism: Mechanism, held: Mapping[str, float]) -> dict[str, f
             if mimic.multiplier == 0.0:
                 raise ModelError("dh.lock_idle", joint=name, value=mimic.offset)
             value = (value - mimic.offset) / mimic.multiplier
-        if leader in values and abs(values[leader] - value) > AGREEMENT * max(1.0, abs(value)):
+        if leader in values and abs(values[leader] - value) > WRITTEN * max(1.0, abs(value)):
             values_given = {"first": values[leader], "second": value}
             raise ModelError("dh.lock_contradiction", joint=name, other=said[leader], leader=leader, **values_given)
         values[leader], said[leader] = value, name
@@ -68,7 +66,7 @@ def _number(name: str, given: float) -> float:
     return float(value.reshape(-1)[0])
 
 
-def _held(joint: Joint, values: Mapping[str, float]) -> Joint:
+def _locked_joint(joint: Joint, values: Mapping[str, float]) -> Joint:
     """The joint fixed where it stands when the coordinates have their values; itself if it depends on none of them."""
     mimic = joint.mimic
     owner = joint.name if mimic is None else mimic.leader

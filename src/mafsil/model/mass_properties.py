@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
 from mafsil.errors import InputError, ModelError
-from mafsil.model.inertia_check import ROUNDING
 from mafsil.model.link import Inertial
 from mafsil.model.placement import moved_inertial
+from mafsil.model.tolerances import PRINTED
 
 Density = Callable[[Floats], ArrayLike]
 """Points (k, 3) [m] -> densities (k,) [kg/m^3]."""
@@ -236,7 +236,7 @@ def require_physical(body: Inertial) -> Inertial:
     least, middle, largest = np.linalg.eigvalsh(body.inertia)
     if not body.mass > 0:
         raise ModelError("dynamics.mass", mass=body.mass)
-    if least < -ROUNDING * abs(largest) or largest - middle - least > ROUNDING * abs(largest):
+    if least < -PRINTED * abs(largest) or largest - middle - least > PRINTED * abs(largest):
         raise ModelError("dynamics.moments", moments=tuple(float(x) for x in (least, middle, largest)))
     return body
 

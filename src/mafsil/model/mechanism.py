@@ -191,11 +191,11 @@ class Mechanism:
 
         return with_payload(self, mass, com=com, inertia=inertia, link=link)
 
-    def locked(self, held: Mapping[str, float]) -> Mechanism:
-        """The same mechanism with joints held at coordinates [rad | m], mimic pairs together."""
+    def locked(self, coordinates: Mapping[str, float]) -> Mechanism:
+        """The same mechanism with joints locked at coordinates [rad | m], mimic pairs together."""
         from mafsil.model.locking import locked
 
-        return locked(self, held)
+        return locked(self, coordinates)
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""

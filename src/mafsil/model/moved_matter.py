@@ -9,7 +9,7 @@ from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism
 
 NOTHING = 1e-12
-"""Share of the energy of a turn about any axis there below which it is rounding."""
+"""Share of the energy of a rotation about any axis there below which it is rounding."""
 
 
 def joints_that_move_matter(mechanism: Mechanism) -> frozenset[str]:
@@ -43,6 +43,6 @@ def _moves(screw: Vector6, body: Inertial, T: Floats) -> bool:
     """Whether a twist (omega, v) gives a body energy; T is the pose of the body's link where the twist is written."""
     omega, v = np.asarray(screw[:3]), np.asarray(screw[3:])
     com = T[:3, :3] @ body.com + T[:3, 3]
-    speed, turn = v + np.cross(omega, com), T[:3, :3].T @ omega
+    speed, rate = v + np.cross(omega, com), T[:3, :3].T @ omega
     most = body.mass * (v @ v + omega @ omega * (com @ com)) + omega @ omega * np.trace(body.inertia)
-    return bool(body.mass * speed @ speed + turn @ body.inertia @ turn > NOTHING * most)
+    return bool(body.mass * speed @ speed + rate @ body.inertia @ rate > NOTHING * most)

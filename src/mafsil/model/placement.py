@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, frozen, gate
 from mafsil.errors import InputError, ModelError
 from mafsil.model.link import Inertial
+from mafsil.model.tolerances import PRINTED
 
 _QUARTER = pi / 2
 _ROUNDING = 4 * 2.0**-52
-POSE_TOLERANCE = 1e-6
-"""By how much R'R of a given pose may miss the identity: rounding of printed tables."""
 
 
 def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
@@ -27,22 +26,22 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
 
     Raises:
         InputError: another shape, or NaN or infinite numbers.
-        ModelError: the rotation block is no rotation to POSE_TOLERANCE or mirrors, or the last row is not 0, 0, 0, 1.
+        ModelError: the rotation block is no rotation to PRINTED or mirrors, or the last row is not 0, 0, 0, 1.
     """
     T = gate(name, value, (4, 4), finite=True)
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
     R = T[:3, :3]
-    miss = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
-    if miss <= POSE_TOLERANCE and np.linalg.det(R) < 0:
+    deviation = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
+    if deviation <= PRINTED and np.linalg.det(R) < 0:
         raise ModelError("serial.left_handed", name=name)
-    if miss > POSE_TOLERANCE:
-        raise ModelError("serial.pose", name=name, miss=miss, limit=POSE_TOLERANCE)
+    if deviation > PRINTED:
+        raise ModelError("serial.pose", name=name, deviation=deviation, limit=PRINTED)
     return T
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
-    """Cosine and sine of an angle [rad]; exact at whole quarter turns, so that no rounding dust enters a robot."""
+    """Cosine and sine of an angle [rad]; exact at whole quarter turns, so that no roundoff enters a robot."""
     quarters = angle / _QUARTER
     nearest = round(quarters)
     if abs(quarters - nearest) <= _ROUNDING * max(1.0, abs(quarters)):
@@ -138,7 +137,7 @@ def turned_tensor(inertia: Floats, R: Floats) -> Floats:
 
 
 def frame_along(direction: Vector3) -> Floats:
-    """(3, 3) rotation of the shortest turn that takes z onto a unit direction; half a turn about x for -z."""
+    """(3, 3) shortest rotation that takes z onto a unit direction; half a turn about x for -z."""
     x, y, z = direction
     across = x * x + y * y
     if z < 0.0 and across == 0.0:

@@ -26,8 +26,8 @@ class Change:
         return f"{self.diagnostic.line}: {self.diagnostic.code} {self.repair.sentence(language)}"
 
 
-Asked: TypeAlias = Callable[[Diagnostic], bool]
-"""Whether the repair of a diagnostic is asked for."""
+Requested: TypeAlias = Callable[[Diagnostic], bool]
+"""Whether the repair of a diagnostic is requested."""
 
 
 def certain(diagnostic: Diagnostic) -> bool:
@@ -41,14 +41,14 @@ def of_errors(diagnostic: Diagnostic) -> bool:
 
 
 def mended(
-    source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], asked: Asked = certain
+    source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], requested: Requested = certain
 ) -> tuple[Text, tuple[Change, ...]]:
-    """The document with the offered repairs carried out that are asked for.
+    """The document with the offered repairs carried out that are requested.
 
     Args:
         source, limits: what to read.
         report_of: the reader of its format.
-        asked: which; by default all that leave no choice.
+        requested: which; by default all that leave no choice.
 
     Returns:
         The corrected document and the changes. What has no such repair remains.
@@ -65,7 +65,7 @@ def mended(
     changes: list[Change] = []
     for _ in range(MOST_ROUNDS):
         report = report_of(text)
-        chosen = _apart(_offers(report, asked))
+        chosen = _apart(_offers(report, requested))
         if not chosen:
             break
         edits = [edit for change in chosen for edit in change.repair.edits]
@@ -89,9 +89,9 @@ def edited(data: bytes, edits: list[Edit]) -> bytes:
     return bytes(result)
 
 
-def _offers(report: Report, asked: Asked) -> list[Change]:
-    """The repairs on offer that are asked for; those of errors first."""
-    offers = [Change(d, d.repair) for d in report.diagnostics if d.repair is not None and asked(d)]
+def _offers(report: Report, requested: Requested) -> list[Change]:
+    """The repairs on offer that are requested; those of errors first."""
+    offers = [Change(d, d.repair) for d in report.diagnostics if d.repair is not None and requested(d)]
     return sorted(offers, key=lambda change: change.diagnostic.severity is not Severity.ERROR)
 
 

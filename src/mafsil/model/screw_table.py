@@ -62,7 +62,7 @@ def representations(revolute: int, prismatic: int = 0) -> tuple[Representation, 
 
     A table has four per joint, the zero of the joint's own coordinate among them, and covers only the fixed and tip
     frames that its rules choose; base and tool poses add six each when others are prescribed. A revolute axis is a
-    line, four independent numbers; a slide is a direction, two; prescribed frames at both ends add six.
+    line, four independent numbers; a prismatic axis is a direction, two; prescribed frames at both ends add six.
 
     Args:
         revolute, prismatic: numbers of joints.

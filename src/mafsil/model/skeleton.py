@@ -32,8 +32,8 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
     """The same mechanism, where links without visuals got simple ones.
 
     Tubes lead from a link's own joint to each joint that it carries and to the tip, along the axes and across; a drum
-    marks a turning joint, a sleeve and a rod reaching back a sliding one, a ball the last link. Links that have visuals
-    keep them.
+    marks a revolute joint, a sleeve and a rod reaching back a prismatic one, a ball the last link. Links that have
+    visuals keep them.
 
     Args:
         mechanism: any robot.
@@ -47,7 +47,7 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
 
 
 def reach(mechanism: Mechanism) -> float:
-    """Sum of the distances between joints along the longest way from the base, with strokes of sliding joints [m]."""
+    """Sum of the distances between joints along the longest way from the base, with strokes of prismatic joints [m]."""
     distance = [0.0]
     for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):
         step = float(np.linalg.norm(joint.T_pj[:3, 3]))
@@ -56,7 +56,7 @@ def reach(mechanism: Mechanism) -> float:
 
 
 def stroke(joint: Joint) -> float:
-    """How far a sliding joint goes from zero; 0 if it has no bounds [m]."""
+    """How far a prismatic joint goes from zero; 0 if it has no bounds [m]."""
     return max((abs(x) for x in (joint.limits.lower, joint.limits.upper) if np.isfinite(x)), default=0.0)
 
 
@@ -103,7 +103,7 @@ def _pedestal(radius: float) -> list[Shape]:
 
 
 def _rod(own: Joint, radius: float) -> list[Shape]:
-    """What a sliding link leaves behind in the link before: as long as its travel, so that the two stay connected."""
+    """What a prismatic link leaves behind in the link before: as long as its travel, so that the two stay connected."""
     if own.kind is not JointKind.PRISMATIC:
         return []
     length = max(own.limits.upper, 0.0) if np.isfinite(own.limits.upper) else 0.5
@@ -129,7 +129,7 @@ def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour
 
 
 def _housing(joint: Joint, radius: float) -> list[Shape]:
-    """A short drum about a turning axis, a sleeve along a sliding one; nothing at a fixed joint."""
+    """A short drum about a revolute axis, a sleeve along a prismatic one; nothing at a fixed joint."""
     if not joint.moves:
         return []
     centre, axis = joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis

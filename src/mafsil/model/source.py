@@ -120,7 +120,7 @@ def regular_bytes(path: Path, most: int) -> bytes:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    """Opens pipes too, at once, so that they can be told from files."""
+    """Opens pipes too, at once, so that they can be distinguished from files."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 

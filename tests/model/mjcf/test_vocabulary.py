@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from mafsil.model import mjcf
-from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, Use, row_of
+from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, Treatment, row_of
 from tests.corpus.mujoco_file import MuJoCoFile
 from tests.model.mjcf.mjcf_models import ARM
 
@@ -53,13 +53,13 @@ def gaps(known: Known, tag: str, parent: str) -> Iterator[str]:
     if row is None:
         yield f"{parent}/{tag}"
         return
-    yield from (f"{parent}/{tag}.{name}" for name in known.attributes if row.use_of(name) is None)
+    yield from (f"{parent}/{tag}.{name}" for name in known.attributes if row.treatment_of(name) is None)
     for child in known.children:
         inner = "worldbody" if tag == "mujoco" and child.tag == "body" else child.tag
-        use = row.use_inside(inner)
-        if use is None:
+        treatment = row.treatment_inside(inner)
+        if treatment is None:
             yield f"{tag}/{inner}"
-        elif use is Use.READ:
+        elif treatment is Treatment.READ:
             yield from gaps(child, inner, tag)
 
 
@@ -110,7 +110,7 @@ _BEFORE = {
 @pytest.mark.parametrize(("place", "attribute"), [(p, a) for p, values in HARMLESS.items() for a in values])
 def test_what_is_called_harmless_changes_nothing_in_mujoco(place: str, attribute: str) -> None:
     row = ROWS[place]
-    assert row.use_of(attribute) not in (None, Use.READ, Use.LEFT_OUT, Use.SOFT)
+    assert row.treatment_of(attribute) not in (None, Treatment.READ, Treatment.LEFT_OUT, Treatment.SOFT)
     plain = ARM.replace('-9.7"/>', '-9.7"><flag override="disable"/></option><size nuser_jnt="2"/>')
     changed = plain.replace(_BEFORE[place], f'{_BEFORE[place]}{attribute}="{HARMLESS[place][attribute]}" ', 1)
     assert changed != plain

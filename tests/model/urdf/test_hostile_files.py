@@ -43,7 +43,7 @@ def test_sentences_in_both_languages(case: Case) -> None:
         assert all("\u0600" <= c <= "\u06ff" for c in "".join(w for w in arabic if "\u0600" <= w))
         assert any("\u0600" <= c <= "\u06ff" for c in arabic)
         assert all(c.isprintable() for c in english + arabic)
-        assert json.loads(json.dumps(diagnostic.as_dict()))["code"] == diagnostic.code
+        assert json.loads(json.dumps(diagnostic.to_dict()))["code"] == diagnostic.code
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -23,7 +23,7 @@ class Rotation(Value):
     """Element of SO(3), any batch of them.
 
     Read as R_ab it is the orientation of {b} seen from {a} (columns: axes of {b}); read as an operator it turns vectors
-    of one frame. A matrix that is no rotation is refused; `Rotation.nearest` projects when asked.
+    of one frame. A matrix that is no rotation is refused; `Rotation.nearest` projects on request.
 
     Attributes:
         array: (*batch, 3, 3).

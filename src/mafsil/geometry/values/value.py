@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Truth, frozen, real_array
 from mafsil.errors import OperandError
+from mafsil.geometry.tolerances import ROUNDOFF
 
 
 def operands(sign: str, left: object, right: object) -> OperandError:
@@ -112,7 +113,7 @@ class Value(ABC):
     def __rmul__(self, other: Any) -> Any:
         raise operands("*", other, self)
 
-    def close_to(self, other: Self, tolerance: float = 1e-12) -> Truth:
+    def close_to(self, other: Self, tolerance: float = ROUNDOFF) -> Truth:
         """(*batch) whether all numbers agree within the tolerance."""
         difference = np.abs(self.array - other.array)
         return difference.max(axis=tuple(range(-self.core, 0))) <= tolerance

@@ -87,7 +87,7 @@ def _dimension(maker: Callable[..., Mechanism], key: str, value: ArrayLike) -> f
 
 def close_names(name: str) -> tuple[str, ...]:
     """Names of the library that contain the given one or look like it."""
-    wanted = name.lower()[:_LONGEST]
-    containing = [known for known in names() if wanted and (wanted in known or known in wanted)]
-    similar = get_close_matches(wanted, ROBOTS, n=5, cutoff=0.5)
+    lowered = name.lower()[:_LONGEST]
+    containing = [known for known in names() if lowered and (lowered in known or known in lowered)]
+    similar = get_close_matches(lowered, ROBOTS, n=5, cutoff=0.5)
     return tuple(dict.fromkeys([*containing, *similar]))

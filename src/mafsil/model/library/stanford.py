@@ -31,7 +31,7 @@ _ARMATURES = (0.953, 2.193, 0.782, 0.106, 0.097, 0.020)
 
 
 def stanford_arm() -> Mechanism:
-    """Stanford arm: two revolute joints, a boom that slides, a spherical wrist; the tip lies between the finger tips.
+    """Stanford arm: two revolute joints, a prismatic boom, a spherical wrist; the tip lies between the finger tips.
 
     Reference: R. P. Paul, Modelling, trajectory calculation and servoing of a computer controlled arm, Stanford
     AIM-177, 1972 (kinematics); R. P. Paul, Robot manipulators, MIT Press 1981, tables 6.5 and 6.6 (masses), after

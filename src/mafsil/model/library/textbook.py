@@ -33,7 +33,7 @@ def spatial3r(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
 
 
 def rrrp(L2: float = 1.0) -> Mechanism:
-    """Spatial RRRP arm, fig. 5.6: the slide along x at zero.
+    """Spatial RRRP arm, fig. 5.6: the prismatic joint along x at zero.
 
     Args:
         L2: distance between the parallel axes 2 and 3 [m].
@@ -82,7 +82,7 @@ def arm6r(L: float = 1.0) -> Mechanism:
 
 
 def rrprrr(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
-    """RRPRRR arm, fig. 5.10: slide along y at zero, first wrist axis along the slide.
+    """RRPRRR arm, fig. 5.10: prismatic joint along y at zero, first wrist axis along it.
 
     Args:
         L1: from the base to the wrist centre at q3 = 0 [m].
@@ -100,7 +100,7 @@ def rrprrr(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
 
 
 def scara_rrrp(L1: float = 1.0, L2: float = 1.0, L3: float = 1.0) -> Mechanism:
-    """SCARA-like RRRP arm, fig. 6.2: three vertical axes, then a slide pointing down.
+    """SCARA-like RRRP arm, fig. 6.2: three vertical axes, then a prismatic joint pointing down.
 
     Args:
         L1: height of the column [m].
@@ -113,7 +113,7 @@ def scara_rrrp(L1: float = 1.0, L2: float = 1.0, L3: float = 1.0) -> Mechanism:
 
 
 def rrprrr_upright(L1: float = 1.0, L2: float = 1.0) -> Mechanism:
-    """RRPRRR arm, fig. 6.3: slide along y at zero, first wrist axis up.
+    """RRPRRR arm, fig. 6.3: prismatic joint along y at zero, first wrist axis up.
 
     Args:
         L1: height of the shoulder [m].

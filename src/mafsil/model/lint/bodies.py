@@ -1,4 +1,4 @@
-"""Rules about links: mass against room, centre of mass, inertia, units, copies."""
+"""Rules about links: mass against volume, centre of mass, inertia, units, copies."""
 
 from __future__ import annotations
 
@@ -54,16 +54,16 @@ def bodies(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
         mechanism: the robot.
         from_file: the reader has judged mass and moments already.
     """
-    rooms = solids(mechanism)
-    unit = _common_unit(mechanism, rooms)
+    shapes = solids(mechanism)
+    unit = _common_unit(mechanism, shapes)
     for link in mechanism.links:
         if link.inertial is None:
             continue
         if not from_file:
             yield from _impossible(link, link.inertial)
         yield from _placeholder(link, link.inertial)
-        if link.name in rooms and link.inertial.mass > 0:
-            yield from _against_room(link, link.inertial, rooms[link.name], unit)
+        if link.name in shapes and link.inertial.mass > 0:
+            yield from _against_shapes(link, link.inertial, shapes[link.name], unit)
     yield from _copies(mechanism)
     yield from _ratios(mechanism)
     yield from _collisions(mechanism)
@@ -88,59 +88,59 @@ def _placeholder(link: Link, inertial: Inertial) -> Iterator[Finding]:
         yield Finding(PLACEHOLDER, "link", link.name, {"link": link.name}, ("inertial",))
 
 
-def _against_room(link: Link, inertial: Inertial, room: Solid, unit: float | None) -> Iterator[Finding]:
+def _against_shapes(link: Link, inertial: Inertial, solid: Solid, unit: float | None) -> Iterator[Finding]:
     """Rules that need the shapes; where the size of the shapes is wrong, nothing else is said."""
-    too_large = _shapes_in_millimetres(link, inertial, room)
+    too_large = _shapes_in_millimetres(link, inertial, solid)
     if too_large is not None:
         yield too_large
         return
-    yield from _density(link, inertial, room)
-    yield from _centre(link, inertial, room)
-    yield from _inertia(link, inertial, room, unit)
+    yield from _density(link, inertial, solid)
+    yield from _centre(link, inertial, solid)
+    yield from _inertia(link, inertial, solid, unit)
 
 
-def _shapes_in_millimetres(link: Link, inertial: Inertial, room: Solid) -> Finding | None:
+def _shapes_in_millimetres(link: Link, inertial: Inertial, solid: Solid) -> Finding | None:
     """Meshes a thousand times too large: metres were meant where millimetres stand."""
-    density = inertial.mass / max(room.room, 1e-300)
-    if not room.meshes or room.size < 20.0 or not LIGHTEST / 100 < density * 1e9 < HEAVIEST:
+    density = inertial.mass / max(solid.box_volume, 1e-300)
+    if not solid.meshes or solid.size < 20.0 or not LIGHTEST / 100 < density * 1e9 < HEAVIEST:
         return None
     puts = tuple(Put((tag, "geometry", "mesh"), "scale", factor=1e-3) for tag in ("visual", "collision"))
-    details: dict[str, object] = {"link": link.name, "size": f"{room.size:.4g}", "density": f"{density:.2g}"}
+    details: dict[str, object] = {"link": link.name, "size": f"{solid.size:.4g}", "density": f"{density:.2g}"}
     return Finding(MILLIMETRES, "link", link.name, details, ("visual",), None, puts, "lint.scale_meshes")
 
 
-def _density(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
-    """Mass over the room there is at most, and over the solids themselves."""
-    least = inertial.mass / max(room.room, 1e-300)
+def _density(link: Link, inertial: Inertial, solid: Solid) -> Iterator[Finding]:
+    """Mass over the volume there is at most, and over the solids themselves."""
+    least = inertial.mass / max(solid.box_volume, 1e-300)
     details: dict[str, object] = {"link": link.name, "mass": f"{inertial.mass:.4g}", "most": f"{HEAVIEST:.0f}"}
     place = ("inertial", "mass")
     if least > HEAVIEST:
-        details |= {"volume": f"{room.room:.3g}", "density": f"{least:.3g}"}
+        details |= {"volume": f"{solid.box_volume:.3g}", "density": f"{least:.3g}"}
         if LIGHTEST < least / 1e3 < HEAVIEST / 2 and inertial.mass > 50.0:
             puts = (Put(place, "value", factor=1e-3), *(Put(p.path, p.attribute, factor=1e-3) for p in _ALL_MOMENTS))
             yield Finding(GRAMS, "link", link.name, details, place, "value", puts, "lint.divide_mass")
         else:
             yield Finding(TOO_HEAVY, "link", link.name, details, place, "value")
-    elif least < LIGHTEST and (volume := room.volume) is not None and inertial.mass < LIGHTEST * volume:
+    elif least < LIGHTEST and (volume := solid.volume) is not None and inertial.mass < LIGHTEST * volume:
         density = inertial.mass / volume
         details |= {"volume": f"{volume:.3g}", "density": f"{density:.3g}", "least": f"{LIGHTEST:.0f}"}
         yield Finding(TOO_LIGHT, "link", link.name, details, place, "value")
 
 
-def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
+def _centre(link: Link, inertial: Inertial, solid: Solid) -> Iterator[Finding]:
     """The centre of mass of matter lies inside the hull of the matter."""
-    com, limit = np.asarray(inertial.com), MARGIN * room.size
-    distance = room.outside(com)
+    com, limit = np.asarray(inertial.com), MARGIN * solid.size
+    distance = solid.outside(com)
     if distance <= limit:
         return
     details: dict[str, object] = {
         "link": link.name,
         "com": ", ".join(f"{x:.4g}" for x in com),
         "distance": f"{distance:.3g}",
-        "size": f"{room.size:.3g}",
+        "size": f"{solid.size:.3g}",
     }
     place = ("inertial", "origin")
-    inside = [axis for axis in range(3) if room.outside(com * np.where(np.arange(3) == axis, -1.0, 1.0)) == 0.0]
+    inside = [axis for axis in range(3) if solid.outside(com * np.where(np.arange(3) == axis, -1.0, 1.0)) == 0.0]
     if len(inside) == 1:
         mirrored = com * np.where(np.arange(3) == inside[0], -1.0, 1.0)
         puts = (Put(place, "xyz", " ".join(written(float(x)) for x in mirrored)),)
@@ -150,17 +150,17 @@ def _centre(link: Link, inertial: Inertial, room: Solid) -> Iterator[Finding]:
     yield Finding(COM_OUTSIDE, "link", link.name, details, place, "xyz")
 
 
-def _inertia(link: Link, inertial: Inertial, room: Solid, unit: float | None) -> Iterator[Finding]:
+def _inertia(link: Link, inertial: Inertial, solid: Solid, unit: float | None) -> Iterator[Finding]:
     """Trace of the inertia, twice the second moment of matter, against what the shapes allow.
 
     A repair is offered only where the numbers leave no choice: an inertia that is impossible as it stands but right
     about the other point, or the same factor on most links.
     """
     mass, com, I = inertial.mass, np.asarray(inertial.com), np.asarray(inertial.inertia)
-    trace, even = float(np.trace(I)), mass * room.gyration
+    trace, even = float(np.trace(I)), mass * solid.gyration
     if trace <= 0 or even <= 0:
         return
-    impossible = _is_impossible(inertial, room)
+    impossible = _is_impossible(inertial, solid)
     details: dict[str, object] = {"link": link.name, "ratio": f"{trace / even:.3g}", "inertia": f"{trace / 3:.3g}"}
     place = ("inertial", "inertia")
     shifted = I - mass * (com @ com * np.eye(3) - np.outer(com, com))
@@ -176,25 +176,25 @@ def _inertia(link: Link, inertial: Inertial, room: Solid, unit: float | None) ->
         yield Finding(kind, "link", link.name, details, place)
 
 
-def _is_impossible(inertial: Inertial, room: Solid) -> bool:
+def _is_impossible(inertial: Inertial, solid: Solid) -> bool:
     """More inertia than all mass at the farthest point would have, or as little as one point."""
     trace = float(np.trace(inertial.inertia))
-    most = 2 * inertial.mass * room.reach_from(np.asarray(inertial.com)) ** 2
-    return trace > LARGE * most or trace < SMALL * inertial.mass * room.gyration
+    most = 2 * inertial.mass * solid.reach_from(np.asarray(inertial.com)) ** 2
+    return trace > LARGE * most or trace < SMALL * inertial.mass * solid.gyration
 
 
-def _common_unit(mechanism: Mechanism, rooms: dict[str, Solid]) -> float | None:
+def _common_unit(mechanism: Mechanism, shapes: dict[str, Solid]) -> float | None:
     """The factor that most links' inertias lack, as when a drawing program wrote kg mm^2; None if there is none.
 
     A number that was copied from link to link has one vote: it is a stand-in, not a unit.
     """
     factors: dict[float, float | None] = {}
     for link in mechanism.links:
-        inertial, room = link.inertial, rooms.get(link.name)
-        if inertial is None or room is None or inertial.mass <= 0 or not np.trace(inertial.inertia) > 0:
+        inertial, solid = link.inertial, shapes.get(link.name)
+        if inertial is None or solid is None or inertial.mass <= 0 or not np.trace(inertial.inertia) > 0:
             continue
         trace = float(np.trace(inertial.inertia))
-        ratio = trace / max(inertial.mass * room.gyration, 1e-300)
+        ratio = trace / max(inertial.mass * solid.gyration, 1e-300)
         factors[trace] = next((f for u in UNIT_FACTORS for f in (1 / u, u) if 0.1 < ratio * f < 3), None)
     votes = [factor for factor in factors.values() if factor is not None]
     best = max(set(votes), key=votes.count, default=None)
@@ -202,7 +202,7 @@ def _common_unit(mechanism: Mechanism, rooms: dict[str, Solid]) -> float | None:
 
 
 def _written(inertia: Floats) -> tuple[Put, ...]:
-    """An inertia in the axes of the link, and the turn of its frame taken out."""
+    """An inertia in the axes of the link, and the rotation of its frame taken out."""
     i, j = np.triu_indices(3)
     moments = tuple(
         Put(("inertial", "inertia"), key, written(float(inertia[a, b])))

@@ -30,6 +30,7 @@ from mafsil.model.lint.finding import Finding, Put
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
 from mafsil.model.numbers import written
+from mafsil.model.tolerances import WRITTEN
 
 TURNS = 4 * pi + 0.1
 """No range of a joint is wider to one side, unless it is wound or in degrees [rad]."""
@@ -37,12 +38,11 @@ MOST_DEGREES = 720.0
 FASTEST, STRONGEST = 1e3, 1e6
 """Rates [rad/s | m/s] and efforts [N m | N] beyond what arms have; 'unknown' is often written so."""
 SHORT = 20.0
-"""Travel [m] of a slide from which on millimetres are likely."""
+"""Travel [m] of a prismatic joint from which on millimetres are likely."""
 ALMOST = 0.02
 """Angle [rad] to a coordinate axis within which that axis was meant."""
 LOPSIDED = 0.1
 """By how much a range must differ from its mirror image to tell them apart [rad | m]."""
-SAME = 1e-9
 _SIDES = {
     "left": "right", "Left": "Right", "LEFT": "RIGHT", "l": "r", "L": "R", "lf": "rf", "lh": "rh",
     "LF": "RF", "LH": "RH", "FL": "FR", "RL": "RR", "BL": "BR", "HL": "HR",
@@ -114,16 +114,16 @@ def _looks_like_degrees(bounds: list[float]) -> bool:
     """Wider than two turns, and round numbers of degrees."""
     if not bounds or not TURNS < max(abs(x) for x in bounds) <= MOST_DEGREES:
         return False
-    return all(abs(x - round(2 * x) / 2) < 1e-9 for x in bounds)
+    return all(abs(x - round(2 * x) / 2) < WRITTEN for x in bounds)
 
 
 def _axis(joint: Joint) -> Iterator[Finding]:
     """An axis that misses a coordinate axis by a little: a rounded or mistyped direction."""
     axis = np.asarray(joint.axis)
     k = int(np.abs(axis).argmax())
-    miss = float(np.linalg.norm(np.delete(axis, k)))
-    if 1e-6 < miss < ALMOST:
-        details: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(miss):.3g}", "axis": "xyz"[k]}
+    deviation = float(np.linalg.norm(np.delete(axis, k)))
+    if 1e-6 < deviation < ALMOST:
+        details: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(deviation):.3g}", "axis": "xyz"[k]}
         yield Finding(NEARLY_ALONG, "joint", joint.name, details, ("axis",), "xyz")
 
 
@@ -156,7 +156,7 @@ def _home(mechanism: Mechanism) -> list[Floats]:
 def _mirrors(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
     """Left and right: where the axes mirror each other the ranges are equal, where they oppose, they are reversed.
 
-    The mirror stands between the two joint frames; a turning axis is reflected as a turn (an axial vector).
+    The mirror stands between the two joint frames; a revolute axis is reflected as a rotation (an axial vector).
     """
     places = {joint.name: (joint, T) for joint, T in zip(mechanism.joints, poses, strict=True) if joint.moves}
     for name, (left, T) in places.items():
@@ -177,8 +177,8 @@ def _mirrors(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
         if not all(isfinite(x) for x in (*ours, *theirs)):
             continue
         straight, reversed_ = _gap(ours, theirs), _gap((-ours[1], -ours[0]), theirs)
-        wanted, unwanted = (straight, reversed_) if sense > 0 else (reversed_, straight)
-        if unwanted < 1e-6 < LOPSIDED < wanted:
+        expected, opposite = (straight, reversed_) if sense > 0 else (reversed_, straight)
+        if opposite < 1e-6 < LOPSIDED < expected:
             details: dict[str, object] = {
                 "joint": other, "other": name, "lower": f"{theirs[0]:.4g}", "upper": f"{theirs[1]:.4g}",
                 "sense": "same" if sense > 0 else "opposite",
@@ -201,10 +201,10 @@ def _neighbours(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
             continue
         one, two = T[:3, :3] @ first.axis, T_k[:3, :3] @ joint.axis
         apart = float(np.linalg.norm(np.cross(T_k[:3, 3] - T[:3, 3], one)))
-        if np.linalg.norm(np.cross(one, two)) > SAME:
+        if np.linalg.norm(np.cross(one, two)) > WRITTEN:
             continue
         details: dict[str, object] = {"joint": joint.name, "other": first.name}
-        if apart < SAME:
+        if apart < WRITTEN:
             yield Finding(SAME_LINE, "joint", joint.name, details, ("origin",))
         elif one @ two < 0:
             yield Finding(ANTIPARALLEL, "joint", joint.name, details, ("axis",))

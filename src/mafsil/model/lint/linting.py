@@ -12,6 +12,7 @@ from typing import Protocol, TypeAlias, cast, runtime_checkable
 import numpy as np
 
 from mafsil.errors import FileError, InputError
+from mafsil.model import library, table
 from mafsil.model.diagnostics import Diagnostic, Report
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.faults import FAULTS as READER_FAULTS
@@ -102,10 +103,10 @@ def mend(
     if reader is None:
         raise InputError("lint.only_urdf", source=str(source))
 
-    def asked(diagnostic: Diagnostic) -> bool:
+    def requested(diagnostic: Diagnostic) -> bool:
         return diagnostic.code in only if only else of_errors(diagnostic)
 
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=True), asked)
+    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=True), requested)
     return text.data.decode("utf-8"), changes
 
 
@@ -167,11 +168,7 @@ def _reader(source: str | PathLike[str], packages: Iterable[str | Path]) -> File
 def _described(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
-        from mafsil.model import table
-
         return table.read(Path(source))
-    from mafsil.model import library
-
     if str(source) not in (*library.names(), "default"):
         raise FileError("robot.no_file", source=str(source)[:100], close="", known=", ".join(library.names()))
     return library.load(str(source))

@@ -1,4 +1,4 @@
-"""What the shapes of a link say about its matter: where it can be, how much room it has, how far it reaches."""
+"""What the shapes of a link say about its matter: where it can be, what volume it has, how far it reaches."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Solid:
         return min(known, default=None)
 
     @property
-    def room(self) -> float:
+    def box_volume(self) -> float:
         """Volume of the smaller of two boxes around everything [m^3]: no matter fills more."""
         centred = self.points - self.points.mean(axis=0)
         _, _, axes = np.linalg.svd(centred, full_matrices=False)
@@ -74,10 +74,10 @@ class Solid:
 
 
 def solids(mechanism: Mechanism) -> dict[str, Solid]:
-    """The room of every link that has mass properties and shapes, by its name.
+    """The shapes of every link that has mass properties and shapes, by its name.
 
     What collides and what is drawn count together, and so do links fixed to it that have no mass properties of their
-    own: many files give the mass of a group to its first link. Marks of a few centimetres are no room.
+    own: many files give the mass of a group to its first link. Marks of a few centimetres do not count.
 
     Args:
         mechanism: any.
@@ -93,11 +93,11 @@ def solids(mechanism: Mechanism) -> dict[str, Solid]:
         T = T if own or joint is None else T @ joint.T_pj
         holder[link.name] = (head, T)
         found.setdefault(head, []).append((link, T))
-    rooms = {name: _room(parts) for name, parts in found.items() if by_name[name].inertial is not None}
-    return {name: room for name, room in rooms.items() if room is not None and room.size > SMALLEST}
+    groups = {name: _solid(parts) for name, parts in found.items() if by_name[name].inertial is not None}
+    return {name: solid for name, solid in groups.items() if solid is not None and solid.size > SMALLEST}
 
 
-def _room(parts: list[tuple[Link, Floats]]) -> Solid | None:
+def _solid(parts: list[tuple[Link, Floats]]) -> Solid | None:
     """All shapes of a rigid group, in the frame of its first link; None if some of what is drawn is not known."""
     points: list[Floats] = []
     matter: list[tuple[Shape, ...]] = []
@@ -192,9 +192,9 @@ def _volume(geometry: Geometry) -> float | None:
 def _even_directions(count: int) -> Floats:
     """(count, 3) unit vectors spread evenly over the sphere, and the six axes."""
     k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    z, longitude = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
     r = np.sqrt(1 - z * z)
-    return np.concatenate([np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1), np.eye(3), -np.eye(3)])
+    return np.concatenate([np.stack([r * np.cos(longitude), r * np.sin(longitude), z], axis=1), np.eye(3), -np.eye(3)])
 
 
 _PLANES = _even_directions(DIRECTIONS)

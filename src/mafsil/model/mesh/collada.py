@@ -73,10 +73,19 @@ class _Scene:
         return cleaned(corners.reshape(-1, 3), faces, np.concatenate(self.colours))
 
     def _add_node(self, node: Element, T_above: PoseMatrix, depth: int) -> None:
+        """The triangles of a node and of all below it.
+
+        1. Count the node: a document may refer to itself, or name one node many times.
+        2. Its transformation follows those above it.
+        3. Inner nodes and nodes referred to are walked likewise; instances of geometry give triangles.
+        """
+        # 1.
         self.instances += 1
         if self.instances > MOST_INSTANCES or depth > 64:
             raise FileError("mesh.collada")
+        # 2.
         T = T_above @ _transform(node)
+        # 3.
         for child in node.children:
             if child.tag == "node":
                 self._add_node(child, T, depth + 1)

@@ -33,7 +33,7 @@ def decimated(surface: Surface, most: int) -> Surface:
 
     Args:
         surface: any triangles, shared corners or not.
-        most: triangles wanted; a small surface may keep a few more.
+        most: triangles to keep at most, about; a small surface may keep a few more.
 
     Reference:
         Lindstrom, P. Out-of-core simplification of large polygonal models. SIGGRAPH 2000.

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from mafsil.model.diagnostics import Repair
 from mafsil.model.faults import NOT_KEPT, UNKNOWN_ATTRIBUTE, UNKNOWN_PART
-from mafsil.model.mjcf.vocabulary import Row, Use, is_neutral, row_of
+from mafsil.model.mjcf.vocabulary import Row, Treatment, is_neutral, row_of
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
@@ -24,30 +24,30 @@ def audit(reading: Reading, root: Element) -> None:
             continue
         _audit_attributes(reading, element, row)
         for child in reversed(element.children):
-            use = row.use_inside(child.tag)
-            if use is Use.READ:
+            treatment = row.treatment_inside(child.tag)
+            if treatment is Treatment.READ:
                 waiting.append((child, child.tag, tag))
             else:
-                _audit_whole(reading, child, tag, use, row)
+                _audit_whole(reading, child, tag, treatment, row)
 
 
 def _audit_attributes(reading: Reading, element: Element, row: Row) -> None:
     for attribute, text in element.attributes.items():
-        use = row.use_of(attribute)
-        if use is None and not attribute.startswith(_FOREIGN):
+        treatment = row.treatment_of(attribute)
+        if treatment is None and not attribute.startswith(_FOREIGN):
             repair = _respelled(reading, element, attribute, row)
             reading.report(
                 UNKNOWN_ATTRIBUTE, element, attribute, repair, element=element.tag, attribute=attribute
             )  # fmt: skip
-        elif use is Use.LEFT_OUT and not is_neutral(element.tag, attribute, text):
+        elif treatment is Treatment.LEFT_OUT and not is_neutral(element.tag, attribute, text):
             reading.report(NOT_KEPT, element, attribute, element=element.tag, what=attribute)
 
 
-def _audit_whole(reading: Reading, child: Element, parent: str, use: Use | None, row: Row) -> None:
-    if use is None:
+def _audit_whole(reading: Reading, child: Element, parent: str, treatment: Treatment | None, row: Row) -> None:
+    if treatment is None:
         known = ", ".join((*row.children.split(), *(name for names in row.whole.values() for name in names.split())))
         reading.report(UNKNOWN_PART, child, None, None, element=child.tag, parent=parent, known=known)
-    elif use is Use.LEFT_OUT:
+    elif treatment is Treatment.LEFT_OUT:
         reading.report(NOT_KEPT, child, None, None, element=parent, what=child.tag)
 
 

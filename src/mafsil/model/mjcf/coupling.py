@@ -18,15 +18,23 @@ from mafsil.model.xml_tree import Element
 
 
 def read_couplings(references: References, root: Element) -> tuple[list[Declared], list[Joint]]:
-    """The joints of the tree with their couplings, and the joints that close loops."""
+    """The joints of the tree with their couplings, and the joints that close loops.
+
+    1. Every joint of the tree stands for itself.
+    2. Constraints that are switched off, one by one or all, are passed over.
+    3. A `joint` constraint makes one joint follow another or locks it, a `weld` closes a loop, a `connect` is reported.
+    """
+    # 1.
     tree = references.tree
     joints = {joint.name: Declared(joint, tree.elements.get(joint.name, root)) for joint in tree.joints}
     loops: list[Joint] = []
     for child, scope in references.sections("equality"):
         settings = scope.library.settings
         element = settings.styled(references.reading, child, "", "equality")
+        # 2.
         if element.get("active", "true") == "false" or "equality" in settings.off:
             continue
+        # 3.
         if element.tag == "joint":
             _couple(references, element, scope, joints)
         elif element.tag == "weld":
@@ -37,7 +45,7 @@ def read_couplings(references: References, root: Element) -> tuple[list[Declared
 
 
 def _couple(references: References, element: Element, scope: Scope, joints: dict[str, Declared]) -> None:
-    """joint1 - ref1 = a0 + a1 (joint2 - ref2): a mimic; without joint2 the joint is held."""
+    """joint1 - ref1 = a0 + a1 (joint2 - ref2): a mimic; without joint2 the joint is locked."""
     reading, tree = references.reading, references.tree
     if not reading.reference(element, "joint1"):
         return

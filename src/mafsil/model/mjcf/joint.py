@@ -15,10 +15,10 @@ from mafsil.model.limits import Limits
 from mafsil.model.mjcf.settings import Settings, choice
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
+from mafsil.model.tolerances import NO_LENGTH
 from mafsil.model.xml_tree import Element
 
 KINDS = {"hinge": JointKind.REVOLUTE, "slide": JointKind.PRISMATIC}
-SHORTEST = 1e-14
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,7 +93,7 @@ def _read_axis(reading: Reading, element: Element, name: str) -> Vector3 | None:
     if xyz is None:
         return None
     largest = max(abs(x) for x in xyz)
-    if largest < SHORTEST:
+    if largest < NO_LENGTH:
         reading.report(ZERO_AXIS, element, "axis", reading.set_attribute(element, "axis", "0 0 1"), joint=name)
         return None
     scaled = np.array(xyz) / largest

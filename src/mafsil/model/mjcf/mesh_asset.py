@@ -13,7 +13,7 @@ from mafsil.model.asset_path import Assets, Resolved
 from mafsil.model.faults import NOT_KEPT
 from mafsil.model.mesh.reader import read as read_mesh
 from mafsil.model.mesh.surface import Surface, cleaned
-from mafsil.model.mjcf.mesh_mass import MeshMass, Rule, hulled, mesh_mass
+from mafsil.model.mjcf.mesh_mass import MeshInertia, MeshMass, hulled, mesh_mass
 from mafsil.model.mjcf.orientation import rotation_from_quaternion
 from mafsil.model.mjcf.settings import Settings, choice
 from mafsil.model.reading import Reading
@@ -83,10 +83,11 @@ class MeshAssets:
         return found
 
     def _weighed(self, reading: Reading, element: Element) -> MeshMass:
-        rule = Rule(choice(reading, element, "inertia", tuple(rule.value for rule in Rule), Rule.LEGACY.value))
+        known = tuple(rule.value for rule in MeshInertia)
+        rule = MeshInertia(choice(reading, element, "inertia", known, MeshInertia.LEGACY.value))
         if element.get("builtin", "none") != "none" or element.first("plugin") is not None:
             raise ModelError(_WORD, what=element.get("builtin") or "plugin")
-        if rule is Rule.CONVEX and int(reading.number(element, "maxhullvert", -1.0) or -1) > 0:
+        if rule is MeshInertia.CONVEX and int(reading.number(element, "maxhullvert", -1.0) or -1) > 0:
             raise ModelError(_WORD, what="maxhullvert")
         surface = self._surface(reading, element)
         return mesh_mass(self._placed(reading, element, surface), rule)

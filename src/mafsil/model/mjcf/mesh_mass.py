@@ -15,7 +15,7 @@ SMALLEST = 1e-15
 """Volume [m^3] or area [m^2] from which a mesh counts, as in MuJoCo."""
 
 
-class Rule(Enum):
+class MeshInertia(Enum):
     """How a surface of triangles stands for matter."""
 
     CONVEX = "convex"
@@ -64,7 +64,7 @@ class MeshMass:
         return (low + high) / 2, (high - low) / 2
 
 
-def mesh_mass(surface: Surface, rule: Rule) -> MeshMass:
+def mesh_mass(surface: Surface, rule: MeshInertia) -> MeshMass:
     """Mass properties of a surface for density one.
 
     1. The middle of the faces is the tip of a pyramid over every face; by the rule a pyramid counts with its sign, as
@@ -79,8 +79,8 @@ def mesh_mass(surface: Surface, rule: Rule) -> MeshMass:
     Raises:
         ModelError: no area or volume, inside out, faces that contradict each other.
     """
-    faces = _hull(surface.vertices) if rule is Rule.CONVEX else surface.faces
-    if rule is Rule.EXACT:
+    faces = _hull(surface.vertices) if rule is MeshInertia.CONVEX else surface.faces
+    if rule is MeshInertia.EXACT:
         _require_consistent(surface)
     points = surface.vertices
     corners = points[surface.faces]
@@ -95,7 +95,7 @@ def mesh_mass(surface: Surface, rule: Rule) -> MeshMass:
     com = centre + weights @ tops * (3 / 4) / volume
     about = points[faces] - com
     weights, _ = _pyramids(about, rule)
-    second = _second_moments(about, weights, 12 if rule is Rule.SHELL else 20)
+    second = _second_moments(about, weights, 12 if rule is MeshInertia.SHELL else 20)
     inertia = np.trace(second) * np.eye(3) - second
     return MeshMass(float(weights.sum()), frozen(com), frozen((inertia + inertia.T) / 2), points)
 
@@ -106,13 +106,13 @@ def _faces(corners: Floats) -> tuple[Floats, Floats, Floats]:
     return np.linalg.norm(normals, axis=1) / 2, corners.mean(axis=1), normals
 
 
-def _pyramids(corners: Floats, rule: Rule) -> tuple[Floats, Floats]:
+def _pyramids(corners: Floats, rule: MeshInertia) -> tuple[Floats, Floats]:
     """(f,) what each pyramid over a face from the origin counts, and the middle of its face."""
     areas, middles, normals = _faces(corners)
-    if rule is Rule.SHELL:
+    if rule is MeshInertia.SHELL:
         return areas, middles
     volumes = np.einsum("fi,fi->f", middles, normals) / 6
-    return np.abs(volumes) if rule is Rule.LEGACY else volumes, middles
+    return np.abs(volumes) if rule is MeshInertia.LEGACY else volumes, middles
 
 
 def _second_moments(corners: Floats, weights: Floats, divisor: int) -> Floats:

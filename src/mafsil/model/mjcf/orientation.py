@@ -9,11 +9,11 @@ from mafsil.model.faults import NO_ROTATION
 from mafsil.model.mjcf.settings import Settings
 from mafsil.model.placement import frame_along, rotation_x, rotation_y, rotation_z, screw_motion
 from mafsil.model.reading import Reading
+from mafsil.model.tolerances import NO_LENGTH
 from mafsil.model.xml_tree import Element
 
 _WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
 _ABOUT = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
-SHORTEST = 1e-14
 
 
 def read_pose(reading: Reading, element: Element, settings: Settings) -> PoseMatrix:
@@ -85,7 +85,7 @@ def _from_axes(x: Floats, y: Floats) -> Floats | None:
 
 def _unit(vector: Floats) -> Floats | None:
     largest = np.abs(vector).max()
-    if largest < SHORTEST:
+    if largest < NO_LENGTH:
         return None
     scaled = vector / largest
     return scaled / np.linalg.norm(scaled)

@@ -54,11 +54,19 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
 
 
 def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
-    """A model whose includes are in place, with the models among its assets."""
+    """A model whose includes are in place, with the models among its assets.
+
+    1. Report what the reader leaves out or refuses.
+    2. Read the settings that all parts share.
+    3. Collect meshes, materials and whole models by name, each with the defaults of its class.
+    """
+    # 1.
     audit(reading, root)
+    # 2.
     settings = read_settings(reading, root)
     library = Library(settings, MeshAssets(settings, inclusion.assets, inclusion.folders))
     model = Model(root, library)
+    # 3.
     for section in root.all("asset"):
         for child in section.children:
             element = settings.styled(reading, child, "") if child.tag != "model" else child

@@ -101,19 +101,29 @@ class Unfolding:
     copies: int = 0
 
     def parts(self, holder: Element, T: PoseMatrix, childclass: str, scope: Scope) -> Iterator[Part]:
-        """The parts of a body (or of a frame in it, of pose T)."""
+        """The parts of a body (or of a frame in it, of pose T).
+
+        1. Count: copies of copies are few lines in a file.
+        2. A frame gives its content, moved by its pose.
+        3. Copies and attached models give theirs, under other names.
+        4. Anything else is a part.
+        """
         for child in holder.children:
+            # 1.
             self.copies += 1
             if self.copies > MOST_COPIES:
                 place = (child.line, child.column)
                 raise Refusal(Diagnostic(TOO_MANY_LINKS, *place, {"limit": MOST_COPIES}))
+            # 2.
             if child.tag == "frame":
                 inner = frozen(T @ read_pose(self.reading, child, scope.library.settings))
                 yield from self.parts(child, inner, child.get("childclass") or childclass, scope)
+            # 3.
             elif child.tag == "replicate":
                 yield from self._replicated(child, T, child.get("childclass") or childclass, scope)
             elif child.tag == "attach":
                 yield from self._attached(child, T, scope)
+            # 4.
             else:
                 yield Part(child, T, childclass, scope)
 
@@ -145,17 +155,17 @@ class Unfolding:
             self.reading.report(INCLUDE_TWICE, element, "model", file=name)
             return
         what = "body" if element.get("body") else "frame"
-        wanted = element.get(what)
+        named = element.get(what)
         prefix = scope.prefix + self.reading.reference(element, "prefix")
-        inner = Scope(model, prefix, scope.suffix, partly=bool(wanted), depth=scope.depth + 1)
+        inner = Scope(model, prefix, scope.suffix, partly=bool(named), depth=scope.depth + 1)
         self.scopes.append(inner)
-        if not wanted:
+        if not named:
             for section in model.bodies():
                 yield from self.parts(section, T, "", inner)
             return
-        found = _found(model, what, wanted)
+        found = _found(model, what, named)
         if found is None:
-            self.reading.report(NO_SUCH_PART, element, what, kind=what, name=wanted)
+            self.reading.report(NO_SUCH_PART, element, what, kind=what, name=named)
             return
         part, childclass = found
         holder = Element(part.tag, {}, part.line, part.column, part.start, children=[part], file=part.file)

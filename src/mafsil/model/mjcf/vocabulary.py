@@ -13,7 +13,7 @@ from enum import Enum
 from types import MappingProxyType
 
 
-class Use(Enum):
+class Treatment(Enum):
     """What becomes of an attribute or of a whole element; all but the first three leave a mechanism as it is."""
 
     READ = "read"
@@ -42,21 +42,21 @@ class Row:
     """
 
     read: str = ""
-    other: Mapping[Use, str] = field(default_factory=lambda: MappingProxyType({}))
+    other: Mapping[Treatment, str] = field(default_factory=lambda: MappingProxyType({}))
     children: str = ""
-    whole: Mapping[Use, str] = field(default_factory=lambda: MappingProxyType({}))
+    whole: Mapping[Treatment, str] = field(default_factory=lambda: MappingProxyType({}))
 
-    def use_of(self, attribute: str) -> Use | None:
+    def treatment_of(self, attribute: str) -> Treatment | None:
         """What becomes of an attribute; None if the element has none of that name."""
         if attribute in self.read.split():
-            return Use.READ
-        return next((use for use, names in self.other.items() if attribute in names.split()), None)
+            return Treatment.READ
+        return next((treatment for treatment, names in self.other.items() if attribute in names.split()), None)
 
-    def use_inside(self, tag: str) -> Use | None:
+    def treatment_inside(self, tag: str) -> Treatment | None:
         """What becomes of an element inside; None if none of that name may stand there."""
         if tag in self.children.split():
-            return Use.READ
-        return next((use for use, names in self.whole.items() if tag in names.split()), None)
+            return Treatment.READ
+        return next((treatment for treatment, names in self.whole.items() if tag in names.split()), None)
 
     @property
     def attributes(self) -> tuple[str, ...]:
@@ -67,66 +67,66 @@ class Row:
 _TURN = "quat axisangle euler xyaxes zaxis"
 _INSIDE = "body frame replicate attach inertial joint freejoint geom"
 _BESIDE = {
-    Use.PICTURE: "camera light",
-    Use.SENSING: "site",
-    Use.LEFT_OUT: "plugin",
-    Use.SOFT: "composite flexcomp",
+    Treatment.PICTURE: "camera light",
+    Treatment.SENSING: "site",
+    Treatment.LEFT_OUT: "plugin",
+    Treatment.SOFT: "composite flexcomp",
 }
 _SOLVED = "solref solimp solreflimit solimplimit solreffriction solimpfriction margin"
 _JOINT = Row(
     "name class type pos axis range limited ref armature damping frictionloss actuatorfrcrange actuatorfrclimited",
     {
-        Use.LEFT_OUT: "stiffness springdamper actuatorgravcomp",
-        Use.SPRING: "springref springyield",
-        Use.SOLVER: _SOLVED,
-        Use.DATA: "group user",
+        Treatment.LEFT_OUT: "stiffness springdamper actuatorgravcomp",
+        Treatment.SPRING: "springref springyield",
+        Treatment.SOLVER: _SOLVED,
+        Treatment.DATA: "group user",
     },
 )
 _GEOM = Row(
     f"name class type size fromto pos {_TURN} mesh fitscale mass density shellinertia group contype conaffinity "
     "rgba material hfield",
     {
-        Use.CONTACT: "condim friction priority solmix solref solimp margin gap surfacevel adhesion",
-        Use.MEDIUM: "fluidshape fluidcoef",
-        Use.PICTURE: "castshadow",
-        Use.DATA: "user",
+        Treatment.CONTACT: "condim friction priority solmix solref solimp margin gap surfacevel adhesion",
+        Treatment.MEDIUM: "fluidshape fluidcoef",
+        Treatment.PICTURE: "castshadow",
+        Treatment.DATA: "user",
     },
-    whole={Use.DATA: "plugin"},
+    whole={Treatment.DATA: "plugin"},
 )
 _MESH = Row(
     "name class file vertex face refpos refquat scale inertia maxhullvert builtin content_type",
-    {Use.PICTURE: "normal texcoord smoothnormal material", Use.DATA: "params"},
+    {Treatment.PICTURE: "normal texcoord smoothnormal material", Treatment.DATA: "params"},
     children="plugin",
 )
 _MATERIAL = Row(
     "name class rgba",
-    {Use.PICTURE: "texture texrepeat texuniform emission specular shininess reflectance metallic roughness"},
-    whole={Use.PICTURE: "layer"},
+    {Treatment.PICTURE: "texture texrepeat texuniform emission specular shininess reflectance metallic roughness"},
+    whole={Treatment.PICTURE: "layer"},
 )
-_CONSTRAINT = {Use.SOLVER: "solref solimp"}
+_CONSTRAINT = {Treatment.SOLVER: "solref solimp"}
 _TENDON = Row(
     "name class armature",
     {
-        Use.LEFT_OUT: "stiffness damping frictionloss limited range actuatorfrclimited actuatorfrcrange",
-        Use.SPRING: "springlength springyield",
-        Use.SOLVER: _SOLVED,
-        Use.PICTURE: "rgba material width",
-        Use.DATA: "group user",
+        Treatment.LEFT_OUT: "stiffness damping frictionloss limited range actuatorfrclimited actuatorfrcrange",
+        Treatment.SPRING: "springlength springyield",
+        Treatment.SOLVER: _SOLVED,
+        Treatment.PICTURE: "rgba material width",
+        Treatment.DATA: "group user",
     },
     children="joint",
-    whole={Use.SENSING: "site geom pulley"},
+    whole={Treatment.SENSING: "site geom pulley"},
 )
 _ACTUATOR = Row(
     "name class joint jointinparent tendon gear forcelimited forcerange ctrllimited ctrlrange armature damping",
     {
-        Use.LEFT_OUT: "site body refsite slidersite cranksite",
-        Use.COMMAND: "actdim actearly actlimited actrange biasprm biastype gainprm gaintype dynprm dyntype kp kv ki "
-        "dampratio timeconst inheritrange input imax posrange velrange ffrange slewmax area bias diameter force fpmax "
-        "fvmax lmax lmin range scale tausmooth vmax gain cogging controller inductance lugre motorconst nominal "
-        "resistance saturation thermal lengthrange cranklength delay interp nsample",
-        Use.DATA: "group user plugin instance",
+        Treatment.LEFT_OUT: "site body refsite slidersite cranksite",
+        Treatment.COMMAND: "actdim actearly actlimited actrange biasprm biastype gainprm gaintype dynprm dyntype "
+        "kp kv ki dampratio timeconst inheritrange input imax posrange velrange ffrange slewmax area bias diameter "
+        "force fpmax fvmax lmax lmin range scale tausmooth vmax gain cogging controller inductance lugre motorconst "
+        "nominal resistance saturation thermal lengthrange cranklength delay interp nsample",
+        Treatment.DATA: "group user plugin instance",
     },
-    whole={Use.DATA: "config"},
+    whole={Treatment.DATA: "config"},
 )
 MOTORS = (
     "general", "motor", "position", "velocity", "intvelocity", "orientation", "pid", "damper", "cylinder", "muscle",
@@ -140,31 +140,31 @@ ROWS: Mapping[str, Row] = MappingProxyType(
             "model",
             children="compiler option default asset worldbody tendon equality actuator deformable include",
             whole={
-                Use.PICTURE: "visual statistic",
-                Use.CONTACT: "contact",
-                Use.SENSING: "sensor",
-                Use.DATA: "size custom keyframe extension",
+                Treatment.PICTURE: "visual statistic",
+                Treatment.CONTACT: "contact",
+                Treatment.SENSING: "sensor",
+                Treatment.DATA: "size custom keyframe extension",
             },
         ),
         "compiler": Row(
             "angle autolimits balanceinertia boundinertia boundmass coordinate eulerseq fitaabb inertiafromgeom "
             "inertiagrouprange settotalmass meshdir assetdir strippath",
             {
-                Use.PICTURE: "texturedir discardvisual",
-                Use.CONVERTING: "fusestatic alignfree conflict passthrough savecanonical savecompiled saveinertial "
-                "usethread convexhull exactmeshinertia",
+                Treatment.PICTURE: "texturedir discardvisual",
+                Treatment.CONVERTING: "fusestatic alignfree conflict passthrough savecanonical savecompiled "
+                "saveinertial usethread convexhull exactmeshinertia",
             },
-            whole={Use.COMMAND: "lengthrange"},
+            whole={Treatment.COMMAND: "lengthrange"},
         ),
         "option": Row(
             "gravity",
             {
-                Use.LEFT_OUT: "density viscosity",
-                Use.MEDIUM: "wind",
-                Use.SENSING: "magnetic",
-                Use.CONTACT: "o_margin o_solref o_solimp o_friction",
-                Use.COMMAND: "actuatorgroupdisable",
-                Use.SOLVER: "timestep apirate impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance "
+                Treatment.LEFT_OUT: "density viscosity",
+                Treatment.MEDIUM: "wind",
+                Treatment.SENSING: "magnetic",
+                Treatment.CONTACT: "o_margin o_solref o_solimp o_friction",
+                Treatment.COMMAND: "actuatorgroupdisable",
+                Treatment.SOLVER: "timestep apirate impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance "
                 "mpr_tolerance sleep_tolerance integrator cone jacobian solver iterations ls_iterations "
                 "noslip_iterations ccd_iterations mpr_iterations sdf_iterations sdf_initpoints collision",
             },
@@ -173,53 +173,60 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "flag": Row(
             "gravity damper frictionloss equality constraint limit",
             {
-                Use.SPRING: "spring",
-                Use.COMMAND: "actuation clampctrl",
-                Use.SENSING: "sensor energy",
-                Use.CONTACT: "contact filterparent override multiccd nativeccd midphase",
-                Use.SOLVER: "warmstart refsafe eulerdamp autoreset island ipc fwdinv invdiscrete sleep diagexact "
+                Treatment.SPRING: "spring",
+                Treatment.COMMAND: "actuation clampctrl",
+                Treatment.SENSING: "sensor energy",
+                Treatment.CONTACT: "contact filterparent override multiccd nativeccd midphase",
+                Treatment.SOLVER: "warmstart refsafe eulerdamp autoreset island ipc fwdinv invdiscrete sleep diagexact "
                 "speculative passive",
             },
         ),
         "default": Row(
             "class",
             children=f"default joint geom mesh material equality tendon {' '.join(MOTORS[:-1])}",
-            whole={Use.PICTURE: "texture camera light", Use.SENSING: "site", Use.CONTACT: "pair"},
+            whole={Treatment.PICTURE: "texture camera light", Treatment.SENSING: "site", Treatment.CONTACT: "pair"},
         ),
         "asset": Row(
             children="mesh material model",
-            whole={Use.PICTURE: "texture skin", Use.CONTACT: "hfield"},
+            whole={Treatment.PICTURE: "texture skin", Treatment.CONTACT: "hfield"},
         ),
         "asset/mesh": _MESH,
-        "mesh/plugin": Row("plugin instance", whole={Use.DATA: "config"}),
+        "mesh/plugin": Row("plugin instance", whole={Treatment.DATA: "config"}),
         "asset/material": _MATERIAL,
         "asset/model": Row("name file content_type"),
         "worldbody": Row(children="body frame replicate attach geom", whole=_BESIDE),
         "body": Row(
             f"name childclass pos {_TURN}",
-            {Use.LEFT_OUT: "gravcomp mocap", Use.SOLVER: "sleep simple", Use.CONVERTING: "fuse", Use.DATA: "user"},
+            {
+                Treatment.LEFT_OUT: "gravcomp mocap",
+                Treatment.SOLVER: "sleep simple",
+                Treatment.CONVERTING: "fuse",
+                Treatment.DATA: "user",
+            },
             children=_INSIDE,
             whole=_BESIDE,
         ),
         "frame": Row(f"name childclass pos {_TURN}", children=_INSIDE, whole=_BESIDE),
-        "replicate": Row("count offset euler sep childclass", {Use.DATA: "prefix"}, children=_INSIDE, whole=_BESIDE),
+        "replicate": Row(
+            "count offset euler sep childclass", {Treatment.DATA: "prefix"}, children=_INSIDE, whole=_BESIDE
+        ),
         "attach": Row("model body frame prefix"),
         "inertial": Row(f"pos {_TURN} mass diaginertia fullinertia"),
         "body/joint": _JOINT,
-        "freejoint": Row("name", {Use.CONVERTING: "align", Use.DATA: "group"}),
+        "freejoint": Row("name", {Treatment.CONVERTING: "align", Treatment.DATA: "group"}),
         "body/geom": _GEOM,
-        "deformable": Row(whole={Use.PICTURE: "skin", Use.LEFT_OUT: "flex"}),
+        "deformable": Row(whole={Treatment.PICTURE: "skin", Treatment.LEFT_OUT: "flex"}),
         "tendon": Row(children="fixed spatial"),
         "tendon/fixed": _TENDON,
         "tendon/spatial": _TENDON,
         "fixed/joint": Row("joint coef"),
         "equality": Row(
             children="joint weld connect",
-            whole={Use.LEFT_OUT: "tendon flex flexvert flexstrain distance"},
+            whole={Treatment.LEFT_OUT: "tendon flex flexvert flexstrain distance"},
         ),
         "equality/joint": Row("name class active joint1 joint2 polycoef", _CONSTRAINT),
         "equality/weld": Row(
-            "name class active body1 body2 relpose site1 site2 anchor", {Use.SOLVER: "solref solimp torquescale"}
+            "name class active body1 body2 relpose site1 site2 anchor", {Treatment.SOLVER: "solref solimp torquescale"}
         ),
         "equality/connect": Row("name class active body1 body2 anchor site1 site2", _CONSTRAINT),
         "default/equality": Row("active", _CONSTRAINT),

@@ -26,6 +26,7 @@ from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.scope import Part
 from mafsil.model.sdf.values import flag, number, numbers
+from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element
 
 KINDS = {
@@ -119,7 +120,7 @@ def _direction(reading: Reading, part: Part, axis: Element, frames: Frames, vers
     holder = reading.one(axis, "xyz")
     xyz = np.array(numbers(reading, holder, 3, (0.0, 0.0, 1.0)))
     length = float(np.linalg.norm(xyz))
-    if length < 1e-9:
+    if length < WRITTEN:
         reading.report(ZERO_AXIS, axis, None, None, joint=part.name)
         return np.array([0.0, 0.0, 1.0])
     expressed = "" if holder is None else holder.get("expressed_in")

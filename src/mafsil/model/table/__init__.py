@@ -24,8 +24,8 @@ link before, axis, pitch, and kind (R, P, H). Any joint may hold link (name of t
 inertial, actuator, friction. `inertia` is about the centre of mass: three moments, or six numbers xx, yy, zz, xy, xz,
 yz. `base`, `tool` and `home` are poses: { xyz, rpy } or { matrix } of 4 rows.
 
-Angles are in the file's unit in alpha, theta, offset, rpy and the limits of turning joints; lengths in a, d, xyz, com,
-v of screws, pitch and the limits of sliding joints. Everything else is SI: kg, kg m^2, N m, N, m/s^2, s.
+Angles are in the file's unit in alpha, theta, offset, rpy and the limits of revolute joints; lengths in a, d, xyz, com,
+v of screws, pitch and the limits of prismatic joints. Everything else is SI: kg, kg m^2, N m, N, m/s^2, s.
 """
 
 from mafsil.model.table.reading import parse as parse

@@ -25,24 +25,28 @@ KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC, "H": JointKind.HELIC
 
 def mechanism_of(table: RobotTable) -> Mechanism:
     """The mechanism of a valid table."""
-    turn, long = _units(table)
-    parts = _parts(table, turn, long)
-    base, tool = _pose(table.base, turn, long), _pose(table.tool, turn, long)
+    angle_unit, length_unit = _units(table)
+    parts = _parts(table, angle_unit, length_unit)
+    base, tool = _pose(table.base, angle_unit, length_unit), _pose(table.tool, angle_unit, length_unit)
     if table.convention in ("modified", "classic"):
-        rows = [_row(joint, turn, long) for joint in table.joint]
+        rows = [_row(joint, angle_unit, length_unit) for joint in table.joint]
         return mechanism_from_dh(rows, table.convention, base=base, tool=tool, **parts)
     if table.convention == "frames":
-        return serial_arm([_place(joint, turn, long) for joint in table.joint], base=base, T_lt=tool, **parts)
-    screws = [_screw(joint, long) for joint in table.joint]
-    home = _pose(table.home or PoseTable(), turn, long)
+        return serial_arm(
+            [_place(joint, angle_unit, length_unit) for joint in table.joint], base=base, T_lt=tool, **parts
+        )
+    screws = [_screw(joint, length_unit) for joint in table.joint]
+    home = _pose(table.home or PoseTable(), angle_unit, length_unit)
     arm = mechanism_from_screws(screws, home, form="space" if table.convention == "space" else "body", **parts)
     return replace(arm, T_sb=frozen(base), T_lt=frozen(arm.T_lt @ tool))
 
 
 def constants_of(table: RobotTable) -> tuple[PoseMatrix | None, PoseMatrix | None]:
     """Base and tool of a valid table in metres, None where the file says nothing about them."""
-    turn, long = _units(table)
-    base, tool = (None if pose == PoseTable() else _pose(pose, turn, long) for pose in (table.base, table.tool))
+    angle_unit, length_unit = _units(table)
+    base, tool = (
+        None if pose == PoseTable() else _pose(pose, angle_unit, length_unit) for pose in (table.base, table.tool)
+    )
     return base, tool
 
 
@@ -61,13 +65,13 @@ def _units(table: RobotTable) -> tuple[float, float]:
     return (radians(1.0) if table.units.angle == "deg" else 1.0), (1e-3 if table.units.length == "mm" else 1.0)
 
 
-def _parts(table: RobotTable, turn: float, long: float) -> ArmParts:
+def _parts(table: RobotTable, angle_unit: float, length_unit: float) -> ArmParts:
     """Everything besides the kinematics, in SI."""
     joints = table.joint
     return ArmParts(
         name=table.name,
-        inertials=[_inertial(joint.inertial, long) for joint in joints],
-        limits=[_limits(joint.limits, long if _slides(joint) else turn) for joint in joints],
+        inertials=[_inertial(joint.inertial, length_unit) for joint in joints],
+        limits=[_limits(joint.limits, length_unit if _is_prismatic(joint) else angle_unit) for joint in joints],
         actuators=[
             None
             if (motor := joint.actuator) is None
@@ -87,47 +91,47 @@ def _parts(table: RobotTable, turn: float, long: float) -> ArmParts:
     )
 
 
-def _row(joint: JointTable, turn: float, long: float) -> DHRow:
+def _row(joint: JointTable, angle_unit: float, length_unit: float) -> DHRow:
     """A Denavit-Hartenberg row in SI."""
     if joint.kind == "H":
         raise ModelError("table.kind", joint=joint.name or "", kind=joint.kind)
     return DHRow(
-        a=long * (joint.a or 0.0),
-        alpha=turn * (joint.alpha or 0.0),
-        d=long * (joint.d or 0.0),
-        theta=turn * (joint.theta or 0.0),
+        a=length_unit * (joint.a or 0.0),
+        alpha=angle_unit * (joint.alpha or 0.0),
+        d=length_unit * (joint.d or 0.0),
+        theta=angle_unit * (joint.theta or 0.0),
         kind=joint.kind,
-        offset=(turn if joint.kind == "R" else long) * (joint.offset or 0.0),
+        offset=(angle_unit if joint.kind == "R" else length_unit) * (joint.offset or 0.0),
     )
 
 
-def _place(joint: JointTable, turn: float, long: float) -> JointPlace:
+def _place(joint: JointTable, angle_unit: float, length_unit: float) -> JointPlace:
     """A joint at a free frame, about a free axis."""
     zero = (0.0, 0.0, 0.0)
-    pose = _pose(PoseTable(joint.xyz or zero, joint.rpy or zero, joint.matrix), turn, long)
+    pose = _pose(PoseTable(joint.xyz or zero, joint.rpy or zero, joint.matrix), angle_unit, length_unit)
     axis = np.array(joint.axis or (0.0, 0.0, 1.0))
     length = float(np.linalg.norm(axis))
     if length == 0.0:
         raise ModelError("table.axis", joint=joint.name or "")
-    return JointPlace(KINDS[joint.kind], pose, np.eye(4), long * (joint.pitch or 0.0), axis / length)
+    return JointPlace(KINDS[joint.kind], pose, np.eye(4), length_unit * (joint.pitch or 0.0), axis / length)
 
 
-def _pose(table: PoseTable, turn: float, long: float) -> PoseMatrix:
+def _pose(table: PoseTable, angle_unit: float, length_unit: float) -> PoseMatrix:
     """A pose (4, 4) in metres."""
     if table.matrix is None:
-        return pose_from_xyz_rpy(tuple(long * x for x in table.xyz), tuple(turn * x for x in table.rpy))
+        return pose_from_xyz_rpy(tuple(length_unit * x for x in table.xyz), tuple(angle_unit * x for x in table.rpy))
     T = np.array(checked_pose("matrix", table.matrix))
-    T[:3, 3] *= long
+    T[:3, 3] *= length_unit
     return T
 
 
-def _screw(joint: JointTable, long: float) -> Vector6:
-    """A screw with v in metres; the direction of a slide has no unit."""
+def _screw(joint: JointTable, length_unit: float) -> Vector6:
+    """A screw with v in metres; the direction of a prismatic screw has no unit."""
     S: Floats = np.array(joint.screw)
-    return S if _slides(joint) else S * np.array([1.0, 1.0, 1.0, long, long, long])
+    return S if _is_prismatic(joint) else S * np.array([1.0, 1.0, 1.0, length_unit, length_unit, length_unit])
 
 
-def _slides(joint: JointTable) -> bool:
+def _is_prismatic(joint: JointTable) -> bool:
     """Whether the coordinate is a length."""
     return joint.kind == "P" if joint.screw is None else not any(joint.screw[:3])
 
@@ -137,9 +141,9 @@ def _limits(table: LimitsTable, unit: float) -> Limits:
     return Limits(*(unit * bound for bound in bounds), effort=table.effort)
 
 
-def _inertial(table: InertialTable | None, long: float) -> Inertial | None:
+def _inertial(table: InertialTable | None, length_unit: float) -> Inertial | None:
     if table is None:
         return None
     xx, yy, zz, xy, xz, yz = (*table.inertia, 0.0, 0.0, 0.0)[:6]
-    com = [long * x for x in table.com]
+    com = [length_unit * x for x in table.com]
     return Inertial(table.mass, frozen(com), frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))

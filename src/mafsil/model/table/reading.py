@@ -83,7 +83,7 @@ def decoded(text: str, path: str) -> RobotTable:
 
 
 def _require_robot(found: dict[str, Any], path: str) -> None:
-    """A job file is told from a robot table, as both are TOML."""
+    """A job file is distinguished from a robot table, as both are TOML."""
     of_job = sorted(key for key in JOB_KEYS if key in found)
     if of_job and "joint" not in found and "convention" not in found:
         raise FileError("table.job", path=path, keys=", ".join(of_job))

@@ -33,13 +33,16 @@ def line_of(text: str, place: str) -> int:
 
 
 def numbers_of(value: Any, place: str = "$") -> Iterator[tuple[str, float]]:
-    """Every number of a decoded table with its place."""
-    if isinstance(value, float):
+    """Every number of a decoded table with its place.
+
+    1. A number is itself. 2. A table gives its keys' numbers behind a dot, 3. a list its members' behind an index.
+    """
+    if isinstance(value, float):  # 1.
         yield place, value
-    elif isinstance(value, Mapping):
+    elif isinstance(value, Mapping):  # 2.
         for key, inner in cast("Mapping[str, Any]", value).items():
             yield from numbers_of(inner, f"{place}.{key}")
-    elif isinstance(value, list | tuple):
+    elif isinstance(value, list | tuple):  # 3.
         for k, inner in enumerate(cast("Sequence[Any]", value)):
             yield from numbers_of(inner, f"{place}[{k}]")
 

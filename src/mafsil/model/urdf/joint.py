@@ -37,6 +37,7 @@ from mafsil.model.limits import Limits
 from mafsil.model.mimics import Declared
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
+from mafsil.model.tolerances import WRITTEN
 from mafsil.model.urdf.origin import read_origin
 from mafsil.model.xml_tree import Element
 
@@ -64,8 +65,6 @@ CLOSE = 0.8
 _URDF_AXIS = frozen([1.0, 0.0, 0.0])
 UNBOUNDED = 1e300
 """A limit of this magnitude or more means none."""
-UNIT = 1e-9
-"""Deviation of an axis from unit length that is rounding of its decimals, normalised without a remark."""
 
 
 def read_joint(reading: Reading, element: Element, carried: frozenset[str]) -> Declared | None:
@@ -157,7 +156,7 @@ def _read_axis(reading: Reading, joint: Element, name: str, kind: JointKind) -> 
         return _URDF_AXIS
     scaled = [x / largest for x in xyz]
     length = sqrt(sum(x * x for x in scaled))
-    if abs(length * largest - 1.0) > UNIT:
+    if abs(length * largest - 1.0) > WRITTEN:
         unit = " ".join(written(x / length) for x in scaled)
         repair = reading.set_attribute(element, "xyz", unit)
         reading.report(AXIS_NORMALISED, element, "xyz", repair, joint=name, length=f"{length * largest:.6g}")

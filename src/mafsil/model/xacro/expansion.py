@@ -317,10 +317,10 @@ class _Expansion:
     def _take_blocks(self, element: Element, name: str, scope: Scope, inner: Scope, missing: list[str]) -> None:
         """The elements inside a call, as the blocks that the macro asks for."""
         given = self._contents(element, scope, self._made(element, {}, []))
-        wanted = [parameter for parameter in missing if parameter.startswith("*")]
-        if len(given) != len(wanted):
-            raise XacroFault(XACRO_BLOCKS, macro=name, expected=len(wanted), got=len(given))
-        inner.blocks |= dict(zip(wanted, given, strict=True))
+        expected = [parameter for parameter in missing if parameter.startswith("*")]
+        if len(given) != len(expected):
+            raise XacroFault(XACRO_BLOCKS, macro=name, expected=len(expected), got=len(given))
+        inner.blocks |= dict(zip(expected, given, strict=True))
 
     def _body(self, macro: Macro, inner: Scope, holder: Element) -> list[Element]:
         self.calls += 1

@@ -1,0 +1,20 @@
+"""Thresholds of robot descriptions, each with its reason: what people and programs write has few decimals.
+
+Files made by programs carry 10 to 17 digits, printed tables 4 to 7. A threshold lies above the rounding of what is
+written and below what a drawing means by different.
+"""
+
+WRITTEN = 1e-9
+"""Relative difference of two values that mean one: files of programs carry ten digits and more, so 5e-11, times twenty.
+
+Lengths of unit axes, opposite entries of an inertia, coordinates of one mimic pair, pitches, distances over the size.
+"""
+PRINTED = 1e-6
+"""Deviation of a printed rotation, unit screw or inertia from a true one: six decimals leave 5e-7 in each entry."""
+PARALLEL = 1e-7
+"""Angle [rad] between axes that count as parallel.
+
+An axis turned into place by rpy angles of eight decimals is wrong by 5e-9 per angle; twenty times that.
+"""
+NO_LENGTH = 1e-14
+"""Length of a vector of MJCF that has no direction: ten times mjMINVAL, below which MuJoCo divides by nothing."""
