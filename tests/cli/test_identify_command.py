@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
-from mafsil.identification.renewal import with_load
+from mafsil.identification.model_update import with_load
 from mafsil.mechanics.inertial_parameters import parameters_of
 from mafsil.model import Inertial
 from tests.identification.simulated import different, noisy_log, write_csv
@@ -57,7 +57,7 @@ def test_loads(folder, capsys):
     assert main(["identify", str(folder / "loaded.csv"), "planar2r", "--payload"]) == 0
     assert "load of 1." in capsys.readouterr().out
     assert main(["identify", str(folder / "empty.csv"), "planar2r", "--payload"]) == 1
-    assert "no load is told" in capsys.readouterr().err
+    assert "no load is identifiable" in capsys.readouterr().err
 
 
 def test_a_log_that_makes_nothing_better_is_an_honest_no(folder, tmp_path, capsys):

@@ -10,7 +10,7 @@ from mafsil.derivation.arm import SymbolicArm, composed, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
 from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
 from mafsil.derivation.polynomial import symbol
-from mafsil.derivation.screw_road import Form, fk_by_screws, wants_screws
+from mafsil.derivation.screw_method import Form, fk_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
