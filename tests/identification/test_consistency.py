@@ -23,7 +23,7 @@ BODY = parameters_of(Inertial(BOX.mass, [0.1, -0.2, 0.3], BOX.inertia))
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(-2, 2), min_size=10, max_size=10))
-def test_every_point_of_a_chart_is_a_possible_body(x):
+def test_every_point_of_a_parameterisation_is_a_possible_body(x):
     parameters, _ = BodyParameterisation.around(BODY).at(np.array(x))
     assert physically_consistent(parameters)
     inertial = inertial_of(parameters)
