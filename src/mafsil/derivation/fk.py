@@ -165,7 +165,7 @@ def _has_heading(arm: SymbolicArm) -> bool:
 
 
 def _heading(arm: SymbolicArm, judge: Judge) -> Line:
-    """Phi = theta1 + theta2 + ... of a planar arm, compared as a direction."""
+    """phi = theta1 + theta2 + ... of a planar arm, compared as a direction."""
     total = sum((symbol(f"theta{i}") for i in range(1, arm.n + 1)), start=ZERO)
     phi = judge.number(total)
     error = float(np.abs(judge.tip[:, :2, 0] - np.stack([np.cos(phi), np.sin(phi)], axis=-1)).max())

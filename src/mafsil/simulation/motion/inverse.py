@@ -193,7 +193,7 @@ def differentiate(t: ArrayLike, values: ArrayLike, order: int = 1) -> Floats:
     offsets = (times[rows] - times[:, None]) / spacing[:, None]
     powers = np.arange(float(width))[:, None]
     # Weights that differentiate 1, x, x^2, ... exactly.
-    wanted = np.zeros((count, width, 1))
-    wanted[:, order] = float(order)
-    weights = np.linalg.solve(offsets[:, None, :] ** powers, wanted)[..., 0] / spacing[:, None] ** order
+    moments = np.zeros((count, width, 1))
+    moments[:, order] = float(order)
+    weights = np.linalg.solve(offsets[:, None, :] ** powers, moments)[..., 0] / spacing[:, None] ** order
     return cast(Floats, np.einsum("kw,kw...->k...", weights, samples[rows]))
