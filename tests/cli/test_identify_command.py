@@ -39,7 +39,7 @@ def test_json_and_arabic(folder, capsys):
         main(["identify", str(folder / "log.csv"), "planar2r", "--json", "--rotor-inertia", "--held-out", "0.3"]) == 0
     )
     data = json.loads(capsys.readouterr().out)
-    assert data["validation"]["unseen"]
+    assert data["validation"]["held_out"]
     assert max(data["validation"]["after_percent"]) < 3
     assert {"label", "value", "standard_error", "before", "after"} == set(data["parameters"][0])
     words = ["--lang", "ar", "identify", str(folder / "log.csv"), "planar2r", "--validation", str(folder / "log.csv")]

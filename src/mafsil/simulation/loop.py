@@ -32,8 +32,8 @@ Progress = Callable[[float], object]
 def simulate(scenario: Scenario, progress: Progress | None = None, *, fused: bool | None = None) -> Recording:
     """Run a scenario.
 
-    The law sees the state (with sensor noise) once every control period; its efforts are clipped and kept constant while the
-    plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as compiled
+    The law sees the state (with sensor noise) once every control period; its efforts are clipped and kept constant
+    while the plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as compiled
     code; it agrees with the general loop to rounding.
 
     Args:
