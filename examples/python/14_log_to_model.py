@@ -15,7 +15,7 @@ import mafsil as mf
 described = mf.load("planar2r")
 
 # A motion that shows every parameter, inside all limits.
-motion = mf.exciting_motion(described, period=8.0, repetitions=2, improvements=20)
+motion = mf.excitation_trajectory(described, period=8.0, repetitions=2, improvements=20)
 t = np.arange(0.0, motion.duration, 0.002)
 q, qd, qdd = motion.at(t)
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mafsil.grasp import plan_grasps as plan_grasps
     from mafsil.identification import MotionLog as MotionLog
     from mafsil.identification import estimate_payload as estimate_payload
-    from mafsil.identification import exciting_motion as exciting_motion
+    from mafsil.identification import excitation_trajectory as excitation_trajectory
     from mafsil.identification import identify as identify
     from mafsil.ik import inverse_kinematics as inverse_kinematics
     from mafsil.ik import solve_ik as solve_ik
@@ -93,7 +93,7 @@ _HOME_OF = {
     "ModelError": "mafsil.errors:ModelError",
     "MotionLog": "mafsil.identification:MotionLog",
     "estimate_payload": "mafsil.identification:estimate_payload",
-    "exciting_motion": "mafsil.identification:exciting_motion",
+    "excitation_trajectory": "mafsil.identification:excitation_trajectory",
     "identify": "mafsil.identification:identify",
     "inverse_kinematics": "mafsil.ik:inverse_kinematics",
     "language": "mafsil.errors:language",

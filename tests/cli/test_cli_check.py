@@ -43,7 +43,7 @@ def test_typed_rows_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = run(capsys, "puma560", "--dh", *rows, "--degrees", "--json")
     data = json.loads(out)
     assert (code, data["correct"]) == (1, False)
-    assert [(f["slip"], f["row"], f["entry"]) for f in data["findings"]] == [("sign", 3, "d")]
+    assert [(f["mistake"], f["row"], f["entry"]) for f in data["findings"]] == [("sign", 3, "d")]
 
 
 def test_a_table_in_a_file(capsys: pytest.CaptureFixture[str], tmp_path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
-from mafsil.identification.renewal import with_load
+from mafsil.identification.model_update import with_load
 from mafsil.mechanics.inertial_parameters import parameters_of
 from mafsil.model import Inertial
 from tests.identification.simulated import different, noisy_log, write_csv
@@ -39,7 +39,7 @@ def test_json_and_arabic(folder, capsys):
         main(["identify", str(folder / "log.csv"), "planar2r", "--json", "--rotor-inertia", "--held-out", "0.3"]) == 0
     )
     data = json.loads(capsys.readouterr().out)
-    assert data["validation"]["unseen"]
+    assert data["validation"]["held_out"]
     assert max(data["validation"]["after_percent"]) < 3
     assert {"label", "value", "standard_error", "before", "after"} == set(data["parameters"][0])
     words = ["--lang", "ar", "identify", str(folder / "log.csv"), "planar2r", "--validation", str(folder / "log.csv")]
@@ -57,7 +57,7 @@ def test_loads(folder, capsys):
     assert main(["identify", str(folder / "loaded.csv"), "planar2r", "--payload"]) == 0
     assert "load of 1." in capsys.readouterr().out
     assert main(["identify", str(folder / "empty.csv"), "planar2r", "--payload"]) == 1
-    assert "no load is told" in capsys.readouterr().err
+    assert "no load is identifiable" in capsys.readouterr().err
 
 
 def test_a_log_that_makes_nothing_better_is_an_honest_no(folder, tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""`derive dynamics`: closed forms a teacher accepts, by two roads, equal to the compiled robot, in three formats."""
+"""`derive dynamics`: closed forms a teacher accepts, by two methods, equal to the compiled robot, in three formats."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mafsil.derivation import DerivationError, derive_dynamics, to_html, to_late
 from mafsil.derivation.arm import symbolic_arm
 from mafsil.derivation.bodies import symbolic_bodies
 from mafsil.derivation.dynamics import DynamicsJudge
-from mafsil.derivation.lagrange_road import lagrange
+from mafsil.derivation.lagrange_method import lagrange
 from mafsil.derivation.matrices import ZERO
-from mafsil.derivation.newton_euler_road import newton_euler, same
+from mafsil.derivation.newton_euler_method import newton_euler, same
 from mafsil.derivation.operation_counts import operations
 from mafsil.derivation.text import formula
 from mafsil.errors import ModelError
@@ -128,12 +128,12 @@ def test_two_roads_and_the_compiled_robot_agree(name: str) -> None:
 
 def test_mass_matrix_is_symmetric_and_c_is_its_slope_in_letters() -> None:
     arm = symbolic_arm(library.load("planar3r"))
-    road = lagrange(arm, symbolic_bodies(arm))
+    method = lagrange(arm, symbolic_bodies(arm))
     for i in range(3):
         for j in range(3):
-            assert same(road.M[i][j], road.M[j][i])
-            slopes = (road.M[i][j].derivative(f"theta{k + 1}") * road.rates[k] for k in range(3))
-            assert same(sum(slopes, start=ZERO), road.C[i][j] + road.C[j][i])
+            assert same(method.M[i][j], method.M[j][i])
+            slopes = (method.M[i][j].derivative(f"theta{k + 1}") * method.rates[k] for k in range(3))
+            assert same(sum(slopes, start=ZERO), method.C[i][j] + method.C[j][i])
 
 
 @pytest.mark.capability("09-10")
@@ -199,10 +199,10 @@ def test_a_wrong_line_is_never_handed_out(monkeypatch: pytest.MonkeyPatch) -> No
         derive_dynamics(library.load("planar2r"))
 
 
-def _spoilt(road):
+def _spoilt(method):
     from dataclasses import replace
 
-    return replace(road, tau=(-road.tau[0], *road.tau[1:]))
+    return replace(method, tau=(-method.tau[0], *method.tau[1:]))
 
 
 def test_numbers_of_the_letters_are_those_of_the_robot() -> None:

@@ -1,4 +1,4 @@
-"""Equations of motion from typed energies: known systems, other roads, and what is refused."""
+"""Equations of motion from typed energies: known systems, other methods, and what is refused."""
 
 from __future__ import annotations
 

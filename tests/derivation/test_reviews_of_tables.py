@@ -1,4 +1,4 @@
-"""Tables of students over many arms: right ones in any frames pass, every planted slip is named, the smallest first."""
+"""Tables of students over many arms: right ones in any frames pass, every planted mistake is named, smallest first."""
 
 import re
 from dataclasses import replace
@@ -7,7 +7,7 @@ from math import degrees, pi
 import numpy as np
 import pytest
 
-from mafsil.derivation import Slip, check_dh, check_screws
+from mafsil.derivation import Mistake, check_dh, check_screws
 from mafsil.model import library, screws
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.dh_from_axes import Relation, dh_from_mechanism
@@ -95,29 +95,29 @@ def test_flipped_normals_pass(name, convention):
 
 
 def planted(rows):
-    """Single slips: name, row from 1, and the table with it."""
+    """Single mistakes: name, row from 1, and the table with it."""
     for i, row in enumerate(rows):
-        changes = [(Slip.SIGN, {f: -getattr(row, f)}) for f in ("alpha", "a", "d", "theta") if abs(getattr(row, f))]
-        changes += [(Slip.DEGREES, {f: degrees(getattr(row, f))}) for f in ("alpha", "theta") if getattr(row, f)]
-        changes += [(Slip.OFFSET, {"theta": row.theta + pi}), (Slip.VALUE, {"a": row.a + 0.137})]
+        changes = [(Mistake.SIGN, {f: -getattr(row, f)}) for f in ("alpha", "a", "d", "theta") if abs(getattr(row, f))]
+        changes += [(Mistake.DEGREES, {f: degrees(getattr(row, f))}) for f in ("alpha", "theta") if getattr(row, f)]
+        changes += [(Mistake.OFFSET, {"theta": row.theta + pi}), (Mistake.VALUE, {"a": row.a + 0.137})]
         if row.a != row.d:
-            changes.append((Slip.LENGTHS_SWAPPED, {"a": row.d, "d": row.a}))
+            changes.append((Mistake.LENGTHS_SWAPPED, {"a": row.d, "d": row.a}))
         if row.alpha != row.theta:
-            changes.append((Slip.ANGLES_SWAPPED, {"alpha": row.theta, "theta": row.alpha}))
-        for slip, entries in changes:
-            yield slip, i + 1, [replace(r, **entries) if k == i else r for k, r in enumerate(rows)]
+            changes.append((Mistake.ANGLES_SWAPPED, {"alpha": row.theta, "theta": row.alpha}))
+        for mistake, entries in changes:
+            yield mistake, i + 1, [replace(r, **entries) if k == i else r for k, r in enumerate(rows)]
     for field in ("a", "alpha"):
         values = np.roll([getattr(row, field) for row in rows], 1)
-        yield Slip.ROW_SHIFTED, None, [replace(r, **{field: float(x)}) for r, x in zip(rows, values, strict=True)]
+        yield Mistake.ROW_SHIFTED, None, [replace(r, **{field: float(x)}) for r, x in zip(rows, values, strict=True)]
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_planted_slips_are_named(name):
-    """At least 95 of 100; what is not a slip because base or tool swallow it is right."""
+    """At least 95 of 100; what is not a mistake because base or tool swallow it is right."""
     arm = library.load(name)
     rows = list(dh_from_mechanism(arm).rows)
     named, wrong = 0, []
-    for slip, row, table in planted(rows):
+    for mistake, row, table in planted(rows):
         if table == rows:
             continue
         review = check_dh(table, arm)
@@ -127,11 +127,11 @@ def test_planted_slips_are_named(name):
         first = review.findings[0]
         # A column of lengths shifted by a row is just what the other convention does, and half a turn more than -90
         # degrees is 90.
-        same = {Slip.ROW_SHIFTED: Slip.CONVENTION, Slip.OFFSET: Slip.SIGN}.get(slip)
-        if (first.slip, first.row) == (slip, row) or (first.slip is same and first.row == row):
+        same = {Mistake.ROW_SHIFTED: Mistake.CONVENTION, Mistake.OFFSET: Mistake.SIGN}.get(mistake)
+        if (first.mistake, first.row) == (mistake, row) or (first.mistake is same and first.row == row):
             named += 1
         else:
-            wrong.append((slip, row, first))
+            wrong.append((mistake, row, first))
     assert named >= 0.95 * (named + len(wrong)), wrong
     assert named
 
@@ -142,7 +142,7 @@ def test_the_smallest_repair_comes_first(name):
     arm = library.load(name)
     rows = list(dh_from_mechanism(arm).rows)
     rows[5] = replace(rows[5], alpha=-rows[5].alpha)
-    assert [(f.slip, f.row, f.entry) for f in check_dh(rows, arm).findings] == [(Slip.SIGN, 6, "alpha")]
+    assert [(f.mistake, f.row, f.entry) for f in check_dh(rows, arm).findings] == [(Mistake.SIGN, 6, "alpha")]
 
 
 def test_any_wrong_value_is_named_with_the_right_one():
@@ -150,32 +150,32 @@ def test_any_wrong_value_is_named_with_the_right_one():
     rows = list(dh_from_mechanism(arm).rows)
     rows[1] = replace(rows[1], alpha=0.137)
     (finding,) = check_dh(rows, arm).findings
-    assert (finding.slip, finding.row, finding.entry, finding.expected) == (Slip.VALUE, 2, "alpha", "0")
+    assert (finding.mistake, finding.row, finding.entry, finding.expected) == (Mistake.VALUE, 2, "alpha", "0")
     puma = library.load("puma560")
     rows = list(dh_from_mechanism(puma).rows)
     rows[5] = replace(rows[5], a=0.137)
     (finding,) = check_dh(rows, puma).findings
-    assert (finding.slip, finding.row, finding.entry, finding.expected) == (Slip.VALUE, 6, "a", "0")
+    assert (finding.mistake, finding.row, finding.entry, finding.expected) == (Mistake.VALUE, 6, "a", "0")
 
 
 def test_a_table_that_is_right_in_the_other_convention_is_told_so():
     arm = library.load("puma560")
     review = check_dh(dh_from_mechanism(arm, "classic").rows, arm)
-    assert [finding.slip for finding in review] == [Slip.CONVENTION]
+    assert [finding.mistake for finding in review] == [Mistake.CONVENTION]
     assert "right as a classic table" in review.message("en")
     assert "classic" in review.message("ar")
     both = list(dh_from_mechanism(arm, "classic").rows)
     both[2] = replace(both[2], d=both[2].d + 0.05)
-    assert [(f.slip, f.row) for f in check_dh(both, arm)] == [(Slip.CONVENTION, None), (Slip.VALUE, 3)]
+    assert [(f.mistake, f.row) for f in check_dh(both, arm)] == [(Mistake.CONVENTION, None), (Mistake.VALUE, 3)]
 
 
 def test_plain_rows_and_degrees():
     table = dh_from_mechanism(library.load("ur5e"))
     rows = [[row.a, degrees(row.alpha), row.d, degrees(row.theta)] for row in table.rows]
     assert check_dh(rows, "ur5e", degrees=True).correct
-    assert check_dh(rows, "ur5e").findings[0].slip is Slip.DEGREES
+    assert check_dh(rows, "ur5e").findings[0].mistake is Mistake.DEGREES
     rows[4][2] *= -1
-    assert [(f.slip, f.row) for f in check_dh(rows, "ur5e")] == [(Slip.DEGREES, None), (Slip.SIGN, 5)]
+    assert [(f.mistake, f.row) for f in check_dh(rows, "ur5e")] == [(Mistake.DEGREES, None), (Mistake.SIGN, 5)]
 
 
 def test_answers_are_read_like_all_others():
@@ -197,5 +197,5 @@ def test_screws_written_in_another_frame():
     S = screws(arm).S_s
     T = random_pose(np.random.default_rng(1))
     review = check_screws(S @ adjoint(T).T, "puma560")
-    assert [finding.slip for finding in review] == [Slip.OTHER_BASE]
+    assert [finding.mistake for finding in review] == [Mistake.OTHER_BASE]
     assert review.message("en") != review.message("ar")

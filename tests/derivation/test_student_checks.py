@@ -1,4 +1,4 @@
-"""Work of students: every usual slip is planted and has to be named, place and kind; right work passes."""
+"""Work of students: every usual mistake is planted and has to be named, place and kind; right work passes."""
 
 from dataclasses import replace
 from math import degrees, pi
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.derivation import Slip, check_dh, check_jacobian, check_screws
+from mafsil.derivation import Mistake, check_dh, check_jacobian, check_screws
 from mafsil.derivation.formula_text import evaluate, parsed
 from mafsil.errors import InputError
 from mafsil.model import library, screws
@@ -26,7 +26,7 @@ def changed(rows, index, **entries):
 
 
 def named(review):
-    return [(finding.slip, finding.row, finding.entry) for finding in review.findings]
+    return [(finding.mistake, finding.row, finding.entry) for finding in review.findings]
 
 
 @pytest.mark.parametrize("convention", ["modified", "classic"])
@@ -41,23 +41,23 @@ def test_right_tables_pass_whatever_frames_were_chosen(name, convention):
 @pytest.mark.parametrize(
     ("rows", "finding"),
     [
-        (changed(ROWS, 2, a=-ROWS[2].a), (Slip.SIGN, 3, "a")),
-        (changed(ROWS, 2, d=-ROWS[2].d), (Slip.SIGN, 3, "d")),
-        (changed(ROWS, 3, alpha=-ROWS[3].alpha), (Slip.SIGN, 4, "alpha")),
-        (changed(ROWS, 3, a=ROWS[3].d, d=ROWS[3].a), (Slip.LENGTHS_SWAPPED, 4, "a, d")),
-        (changed(ROWS, 4, alpha=degrees(ROWS[4].alpha)), (Slip.DEGREES, 5, "alpha")),
-        (changed(ROWS, 4, kind="P"), (Slip.KIND, 5, "kind")),
-        (changed(ROWS, 2, a=0.4), (Slip.VALUE, 3, "a")),
-        ([replace(r, alpha=degrees(r.alpha)) for r in ROWS], (Slip.DEGREES, None, "alpha")),
+        (changed(ROWS, 2, a=-ROWS[2].a), (Mistake.SIGN, 3, "a")),
+        (changed(ROWS, 2, d=-ROWS[2].d), (Mistake.SIGN, 3, "d")),
+        (changed(ROWS, 3, alpha=-ROWS[3].alpha), (Mistake.SIGN, 4, "alpha")),
+        (changed(ROWS, 3, a=ROWS[3].d, d=ROWS[3].a), (Mistake.LENGTHS_SWAPPED, 4, "a, d")),
+        (changed(ROWS, 4, alpha=degrees(ROWS[4].alpha)), (Mistake.DEGREES, 5, "alpha")),
+        (changed(ROWS, 4, kind="P"), (Mistake.KIND, 5, "kind")),
+        (changed(ROWS, 2, a=0.4), (Mistake.VALUE, 3, "a")),
+        ([replace(r, alpha=degrees(r.alpha)) for r in ROWS], (Mistake.DEGREES, None, "alpha")),
         (
             [replace(r, alpha=degrees(r.alpha), theta=degrees(r.theta)) for r in ROWS],
-            (Slip.DEGREES, None, "alpha, theta"),
+            (Mistake.DEGREES, None, "alpha, theta"),
         ),
         (
             [replace(r, a=a) for r, a in zip(ROWS, [*(r.a for r in ROWS[1:]), ROWS[0].a], strict=True)],
-            (Slip.ROW_SHIFTED, None, "a"),
+            (Mistake.ROW_SHIFTED, None, "a"),
         ),
-        (dh_from_mechanism(PUMA, "classic").rows, (Slip.CONVENTION, None, "")),
+        (dh_from_mechanism(PUMA, "classic").rows, (Mistake.CONVENTION, None, "")),
     ],
 )
 def test_slips_in_the_table_of_the_puma(rows, finding):
@@ -73,14 +73,14 @@ def test_exchanged_angles_and_missing_offsets():
     pinned = {"base": np.eye(4), "tool": np.eye(4)}
     assert check_dh(rows, arm, **pinned).correct
     swapped = changed(rows, 1, alpha=-pi / 2, theta=pi / 2)
-    assert named(check_dh(swapped, arm, **pinned)) == [(Slip.ANGLES_SWAPPED, 2, "alpha, theta")]
+    assert named(check_dh(swapped, arm, **pinned)) == [(Mistake.ANGLES_SWAPPED, 2, "alpha, theta")]
     missing = changed(rows, 1, theta=0.0)
-    assert named(check_dh(missing, arm, **pinned)) == [(Slip.OFFSET, 2, "theta")]
+    assert named(check_dh(missing, arm, **pinned)) == [(Mistake.OFFSET, 2, "theta")]
 
 
 def test_two_slips_are_both_named():
     rows = changed(changed(ROWS, 2, d=-ROWS[2].d), 3, a=ROWS[3].d, d=ROWS[3].a)
-    assert named(check_dh(rows, PUMA)) == [(Slip.SIGN, 3, "d"), (Slip.LENGTHS_SWAPPED, 4, "a, d")]
+    assert named(check_dh(rows, PUMA)) == [(Mistake.SIGN, 3, "d"), (Mistake.LENGTHS_SWAPPED, 4, "a, d")]
 
 
 @settings(deadline=None, max_examples=12)
@@ -96,57 +96,65 @@ def test_a_wrong_length_never_passes_unless_it_is_free(name, index, field, by):
 
 
 @pytest.mark.parametrize(
-    ("arm", "rows", "slip"),
-    [(textbook.spatial3r(1.0, 0.5), [2], Slip.CROSS_ORDER), (textbook.arm6r(0.6), [3, 4], Slip.CROSS_ORDER)],
+    ("arm", "rows", "mistake"),
+    [(textbook.spatial3r(1.0, 0.5), [2], Mistake.CROSS_ORDER), (textbook.arm6r(0.6), [3, 4], Mistake.CROSS_ORDER)],
 )
-def test_the_printed_screws_of_the_book(arm, rows, slip):
+def test_the_printed_screws_of_the_book(arm, rows, mistake):
     """Errata 2 and 4: v printed with the other sign."""
     S = screws(arm).S_s.copy()
     S[rows, 3:] *= -1
     review = check_screws(S, arm)
-    assert [(finding.row, finding.slip) for finding in review.findings] == [(row + 1, slip) for row in rows]
+    assert [(finding.row, finding.mistake) for finding in review.findings] == [(row + 1, mistake) for row in rows]
     assert review.proven
     assert check_screws(screws(arm).S_s, arm).correct
     assert check_screws(screws(arm).S_b, arm, "body").correct
 
 
-def planted(slip, S, i):
+def planted(mistake, S, i):
     S = S.copy()
     w, v = S[i, :3].copy(), S[i, 3:].copy()
-    match slip:
-        case Slip.REVERSED:
+    match mistake:
+        case Mistake.REVERSED:
             S[i] *= -1
-        case Slip.NO_MOMENT:
+        case Mistake.NO_MOMENT:
             S[i, 3:] = 0
-        case Slip.PARTS_SWAPPED:
+        case Mistake.PARTS_SWAPPED:
             S[i] = [*v, *w]
-        case Slip.POINT_AS_MOMENT:
+        case Mistake.POINT_AS_MOMENT:
             S[i, 3:] = np.cross(w, v)
-        case Slip.NOT_UNIT:
+        case Mistake.NOT_UNIT:
             S[i] *= 2.5
-        case Slip.KIND:
+        case Mistake.KIND:
             S[i] = [0, 0, 0, *w]
-        case Slip.VALUE:
+        case Mistake.VALUE:
             S[i, 3:] += 0.123
     return S
 
 
 @pytest.mark.parametrize(
-    "slip",
-    [Slip.REVERSED, Slip.NO_MOMENT, Slip.PARTS_SWAPPED, Slip.POINT_AS_MOMENT, Slip.NOT_UNIT, Slip.KIND, Slip.VALUE],
+    "mistake",
+    [
+        Mistake.REVERSED,
+        Mistake.NO_MOMENT,
+        Mistake.PARTS_SWAPPED,
+        Mistake.POINT_AS_MOMENT,
+        Mistake.NOT_UNIT,
+        Mistake.KIND,
+        Mistake.VALUE,
+    ],
 )
-def test_slips_in_screws(slip):
+def test_slips_in_screws(mistake):
     arm = library.load("ur5e")
-    review = check_screws(planted(slip, screws(arm).S_s, 3), arm)
-    assert [(finding.slip, finding.row) for finding in review.findings] == [(slip, 4)]
+    review = check_screws(planted(mistake, screws(arm).S_s, 3), arm)
+    assert [(finding.mistake, finding.row) for finding in review.findings] == [(mistake, 4)]
     assert review.message("en") != review.message("ar")
 
 
 def test_whole_lists_of_screws():
     arm = textbook.arm6r(0.5)
     S = screws(arm).S_s
-    assert check_screws(screws(arm).S_b, arm).findings[0].slip is Slip.FRAME
-    assert check_screws(np.roll(S, 3, axis=1), arm).findings[0].slip is Slip.PARTS_SWAPPED
+    assert check_screws(screws(arm).S_b, arm).findings[0].mistake is Mistake.FRAME
+    assert check_screws(np.roll(S, 3, axis=1), arm).findings[0].mistake is Mistake.PARTS_SWAPPED
 
 
 TWO = planar.planar2r((1.0, 0.7))
@@ -156,26 +164,26 @@ RIGHT = [["-L1*s1 - L2*s12", "-L2*s12"], ["L1*c1 + L2*c12", "L2*c12"]]
 def test_erratum_27_columns_are_position_vectors():
     printed = [["L1*c1", "L1*c1 + L2*c12"], ["L1*s1", "L1*s1 + L2*s12"]]
     review = check_jacobian(printed, TWO, kind="tip")
-    assert [finding.slip for finding in review.findings] == [Slip.POSITION_VECTOR] * 2
+    assert [finding.mistake for finding in review.findings] == [Mistake.POSITION_VECTOR] * 2
     assert check_jacobian(RIGHT, TWO, kind="tip").correct
 
 
 @pytest.mark.parametrize(
-    ("row", "column", "text", "slip"),
+    ("row", "column", "text", "mistake"),
     [
-        (0, 0, "-L1*s1 + L2*s12", Slip.TERM_SIGN),
-        (1, 0, "L1*c1 + L2*s12", Slip.SINE_COSINE),
-        (1, 0, "L1*c1 + L2*c2", Slip.ANGLE),
-        (0, 1, "L2*s12", Slip.SIGN),
-        (1, 1, "L2*cos(q1 - q2)", Slip.TERM_SIGN),
-        (1, 1, "L1*c12 + 3", Slip.VALUE),
+        (0, 0, "-L1*s1 + L2*s12", Mistake.TERM_SIGN),
+        (1, 0, "L1*c1 + L2*s12", Mistake.SINE_COSINE),
+        (1, 0, "L1*c1 + L2*c2", Mistake.ANGLE),
+        (0, 1, "L2*s12", Mistake.SIGN),
+        (1, 1, "L2*cos(q1 - q2)", Mistake.TERM_SIGN),
+        (1, 1, "L1*c12 + 3", Mistake.VALUE),
     ],
 )
-def test_slips_in_formulas(row, column, text, slip):
+def test_slips_in_formulas(row, column, text, mistake):
     J = [list(line) for line in RIGHT]
     J[row][column] = text
     review = check_jacobian(J, TWO, kind="tip")
-    assert [(f.slip, f.row, f.column) for f in review.findings] == [(slip, row + 1, column + 1)]
+    assert [(f.mistake, f.row, f.column) for f in review.findings] == [(mistake, row + 1, column + 1)]
     assert review.message("en") != review.message("ar")
 
 
@@ -192,29 +200,29 @@ def test_slips_in_numbers(name, kind):
     J = right[kind]
     assert check_jacobian(J, robot.mechanism, q, kind).correct
     other = "body" if kind != "body" else "space"
-    assert check_jacobian(right[other], robot.mechanism, q, kind).findings[0].slip is Slip.FRAME
-    assert check_jacobian(np.roll(J, 3, axis=0), robot.mechanism, q, kind).findings[0].slip is Slip.PARTS_SWAPPED
-    assert check_jacobian(J.T, robot.mechanism, q, kind).findings[0].slip is Slip.TRANSPOSED
+    assert check_jacobian(right[other], robot.mechanism, q, kind).findings[0].mistake is Mistake.FRAME
+    assert check_jacobian(np.roll(J, 3, axis=0), robot.mechanism, q, kind).findings[0].mistake is Mistake.PARTS_SWAPPED
+    assert check_jacobian(J.T, robot.mechanism, q, kind).findings[0].mistake is Mistake.TRANSPOSED
     wrong = J.copy()
     wrong[:, 4] *= -1
-    assert [(f.slip, f.column) for f in check_jacobian(wrong, robot.mechanism, q, kind).findings] == [
-        (Slip.REVERSED, 5)
+    assert [(f.mistake, f.column) for f in check_jacobian(wrong, robot.mechanism, q, kind).findings] == [
+        (Mistake.REVERSED, 5)
     ]
     wrong = J.copy()
     wrong[3:] *= -1
-    assert check_jacobian(wrong, robot.mechanism, q, kind).findings[0].slip is Slip.CROSS_ORDER
+    assert check_jacobian(wrong, robot.mechanism, q, kind).findings[0].mistake is Mistake.CROSS_ORDER
     wrong = J.copy()
     wrong[5, 5] += 0.2
-    assert [(f.slip, f.row, f.column) for f in check_jacobian(wrong, robot.mechanism, q, kind).findings] == [
-        (Slip.VALUE, 6, 6)
+    assert [(f.mistake, f.row, f.column) for f in check_jacobian(wrong, robot.mechanism, q, kind).findings] == [
+        (Mistake.VALUE, 6, 6)
     ]
 
 
 def test_screws_at_zero_and_degrees_in_numbers():
     robot = Robot(PUMA)
     q = np.array([0.2, -0.4, 0.6, 0.3, 0.9, -0.5])
-    assert check_jacobian(screws(PUMA).S_s.T, PUMA, q).findings[0].slip is Slip.ZERO_CONFIGURATION
-    assert check_jacobian(robot.jacobian_space(np.degrees(q)), PUMA, q).findings[0].slip is Slip.DEGREES
+    assert check_jacobian(screws(PUMA).S_s.T, PUMA, q).findings[0].mistake is Mistake.ZERO_CONFIGURATION
+    assert check_jacobian(robot.jacobian_space(np.degrees(q)), PUMA, q).findings[0].mistake is Mistake.DEGREES
 
 
 def test_formulas_of_an_own_alphabet():

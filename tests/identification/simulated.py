@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.identification import MotionLog
-from mafsil.identification.consistency import BodyChart, possible
+from mafsil.identification.consistency import BodyParameterisation, physically_consistent
 from mafsil.mechanics.inertial_parameters import inertial_of, inertial_parameters
 from mafsil.model import Actuator, Friction
 from mafsil.robot import Robot, load
@@ -19,8 +19,8 @@ def different(name, seed, *, rotors=False, offset=0.02):
     described, rng = load(name), np.random.default_rng(seed)
     links = []
     for link, parameters in zip(described.mechanism.links, inertial_parameters(described.mechanism), strict=True):
-        if parameters[0] > 0 and possible(parameters):
-            changed, _ = BodyChart.around(parameters).at(rng.normal(0, 0.12, 10))
+        if parameters[0] > 0 and physically_consistent(parameters):
+            changed, _ = BodyParameterisation.around(parameters).at(rng.normal(0, 0.12, 10))
             link = replace(link, inertial=inertial_of(changed))
         links.append(link)
     n = described.n

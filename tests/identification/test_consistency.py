@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.identification.consistency import (
-    BodyChart,
+    BodyParameterisation,
     ball,
-    nearest_possible,
+    nearest_consistent,
     parameters_of_pseudo,
-    possible,
+    physically_consistent,
     pseudo_inertia,
 )
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
@@ -23,9 +23,9 @@ BODY = parameters_of(Inertial(BOX.mass, [0.1, -0.2, 0.3], BOX.inertia))
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(-2, 2), min_size=10, max_size=10))
-def test_every_point_of_a_chart_is_a_possible_body(x):
-    parameters, _ = BodyChart.around(BODY).at(np.array(x))
-    assert possible(parameters)
+def test_every_point_of_a_parameterisation_is_a_possible_body(x):
+    parameters, _ = BodyParameterisation.around(BODY).at(np.array(x))
+    assert physically_consistent(parameters)
     inertial = inertial_of(parameters)
     a, b, c = np.linalg.eigvalsh(inertial.inertia)
     assert inertial.mass > 0
@@ -34,7 +34,7 @@ def test_every_point_of_a_chart_is_a_possible_body(x):
 
 
 def test_the_origin_and_the_derivatives():
-    chart = BodyChart.around(BODY)
+    chart = BodyParameterisation.around(BODY)
     assert np.allclose(chart.at(np.zeros(10))[0], BODY)
     x, h = np.random.default_rng(0).normal(0, 0.5, 10), 1e-6
     _, rates = chart.at(x)
@@ -61,9 +61,9 @@ def test_impossible_bodies_become_possible_and_keep_mass_and_centre(inertia):
     c = parameters[1:4] / 2
     about = np.diag(inertia) + 2 * (c @ c * np.eye(3) - np.outer(c, c))
     parameters[4:] = about[0, 0], about[1, 1], about[2, 2], about[0, 1], about[0, 2], about[1, 2]
-    near = nearest_possible(parameters, 1.0)
-    assert not possible(parameters)
-    assert possible(near)
+    near = nearest_consistent(parameters, 1.0)
+    assert not physically_consistent(parameters)
+    assert physically_consistent(near)
     assert np.allclose(near[:4], parameters[:4])
-    assert np.allclose(nearest_possible(near, 1.0), near)
-    assert np.array_equal(nearest_possible(BODY, 1.0), BODY)
+    assert np.allclose(nearest_consistent(near, 1.0), near)
+    assert np.array_equal(nearest_consistent(BODY, 1.0), BODY)

@@ -13,10 +13,10 @@ from tests.identification.simulated import different, effort, torque_errors
 @pytest.mark.parametrize("name", ["puma560", "ur5e", "scara_rrrp"])
 def test_limits_are_kept_and_the_condition_is_good(name):
     robot = mf.load(name)
-    motion = mf.exciting_motion(robot, period=8.0, improvements=120)
-    first_draw = mf.exciting_motion(robot, period=8.0, candidates=1, improvements=0)
-    assert motion.condition < 30
-    assert motion.condition < first_draw.condition
+    motion = mf.excitation_trajectory(robot, period=8.0, improvements=120)
+    first_draw = mf.excitation_trajectory(robot, period=8.0, candidates=1, improvements=0)
+    assert motion.condition_number < 30
+    assert motion.condition_number < first_draw.condition_number
     q, qd, qdd = motion.at(np.linspace(0, motion.duration, 4000))
     limits = robot.limits
     assert (q >= limits.lower).all()
@@ -27,7 +27,7 @@ def test_limits_are_kept_and_the_condition_is_good(name):
 
 
 def test_it_is_a_trajectory_that_rests_at_its_ends():
-    motion = mf.exciting_motion(mf.load("planar2r"), candidates=5, improvements=10)
+    motion = mf.excitation_trajectory(mf.load("planar2r"), candidates=5, improvements=10)
     assert isinstance(motion, Trajectory)
     for t in (0.0, motion.period, motion.duration):
         assert np.abs(motion.at(t).v).max() < 1e-12
@@ -45,16 +45,16 @@ def test_it_is_a_trajectory_that_rests_at_its_ends():
 
 def test_the_seed_decides():
     robot = mf.load("planar2r")
-    a, b, c = (mf.exciting_motion(robot, candidates=4, improvements=5, seed=seed) for seed in (3, 3, 4))
+    a, b, c = (mf.excitation_trajectory(robot, candidates=4, improvements=5, seed=seed) for seed in (3, 3, 4))
     assert np.array_equal(a.sine, b.sine)
-    assert a.condition == b.condition
+    assert a.condition_number == b.condition_number
     assert not np.array_equal(a.sine, c.sine)
 
 
 def test_a_given_start_is_kept_and_candidates_can_be_refused():
     robot = mf.load("puma560")
     start = [0.3, 0.5, -0.5, 0.2, 0.4, 0.0]
-    motion = mf.exciting_motion(
+    motion = mf.excitation_trajectory(
         robot, centre=start, candidates=10, improvements=10, accept=lambda q: q[:, 0].min() > -2
     )
     assert np.array_equal(motion.centre, start)
@@ -63,19 +63,19 @@ def test_a_given_start_is_kept_and_candidates_can_be_refused():
     assert (q <= robot.limits.upper).all()
     assert q[:, 0].min() > -2.1
     with pytest.raises(InputError, match="none of 4 candidates"):
-        mf.exciting_motion(robot, candidates=2, improvements=2, accept=lambda q: False)
+        mf.excitation_trajectory(robot, candidates=2, improvements=2, accept=lambda q: False)
 
 
 def test_an_exciting_log_makes_a_good_model(tmp_path):
     described, truth = different("ur5e", 0)
-    motion = mf.exciting_motion(described, improvements=80)
+    motion = mf.excitation_trajectory(described, improvements=80)
     t = np.arange(0, motion.duration, 2e-3)
     q, qd, qdd = motion.at(t)
     tau = effort(truth, q, qd, qdd)
     tau = tau + 0.02 * np.sqrt((tau**2).mean(axis=0)) * np.random.default_rng(0).normal(size=tau.shape)
     result = identify(described, MotionLog(t=t, q=np.round(q, 5), tau=tau))
-    assert result.told == len(result.parameters)
-    assert result.condition < 100
+    assert result.identifiable_count == len(result.parameters)
+    assert result.condition_number < 100
     assert torque_errors(result.robot, truth, 0).max() < 3.0
     motion.save(tmp_path / "motion.csv", rate=50)
     table = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True, deletechars="")
@@ -98,4 +98,4 @@ def test_an_exciting_log_makes_a_good_model(tmp_path):
 )
 def test_numbers_out_of_range(name, value):
     with pytest.raises(InputError, match=name):
-        mf.exciting_motion(mf.load("puma560"), **{name: value})
+        mf.excitation_trajectory(mf.load("puma560"), **{name: value})

@@ -1,4 +1,4 @@
-"""From noisy logs to better models: torque on unseen motion, possible bodies, honest errors, what cannot be told."""
+"""From noisy logs to better models: held-out torque, possible bodies, honest errors, what cannot be identified."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.identification import MotionLog, identify
-from mafsil.identification.consistency import possible
+from mafsil.identification.consistency import physically_consistent
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from tests.identification.simulated import different, noisy_log, torque_errors, write_csv
@@ -37,7 +37,7 @@ def test_torque_on_unseen_motion_within_three_percent(found):
     before, after = torque_errors(described, truth, seed), torque_errors(result.robot, truth, seed)
     assert after.max() < 3.0
     assert (after < before).all()
-    assert result.validation.unseen
+    assert result.validation.held_out
     assert (result.validation.after < 3.0).all()
 
 
@@ -49,7 +49,7 @@ def test_every_body_is_possible_and_the_mass_matrix_positive_definite(found):
     assert np.linalg.eigvalsh(robot.mass_matrix(q)).min() > 0
     moving = {joint.child for joint in robot.mechanism.joints}
     for link, numbers in zip(robot.mechanism.links, robot.inertial_parameters, strict=True):
-        assert link.name not in moving or link.inertial is None or possible(numbers)
+        assert link.name not in moving or link.inertial is None or physically_consistent(numbers)
     for joint in robot.mechanism.coordinates:
         assert joint.friction.viscous >= 0
         assert joint.friction.coulomb >= 0
@@ -81,7 +81,7 @@ def test_number_of_base_parameters_is_the_known_one(name, inertial):
 def test_without_noise_everything_is_told_and_right():
     described, truth = different("planar2r", 7)
     result = identify(described, noisy_log(truth, 7, torque_noise=0.0, encoder=None))
-    assert result.told == len(result.parameters)
+    assert result.identifiable_count == len(result.parameters)
     true = result.base.combination @ TorqueModel(truth, SMOOTHING).prior
     after = np.array([parameter.after for parameter in result.parameters])
     assert np.abs(after - true).max() < 5e-3 * np.abs(true).max()
@@ -110,9 +110,9 @@ def test_a_joint_that_stands_still_is_named_and_keeps_its_description():
     text = result.explain()
     joint = described.joint_names[6]
     assert f"{joint} moved by only 0" in text
-    untold = {label for item in result.unidentifiable if item.reason == "log" for label in item.labels}
-    assert f"{joint}.viscous" in untold
-    assert f"{joint}.coulomb" in untold
+    unknown = {label for item in result.unidentifiable if item.reason == "log" for label in item.labels}
+    assert f"{joint}.viscous" in unknown
+    assert f"{joint}.coulomb" in unknown
     assert np.linalg.eigvalsh(result.robot.mass_matrix(np.zeros((1, 7)))).min() > 0
 
 
@@ -125,7 +125,9 @@ def test_what_no_motion_shows_is_said_in_words():
     never = {label for item in result.unidentifiable if item.reason == "never" for label in item.labels}
     assert never == set(TorqueModel(described, SMOOTHING).base.silent)
     assert "لا تظهر في العزوم قط" in result.explain("ar")
-    assert "link2.m" in {label for item in result.unidentifiable if item.reason == "together" for label in item.labels}
+    assert "link2.m" in {
+        label for item in result.unidentifiable if item.reason == "combination" for label in item.labels
+    }
 
 
 def test_a_description_without_masses_gets_them():
@@ -171,7 +173,7 @@ def test_several_logs_and_another_for_validation(tmp_path):
     result = identify(described, [first, second], validation=tmp_path / "third.csv")
     assert (result.validation.after < 3.0).all()
     one = identify(described, first, held_out=0.0)
-    assert not one.validation.unseen
+    assert not one.validation.held_out
     assert "nothing was kept back" in one.explain()
     assert result.rows > 1.5 * one.rows
 
@@ -226,7 +228,7 @@ def test_a_robot_that_stands_still_tells_nothing():
     robot = mf.load("planar2r")
     t = np.arange(2000) * 1e-3
     result = identify(robot, MotionLog(t=t, q=np.full((2000, 2), 0.3), tau=np.full((2000, 2), 1.0)))
-    assert result.told <= 4
+    assert result.identifiable_count <= 4
     assert sum(remark.key == "identification.hardly_moved" for remark in result.remarks) == 2
     assert np.isfinite([p.value for p in result.parameters]).all()
     assert np.linalg.eigvalsh(result.robot.mass_matrix(np.zeros((1, 2)))).min() > 0

@@ -1,4 +1,4 @@
-"""Loads at the tip from motion and from poses at rest, and what the log does not tell of them."""
+"""Loads at the tip from motion and from poses at rest, and what the log does not identify of them."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.identification import MotionLog, estimate_payload
-from mafsil.identification.consistency import possible
-from mafsil.identification.renewal import with_load
+from mafsil.identification.consistency import physically_consistent
+from mafsil.identification.model_update import with_load
 from mafsil.mechanics.inertial_parameters import parameters_of
 from mafsil.model import Inertial
 from tests.identification.simulated import different, effort, noisy_log
@@ -44,8 +44,8 @@ def test_motion_tells_all_ten_numbers_within_their_errors(carrying):
     known, loaded, seed = carrying
     found = estimate_payload(known, noisy_log(loaded, seed))
     assert found.certain
-    assert found.com_told.all()
-    assert found.inertia_told.all()
+    assert found.com_identifiable.all()
+    assert found.inertia_identifiable.all()
     assert abs(found.mass - LOAD.mass) < 5 * found.mass_error
     assert (np.abs(found.com - LOAD.com) < 5 * found.com_error).all()
     assert (np.abs(found.inertia - LOAD.inertia) < 6 * found.inertia_error).all()
@@ -59,12 +59,12 @@ def test_poses_at_rest_tell_mass_and_centre_only(carrying):
     known, loaded, _ = carrying
     found = estimate_payload(known, poses(loaded, 15, 0.2, 3), at_rest=True)
     assert found.certain
-    assert found.com_told.all()
-    assert not found.inertia_told.any()
+    assert found.com_identifiable.all()
+    assert not found.inertia_identifiable.any()
     assert abs(found.mass - LOAD.mass) < 5 * found.mass_error
     assert (np.abs(found.com - LOAD.com) < 5 * found.com_error).all()
-    assert possible(parameters_of(Inertial(found.mass, found.com, found.inertia)))
-    assert "does not tell the inertia" in found.explain("en")
+    assert physically_consistent(parameters_of(Inertial(found.mass, found.com, found.inertia)))
+    assert "does not identify the inertia" in found.explain("en")
     assert "poses at rest" in found.explain("en")
     assert "لا يكشف السجل العطالة" in found.explain("ar")
 
@@ -74,16 +74,16 @@ def test_no_load_is_an_honest_no(carrying):
     found = estimate_payload(known, noisy_log(known, seed))
     assert not found.certain
     assert found.mass < 0.02
-    assert "no load is told" in found.explain("en")
+    assert "no load is identifiable" in found.explain("en")
 
 
 def test_a_planar_arm_does_not_tell_what_lies_along_its_axes():
     known = mf.load("planar2r")
     loaded = mf.Robot(with_load(known.mechanism, parameters_of(LOAD)))
     found = estimate_payload(known, noisy_log(loaded, 5))
-    assert found.com_told.tolist() == [True, True, False]
-    assert "does not tell z of the centre of mass" in found.explain("en")
-    assert found.inertia_told.tolist() == [[False] * 3, [False] * 3, [False, False, True]]
+    assert found.com_identifiable.tolist() == [True, True, False]
+    assert "does not identify z of the centre of mass" in found.explain("en")
+    assert found.inertia_identifiable.tolist() == [[False] * 3, [False] * 3, [False, False, True]]
     assert abs(found.mass - LOAD.mass) < 5 * found.mass_error
 
 

@@ -18,7 +18,7 @@ from mafsil.derivation import (
     to_text,
 )
 from mafsil.derivation.document import Side, is_matrix
-from mafsil.derivation.screw_road import Form
+from mafsil.derivation.screw_method import Form
 from mafsil.derivation.text import formula, side_text, step_sentence
 from mafsil.errors import FileError, InputError
 from mafsil.messages import say

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import number
 from mafsil.cli.state import units
@@ -26,7 +24,7 @@ _UNITS_OF_JOINTS = {
     "offset": ("N m", "N"),
     "rotor": ("kg m²", "kg"),
 }
-"""Of a turning joint and of a slide."""
+"""Of a revolute and of a prismatic joint."""
 
 
 def identify(
@@ -52,10 +50,10 @@ def identify(
         at_rest: the rows are poses at rest (loads only).
         rotor_inertia: look for inertias of rotors too.
         validation: another log, to try the new model on.
-        held_out: share of the log that is kept back otherwise.
+        held_out: fraction of the log that is held out otherwise.
         bandwidth: highest frequency of the motion [Hz].
         tip: another tip link.
-        degrees: turning joints are in degrees.
+        degrees: revolute joints are in degrees.
 
     Raises:
         MafsilError: no such robot or log, a wrong line in the log, a place that cannot be written.
@@ -82,34 +80,33 @@ def identify(
 
 def _answer(found: Identification, out: str | None) -> Answer:
     lines = [found.explain().splitlines()[0], *_parameters(found), *_errors(found)]
-    lines.append(say("identification.condition", condition=found.condition))
+    lines.append(say("identification.condition", condition_number=found.condition_number))
     lines += [item.sentence() for item in found.unidentifiable]
     lines += [remark.sentence() for remark in found.remarks]
     data, written = _written(found.robot, out)
-    worse = np.mean(found.validation.after) >= np.mean(found.validation.before)
-    refusal = say("identification.worse") if not found.told or worse else None
+    refusal = None if found else found.status.sentence()
     return Answer({**found.to_dict(), **data}, (*lines, *written), refusal)
 
 
 def _parameters(found: Identification) -> list[str]:
     head = [say(f"identification.head_{name}") for name in ("parameter", "before", "value", "error", "after")]
-    sliding = {j.name for j in found.robot.mechanism.coordinates if j.kind is JointKind.PRISMATIC}
+    prismatic = {j.name for j in found.robot.mechanism.coordinates if j.kind is JointKind.PRISMATIC}
     rows = [
         (
             p.label,
             *(brief(p.before), brief(p.value), f"{p.standard_error:.2g}", brief(p.after)),
-            _unit(p.label, sliding),
+            _unit(p.label, prismatic),
         )
         for p in found.parameters
     ]
     return [say("identification.parameters"), *table([*head, say("cli.unit")], rows)]
 
 
-def _unit(label: str, sliding: set[str]) -> str:
+def _unit(label: str, prismatic: set[str]) -> str:
     """Unit of a parameter such as `link3.Ixx` or `joint2.coulomb`."""
     owner, _, name = label.rpartition(".")
     if name in _UNITS_OF_JOINTS:
-        return _UNITS_OF_JOINTS[name][owner in sliding]
+        return _UNITS_OF_JOINTS[name][owner in prismatic]
     return "kg" if name == "m" else "kg m" if name.startswith("h") else "kg m²"
 
 
@@ -124,7 +121,10 @@ def _errors(found: Identification) -> list[str]:
         (joint, brief(effort), f"{before:.2f}", f"{after:.2f}")
         for joint, effort, before, after in zip(v.joints, v.effort, v.before, v.after, strict=True)
     ]
-    return [say("identification.errors_unseen" if v.unseen else "identification.errors_seen"), *table(head, rows)]
+    return [
+        say("identification.errors_held_out" if v.held_out else "identification.errors_training"),
+        *table(head, rows),
+    ]
 
 
 def _payload_answer(found: Payload, out: str | None) -> Answer:

@@ -10,13 +10,13 @@ from mafsil.control.gains import Gains
 from mafsil.robot import Robot
 
 NATURAL_FREQUENCY, DAMPING_RATIO = 55.0, 0.7
-"""Of each joint, all others held [rad/s, 1]."""
+"""Of each joint, all others locked [rad/s, 1]."""
 MOST_RAISED = 5.0
-"""How much faster a light joint may be than asked, that it is not dragged along by the heavy ones."""
+"""How much faster a light joint may be than requested, that it is not dragged along by the heavy ones."""
 MOST_DECAY = 1.5
 """Largest decay of any error in one sampling period; from 2 on the sampled loop is unstable."""
 SOFT, AROUND = 0.2, 0.4
-"""Where a joint gets less than this share of the frequency asked for, the arm will stray; then the loop has to be
+"""Where a joint gets less than this share of the requested frequency, the arm will stray; then the loop has to be
 stable this far around the motion too [1, rad | m]."""
 _SHRINK, _ROUNDS = 0.5, 500
 
@@ -31,7 +31,7 @@ def inertia_gains(
     """PD gains scaled with the inertia of each joint: Kp = w^2 M_ii, Kd = 2 zeta w M_ii.
 
     Algorithm:
-        1. M_ii is the largest along q. w is the natural frequency asked for, raised by sqrt(sum_j |M_ij| / M_ii) where
+        1. M_ii is the largest along q. w is the requested natural frequency, raised by sqrt(sum_j |M_ij| / M_ii) where
            the other joints push more mass through this one than it moves itself.
         2. The sampled rate loop is stable while period * eig(M^-1 Kd) < 2; the largest eigenvalue along q, with its
            mode, is looked for.
@@ -42,7 +42,7 @@ def inertia_gains(
         robot: the model.
         q: (k, n) configurations that the motion passes [rad | m].
         period: between two calls of the law [s].
-        natural_frequency: w of each joint, the others held [rad/s].
+        natural_frequency: w of each joint, the others locked [rad/s].
         damping_ratio: zeta.
 
     Returns:
@@ -62,12 +62,12 @@ def inertia_gains(
     return Gains.of(robot.n, w**2 * inertia, 2.0 * damping_ratio * w * inertia)
 
 
-def _frequencies(robot: Robot, q: Floats, period: float, asked: float, damping: float) -> tuple[Floats, Floats]:
+def _frequencies(robot: Robot, q: Floats, period: float, requested: float, damping: float) -> tuple[Floats, Floats]:
     """Largest inertia (n,) of each joint along q (k, n), and the frequency (n,) that the sampling allows [rad/s]."""
     M = np.asarray(robot.mass_matrix(q), dtype=np.float64)
     inertia = np.einsum("kii->ki", M).max(axis=0)
     coupled = np.abs(M).sum(axis=2).max(axis=0)
-    w = asked * np.minimum(np.sqrt(coupled / inertia), MOST_RAISED)
+    w = requested * np.minimum(np.sqrt(coupled / inertia), MOST_RAISED)
     inverse = np.asarray(np.linalg.inv(M), dtype=np.float64)
     for _ in range(_ROUNDS):
         decay, part = _fastest(inverse, 2.0 * damping * w * inertia)

@@ -24,7 +24,7 @@ class Law(Protocol):
         Args:
             t: time [s].
             q, qd: (*batch, n) measured positions and rates [rad | m] and per second.
-            reference: wanted positions, rates and accelerations, (*batch, n) or (n,).
+            reference: desired positions, rates and accelerations, (*batch, n) or (n,).
         """
         ...
 

@@ -12,7 +12,7 @@ from mafsil.derivation.jacobian import derive_jacobian as derive_jacobian
 from mafsil.derivation.lagrange import derive_lagrange as derive_lagrange
 from mafsil.derivation.latex import to_latex as to_latex
 from mafsil.derivation.review import Finding as Finding
+from mafsil.derivation.review import Mistake as Mistake
 from mafsil.derivation.review import Review as Review
-from mafsil.derivation.review import Slip as Slip
 from mafsil.derivation.text import to_text as to_text
 from mafsil.derivation.verification import DerivationError as DerivationError

@@ -1,7 +1,7 @@
-"""A student's Denavit-Hartenberg table against the robot: which entry is wrong, and by which slip.
+"""A student's Denavit-Hartenberg table against the robot: which entry is wrong, and by which mistake.
 
 A table is right if it describes the same arm, whatever frames were chosen; it need not be our table. A wrong one is
-repaired by every usual slip in turn, and by any other single value. Of all repairs that make it right the one that
+repaired by every usual mistake in turn, and by any other single value. Of all repairs that make it right the one that
 changes least is the finding: the one that leads nearest to a table with our own frames, then the likeliest.
 """
 
@@ -15,9 +15,9 @@ from warnings import catch_warnings
 
 from numpy.typing import ArrayLike
 
-from mafsil.derivation.dh_slips import Repair, entry_text, other_convention, single_rows, values, whole_table
+from mafsil.derivation.dh_mistakes import Repair, entry_text, other_convention, single_rows, values, whole_table
 from mafsil.derivation.dh_truth import Rows, Truth, differing, distance
-from mafsil.derivation.review import Finding, Review, Slip
+from mafsil.derivation.review import Finding, Mistake, Review
 from mafsil.errors import InputError, InputWarning
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, convention_of, dh_rows
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -79,7 +79,7 @@ def check_dh(
 
 
 def _repaired(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool = True) -> Review | None:
-    """The smallest repair: of one slip, else of two."""
+    """The smallest repair: of one mistake, else of two."""
     single = list(single_rows(rows, convention))
     typed = values(rows, convention, truth.solved(rows, convention))
     alone = [(repair, (repair.finding,)) for repair in (*single, *whole_table(rows, convention), *typed)]
@@ -90,15 +90,15 @@ def _repaired(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool =
 
 
 def _degrees_and_more(rows: Rows, convention: Convention) -> Iterator[_Named]:
-    """Degrees everywhere, and a slip in one row besides."""
+    """Degrees everywhere, and a mistake in one row besides."""
     for whole in whole_table(rows, convention):
-        if whole.finding.slip is Slip.DEGREES:
+        if whole.finding.mistake is Mistake.DEGREES:
             for repair in single_rows(whole.rows, convention):
                 yield repair, (whole.finding, repair.finding)
 
 
 def _smallest(repairs: list[_Named], convention: Convention, truth: Truth) -> Review | None:
-    """Of the repairs that make the table right: nearest to our own tables, then the likeliest slip."""
+    """Of the repairs that make the table right: nearest to our own tables, then the likeliest mistake."""
     agreeing = truth.agreeing([repair.rows for repair, _ in repairs], convention)
     right = [named for named, fits in zip(repairs, agreeing, strict=True) if fits]
     if not right:
@@ -113,7 +113,7 @@ def _smallest(repairs: list[_Named], convention: Convention, truth: Truth) -> Re
 
 
 def _others(first: Repair, rivals: list[_Named]) -> Iterator[Finding]:
-    """Single slips that explain the table as well, by another table; two at most."""
+    """Single mistakes that explain the table as well, by another table; two at most."""
     seen = [first.rows]
     for repair, findings in rivals:
         if len(findings) == 1 and len(seen) < 3 and all(differing(repair.rows, rows, 1e-9) for rows in seen):
@@ -122,7 +122,7 @@ def _others(first: Repair, rivals: list[_Named]) -> Iterator[Finding]:
 
 
 def _pairs(single: list[Repair]) -> Iterator[_Named]:
-    """Two slips in two rows, the likely ones first."""
+    """Two mistakes in two rows, the likely ones first."""
     count = 0
     for first, second in combinations(sorted(single, key=lambda repair: repair.cost), 2):
         if first.place == second.place:
@@ -136,14 +136,14 @@ def _pairs(single: list[Repair]) -> Iterator[_Named]:
 
 
 def _differences(rows: Rows, truth: Truth, convention: Convention) -> Review:
-    """Entries that differ from the right table that is nearest to the given one: not proven, more than one slip."""
+    """Entries that differ from the right table that is nearest to the given one: not proven, more than one mistake."""
     tables = truth.tables(convention)
     nearest = min(tables, key=lambda table: len(differing(rows, table, truth.tolerance)))
     findings: list[Finding] = []
     for i, field in differing(rows, nearest, truth.tolerance):
         if field == "kind":
-            findings.append(Finding(Slip.KIND, i + 1, None, field, rows[i].kind, nearest[i].kind))
+            findings.append(Finding(Mistake.KIND, i + 1, None, field, rows[i].kind, nearest[i].kind))
         else:
             texts = (entry_text(row[i], field) for row in (rows, nearest))
-            findings.append(Finding(Slip.VALUE, i + 1, None, field, *texts))
+            findings.append(Finding(Mistake.VALUE, i + 1, None, field, *texts))
     return Review(tuple(findings), proven=False)

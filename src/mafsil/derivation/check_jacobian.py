@@ -1,4 +1,4 @@
-"""A student's Jacobian, in numbers or as formulas, against the robot: which entry is wrong, by which slip.
+"""A student's Jacobian, in numbers or as formulas, against the robot: which entry is wrong, by which mistake.
 
 Formulas are held against the robot as it is and against arms of the same structure with other lengths, so that L1 in
 the place of L2, or no letter at all, is found although both may be 1 m long.
@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate, real_array
 from mafsil.derivation.arm_numbers import CompiledArm, Truth
-from mafsil.derivation.formula_slips import repaired
+from mafsil.derivation.formula_mistakes import repaired
 from mafsil.derivation.formula_text import evaluate, parsed
 from mafsil.derivation.jacobian_formulas import expected_formulas
 from mafsil.derivation.lengths import Reading, readings_of
-from mafsil.derivation.review import Finding, Review, Slip, shown
+from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.errors import InputError
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -65,7 +65,7 @@ def check_jacobian(
         raise InputError("derivation.q_missing")
     at = gate("q", q, (mechanism.n,), finite=True)[None]
     if given.shape == (mechanism.n, 6) and mechanism.n != 6:
-        return Review((Finding(Slip.TRANSPOSED),))
+        return Review((Finding(Mistake.TRANSPOSED),))
     _require_shape(given.shape, mechanism.n, kind)
     return _compared(given[None], Truth(CompiledArm(mechanism), at, given.shape[0]), kind, tolerance)
 
@@ -86,45 +86,45 @@ def _require_shape(shape: tuple[int, ...], n: int, kind: Kind) -> None:
 
 
 def _compared(J: Floats, truth: Truth, kind: Kind, tolerance: float) -> Review:
-    """Slips of the whole matrix, then of columns, then of entries; J (states, rows, n)."""
+    """Mistakes of the whole matrix, then of columns, then of entries; J (states, rows, n)."""
     right = truth.jacobian(kind)
     if _equal(J, right, tolerance):
         return Review()
-    for slip, other in _whole(truth, kind):
+    for mistake, other in _whole(truth, kind):
         if _equal(J, other, tolerance):
-            return Review((Finding(slip),))
+            return Review((Finding(mistake),))
     findings: list[Finding] = []
     for c in range(right.shape[2]):
         if not _equal(J[:, :, c], right[:, :, c], tolerance):
             findings += _column(J, right, truth, kind, c, tolerance)
-    return Review(tuple(findings), proven=all(finding.slip is not Slip.VALUE for finding in findings))
+    return Review(tuple(findings), proven=all(finding.mistake is not Mistake.VALUE for finding in findings))
 
 
-def _whole(truth: Truth, kind: Kind) -> Iterator[tuple[Slip, Floats]]:
-    """What the matrix would be after each slip."""
+def _whole(truth: Truth, kind: Kind) -> Iterator[tuple[Mistake, Floats]]:
+    """What the matrix would be after each mistake."""
     right = truth.jacobian(kind)
     for other in KINDS:
         if other != kind:
-            yield Slip.FRAME, truth.jacobian(other)
+            yield Mistake.FRAME, truth.jacobian(other)
     if truth.rows == 6:
-        yield Slip.PARTS_SWAPPED, np.roll(right, 3, axis=1)
-        yield Slip.CROSS_ORDER, np.concatenate([right[:, :3], -right[:, 3:]], axis=1)
-    yield Slip.REVERSED, -right
-    yield Slip.DEGREES, truth.jacobian(kind, np.degrees(truth.q))
-    yield Slip.ZERO_CONFIGURATION, truth.jacobian(kind, np.zeros_like(truth.q))
+        yield Mistake.PARTS_SWAPPED, np.roll(right, 3, axis=1)
+        yield Mistake.CROSS_ORDER, np.concatenate([right[:, :3], -right[:, 3:]], axis=1)
+    yield Mistake.REVERSED, -right
+    yield Mistake.DEGREES, truth.jacobian(kind, np.degrees(truth.q))
+    yield Mistake.ZERO_CONFIGURATION, truth.jacobian(kind, np.zeros_like(truth.q))
     if right.shape[1] == right.shape[2]:
-        yield Slip.TRANSPOSED, right.transpose(0, 2, 1)
+        yield Mistake.TRANSPOSED, right.transpose(0, 2, 1)
 
 
 def _column(J: Floats, right: Floats, truth: Truth, kind: Kind, c: int, tolerance: float) -> list[Finding]:
     column = J[:, :, c]
     wrong = [r for r in range(J.shape[1]) if not _equal(column[:, r], right[:, r, c], tolerance)]
-    for slip, entry, other in _columns(right, truth, kind, c):
+    for mistake, entry, other in _columns(right, truth, kind, c):
         if _equal(column, other, tolerance):
-            return [Finding(slip, column=c + 1, entry=entry)]
+            return [Finding(mistake, column=c + 1, entry=entry)]
     return [
         Finding(
-            Slip.SIGN if _equal(column[:, r], -right[:, r, c], tolerance) else Slip.VALUE,
+            Mistake.SIGN if _equal(column[:, r], -right[:, r, c], tolerance) else Mistake.VALUE,
             row=r + 1,
             column=c + 1,
             given=shown(float(column[0, r])),
@@ -134,29 +134,29 @@ def _column(J: Floats, right: Floats, truth: Truth, kind: Kind, c: int, toleranc
     ]
 
 
-def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[Slip, str, Floats]]:
-    """What one column would be after each slip."""
+def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[Mistake, str, Floats]]:
+    """What one column would be after each mistake."""
     column = right[:, :, c]
     for point in truth.points():
         if not point.any():
             # A zero where the moment belongs is no point, it is no moment.
             continue
         if truth.rows < 6:
-            yield Slip.POSITION_VECTOR, "", point[:, : truth.rows]
+            yield Mistake.POSITION_VECTOR, "", point[:, : truth.rows]
         else:
-            yield Slip.POSITION_VECTOR, "v", np.concatenate([column[:, :3], point], axis=1)
+            yield Mistake.POSITION_VECTOR, "v", np.concatenate([column[:, :3], point], axis=1)
     if truth.rows == 6 and column[:, 3:].any():
-        yield Slip.CROSS_ORDER, "v", np.concatenate([column[:, :3], -column[:, 3:]], axis=1)
-        yield Slip.NO_MOMENT, "v", np.concatenate([column[:, :3], 0 * column[:, 3:]], axis=1)
-        yield Slip.PARTS_SWAPPED, "", np.roll(column, 3, axis=1)
-    yield Slip.REVERSED, "", -column
+        yield Mistake.CROSS_ORDER, "v", np.concatenate([column[:, :3], -column[:, 3:]], axis=1)
+        yield Mistake.NO_MOMENT, "v", np.concatenate([column[:, :3], 0 * column[:, 3:]], axis=1)
+        yield Mistake.PARTS_SWAPPED, "", np.roll(column, 3, axis=1)
+    yield Mistake.REVERSED, "", -column
     for other in KINDS:
         if other != kind:
-            yield Slip.FRAME, "", truth.jacobian(other)[:, :, c]
-    yield Slip.ZERO_CONFIGURATION, "", truth.jacobian(kind, np.zeros_like(truth.q))[:, :, c]
+            yield Mistake.FRAME, "", truth.jacobian(other)[:, :, c]
+    yield Mistake.ZERO_CONFIGURATION, "", truth.jacobian(kind, np.zeros_like(truth.q))[:, :, c]
     for k in range(right.shape[2]):
         if k != c:
-            yield Slip.COLUMN_SWAPPED, "", right[:, :, k]
+            yield Mistake.COLUMN_SWAPPED, "", right[:, :, k]
 
 
 def _check_formulas(
@@ -167,7 +167,7 @@ def _check_formulas(
         raise InputError("derivation.ragged")
     shape = (len(trees), len(trees[0]))
     if shape == (mechanism.n, 6) and mechanism.n != 6:
-        return Review((Finding(Slip.TRANSPOSED),))
+        return Review((Finding(Mistake.TRANSPOSED),))
     _require_shape(shape, mechanism.n, kind)
     rng = np.random.default_rng(11)
     q = rng.uniform(-1.4, 1.4, (STATES, mechanism.n))
@@ -189,29 +189,29 @@ def _read(trees: list[list[ast.expr]], reading: Reading, kind: Kind, tolerance: 
     review = _compared(numbers, truth, kind, tolerance)
     right = truth.jacobian(kind)
     findings = tuple(_in_formula(finding, trees, right, reading, n, tolerance) for finding in review.findings)
-    return Review(findings, proven=all(finding.slip is not Slip.VALUE for finding in findings))
+    return Review(findings, proven=all(finding.mistake is not Mistake.VALUE for finding in findings))
 
 
 def _in_formula(
     finding: Finding, trees: list[list[ast.expr]], right: Floats, reading: Reading, n: int, tolerance: float
 ) -> Finding:
-    """The finding of one entry with the slip inside its formula, if one change makes it right."""
+    """The finding of one entry with the mistake inside its formula, if one change makes it right."""
     if finding.row is None or finding.column is None:
         return finding
     r, c = finding.row - 1, finding.column - 1
     tree, wanted = trees[r][c], right[:, r, c]
     given = ast.unparse(tree)
-    for slip, changed in repaired(tree, n, reading.letters):
+    for mistake, changed in repaired(tree, n, reading.letters):
         if _equal(_numbers(changed, reading.names), wanted, tolerance):
-            return Finding(slip, finding.row, finding.column, given=given, expected=ast.unparse(changed))
+            return Finding(mistake, finding.row, finding.column, given=given, expected=ast.unparse(changed))
     here = _equal(_numbers(tree, reading.names)[:KEPT], wanted[:KEPT], tolerance)
     at = ", ".join(shown(float(x)) for x in reading.q[0])
     expected = f"{shown(float(wanted[0]))} (q = ({at}))"
-    return replace(finding, slip=Slip.LENGTHS if here else Slip.VALUE, given=given, expected=expected)
+    return replace(finding, mistake=Mistake.LENGTHS if here else Mistake.VALUE, given=given, expected=expected)
 
 
 def _with_expected(review: Review, mechanism: Mechanism, kind: Kind, rows: int) -> Review:
-    """Where no slip gave the right formula, ours stands there."""
+    """Where no mistake gave the right formula, ours stands there."""
     wanted = [f.column for f in review.findings if f.column is not None and _needs_formula(f)]
     formulas = expected_formulas(mechanism, kind, rows, wanted) if wanted else {}
     findings: list[Finding] = []
@@ -226,7 +226,7 @@ def _with_expected(review: Review, mechanism: Mechanism, kind: Kind, rows: int) 
 
 
 def _needs_formula(finding: Finding) -> bool:
-    return finding.row is None or finding.slip in (Slip.VALUE, Slip.LENGTHS)
+    return finding.row is None or finding.mistake in (Mistake.VALUE, Mistake.LENGTHS)
 
 
 def _numbers(tree: ast.expr, names: Mapping[str, Any]) -> Floats:

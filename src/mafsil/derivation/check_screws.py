@@ -1,4 +1,4 @@
-"""A student's list of screw axes against the robot: which joint is wrong, and by which slip."""
+"""A student's list of screw axes against the robot: which joint is wrong, and by which mistake."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector6, gate
-from mafsil.derivation.review import Finding, Review, Slip, shown
+from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.derivation.same_arm import base_between, misfit
 from mafsil.errors import InputError
 from mafsil.model.exponentials import screws
@@ -40,17 +40,17 @@ def check_screws(
     if np.abs(given - truth).max() <= tolerance:
         return Review()
     if np.abs(given - other).max() <= tolerance:
-        return Review((Finding(Slip.FRAME),))
+        return Review((Finding(Mistake.FRAME),))
     if np.abs(np.roll(given, 3, axis=1) - truth).max() <= tolerance:
-        return Review((Finding(Slip.PARTS_SWAPPED),))
+        return Review((Finding(Mistake.PARTS_SWAPPED),))
     findings = [
         _finding(i, given[i], truth, other, tolerance)
         for i in range(len(truth))
         if np.abs(given[i] - truth[i]).max() > tolerance
     ]
-    proven = all(finding.slip is not Slip.VALUE for finding in findings)
+    proven = all(finding.mistake is not Mistake.VALUE for finding in findings)
     if not proven and _moved(given, truth, tolerance):
-        return Review((Finding(Slip.OTHER_BASE),))
+        return Review((Finding(Mistake.OTHER_BASE),))
     return Review(tuple(findings), proven=proven)
 
 
@@ -61,45 +61,45 @@ def _moved(given: Floats, truth: Floats, tolerance: float) -> bool:
 
 
 def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float) -> Finding:
-    for slip, entry, right in _slips(i, truth, other):
+    for mistake, entry, right in _mistaken(i, truth, other):
         if np.abs(S - right).max() <= tolerance:
-            return _named(slip, i, entry, S, truth[i])
+            return _named(mistake, i, entry, S, truth[i])
     wrong = truth[i]
     if np.abs(S[:3] - wrong[:3]).max() > tolerance:
         length = float(np.linalg.norm(S[:3]))
         aligned = length > 0 and np.abs(S / length - wrong).max() <= tolerance
-        return _named(Slip.NOT_UNIT if aligned else Slip.VALUE, i, "S" if aligned else "ω", S, wrong)
+        return _named(Mistake.NOT_UNIT if aligned else Mistake.VALUE, i, "S" if aligned else "ω", S, wrong)
     # A point q on the axis written where its moment belongs: -omega x q is then the right v.
     if wrong[:3].any() and np.abs(-np.cross(wrong[:3], S[3:]) - wrong[3:]).max() <= tolerance:
-        return _named(Slip.POINT_AS_MOMENT, i, "v", S, wrong)
+        return _named(Mistake.POINT_AS_MOMENT, i, "v", S, wrong)
     flipped = np.abs(np.abs(S[3:]) - np.abs(wrong[3:])).max() <= tolerance
-    return _named(Slip.SIGN if flipped else Slip.VALUE, i, "v", S, wrong)
+    return _named(Mistake.SIGN if flipped else Mistake.VALUE, i, "v", S, wrong)
 
 
-def _slips(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Slip, str, Vector6]]:
-    """What the axis would be after each slip."""
+def _mistaken(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Mistake, str, Vector6]]:
+    """What the axis would be after each mistake."""
     omega, v = truth[i, :3], truth[i, 3:]
     turning = bool(omega.any())
     if turning and v.any():
-        yield Slip.CROSS_ORDER, "v", np.concatenate([omega, -v])
-        yield Slip.NO_MOMENT, "v", np.concatenate([omega, np.zeros(3)])
-    yield Slip.REVERSED, "S", -truth[i]
+        yield Mistake.CROSS_ORDER, "v", np.concatenate([omega, -v])
+        yield Mistake.NO_MOMENT, "v", np.concatenate([omega, np.zeros(3)])
+    yield Mistake.REVERSED, "S", -truth[i]
     if turning:
-        yield Slip.SIGN, "ω", np.concatenate([-omega, v])
-    yield Slip.PARTS_SWAPPED, "S", np.concatenate([v, omega])
-    yield Slip.FRAME, "S", other[i]
+        yield Mistake.SIGN, "ω", np.concatenate([-omega, v])
+    yield Mistake.PARTS_SWAPPED, "S", np.concatenate([v, omega])
+    yield Mistake.FRAME, "S", other[i]
     for k in range(len(truth)):
         if k != i:
-            yield Slip.COLUMN_SWAPPED, "S", truth[k]
+            yield Mistake.COLUMN_SWAPPED, "S", truth[k]
     if turning:
-        yield Slip.KIND, "S", np.concatenate([np.zeros(3), omega])
+        yield Mistake.KIND, "S", np.concatenate([np.zeros(3), omega])
     else:
-        yield Slip.KIND, "S", np.concatenate([v, np.zeros(3)])
+        yield Mistake.KIND, "S", np.concatenate([v, np.zeros(3)])
 
 
-def _named(slip: Slip, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
+def _named(mistake: Mistake, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
     part = {"v": slice(3, 6), "ω": slice(0, 3)}.get(entry, slice(0, 6))
-    return Finding(slip, row=i + 1, entry=entry, given=_tuple(S[part]), expected=_tuple(right[part]))
+    return Finding(mistake, row=i + 1, entry=entry, given=_tuple(S[part]), expected=_tuple(right[part]))
 
 
 def _tuple(values: Floats) -> str:

@@ -9,6 +9,7 @@ from typing import TypeAlias, TypeGuard
 from mafsil.derivation.expression import Expression
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
+from mafsil.messages import say
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ class Step:
     grid: Grid | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Derivation:
     """What the functions `derive_...` hand back; `to_text`, `to_latex` and `to_html` write it.
 
@@ -90,6 +91,12 @@ class Derivation:
     steps: tuple[Step, ...]
     states: int
     checked: str = "derivation.checked"
+
+    def __repr__(self) -> str:
+        title, checked = say(self.key, robot=self.robot), ""
+        if self.states:
+            checked = say(self.checked, states=self.states, error=f"{self.worst_error:.1e}")
+        return say("derivation.short", title=title, steps=len(self.steps), checked=checked).strip()
 
     @property
     def worst_error(self) -> float:

@@ -1,4 +1,4 @@
-"""Equations of motion derived step by step: energies, mass matrix, Christoffel symbols, efforts, by two roads."""
+"""Equations of motion derived step by step: energies, mass matrix, Christoffel symbols, efforts, by two methods."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.bodies import Bodies, symbolic_bodies
 from mafsil.derivation.document import Derivation, Line, Name, Side, Step
-from mafsil.derivation.lagrange_road import Lagrange, coordinate_names, lagrange
+from mafsil.derivation.lagrange_method import Lagrange, coordinate_names, lagrange
 from mafsil.derivation.matrices import ZERO, Row
-from mafsil.derivation.newton_euler_road import NewtonEuler, newton_euler, same
+from mafsil.derivation.newton_euler_method import NewtonEuler, newton_euler, same
 from mafsil.derivation.operation_counts import counts_step, too_long
 from mafsil.derivation.polynomial import Polynomial, simplified
 from mafsil.derivation.table_step import table_step
@@ -40,7 +40,7 @@ def derive_dynamics(mechanism: Mechanism) -> Derivation:
 
     Raises:
         ModelError: a helical or mimic joint, no joint at all, no mass, or a branch with mass.
-        DerivationError: a line differs from the compiled robot, or the two roads differ; nothing is handed out then.
+        DerivationError: a line differs from the compiled robot, or the two methods differ; nothing is handed out then.
 
     Reference: Lynch & Park, Modern Robotics, ch. 8.
     """
@@ -51,14 +51,14 @@ def derive_dynamics(mechanism: Mechanism) -> Derivation:
     if arm.n > MOST_JOINTS:
         return too_long(mechanism)
     judge = DynamicsJudge(arm, bodies)
-    road, other = lagrange(arm, bodies), newton_euler(arm, bodies)
+    method, other = lagrange(arm, bodies), newton_euler(arm, bodies)
     steps = [
         table_step(arm),
         _letters(bodies),
-        *_energies(judge, road),
-        *_equations(judge, road),
-        *_recursion(judge, road, other),
-        counts_step(arm, road),
+        *_energies(judge, method),
+        *_equations(judge, method),
+        *_recursion(judge, method, other),
+        counts_step(arm, method),
     ]
     return Derivation("derivation.dynamics_title", mechanism.name, tuple(steps), STATES)
 
@@ -107,25 +107,25 @@ def _unit(name: str) -> str:
     return units[name[0]]
 
 
-def _energies(judge: DynamicsJudge, road: Lagrange) -> list[Step]:
+def _energies(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     """Centres of mass, their velocities, K and P of every link, one step each."""
     arm, robot = judge.arm, judge.robot
     bodies, centres = judge.bodies.links, judge.centres()
     heavy = [k for k in range(arm.n) if not bodies[k].mass.is_zero]
-    shown = [axis for axis in range(3) if any(not road.positions[k][axis].is_zero for k in heavy)]
+    shown = [axis for axis in range(3) if any(not method.positions[k][axis].is_zero for k in heavy)]
     places = [
-        judge.line((Name("xyz"[axis], str(k + 1)),), road.positions[k][axis], truth=centres[k][:, axis])
+        judge.line((Name("xyz"[axis], str(k + 1)),), method.positions[k][axis], truth=centres[k][:, axis])
         for k in heavy
         for axis in shown
     ]
     speeds = [
-        judge.line((Name(("ẋ", "ẏ", "ż")[axis], str(k + 1)),), road.velocities[k][axis], truth=moved[:, axis])
+        judge.line((Name(("ẋ", "ẏ", "ż")[axis], str(k + 1)),), method.velocities[k][axis], truth=moved[:, axis])
         for k, moved in ((k, _velocities(judge, k)) for k in heavy)
         for axis in shown
     ]
-    P = [judge.line((Name("P", str(k + 1)),), road.potential[k], truth=_height(judge, centres, k)) for k in heavy]
-    K = _kinetic_lines(judge, road)
-    total = simplified(sum(road.kinetic, start=ZERO))
+    P = [judge.line((Name("P", str(k + 1)),), method.potential[k], truth=_height(judge, centres, k)) for k in heavy]
+    K = _kinetic_lines(judge, method)
+    total = simplified(sum(method.kinetic, start=ZERO))
     truth = np.asarray(robot.kinetic_energy(judge.q, judge.qd))
     if np.abs(judge.number(total) - truth).max() > 1e-9 * max(1.0, np.abs(truth).max()):
         raise DerivationError("derivation.differs", line="K", error=float("nan"), limit=1e-9)
@@ -149,10 +149,10 @@ def _height(judge: DynamicsJudge, centres: Floats, k: int) -> Floats:
     return -mass * centres[k] @ np.asarray(judge.arm.mechanism.gravity)
 
 
-def _kinetic_lines(judge: DynamicsJudge, road: Lagrange) -> list[Line]:
+def _kinetic_lines(judge: DynamicsJudge, method: Lagrange) -> list[Line]:
     """K_i of every link: its own numbers, as there is no compiled quantity of one link alone."""
     lines: list[Line] = []
-    for k, energy in enumerate(road.kinetic):
+    for k, energy in enumerate(method.kinetic):
         body = judge.bodies.links[k]
         if body.mass.is_zero and body.armature.is_zero:
             continue
@@ -167,47 +167,47 @@ def _kinetic_lines(judge: DynamicsJudge, road: Lagrange) -> list[Line]:
     return lines
 
 
-def _equations(judge: DynamicsJudge, road: Lagrange) -> list[Step]:
+def _equations(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     """M, its determinant, Christoffel symbols, C, c, g, tau."""
     arm, robot, at = judge.arm, judge.robot, np.ix_(range(STATES), judge.places, judge.places)
     M = np.asarray(robot.mass_matrix(judge.q))[at]
     entries = [
-        judge.line((Name("M", f"{i + 1}{j + 1}"),), road.M[i][j], truth=M[:, i, j])
+        judge.line((Name("M", f"{i + 1}{j + 1}"),), method.M[i][j], truth=M[:, i, j])
         for i in range(arm.n)
         for j in range(i, arm.n)
     ]
-    entries += _determinant(judge, road, M)
+    entries += _determinant(judge, method, M)
     Gamma = np.asarray(robot.christoffel_symbols(judge.q))[np.ix_(range(STATES), *[judge.places] * 3)]
     symbols = [
-        judge.line((Name("Γ", f"{i + 1}{j + 1}{k + 1}"),), *_named(road, i, j, k), truth=Gamma[:, i, j, k])
+        judge.line((Name("Γ", f"{i + 1}{j + 1}{k + 1}"),), *_named(method, i, j, k), truth=Gamma[:, i, j, k])
         for i in range(arm.n)
         for j in range(arm.n)
         for k in range(j, arm.n)
-        if not road.christoffel[i][j][k].is_zero
+        if not method.christoffel[i][j][k].is_zero
     ]
     C = np.asarray(robot.coriolis_matrix(judge.q, judge.qd))[at]
-    matrix = judge.line((Name("C"),), road.C, truth=C)
+    matrix = judge.line((Name("C"),), method.C, truth=C)
     c = np.asarray(robot.velocity_torque(judge.q, judge.qd))[:, judge.places]
     g = np.asarray(robot.gravity_torque(judge.q))[:, judge.places]
     tau = np.asarray(robot.inverse_dynamics(judge.q, judge.qd, judge.qdd))[:, judge.places]
     return [
         Step("derivation.mass_matrix", {}, tuple(entries)),
         Step("derivation.christoffel", {}, tuple(symbols)),
-        Step("derivation.velocity_terms", {}, (matrix, *_vector(judge, "c", road.c, c))),
-        Step("derivation.gravity_terms", {}, tuple(_vector(judge, "g", road.g, g))),
-        Step("derivation.equations", {}, tuple(_vector(judge, "τ", road.tau, tau))),
+        Step("derivation.velocity_terms", {}, (matrix, *_vector(judge, "c", method.c, c))),
+        Step("derivation.gravity_terms", {}, tuple(_vector(judge, "g", method.g, g))),
+        Step("derivation.equations", {}, tuple(_vector(judge, "τ", method.tau, tau))),
     ]
 
 
-def _named(road: Lagrange, i: int, j: int, k: int) -> tuple[Side, ...]:
+def _named(method: Lagrange, i: int, j: int, k: int) -> tuple[Side, ...]:
     """A Christoffel symbol, with its twin in front where the last two indices differ."""
     twin: tuple[Side, ...] = () if j == k else ((Name("Γ", f"{i + 1}{k + 1}{j + 1}"),),)
-    return (*twin, road.christoffel[i][j][k])
+    return (*twin, method.christoffel[i][j][k])
 
 
-def _determinant(judge: DynamicsJudge, road: Lagrange, M: Floats) -> list[Line]:
+def _determinant(judge: DynamicsJudge, method: Lagrange, M: Floats) -> list[Line]:
     """Det M of two joints, and of three where it is short."""
-    rows = road.M
+    rows = method.M
     if len(rows) == 1:
         return []
     if len(rows) == 2:
@@ -231,13 +231,13 @@ def _vector(judge: DynamicsJudge, letter: str, formulas: Row, truth: Floats) -> 
     return [judge.line((Name(letter, str(i + 1)),), formula, truth=truth[:, i]) for i, formula in enumerate(formulas)]
 
 
-def _recursion(judge: DynamicsJudge, road: Lagrange, other: NewtonEuler) -> list[Step]:
-    """The second road, and that it ends where the first did.
+def _recursion(judge: DynamicsJudge, method: Lagrange, other: NewtonEuler) -> list[Step]:
+    """The second method, and that it ends where the first did.
 
     Raises:
         DerivationError: it does not.
     """
-    for i, (one, two) in enumerate(zip(road.tau, other.tau, strict=True), start=1):
+    for i, (one, two) in enumerate(zip(method.tau, other.tau, strict=True), start=1):
         if not same(one, two):
             raise DerivationError("derivation.roads_differ", joint=i)
     lines = [*_twists(judge, "V", other.V), *_twists(judge, "V̇", other.dV), *_twists(judge, "F", other.F)]
@@ -246,7 +246,7 @@ def _recursion(judge: DynamicsJudge, road: Lagrange, other: NewtonEuler) -> list
         judge.line((Name("τ", str(i + 1)),), (Name("F", str(i + 1)), Name("·"), Name("A", str(i + 1))), truth=tau[:, i])
         for i in range(judge.arm.n)
     ]
-    return [Step("derivation.recursion", {}, tuple(lines)), Step("derivation.roads_agree", {}, tuple(last))]
+    return [Step("derivation.recursion", {}, tuple(lines)), Step("derivation.methods_agree", {}, tuple(last))]
 
 
 def _twists(judge: DynamicsJudge, letter: str, rows: tuple[Row, ...]) -> list[Line]:

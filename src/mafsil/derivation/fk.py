@@ -10,7 +10,7 @@ from mafsil.derivation.arm import SymbolicArm, composed, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
 from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
 from mafsil.derivation.polynomial import symbol
-from mafsil.derivation.screw_road import Form, fk_by_screws, wants_screws
+from mafsil.derivation.screw_method import Form, fk_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
@@ -165,7 +165,7 @@ def _has_heading(arm: SymbolicArm) -> bool:
 
 
 def _heading(arm: SymbolicArm, judge: Judge) -> Line:
-    """Phi = theta1 + theta2 + ... of a planar arm, compared as a direction."""
+    """phi = theta1 + theta2 + ... of a planar arm, compared as a direction."""
     total = sum((symbol(f"theta{i}") for i in range(1, arm.n + 1)), start=ZERO)
     phi = judge.number(total)
     error = float(np.abs(judge.tip[:, :2, 0] - np.stack([np.cos(phi), np.sin(phi)], axis=-1)).max())

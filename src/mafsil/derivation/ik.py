@@ -1,6 +1,6 @@
 """Inverse kinematics derived as a person would: the structure of the arm, then joint after joint by geometry.
 
-What the arm was recognised as decides the road, not its name: the same few elementary equations, each with its
+What the arm was recognised as decides the method, not its name: the same few elementary equations, each with its
 meaning, in the arm's own numbers.
 """
 
@@ -39,8 +39,8 @@ def derive_ik(mechanism: Mechanism, pattern: ArmPattern | None, solve: Solve) ->
     """
     if pattern is None or pattern.locked or pattern.shifted or pattern.positioning_reversed or pattern.prismatic[0]:
         raise ModelError("derivation.ik_no_form", robot=mechanism.name)
-    roads = {Family.SPHERICAL_WRIST: _wrist_arm, Family.THREE_PARALLEL: _parallel_arm, Family.PLANAR: _planar_arm}
-    build = roads.get(pattern.family)
+    methods = {Family.SPHERICAL_WRIST: _wrist_arm, Family.THREE_PARALLEL: _parallel_arm, Family.PLANAR: _planar_arm}
+    build = methods.get(pattern.family)
     if build is None or pattern.positioning not in (PositioningMethod.PARALLEL, PositioningMethod.MEET):
         raise ModelError("derivation.ik_no_form", robot=mechanism.name)
     judge = AngleJudge(mechanism, pattern, solve)
@@ -92,7 +92,7 @@ def _displacement(judge: AngleJudge) -> Step:
 
 def _wrist_arm(judge: AngleJudge) -> list[Step]:
     """Three joints place the wrist's centre, three turn about it."""
-    road = _parallel_road(judge) if judge.pattern.positioning is PositioningMethod.PARALLEL else _meeting_road(judge)
+    method = _parallel_method(judge) if judge.pattern.positioning is PositioningMethod.PARALLEL else _meeting_method(judge)
     w4, w5, w6 = (judge.w(k) for k in (3, 4, 5))
     turns = [function("Rot", judge.w(k), -judge.angle(k)) for k in (2, 1, 0) if not judge.pattern.prismatic[k]]
     product = turns[0]
@@ -111,7 +111,7 @@ def _wrist_arm(judge: AngleJudge) -> list[Step]:
     back = function("Rot", w5, -judge.angle(4)) * w4
     last = judge.turn(5, function("transpose", named("Q")) * w4, back)
     outer = Step("derivation.ik_wrist_outer", judge.details(3, 4, 5), (*first, *last))
-    return [*road, middle, outer]
+    return [*method, middle, outer]
 
 
 def _first_by_height(judge: AngleJudge) -> Step:
@@ -128,7 +128,7 @@ def _first_by_height(judge: AngleJudge) -> Step:
     return Step("derivation.ik_height", judge.details(0, 1, 2), tuple(lines))
 
 
-def _parallel_road(judge: AngleJudge) -> list[Step]:
+def _parallel_method(judge: AngleJudge) -> list[Step]:
     """Height, distance, turn."""
     s = judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * (named("p") - judge.r(0)))
     third = _distance(judge, 2, judge.r(1), named("m"), named("s"), (s,))
@@ -136,7 +136,7 @@ def _parallel_road(judge: AngleJudge) -> list[Step]:
     return [_first_by_height(judge), third, Step("derivation.ik_turn", judge.details(1, 2), tuple(second))]
 
 
-def _meeting_road(judge: AngleJudge) -> list[Step]:
+def _meeting_method(judge: AngleJudge) -> list[Step]:
     """Distance from the meeting point, then both axes through it."""
     o, w1, w2 = named("o"), judge.w(0), judge.w(1)
     third = _distance(judge, 2, o, named("m"), named("p"), ())
@@ -235,7 +235,7 @@ def _planar_arm(judge: AngleJudge) -> list[Step]:
 
 
 def _end(judge: AngleJudge) -> list[Step]:
-    """How many solutions there are, and where the road breaks down."""
+    """How many solutions there are, and where the method breaks down."""
     most = 2 ** len(judge.signed)
     steps = [Step("derivation.ik_branches", {"joints": ", ".join(sorted(judge.signed)), "most": most})]
     steps.append(Step("derivation.ik_limits", {}))

@@ -14,7 +14,7 @@ from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, St
 from mafsil.derivation.fk import base_letter, blocks, products
 from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, transpose
 from mafsil.derivation.polynomial import Polynomial, Trig, simplified
-from mafsil.derivation.screw_road import Form, jacobian_by_screws, wants_screws
+from mafsil.derivation.screw_method import Form, jacobian_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.messages import say

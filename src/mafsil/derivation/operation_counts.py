@@ -5,7 +5,7 @@ from __future__ import annotations
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.document import Derivation, Grid, Step
 from mafsil.derivation.factored import Part, factored
-from mafsil.derivation.lagrange_road import Lagrange
+from mafsil.derivation.lagrange_method import Lagrange
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
@@ -34,16 +34,16 @@ def operations(*formulas: Polynomial) -> tuple[int, int, int, int]:
     return terms, sums, products, len(trigs)
 
 
-def counts_step(arm: SymbolicArm, road: Lagrange) -> Step:
+def counts_step(arm: SymbolicArm, method: Lagrange) -> Step:
     """Terms and operations of what was derived, beside those of the compiled routine.
 
     Args:
         arm: in letters.
-        road: its equations.
+        method: its equations.
     """
-    upper = [road.M[i][j] for i in range(arm.n) for j in range(i, arm.n)]
+    upper = [method.M[i][j] for i in range(arm.n) for j in range(i, arm.n)]
     rows: list[tuple[str, ...]] = []
-    for name, formulas in (("M", upper), ("c", road.c), ("g", road.g), ("τ", road.tau)):
+    for name, formulas in (("M", upper), ("c", method.c), ("g", method.g), ("τ", method.tau)):
         rows.append((name, *(str(x) for x in operations(*formulas))))
     compiled = compiled_operations(arm.mechanism, "inverse_dynamics")
     grid = Grid(("", "n", "+", "×", "sin"), tuple(rows))

@@ -1,4 +1,4 @@
-"""What a check of a student's work hands back: findings that name the wrong entry and the likely slip, in words."""
+"""What a check of a student's work hands back: findings that name the wrong entry and the likely mistake, in words."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from mafsil.answer import Answer, Status
 from mafsil.messages import say
 
+ROUNDOFF = 1e-12
+"""Smaller numbers are shown as zero: some thousand units in the last place of a metre."""
 
-class Slip(Enum):
+
+class Mistake(Enum):
     """The mistakes that are looked for; the value is the name of the sentence."""
 
     SIGN = "sign"
@@ -41,19 +45,27 @@ class Slip(Enum):
     VALUE = "value"
 
 
+class ReviewStatus(Status):
+    """Whether the work is right."""
+
+    CORRECT = ("derivation.correct", True)
+    WRONG = ("derivation.wrong", False)
+    NOT_PROVEN = ("derivation.not_proven", False)
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One wrong place.
 
     Attributes:
-        slip: the likely mistake.
+        mistake: the likely mistake.
         row, column: from 1, or None where the finding concerns the whole.
         entry: name of the quantity, such as `alpha` or `v`.
         given, expected: what stands there and what should, as text; empty where that says nothing. A table in the other
             convention: the names of both.
     """
 
-    slip: Slip
+    mistake: Mistake
     row: int | None = None
     column: int | None = None
     entry: str = ""
@@ -61,20 +73,20 @@ class Finding:
     expected: str = ""
 
     def message(self, language: str | None = None) -> str:
-        """Place, values and slip as a sentence."""
+        """Place, values and mistake as a sentence."""
         pieces = [self._place(language)]
         details = {"given": self.given, "expected": self.expected}
-        if self.given and self.slip is not Slip.CONVENTION:
+        if self.given and self.mistake is not Mistake.CONVENTION:
             pieces.append(
                 say("derivation.values" if self.expected else "derivation.stands", language=language, **details)
             )
-        pieces.append(say(f"derivation.slip_{self.slip.value}", language=language, **details))
+        pieces.append(say(f"derivation.mistake_{self.mistake.value}", language=language, **details))
         return say("derivation.colon", language=language, place=pieces[0], rest=" ".join(pieces[1:]))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, with the sentence."""
         details = {name: getattr(self, name) for name in ("row", "column", "entry", "given", "expected")}
-        return {"slip": self.slip.value, **details, "sentence": self.message()}
+        return {"mistake": self.mistake.value, **details, "sentence": self.message()}
 
     def _place(self, language: str | None) -> str:
         entry = f" {self.entry}" if self.entry else ""
@@ -87,14 +99,14 @@ class Finding:
         return say("derivation.place_whole", language=language, entry=entry)
 
 
-@dataclass(frozen=True, slots=True)
-class Review:
-    """The result of a check.
+@dataclass(frozen=True, slots=True, repr=False)
+class Review(Answer):
+    """The result of a check: true if nothing is wrong, iterable over the findings.
 
     Attributes:
         findings: nothing if the work is right.
         proven: the findings, repaired, make the work right; otherwise they are only where it differs.
-        others: single slips that would explain the work as well.
+        others: single mistakes that would explain the work as well.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -109,11 +121,21 @@ class Review:
     def __bool__(self) -> bool:
         return self.correct
 
+    def __len__(self) -> int:
+        return len(self.findings)
+
     def __iter__(self) -> Iterator[Finding]:
         return iter(self.findings)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return self.message()
+
+    @property
+    def status(self) -> ReviewStatus:
+        """CORRECT, WRONG where the findings explain all of it, or NOT_PROVEN where they only say where it differs."""
+        if self.correct:
+            return ReviewStatus.CORRECT
+        return ReviewStatus.WRONG if self.proven else ReviewStatus.NOT_PROVEN
 
     def message(self, language: str | None = None) -> str:
         """All findings, one a line, or that there is none."""
@@ -122,7 +144,7 @@ class Review:
         lines = [finding.message(language) for finding in self.findings]
         if not self.proven:
             lines.insert(0, say("derivation.not_proven", language=language))
-        elif [finding.slip for finding in self.findings] == [Slip.CONVENTION]:
+        elif [finding.mistake for finding in self.findings] == [Mistake.CONVENTION]:
             lines.append(say("derivation.right_otherwise", language=language, expected=self.findings[0].expected))
         lines += [
             say("derivation.or_else", language=language, finding=other.message(language)) for other in self.others
@@ -134,11 +156,12 @@ class Review:
         return self.message(language)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: correct, proven, and every finding with its place, values, slip and sentence."""
+        """Plain data: correct, proven, and every finding with its place, values, mistake and sentence."""
         findings, others = ([finding.to_dict() for finding in each] for each in (self.findings, self.others))
-        return {"correct": self.correct, "proven": self.proven, "findings": findings, "others": others}
+        flags = {"status": self.status.name, "correct": self.correct, "proven": self.proven}
+        return {**flags, "findings": findings, "others": others}
 
 
 def shown(value: float) -> str:
-    """A number with six digits, dust as zero."""
-    return f"{0.0 if abs(value) < 1e-12 else value:.6g}"
+    """A number with six digits; below the roundoff of lengths of some metres it is zero."""
+    return f"{0.0 if abs(value) < ROUNDOFF else value:.6g}"

@@ -1,5 +1,5 @@
-from mafsil.identification.excitation import ExcitingMotion as ExcitingMotion
-from mafsil.identification.excitation import exciting_motion as exciting_motion
+from mafsil.identification.excitation import ExcitationTrajectory as ExcitationTrajectory
+from mafsil.identification.excitation import excitation_trajectory as excitation_trajectory
 from mafsil.identification.identify import identify as identify
 from mafsil.identification.log import MotionLog as MotionLog
 from mafsil.identification.log_file import read_log as read_log

@@ -1,4 +1,4 @@
-"""Masses that bodies can have: the parameters of all links near those of before, as far as the data let them.
+"""Physically consistent bodies: the parameters of all links near those of before, as far as the data let them.
 
 A body's pseudo-inertia [[S, h], [h', m]], S the integral of x x' dm, is positive definite exactly if a distribution of
 mass has it. Written as L A A' L' with L the Cholesky factor of before and A upper triangular with exponentials on its
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.solvers.least_squares import levenberg_marquardt
 
-Places: TypeAlias = NDArray[np.int64]
+Indices: TypeAlias = NDArray[np.int64]
 """Indices of parameters."""
-THINNEST = 1e-3
+LEAST_GYRATION = 1e-3
 """Smallest principal radius of gyration of a starting body, as a share of its largest length."""
 _UPPER = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
@@ -49,24 +49,24 @@ def parameters_of_pseudo(P: Floats) -> Floats:
     return np.concatenate([mass, first, moments, products], axis=-1)
 
 
-def possible(parameters: Floats) -> bool:
+def physically_consistent(parameters: Floats) -> bool:
     """Whether a body can have these ten parameters: its pseudo-inertia is positive definite."""
     return bool(np.linalg.eigvalsh(pseudo_inertia(parameters))[0] > 0.0)
 
 
-def nearest_possible(parameters: Floats, length: float) -> Floats:
+def nearest_consistent(parameters: Floats, length: float) -> Floats:
     """The ten parameters, changed as little as makes them those of a body with some thickness.
 
     Args:
         parameters: (10,), mass > 0.
-        length: [m] of the robot; bodies are kept thicker than THINNEST times this.
+        length: [m] of the robot; bodies are kept thicker than LEAST_GYRATION times this.
     """
     m, h = parameters[0], parameters[1:4]
     c = h / m
     P = pseudo_inertia(parameters)
     second = P[:3, :3] - m * np.outer(c, c)
     values, axes = np.linalg.eigh(second)
-    least = m * (THINNEST * length) ** 2
+    least = m * (LEAST_GYRATION * length) ** 2
     if values[0] >= least:
         return parameters
     P = P.copy()
@@ -84,8 +84,8 @@ def ball(mass: float, radius: float, centre: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BodyChart:
-    """All bodies that mass can form, as x (10,) around one of them.
+class BodyParameterisation:
+    """All physically consistent bodies, as x (10,) around one of them.
 
     Attributes:
         factor: (4, 4) Cholesky factor of the pseudo-inertia at x = 0.
@@ -94,8 +94,8 @@ class BodyChart:
     factor: Floats
 
     @classmethod
-    def around(cls, parameters: Floats) -> BodyChart:
-        """The chart whose origin is a possible body (10,)."""
+    def around(cls, parameters: Floats) -> BodyParameterisation:
+        """The parameterisation whose origin is a physically consistent body (10,)."""
         return cls(np.asarray(np.linalg.cholesky(pseudo_inertia(parameters)), dtype=np.float64))
 
     def at(self, x: Floats) -> tuple[Floats, Floats]:
@@ -112,24 +112,24 @@ class BodyChart:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Chart:
-    """The parameters of a whole robot as x: bodies that mass can form, and plain numbers with a unit of each.
+class Parameterisation:
+    """The parameters of a whole robot as x: physically consistent bodies, and plain numbers with a unit of each.
 
     Attributes:
-        bodies: charts by the place of the body's ten numbers among all.
-        scale: (P,) unit of the other numbers; 0 for those that are kept.
+        bodies: parameterisations by the place of the body's ten numbers among all.
+        scale: (P,) unit of the other numbers; 0 for those that are fixed.
         prior: (P,) parameters at x = 0.
         spread: what |x| = 1 of a body counts.
     """
 
-    bodies: dict[int, BodyChart]
+    bodies: dict[int, BodyParameterisation]
     scale: Floats
     prior: Floats
     spread: float
 
     @property
-    def free(self) -> Places:
-        """Places of the other numbers that are free."""
+    def free(self) -> Indices:
+        """Indices of the other numbers that are free."""
         return np.flatnonzero(self.scale).astype(np.int64)
 
     @property
@@ -140,48 +140,52 @@ class Chart:
     def at(self, x: Floats) -> tuple[Floats, Floats]:
         """Parameters (P,) at x, and their derivatives (P, size)."""
         value, derivative = self.prior.copy(), np.zeros((len(self.prior), self.size))
-        for k, (place, chart) in enumerate(self.bodies.items()):
+        for k, (place, body) in enumerate(self.bodies.items()):
             part = slice(10 * k, 10 * k + 10)
-            value[place : place + 10], rates = chart.at(self.spread * x[part])
+            value[place : place + 10], rates = body.at(self.spread * x[part])
             derivative[place : place + 10, part] = self.spread * rates
         free, rest = self.free, slice(10 * len(self.bodies), None)
         value[free] += self.scale[free] * x[rest]
         derivative[free, np.arange(10 * len(self.bodies), self.size)] = self.scale[free]
         return value, derivative
 
-    def kept(self, places: Places, values: Floats) -> Chart:
-        """The same chart with some of the plain numbers held at values."""
+    def with_fixed(self, places: Indices, values: Floats) -> Parameterisation:
+        """The same parameterisation with some of the plain numbers fixed at values."""
         scale, prior = self.scale.copy(), self.prior.copy()
         scale[places], prior[places] = 0.0, values
-        return Chart(self.bodies, scale, prior, self.spread)
+        return Parameterisation(self.bodies, scale, prior, self.spread)
 
 
-def most_likely(chart: Chart, triangle: Floats, combination: Floats, never_negative: Places) -> Floats:
-    """Parameters (P,) that are possible, near those of before, and fit the rows: the most likely ones.
+def most_likely(
+    parameterisation: Parameterisation, triangle: Floats, combination: Floats, nonnegative: Indices
+) -> Floats:
+    """The most likely parameters (P,): physically consistent, close to the prior, and with small residuals.
 
     minimise |R (K parameters(x), -1)|^2 + |x|^2
 
     Args:
-        chart: where parameters may lie.
+        parameterisation: where parameters may lie.
         triangle: R (k + 1, k + 1) weighted rows.
         combination: K (k, P) base parameters from all parameters.
-        never_negative: places of numbers that cannot be negative: friction and rotors.
+        nonnegative: places of numbers that cannot be negative: friction and rotors.
     """
     while True:
-        found = _minimum(chart, triangle, combination)
-        open_ones: Places = np.intersect1d(never_negative, chart.free)
-        negative: Places = open_ones[found[open_ones] < 0.0]
+        found = _minimum(parameterisation, triangle, combination)
+        open_ones: Indices = np.intersect1d(nonnegative, parameterisation.free)
+        negative: Indices = open_ones[found[open_ones] < 0.0]
         if not len(negative):
             return found
-        chart = chart.kept(negative, np.zeros(len(negative)))
+        parameterisation = parameterisation.with_fixed(negative, np.zeros(len(negative)))
 
 
-def _minimum(chart: Chart, triangle: Floats, combination: Floats) -> Floats:
+def _minimum(parameterisation: Parameterisation, triangle: Floats, combination: Floats) -> Floats:
     A = triangle[:, :-1] @ combination
 
     def residual(x: Floats) -> tuple[Floats, Floats]:
-        value, derivative = chart.at(x)
-        return np.concatenate([A @ value - triangle[:, -1], x]), np.vstack([A @ derivative, np.eye(chart.size)])
+        value, derivative = parameterisation.at(x)
+        return np.concatenate([A @ value - triangle[:, -1], x]), np.vstack(
+            [A @ derivative, np.eye(parameterisation.size)]
+        )
 
-    found = levenberg_marquardt(residual, np.zeros(chart.size), tolerance=0.0, iterations=200)
-    return chart.at(found.value)[0]
+    found = levenberg_marquardt(residual, np.zeros(parameterisation.size), tolerance=0.0, iterations=200)
+    return parameterisation.at(found.value)[0]

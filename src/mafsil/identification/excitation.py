@@ -1,4 +1,4 @@
-"""Motions that make a robot's parameters show: Fourier series inside the joint limits, well conditioned.
+"""Excitation trajectories for identification: Fourier series inside the joint limits, well conditioned.
 
 Reference: Swevers, Ganseman, Tuekel, de Schutter & van Brussel, Optimal robot excitation and identification, IEEE T-RA
 13, 1997.
@@ -19,6 +19,8 @@ from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_fi
 from mafsil.errors import FileError, InputError
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
+from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
 
 SAMPLES = 120
@@ -30,6 +32,9 @@ WITHOUT_LIMIT = (np.pi, 1.0, 2.0)
 FIRST_STEP, LAST_STEP = 0.5, 0.05
 """Size of the random changes when improving, at the beginning and at the end, against the coefficients."""
 
+COLUMNS = ("joint", "lowest", "highest", "velocity", "acceleration")
+"""Of the table that is printed."""
+
 
 class Motion(NamedTuple):
     """Position, velocity and acceleration, each (*times, n) [rad | m] and time derivatives."""
@@ -39,8 +44,8 @@ class Motion(NamedTuple):
     a: Floats
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ExcitingMotion:
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class ExcitationTrajectory:
     """A periodic motion that begins and ends at rest.
 
     q_i(t) = centre_i + sum over l of (sine_il sin(l w t) + cosine_il (cos(l w t) - 1)),  w = 2 pi / period
@@ -51,8 +56,8 @@ class ExcitingMotion:
         repetitions: how often it is done.
         centre: (n,) position at the beginning [rad | m].
         sine, cosine: (n, harmonics) coefficients [rad | m].
-        condition: condition number of the base regressor, columns scaled to length one.
-        allowed: share of the candidates that kept the limits and were accepted.
+        condition_number: of the base regressor, columns scaled to length one.
+        acceptance_rate: share of the candidates that kept the limits and were accepted.
     """
 
     joints: tuple[str, ...]
@@ -61,8 +66,8 @@ class ExcitingMotion:
     centre: Floats
     sine: Floats
     cosine: Floats
-    condition: float
-    allowed: float
+    condition_number: float
+    acceptance_rate: float
 
     @property
     def n(self) -> int:
@@ -81,6 +86,19 @@ class ExcitingMotion:
         q, qd, qdd = _series(times, self.period, self.sine, self.cosine)
         still = np.zeros_like(q)
         return Motion(self.centre + np.where(inside, q, 0.0), np.where(inside, qd, still), np.where(inside, qdd, still))
+
+    def __repr__(self) -> str:
+        motion = self.at(np.linspace(0.0, self.period, 20 * SAMPLES + 1))
+        reach = motion.u.min(axis=0), motion.u.max(axis=0)
+        columns = [*reach, *(np.abs(x).max(axis=0) for x in (motion.v, motion.a))]
+        rows = [[joint, *(number(float(x)) for x in row)] for joint, *row in zip(self.joints, *columns, strict=True)]
+        head = [say(f"identification.column_{name}") for name in COLUMNS]
+        title = say("identification.excitation", period=self.period, count=self.repetitions)
+        condition = say("identification.condition", condition_number=self.condition_number)
+        return "\n".join([title, *table(head, rows), condition])
+
+    def _repr_html_(self) -> str:
+        return in_notebook(repr(self))
 
     def jerk(self, t: ArrayLike) -> Floats:
         """(*times, n) third derivative at the times `t` [rad/s^3 | m/s^3]."""
@@ -116,7 +134,7 @@ class ExcitingMotion:
 
 
 @of_robot
-def exciting_motion(
+def excitation_trajectory(
     robot: Robot,
     *,
     period: float = 10.0,
@@ -128,10 +146,10 @@ def exciting_motion(
     speed: float = 1.0,
     centre: ArrayLike | None = None,
     accept: Callable[[Floats], bool] | None = None,
-) -> ExcitingMotion:
-    """A motion in which all parameters show well: the best of random draws, improved step by step.
+) -> ExcitationTrajectory:
+    """A motion that excites all parameters: the best of random draws, improved step by step.
 
-    Limits of position, rate, acceleration and effort of the description are kept; collisions are not looked at unless
+    Limits of position, rate, acceleration and effort of the description are kept; collisions are not checked unless
     `accept` does.
 
     Args:
@@ -174,9 +192,9 @@ def exciting_motion(
     if not np.isfinite(least):
         raise InputError("identification.no_motion", count=candidates + improvements)
     start, sine, cosine = search.scaled(best)
-    return ExcitingMotion(
+    return ExcitationTrajectory(
         robot.joint_names, float(period), repetitions, frozen(start), frozen(sine), frozen(cosine), float(least),
-        search.allowed,
+        search.acceptance_rate,
     )  # fmt: skip
 
 
@@ -213,7 +231,7 @@ class _Search:
                 raise InputError("input.range", name=f"centre[{k}]", value=self.start[k], low=low, high=high)
 
     @property
-    def allowed(self) -> float:
+    def acceptance_rate(self) -> float:
         """Share of the candidates that could be run."""
         return self.passed / max(self.tried, 1)
 
@@ -224,14 +242,14 @@ class _Search:
         low, high = q.min(axis=0), q.max(axis=0)
         if self.start is None:
             middle = (self.lower + self.upper) / 2
-            room = MARGIN * (self.upper - self.lower) / np.maximum(high - low, 1e-12)
+            reach_factor = MARGIN * (self.upper - self.lower) / np.maximum(high - low, 1e-12)
         else:
             middle = self.start
             above = (self.upper - self.start) / np.maximum(high, 1e-12)
-            room = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, 1e-12))
+            reach_factor = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, 1e-12))
         fast = self.rate / np.maximum(np.abs(qd).max(axis=0), 1e-12)
         hard = self.acceleration / np.maximum(np.abs(qdd).max(axis=0), 1e-12)
-        factor = np.minimum(room, np.minimum(fast, hard))
+        factor = np.minimum(reach_factor, np.minimum(fast, hard))
         start = middle if self.start is not None else middle - factor * (low + high) / 2
         return start, factor[:, None] * sine, factor[:, None] * cosine
 

@@ -11,32 +11,32 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.identification.consistency import most_likely
-from mafsil.identification.knowledge import unidentifiable
-from mafsil.identification.log import MotionLog, share
+from mafsil.identification.identifiability import unidentifiable
+from mafsil.identification.log import MotionLog, held_out_fraction
+from mafsil.identification.model_update import with_parameters
 from mafsil.identification.preparation import Log, opened, prepared
-from mafsil.identification.regression import Fit, Stack, fitted
+from mafsil.identification.prior import prior_of
+from mafsil.identification.regression import Fit, RegressorStack, fitted
 from mafsil.identification.remark import Remark
-from mafsil.identification.renewal import with_parameters
 from mafsil.identification.result import Identification, Parameter, Validation
 from mafsil.identification.smoothing import SmoothMotion
-from mafsil.identification.starting_point import starting_point
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters
 from mafsil.robot import Robot, of_robot
 
-HARDLY = 0.02
+LEAST_RANGE = 0.02
 """A joint that covers less than this [rad | m] has hardly moved."""
 SPREAD = 0.5
-"""How far masses of a description are believed to be off: a factor exp(2 SPREAD) either way is likely."""
+"""How far masses of a description may be off: a factor exp(2 SPREAD) either way is likely."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Problem:
-    """Rows to learn from and rows kept back, in the base parameters that are looked for."""
+    """Rows to learn from and rows held out, in the base parameters that are looked for."""
 
-    stack: Stack
-    kept_back: Stack | None
+    stack: RegressorStack
+    held_out: RegressorStack | None
     base: BaseParameters
 
 
@@ -53,20 +53,20 @@ def identify(
     smoothing: float = SMOOTHING,
     degrees: bool = False,
 ) -> Identification:
-    """Masses, inertias, friction and, if wanted, rotor inertias from recorded motion and efforts.
+    """Masses, inertias, friction and, on request, rotor inertias from recorded motion and efforts.
 
     tau = Y(q, qd, qdd) pi + viscous qd + Coulomb sign(qd) + offset + rotor qdd, by weighted least squares.
 
     Args:
-        robot: the kinematics, and what is believed about masses so far.
+        robot: the kinematics, and its masses as prior.
         log: one or several logs; see `read_log` for files.
-        validation: another log, on which the new model is tried; by default the end of each log is kept back for it.
-        held_out: the share of each log that is kept back, 0 to 0.9.
+        validation: another log, on which the new model is tried; by default the end of each log is held out for it.
+        held_out: the fraction of each log that is held out, 0 to 0.9.
         rotor_inertia: whether inertias of rotors are looked for; if None, where the description has some.
         bandwidth: highest frequency of the motion [Hz]; found in the log if None.
         prior_spread: how far masses of the description may be off, as a logarithm; small values hold on to them.
         smoothing: rate [rad/s | m/s] within which Coulomb friction changes its sign.
-        degrees: whether turning joints of a log file are in degrees.
+        degrees: whether revolute joints of a log file are in degrees.
 
     Raises:
         InputError: a log of another robot, too short, or not clean; the row is named.
@@ -76,30 +76,30 @@ def identify(
     """
     logs = [opened(one, robot, degrees) for one in _listed(log)]
     model = TorqueModel(robot, positive("smoothing", smoothing))
-    back = share("held_out", held_out) if validation is None else 0.0
+    back = held_out_fraction("held_out", held_out) if validation is None else 0.0
     parts = [one.split(back) if back else (one, None) for one in logs]
     others = [opened(validation, robot, degrees)] if validation is not None else [end for _, end in parts if end]
-    learnt = [prepared(start, bandwidth) for start, _ in parts]
-    kept = [prepared(other, max(band for _, band, _ in learnt)) for other in others]
+    training = [prepared(start, bandwidth) for start, _ in parts]
+    tests = [prepared(other, max(band for _, band, _ in training)) for other in others]
     rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
-    full = _stacked(model, [m for motions, _, _ in learnt for m in motions])
+    full = _stacked(model, [m for motions, _, _ in training for m in motions])
     if not full.rows:
         raise InputError("identification.too_short", seconds=max(one.duration for one in logs))
-    tried = _stacked(model, [m for motions, _, _ in kept for m in motions])
+    tried = _stacked(model, [m for motions, _, _ in tests for m in motions])
     problem = _problem(model, full, tried if tried.rows else None, rotors)
     remarks = [remark for one in logs for remark in one.remarks()]
-    remarks += [remark for _, _, found in learnt for remark in found]
+    remarks += [remark for _, _, found in training for remark in found]
     remarks += _hardly_moving(robot, logs)
-    band = max(band for _, band, _ in learnt)
+    band = max(band for _, band, _ in training)
     return _identified(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
 
 
-def _stacked(model: TorqueModel, motions: list[SmoothMotion]) -> Stack:
+def _stacked(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:
     blocks = (block for motion in motions for block in model.equations(motion))
-    return Stack.of(blocks, model.robot.n, model.base.count)
+    return RegressorStack.of(blocks, model.robot.n, model.base.count)
 
 
-def _problem(model: TorqueModel, full: Stack, tried: Stack | None, rotors: bool) -> _Problem:
+def _problem(model: TorqueModel, full: RegressorStack, tried: RegressorStack | None, rotors: bool) -> _Problem:
     """The rows as they are, or without the rotors' columns, the description's rotors taken as known."""
     base = model.base
     if rotors:
@@ -119,13 +119,19 @@ def _problem(model: TorqueModel, full: Stack, tried: Stack | None, rotors: bool)
 
 
 def _identified(
-    model: TorqueModel, problem: _Problem, full: Stack, spread: float, band: float, rotors: bool, remarks: list[Remark]
+    model: TorqueModel,
+    problem: _Problem,
+    full: RegressorStack,
+    spread: float,
+    band: float,
+    rotors: bool,
+    remarks: list[Remark],
 ) -> Identification:
-    start = starting_point(model, problem.stack, spread, rotors=rotors)
-    chart, K = start.chart, problem.base.combination
-    b0 = K @ chart.prior
-    fit = fitted(problem.stack, b0, K @ chart.at(np.zeros(chart.size))[1])
-    found = most_likely(chart, fit.triangle, K, model.never_negative)
+    start = prior_of(model, problem.stack, spread, rotors=rotors)
+    parameterisation, K = start.parameterisation, problem.base.combination
+    b0 = K @ parameterisation.prior
+    fit = fitted(problem.stack, b0, K @ parameterisation.at(np.zeros(parameterisation.size))[1])
+    found = most_likely(parameterisation, fit.triangle, K, model.nonnegative)
     described, new = K @ model.prior, K @ found
     parameters = tuple(
         Parameter(label, float(b), float(error), float(before), float(after))
@@ -142,32 +148,32 @@ def _identified(
         parameters=parameters,
         covariance=fit.covariance,
         base=problem.base,
-        told=fit.told,
-        condition=fit.condition,
+        identifiable_count=fit.identifiable_count,
+        condition_number=fit.condition_number,
         noise=fit.noise,
         bandwidth=band,
         rows=problem.stack.rows,
-        unidentifiable=unidentifiable(model, problem.base, fit, b0, chart),
+        unidentifiable=unidentifiable(model, problem.base, fit, b0, parameterisation),
         validation=_validation(model.robot.joint_names, problem, described, new),
         remarks=tuple(remarks),
     )
 
 
 def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, after: Floats) -> Validation:
-    rows = problem.kept_back or problem.stack
+    rows = problem.held_out or problem.stack
     effort = np.maximum(rows.effort(), 1e-300)
-    learnt = problem.stack
+    training = problem.stack
     return Validation(
         joints=joints,
-        unseen=problem.kept_back is not None,
+        held_out=problem.held_out is not None,
         effort=rows.effort(),
         before=100.0 * rows.residual(before) / effort,
         after=100.0 * rows.residual(after) / effort,
-        learnt=100.0 * learnt.residual(after) / np.maximum(learnt.effort(), 1e-300),
+        training=100.0 * training.residual(after) / np.maximum(training.effort(), 1e-300),
     )
 
 
-def _rotors_asked_for(full: Stack, without: Stack, fit: Fit) -> list[Remark]:
+def _rotors_asked_for(full: RegressorStack, without: RegressorStack, fit: Fit) -> list[Remark]:
     """Whether rows fit so much better with rotors that it cannot be chance."""
     k = full.triangles.shape[-1] - 1
     R = full.weighted(fit.noise)
@@ -186,16 +192,12 @@ def _hardly_moving(robot: Robot, logs: list[MotionLog]) -> list[Remark]:
     return [
         Remark("identification.hardly_moved", {"joint": name, "way": float(way)})
         for name, way in zip(robot.joint_names, reach, strict=True)
-        if way < HARDLY
+        if way < LEAST_RANGE
     ]
 
 
 def _listed(log: Log | Sequence[Log]) -> list[Log]:
-    """One log or several, as a list.
-
-    Raises:
-        InputError: none.
-    """
+    """One log or several, as a list; an empty one is refused."""
     logs = list(log) if isinstance(log, list | tuple) else [cast("Log", log)]
     if not logs:
         raise InputError("identification.no_log")

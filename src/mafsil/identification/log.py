@@ -116,9 +116,9 @@ class MotionLog:
         """The same log, its measured rates and accelerations forgotten."""
         return replace(self, qd=None, qdd=None)
 
-    def split(self, share: float) -> tuple[MotionLog, MotionLog | None]:
-        """The log up to the last `share` of its time, and that last part, unless it is next to nothing."""
-        cut = int(np.searchsorted(self.times, self.times[-1] - share * self.duration))
+    def split(self, fraction: float) -> tuple[MotionLog, MotionLog | None]:
+        """The log up to the last `fraction` of its time, and that last part, unless it is next to nothing."""
+        cut = int(np.searchsorted(self.times, self.times[-1] - fraction * self.duration))
         if not 2 <= cut <= len(self.times) - 2:
             return self, None
         return self.rows(0, cut), self.rows(cut, len(self.times))
@@ -187,8 +187,8 @@ def log_of(value: object, n: int) -> MotionLog:
     return log
 
 
-def share(name: str, value: float) -> float:
-    """The value itself, if it is a share of a log that may be kept back: from 0 to 0.9.
+def held_out_fraction(name: str, value: float) -> float:
+    """The value itself, if it is a fraction of a log that may be held out: from 0 to 0.9.
 
     Raises:
         InputError: it is not.

@@ -27,13 +27,13 @@ MOST_BYTES = 1 << 31
 def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = False) -> MotionLog:
     """A log from a CSV file with a heading line; columns in any order, others are passed over.
 
-    `t` [s]; for every joint `q[NAME]` [rad | m] and `tau[NAME]` [N m | N], and if wanted `qd[NAME]` and `qdd[NAME]`.
+    `t` [s]; for every joint `q[NAME]` [rad | m] and `tau[NAME]` [N m | N], and if recorded `qd[NAME]` and `qdd[NAME]`.
     Instead of names, joints may be numbered from 1 in the robot's order: `q1`, `q_1` or `q[1]`.
 
     Args:
         path: of the file; comma, semicolon or tab between columns.
         robot: whose joints they are.
-        degrees: whether turning joints are in degrees, their rates and accelerations too.
+        degrees: whether revolute joints are in degrees, their rates and accelerations too.
 
     Raises:
         FileError: no such file, missing columns, a cell that is no number, times that do not increase; the line is
@@ -52,10 +52,10 @@ def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = Fal
     values = _numbers(file, heads, rows, lines, needed)
     arrays = {name: values[:, [where[k] for k in group]] for name, group in places.items()}
     if degrees:
-        turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in arm.mechanism.coordinates])
+        revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in arm.mechanism.coordinates])
         for name in ("q", "qd", "qdd"):
             if name in arrays:
-                arrays[name] = np.where(turning, np.radians(arrays[name]), arrays[name])
+                arrays[name] = np.where(revolute, np.radians(arrays[name]), arrays[name])
     times = arrays.pop("t")[:, 0]
     return _log(file, times, arrays, np.array(lines, dtype=np.int64))
 
@@ -115,8 +115,8 @@ def _places(file: Path, columns: dict[str, int], robot: Robot) -> dict[str, list
         if signal not in SIGNALS[:2] and len(missing) == len(found):
             continue
         if missing:
-            wanted = f"{signal}[{robot.joint_names[missing[0]]}]"
-            raise FileError("identification.no_column", path=file.name, column=wanted, found=_shown(columns))
+            missing_column = f"{signal}[{robot.joint_names[missing[0]]}]"
+            raise FileError("identification.no_column", path=file.name, column=missing_column, found=_shown(columns))
         places[signal] = [place for place in found if place is not None]
     return places
 

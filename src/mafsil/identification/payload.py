@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.identification.consistency import BodyChart, Chart, ball, most_likely
+from mafsil.identification.consistency import BodyParameterisation, Parameterisation, ball, most_likely
 from mafsil.identification.log import MotionLog
+from mafsil.identification.model_update import with_load
 from mafsil.identification.preparation import Log, opened, prepared
-from mafsil.identification.regression import Stack, fitted
+from mafsil.identification.regression import RegressorStack, fitted
 from mafsil.identification.remark import Remark
-from mafsil.identification.renewal import with_load
 from mafsil.identification.smoothing import SmoothMotion
 from mafsil.identification.torque_model import CHUNK, thinned
 from mafsil.mechanics.inertial_parameters import inertial_of
@@ -24,26 +25,34 @@ from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 
 RADIUS = 0.1
-"""Size [m] that loads are believed to have."""
+"""Size [m] that loads are assumed to have."""
 SPREAD = 1.0
 """How far that may be off, as a logarithm."""
-TOLD = 0.7
-"""A number is told if its standard error is below this share of what was believed before."""
-SURE = 3.0
+IDENTIFIABLE = 0.7
+"""A number is identifiable if its standard error is below this share of the prior's."""
+SIGNIFICANT = 3.0
 """A load is there if its mass is this many standard errors."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Payload:
-    """The outcome of `estimate_payload`, in the tip frame; a body can have these numbers.
+class PayloadStatus(Status):
+    """Whether there is a load."""
+
+    FOUND = ("identification.payload_mass", True)
+    NONE = ("identification.no_payload", False)
+
+
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Payload(Answer):
+    """The answer of `estimate_payload`, in the tip frame: true if there certainly is a load.
 
     Attributes:
         mass: [kg].
         com: (3,) centre of mass [m].
         inertia: (3, 3) about the centre of mass [kg m^2].
         mass_error, com_error, inertia_error: standard errors, of the same shapes.
-        com_told, inertia_told: of the same shapes: whether the log tells the number; if not it is a guess.
-        certain: whether the log tells that there is a load at all.
+        com_identifiable, inertia_identifiable: of the same shapes: whether the log identifies the number;
+            if not it is a guess.
+        certain: whether the log shows that there is a load at all.
         before, after: (n,) torque error without and with the load, in percent of the torque.
         robot: the robot with the load.
         remarks: what was irregular.
@@ -55,29 +64,47 @@ class Payload:
     mass_error: float
     com_error: Floats
     inertia_error: Floats
-    com_told: NDArray[np.bool_]
-    inertia_told: NDArray[np.bool_]
+    com_identifiable: NDArray[np.bool_]
+    inertia_identifiable: NDArray[np.bool_]
     certain: bool
     before: Floats
     after: Floats
     robot: Robot
     remarks: tuple[Remark, ...]
 
+    def __bool__(self) -> bool:
+        return self.certain
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Self]:
+        return iter((self,))
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    @property
+    def status(self) -> PayloadStatus:
+        """Whether there certainly is a load."""
+        return PayloadStatus.FOUND if self.certain else PayloadStatus.NONE
+
     def explain(self, language: str | None = None) -> str:
-        """The load in sentences, and what the log does not tell of it."""
-        lines = [say("identification.payload_mass", language=language, mass=self.mass, error=self.mass_error)]
+        """The load in sentences, and what the log does not identify of it."""
+        lines = [self.status.sentence(language, mass=self.mass, error=self.mass_error)]
         if not self.certain:
-            lines = [say("identification.no_payload", language=language, mass=self.mass, error=self.mass_error)]
             return "\n".join([*lines, *(remark.sentence(language) for remark in self.remarks)])
         lines += [
             say(
-                "identification.payload_com" if told else "identification.payload_com_untold",
+                "identification.payload_com" if identifiable else "identification.payload_com_guessed",
                 language=language, axis=axis, value=1e3 * value, error=1e3 * error,
             )
-            for axis, value, error, told in zip("xyz", self.com, self.com_error, self.com_told, strict=True)
+            for axis, value, error, identifiable in zip(
+                "xyz", self.com, self.com_error, self.com_identifiable, strict=True
+            )
         ]  # fmt: skip
-        if not self.inertia_told.any():
-            lines.append(say("identification.payload_inertia_untold", language=language))
+        if not self.inertia_identifiable.any():
+            lines.append(say("identification.payload_inertia_guessed", language=language))
         else:
             lines += self._inertia_lines(language)
         return "\n".join([*lines, *(remark.sentence(language) for remark in self.remarks)])
@@ -85,7 +112,7 @@ class Payload:
     def _inertia_lines(self, language: str | None) -> list[str]:
         return [
             say(
-                "identification.payload_inertia" if self.inertia_told[i, j] else "identification.payload_moment_untold",
+                f"identification.payload_{'inertia' if self.inertia_identifiable[i, j] else 'moment_guessed'}",
                 language=language, name=f"I{'xyz'[i]}{'xyz'[j]}", value=self.inertia[i, j],
                 error=self.inertia_error[i, j],
             )
@@ -95,9 +122,12 @@ class Payload:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the robot as plain data, for machines."""
-        names = ("mass", "com", "inertia", "mass_error", "com_error", "inertia_error", "com_told", "inertia_told")
+        quantities = ("mass", "com", "inertia")
+        names = [name + end for end in ("", "_error", "_identifiable") for name in quantities]
+        names.remove("mass_identifiable")
         return {
             "robot": self.robot.name,
+            "status": self.status.name,
             **{name: getattr(self, name) for name in names},
             "certain": self.certain,
             "before_percent": self.before,
@@ -119,15 +149,15 @@ def estimate_payload(
 
     tau - tau_robot(q, qd, qdd) - friction(qd) = Y_tip(q, qd, qdd) (m, m c, I), by weighted least squares
 
-    Poses at rest tell mass and centre of mass only; motion tells inertia where it is fast enough. What friction takes
-    at rest is not known: it counts as noise.
+    Poses at rest identify mass and centre of mass only; motion identifies the inertia where it is fast enough. What
+    friction takes at rest is not known: it counts as noise.
 
     Args:
         robot: without the load; errors of its model become errors of the load.
         log: motion with the load; see `read_log` for files.
         at_rest: every row is a pose at rest, rows need not follow each other in time evenly.
         bandwidth: highest frequency of the motion [Hz]; found in the log if None.
-        degrees: whether turning joints of a log file are in degrees.
+        degrees: whether revolute joints of a log file are in degrees.
 
     Raises:
         InputError: a log of another robot, too short, or not clean; the row is named.
@@ -138,29 +168,29 @@ def estimate_payload(
     given = opened(log, robot, degrees)
     remarks = [] if at_rest else given.remarks()
     if at_rest:
-        stack = Stack.of(_poses(robot, given), robot.n, 10)
+        stack = RegressorStack.of(_poses(robot, given), robot.n, 10)
         remarks.append(Remark("identification.at_rest"))
     else:
         motions, _, found = prepared(given, bandwidth)
         remarks += found
-        stack = Stack.of((block for m in motions for block in _rows(robot, m)), robot.n, 10)
+        stack = RegressorStack.of((block for m in motions for block in _rows(robot, m)), robot.n, 10)
     if stack.rows < 2:
         raise InputError("identification.too_short", seconds=given.duration)
     effort = np.maximum(np.sqrt((given.signals()["tau"] ** 2).mean(axis=0)), 1e-12)
     return _estimated(robot, stack, effort, remarks)
 
 
-def _estimated(robot: Robot, stack: Stack, effort: Floats, remarks: list[Remark]) -> Payload:
+def _estimated(robot: Robot, stack: RegressorStack, effort: Floats, remarks: list[Remark]) -> Payload:
     start = _rough(stack)
-    chart = Chart({0: BodyChart.around(start)}, np.zeros(10), start, SPREAD)
-    spread = chart.at(np.zeros(10))[1]
+    parameterisation = Parameterisation({0: BodyParameterisation.around(start)}, np.zeros(10), start, SPREAD)
+    spread = parameterisation.at(np.zeros(10))[1]
     fit = fitted(stack, start, spread)
-    load = most_likely(chart, fit.triangle, np.eye(10), np.zeros(0, dtype=np.int64))
+    load = most_likely(parameterisation, fit.triangle, np.eye(10), np.zeros(0, dtype=np.int64))
     body, rates = inertial_of(load), _rates(load)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", rates, fit.covariance, rates))
     before = np.sqrt(((_rates(start) @ spread) ** 2).sum(axis=1))
-    certain = bool(fit.b[0] > SURE * fit.standard_errors[0])
-    told = (errors < TOLD * before) & certain
+    certain = bool(fit.b[0] > SIGNIFICANT * fit.standard_errors[0])
+    identifiable = (errors < IDENTIFIABLE * before) & certain
     return Payload(
         mass=body.mass,
         com=np.array(body.com),
@@ -168,8 +198,8 @@ def _estimated(robot: Robot, stack: Stack, effort: Floats, remarks: list[Remark]
         mass_error=float(errors[0]),
         com_error=errors[1:4],
         inertia_error=_tensor(errors[4:]),
-        com_told=told[1:4],
-        inertia_told=_tensor(told[4:]),
+        com_identifiable=identifiable[1:4],
+        inertia_identifiable=_tensor(identifiable[4:]),
         certain=certain,
         before=100.0 * stack.residual(np.zeros(10)) / effort,
         after=100.0 * stack.residual(load) / effort,
@@ -199,8 +229,8 @@ def _poses(robot: Robot, log: MotionLog) -> Iterator[Floats]:
         yield np.concatenate([robot.payload_regressor(q, still, still), rest[..., None]], axis=-1)
 
 
-def _rough(stack: Stack) -> Floats:
-    """A ball with the mass and the centre that the rows ask for when nothing is believed before."""
+def _rough(stack: RegressorStack) -> Floats:
+    """A ball with the mass and the centre that the rows ask for without any prior."""
     weight = max(float(stack.size()[:, 0].max()), 1e-9)
     mass = max(float(stack.effort().max()) / weight, 1e-6)
     size = np.array([1.0, *3 * (3 * RADIUS,), *6 * (9 * RADIUS**2,)])

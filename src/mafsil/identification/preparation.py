@@ -16,7 +16,7 @@ from mafsil.robot import Robot
 Log = MotionLog | str | PathLike[str]
 """A log, or the file that holds it. Recordings of simulations count as logs too."""
 SAME_RATES = 0.05
-"""By how much measured rates may differ from the derivative of the positions before they are not believed."""
+"""By how much measured rates may differ from the derivative of the positions before they are ignored."""
 
 
 def opened(log: Log, robot: Robot, degrees: bool) -> MotionLog:
@@ -27,7 +27,7 @@ def opened(log: Log, robot: Robot, degrees: bool) -> MotionLog:
 
 
 def prepared(log: MotionLog, bandwidth: float | None) -> tuple[list[SmoothMotion], float, list[Remark]]:
-    """Smooth motions of a log, their band [Hz], and what was not believed."""
+    """Smooth motions of a log, their band [Hz], and what was ignored."""
     band = band_of(log) if bandwidth is None else positive("bandwidth", bandwidth)
     remarks: list[Remark] = []
     if log.qd is not None:

@@ -1,4 +1,4 @@
-"""Weighted least squares over long logs: one small triangle per joint holds all that its rows say."""
+"""Weighted least squares over long logs: one small triangular factor per joint stands for all of its rows."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ ROUNDS = 4
 GUESSED_NOISE = 0.05
 """Noise as a share of the efforts, while there are fewer rows than parameters."""
 LEAST_NOISE = 1e-9
-"""Smallest noise that a joint is believed to have, as a share of its efforts."""
+"""Smallest noise that is assumed for a joint, as a share of its efforts."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Stack:
+class RegressorStack:
     """The rows of each joint's equations, rotated into a triangle: |R_j (b, -1)| = |Y_j b - tau_j| for every b.
 
     Attributes:
@@ -32,7 +32,7 @@ class Stack:
     rows: int
 
     @classmethod
-    def of(cls, blocks: Iterable[Floats], n: int, k: int) -> Stack:
+    def of(cls, blocks: Iterable[Floats], n: int, k: int) -> RegressorStack:
         """Take in blocks (rows, n, k + 1) one after the other; memory stays that of a block."""
         triangles, rows = np.zeros((n, k + 1, k + 1)), 0
         for block in blocks:
@@ -61,7 +61,7 @@ class Stack:
         """(n, k) root mean square of every column in each joint's rows."""
         return np.sqrt((self.triangles[..., :-1] ** 2).sum(axis=1) / max(self.rows, 1))
 
-    def reduced(self, columns: NDArray[np.int64], known: Floats) -> Stack:
+    def reduced(self, columns: NDArray[np.int64], known: Floats) -> RegressorStack:
         """The same rows with fewer columns, what is known subtracted from the efforts.
 
         Args:
@@ -70,7 +70,7 @@ class Stack:
         """
         rest = self.triangles[..., -1] - self.triangles[..., :-1] @ known
         left = np.concatenate([self.triangles[..., columns], rest[..., None]], axis=-1)
-        return Stack(np.stack([_triangle(part) for part in left]), self.rows)
+        return RegressorStack(np.stack([_triangle(part) for part in left]), self.rows)
 
     def weighted(self, noise: Floats) -> Floats:
         """(k + 1, k + 1) the triangle of all joints together, rows divided by the joints' noise (n,)."""
@@ -89,13 +89,13 @@ class Fit:
     """Base parameters that the rows ask for.
 
     Attributes:
-        b: (k,) values; directions that the rows do not tell keep the values of before.
-        covariance: (k, k); what the rows do not tell has the variance of before.
+        b: (k,) values; directions that the rows do not identify keep the prior's values.
+        covariance: (k, k); what the rows do not identify has the prior's variance.
         noise: (n,) standard deviation of a row of each joint [N m | N].
         triangle: (k + 1, k + 1) the weighted rows.
-        strengths: singular values: how many times the rows tell a direction better than was known before.
-        told: how many directions are told.
-        condition: of the weighted columns, each scaled to length one.
+        strengths: singular values: how many times smaller than the prior's the error of a direction becomes.
+        identifiable_count: how many directions the rows identify.
+        condition_number: of the weighted columns, each scaled to length one.
     """
 
     b: Floats
@@ -103,8 +103,8 @@ class Fit:
     noise: Floats
     triangle: Floats
     strengths: Floats
-    told: int
-    condition: float
+    identifiable_count: int
+    condition_number: float
 
     @property
     def standard_errors(self) -> Floats:
@@ -112,15 +112,15 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def fitted(stack: Stack, b0: Floats, spread: Floats) -> Fit:
+def fitted(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
     """Estimate base parameters and the joints' noise in turn.
 
-    b = b0 + B x; directions x that the rows tell worse than |x| = 1, what was known before, keep x = 0.
+    b = b0 + B x; directions x whose error exceeds |x| = 1, that of the prior, keep x = 0.
 
     Args:
         stack: the rows.
-        b0: (k,) values of before.
-        spread: B (k, p), a square root of the covariance of before.
+        b0: (k,) of the prior.
+        spread: B (k, p), a square root of the prior's covariance.
     """
     k, b = len(b0), b0
     effort = np.maximum(stack.effort(), 1e-12)
@@ -128,16 +128,16 @@ def fitted(stack: Stack, b0: Floats, spread: Floats) -> Fit:
     for _ in range(ROUNDS):
         R = stack.weighted(noise)
         U, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
-        told = int((S > 1.0).sum())
+        count = int((S > 1.0).sum())
         target = R[:, -1] - R[:, :-1] @ b0
-        b = b0 + spread @ (Vt[:told].T @ ((U.T @ target)[:told] / S[:told]))
-        freedom = max(1.0 - told / max(stack.rows * len(noise), 1), 1e-3)
+        b = b0 + spread @ (Vt[:count].T @ ((U.T @ target)[:count] / S[:count]))
+        freedom = max(1.0 - count / max(stack.rows * len(noise), 1), 1e-3)
         noise = np.maximum(stack.residual(b) / np.sqrt(freedom), LEAST_NOISE * effort)
     R = stack.weighted(noise)
     _, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
-    told = int((S > 1.0).sum())
-    known = spread @ Vt[:told].T
-    root = np.hstack([known / S[:told], spread - known @ Vt[:told]])
+    count = int((S > 1.0).sum())
+    identified = spread @ Vt[:count].T
+    root = np.hstack([identified / S[:count], spread - identified @ Vt[:count]])
     columns = np.linalg.norm(R[:, :-1], axis=0)
-    condition = float(np.linalg.cond(R[:, :-1] / columns)) if columns.all() else np.inf
-    return Fit(b, root @ root.T, noise, R, S[:k], told, condition)
+    condition_number = float(np.linalg.cond(R[:, :-1] / columns)) if columns.all() else np.inf
+    return Fit(b, root @ root.T, noise, R, S[:k], count, condition_number)

@@ -1,4 +1,4 @@
-"""A sentence that can be said in either language, whenever it is asked for."""
+"""A sentence that can be said in either language, when it is read."""
 
 from __future__ import annotations
 

@@ -1,20 +1,34 @@
-"""What an identification hands back: a better robot, its parameters with their errors, and what stays unknown."""
+"""What an identification hands back: a better robot, parameters with standard errors, what is unidentifiable."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+import numpy as np
+
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.identification.knowledge import Unidentifiable
+from mafsil.identification.identifiability import Unidentifiable
 from mafsil.identification.remark import Remark
 from mafsil.identification.saving import save
 from mafsil.mechanics.inertial_parameters import BaseParameters
 from mafsil.messages import say
 from mafsil.robot import Robot
+
+LONGEST = 20
+"""Sentences that are printed; `explain` gives all."""
+
+
+class IdentificationStatus(Status):
+    """Whether the new robot predicts efforts better than the description."""
+
+    IDENTIFIED = ("identification.identified", True)
+    WORSE = ("identification.worse", False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +38,7 @@ class Parameter:
     Attributes:
         label: such as `link3.Ixx` or `joint2.coulomb`; SI units.
         value: what the data alone ask for.
-        standard_error: of the value; that of before where the data do not tell.
+        standard_error: of the value; the prior's where the data do not identify it.
         before: in the description.
         after: in the new robot, whose masses bodies can have.
     """
@@ -42,25 +56,25 @@ class Validation:
 
     Attributes:
         joints: names.
-        unseen: whether they were taken on motion that was kept back; else on the motion learnt from.
+        held_out: whether they were taken on held-out motion; else on the training motion.
         effort: (n,) root mean square of the efforts [N m | N].
         before: (n,) error of the description [%].
         after: (n,) error of the new robot [%].
-        learnt: (n,) error of the new robot on the motion it was learnt from [%]; much smaller than `after` means that
-            noise was learnt.
+        training: (n,) error of the new robot on the training motion [%]; much smaller than `after` means that
+            noise was fitted.
     """
 
     joints: tuple[str, ...]
-    unseen: bool
+    held_out: bool
     effort: Floats
     before: Floats
     after: Floats
-    learnt: Floats
+    training: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """The outcome of `identify`.
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Answer):
+    """The answer of `identify`: true if the new robot predicts efforts better than the description did.
 
     Attributes:
         robot: the robot with new masses, inertias, friction and rotors; all bodies are possible ones.
@@ -68,12 +82,12 @@ class Identification:
         parameters: base parameters with standard errors.
         covariance: (k, k) of their values.
         base: which combination of all parameters each of them is.
-        told: how many independent combinations this log tells better than was known before.
-        condition: condition number of the weighted columns scaled to length one: below 100 the motion is exciting.
+        identifiable_count: how many independent combinations this log identifies better than the prior.
+        condition_number: of the weighted columns scaled to length one: below 100 the motion is exciting.
         noise: (n,) standard deviation of the filtered efforts [N m | N].
         bandwidth: highest frequency of the motion that was used [Hz].
         rows: how many independent samples each joint gave.
-        unidentifiable: what the data cannot tell.
+        unidentifiable: what the data cannot identify.
         validation: torque errors before and after.
         remarks: what was irregular in the log or in the description.
     """
@@ -83,14 +97,34 @@ class Identification:
     parameters: tuple[Parameter, ...]
     covariance: Floats
     base: BaseParameters
-    told: int
-    condition: float
+    identifiable_count: int
+    condition_number: float
     noise: Floats
     bandwidth: float
     rows: int
     unidentifiable: tuple[Unidentifiable, ...]
     validation: Validation
     remarks: tuple[Remark, ...]
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Self]:
+        return iter((self,))
+
+    def __repr__(self) -> str:
+        shown = self.explain().split("\n")
+        more = [] if len(shown) <= LONGEST else [say("messages.more_rows", count=len(shown) - LONGEST)]
+        return "\n".join([*shown[:LONGEST], *more])
+
+    @property
+    def status(self) -> IdentificationStatus:
+        """WORSE if no parameter was identifiable, or the torque errors became no smaller on average."""
+        better = float(np.mean(self.validation.after)) < float(np.mean(self.validation.before))
+        return IdentificationStatus.IDENTIFIED if self.identifiable_count and better else IdentificationStatus.WORSE
 
     def parameter(self, label: str) -> Parameter:
         """The base parameter of that name.
@@ -101,17 +135,22 @@ class Identification:
         return {parameter.label: parameter for parameter in self.parameters}[label]
 
     def explain(self, language: str | None = None) -> str:
-        """What was found, how well it predicts, and what the data cannot tell, in sentences."""
-        details = {"told": self.told, "count": len(self.parameters), "rows": self.rows, "band": self.bandwidth}
+        """What was found, how well it predicts, and what the data cannot identify, in sentences."""
+        details = {
+            "identifiable": self.identifiable_count,
+            "count": len(self.parameters),
+            "rows": self.rows,
+            "band": self.bandwidth,
+        }
         lines = [say("identification.summary", language=language, robot=self.robot.name, **details)]
-        key = "identification.unseen" if self.validation.unseen else "identification.seen"
+        key = "identification.held_out" if self.validation.held_out else "identification.training"
         lines += [
             say(key, language=language, joint=joint, before=before, after=after)
             for joint, before, after in zip(
                 self.validation.joints, self.validation.before, self.validation.after, strict=True
             )
         ]
-        lines.append(say("identification.condition", language=language, condition=self.condition))
+        lines.append(say("identification.condition", language=language, condition_number=self.condition_number))
         lines += [item.sentence(language) for item in self.unidentifiable]
         lines += [remark.sentence(language) for remark in self.remarks]
         return "\n".join(lines)
@@ -139,6 +178,7 @@ class Identification:
         v = self.validation
         return {
             "robot": self.robot.name,
+            "status": self.status.name,
             "parameters": [
                 {
                     "label": p.label, "value": p.value, "standard_error": p.standard_error,
@@ -146,14 +186,14 @@ class Identification:
                 }
                 for p in self.parameters
             ],
-            "told": self.told,
-            "condition": self.condition,
+            "identifiable_count": self.identifiable_count,
+            "condition_number": self.condition_number,
             "noise": self.noise,
             "bandwidth": self.bandwidth,
             "rows": self.rows,
             "validation": {
-                "joints": list(v.joints), "unseen": v.unseen, "effort": v.effort,
-                "before_percent": v.before, "after_percent": v.after, "learnt_percent": v.learnt,
+                "joints": list(v.joints), "held_out": v.held_out, "effort": v.effort,
+                "before_percent": v.before, "after_percent": v.after, "training_percent": v.training,
             },
             "unidentifiable": [
                 {"labels": list(u.labels), "reason": u.reason, "sentence": u.sentence()} for u in self.unidentifiable

@@ -1,4 +1,4 @@
-"""Joint efforts as a linear model: inertial parameters, friction and rotors in one vector, and what it can tell apart.
+"""Joint efforts as a linear model: inertial parameters, friction and rotors in one vector, and its base parameters.
 
 Parameters, P = 10 L + 4 n in this order: ten numbers of each link (see `mechanics.inertial_parameters`); viscous,
 Coulomb and offset of each joint; the inertia of each joint's rotor.
@@ -56,8 +56,8 @@ class TorqueModel:
         return self.robot.n
 
     @property
-    def never_negative(self) -> NDArray[np.int64]:
-        """Places of viscous and Coulomb friction and of rotors."""
+    def nonnegative(self) -> NDArray[np.int64]:
+        """Indices of viscous and Coulomb friction and of rotors."""
         start, n = self.inertial_count, self.robot.n
         return np.array([start + 3 * j + k for j in range(n) for k in range(2)] + [start + 3 * n + j for j in range(n)])
 
@@ -82,7 +82,7 @@ class TorqueModel:
 
     @cached_property
     def base(self) -> BaseParameters:
-        """What can be told apart by any motion at all; rotors come last, so that links keep what links can explain."""
+        """The base parameters: what some motion identifies; rotors last, so that links keep what they can explain."""
         rng = np.random.default_rng(0)
         W = self.columns(*rng.uniform(-2.0, 2.0, (3, STATES, self.robot.n)))
         return independent_parameters(self.labels, W.reshape(-1, W.shape[-1]))

@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from mafsil import __version__
 from mafsil.arrays import Floats, JointVector, require_function, require_kind
 from mafsil.control import saturated
 from mafsil.errors import InputError
@@ -31,8 +32,8 @@ Progress = Callable[[float], object]
 def simulate(scenario: Scenario, progress: Progress | None = None, *, fused: bool | None = None) -> Recording:
     """Run a scenario.
 
-    The law sees the state (with sensor noise) once every control period; its efforts are clipped and held while the
-    plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as compiled
+    The law sees the state (with sensor noise) once every control period; its efforts are clipped and kept constant
+    while the plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as compiled
     code; it agrees with the general loop to rounding.
 
     Args:
@@ -59,14 +60,14 @@ def simulate(scenario: Scenario, progress: Progress | None = None, *, fused: boo
     return run.recording(status, perf_counter() - began)
 
 
-def _is_fused(scenario: Scenario, asked: bool | None) -> bool:
-    if asked is False:
+def _is_fused(scenario: Scenario, requested: bool | None) -> bool:
+    if requested is False:
         return False
     states = max(1, scenario.start()[0].size // scenario.robot.n)
-    if asked is None and scenario.length / scenario.control_period * states < WORTH:
+    if requested is None and scenario.length / scenario.control_period * states < WORTH:
         return False
     possible = can_fuse(scenario)
-    if asked and not possible:
+    if requested and not possible:
         raise InputError("simulation.not_fused", law=type(scenario.law).__name__, substeps=scenario.substeps)
     return possible
 
@@ -199,7 +200,7 @@ class _FusedRun(_Run):
         self.commanded, self.tau = loop.command.reshape(ticks, *shape), loop.effort.reshape(ticks, *shape)
 
     def to_the_end(self, progress: Progress | None) -> SimulationStatus:
-        """The loop in pieces, between which progress is told and Ctrl-C is heard."""
+        """The loop in pieces, between which progress is reported and Ctrl-C is heard."""
         ticks, last = len(self.t), len(self.t) - 1
         piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
         every = max(1, last // 100)
@@ -241,8 +242,6 @@ def _require_efforts(command: object, q: JointVector) -> None:
 
 def _metadata(run: _Run, seconds: float) -> dict[str, object]:
     """What one needs to know besides the numbers."""
-    from mafsil import __version__
-
     scenario = run.scenario
     return {
         "version": __version__,

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import os
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.messages import say
+from mafsil.messages.tables import in_notebook
+from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 
 FORMAT = 1
@@ -36,9 +38,11 @@ class SimulationStatus(Status):
     CANCELLED = ("simulation.cancelled", False)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Recording:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Recording(Answer):
     """A run, tick by tick: the time is the first axis, then batch dimensions, then joints.
+
+    True if the run reached its end; iterable over the runs of a batch.
 
     Attributes:
         t: (k,) times of the control ticks [s].
@@ -65,6 +69,24 @@ class Recording:
     tip_rotation_error: Floats
     status: SimulationStatus
     metadata: dict[str, Any]
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return self.q.shape[1] if self.q.ndim > 2 else 1
+
+    def __iter__(self) -> Iterator[Recording]:
+        if self.q.ndim <= 2:
+            return iter((self,))
+        return (self._run(k) for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        peaks = {"error": self.q_ref - self.q, "rate": self.qd, "acceleration": self.qdd, "effort": self.tau}
+        return joint_table(self.explain(), [str(name) for name in self.metadata["joints"]], self.q, peaks)
+
+    def _repr_html_(self) -> str:
+        return in_notebook(repr(self))
 
     @property
     def saturated(self) -> NDArray[np.bool_]:
@@ -108,6 +130,10 @@ class Recording:
                 parts = [*map(str, batch), *([joints[index[-1]]] if per_joint else [])]
                 table[f"{name}[{','.join(parts)}]" if parts else name] = array[(slice(None), *index)]
         return table
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status, metadata and all arrays by name."""
+        return {"status": self.status.name, "metadata": dict(self.metadata), **self.arrays()}
 
     def save(self, path: str | os.PathLike[str]) -> tuple[Path, Path, Path]:
         """Write `path`.npz (all of it, what `load` reads), .csv (every column) and .json (status and metadata).
@@ -160,6 +186,10 @@ class Recording:
         if about.get("format") != FORMAT:
             raise FileError("simulation.format", path=str(file), got=about.get("format"), known=FORMAT)
         return cls(**arrays, status=status, metadata=metadata)
+
+    def _run(self, k: int) -> Recording:
+        """One run of a batch."""
+        return replace(self, **{name: array[:, k] for name, array in self.arrays().items() if name != "t"})
 
     def _about(self) -> dict[str, object]:
         worst = {

@@ -1,4 +1,4 @@
-"""One integration step of a plant under a held effort, by the name of its method; friction explicit or implicit."""
+"""One integration step of a plant under a constant effort, by the name of its method; friction explicit or implicit."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Stepper:
         plant: that moves.
         name: of the integrator.
         step: length of a step [s].
-        effort: (*batch, n) that is held [N m | N].
+        effort: (*batch, n), constant over the step [N m | N].
         push: (*batch, 6) of the world on the tip, or None.
     """
 
@@ -90,7 +90,7 @@ class Stepper:
         return second_order(method(self.name), self._explicit)
 
     def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
-        """Qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
+        """qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
         if self.name == IMPLICIT_FRICTION:
             return damped_acceleration(self.plant, q, qd, effort, push, self.step)
         return self.plant.acceleration(q, qd, effort, push)
@@ -131,7 +131,7 @@ def damped_acceleration(
     Args:
         plant: that moves.
         q, qd: (*batch, n) state at the beginning of the step.
-        effort: (*batch, n) that is held [N m | N].
+        effort: (*batch, n), constant over the step [N m | N].
         push: (*batch, 6) of the world on the tip, in the tip frame, or None.
         h: length of the step [s].
     """
@@ -154,7 +154,7 @@ def damped_acceleration(
 
 
 def _solved(M: Floats, b: Floats) -> Floats:
-    """X with M x = b; NaN where M or b is not finite or M is singular."""
+    """x with M x = b; NaN where M or b is not finite or M is singular."""
     try:
         return np.asarray(np.linalg.solve(M, b[..., None])[..., 0], dtype=np.float64)
     except np.linalg.LinAlgError:

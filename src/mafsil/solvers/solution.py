@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,6 +59,13 @@ class Solution:
     start: Floats
     polynomial: Floats
     crossings: tuple[Crossing, ...] = ()
+
+    def of_batch(self, k: int) -> Solution:
+        """The solution of one state of a batch, by the first batch index, with its own events."""
+        events = tuple(
+            replace(event, batch=event.batch[1:], y=event.y[k]) for event in self.crossings if event.batch[0] == k
+        )
+        return Solution(self.t, self.y[:, k], self.start[:, k], self.polynomial[:, :, k], events)
 
     def at(self, t: ArrayLike) -> Floats:
         """States (*times, *batch, m) at times within the interval; after a reset its result counts.

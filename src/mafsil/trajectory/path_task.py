@@ -18,7 +18,7 @@ def path_error(T: PoseMatrix, target: PoseMatrix, task: PathTask) -> Floats:
 
     Args:
         T: (*batch, 4, 4) of the frame in {s}.
-        target: (*batch, 4, 4) wanted.
+        target: (*batch, 4, 4) desired.
         task: `pose`: the body twist to the target; `axis`: the turn of z about x and y of the frame, and the way in
             {s}; `position`: the way in {s}.
 

@@ -61,12 +61,12 @@ def trapezoid(
     shortest = float(each.max(initial=0.0))
     if duration is None:
         return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
-    wanted = positive("duration", duration)
+    requested = positive("duration", duration)
     # The shortest duration, printed and given back, must not be refused for its last digit.
-    if wanted < shortest * (1.0 - 1e-12):
-        details = {"joint": slowest, "duration": wanted, "shortest": shortest}
-        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - wanted, details=details)
-    return Outcome(_blended(u0, uf, growth, wanted), PlanStatus.PLANNED, details={"duration": wanted})
+    if requested < shortest * (1.0 - 1e-12):
+        details = {"joint": slowest, "duration": requested, "shortest": shortest}
+        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - requested, details=details)
+    return Outcome(_blended(u0, uf, growth, requested), PlanStatus.PLANNED, details={"duration": requested})
 
 
 def shortest_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> Floats:

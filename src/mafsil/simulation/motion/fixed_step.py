@@ -120,7 +120,7 @@ def _marched(
 
 
 def _accelerations(system: DrivenRobot, t: Floats, q: Floats, qd: Floats) -> Floats:
-    """Qdd (k, *batch, n) at the steps."""
+    """qdd (k, *batch, n) at the steps."""
     if system.unloaded:
         return system.robot.forward_dynamics(q, qd, np.zeros(system.n))
     return np.stack([system.acceleration(*row) for row in zip(t.tolist(), q, qd, strict=True)])

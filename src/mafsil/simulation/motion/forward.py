@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
+from mafsil.messages.tables import in_notebook
 from mafsil.model import JointKind
 from mafsil.robot import Robot, of_robot
 from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
 from mafsil.simulation.motion.signal import Source, breaks_of, signal
 from mafsil.simulation.motion.system import DrivenRobot, common_shape
 from mafsil.simulation.motion.variational import COMPOSITIONS
+from mafsil.simulation.overview import joint_table
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.events import Event, require_events
@@ -31,9 +35,11 @@ METHOD_NAMES = (*PAIRS, *METHODS, *COMPOSITIONS)
 DEFAULT_STEP = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class ForwardMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class ForwardMotion(Answer):
     """What efforts made of an initial state: recorded at the steps, and known at any time between.
+
+    True if the motion reached its end or a terminal event; iterable over the motions of a batch.
 
     Attributes:
         robot: that moved.
@@ -54,6 +60,29 @@ class ForwardMotion:
     outcome: Outcome[Solution]
     _system: DrivenRobot
     _momenta: bool
+
+    def __bool__(self) -> bool:
+        return self.outcome.succeeded
+
+    def __len__(self) -> int:
+        return self.q.shape[1] if self.q.ndim > 2 else 1
+
+    def __iter__(self) -> Iterator[ForwardMotion]:
+        if self.q.ndim <= 2:
+            return iter((self,))
+        return (self._of_batch(k) for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        peaks = {"rate": self.qd, "acceleration": self.qdd, "effort": self.tau}
+        return joint_table(self.explain(), self.robot.joint_names, self.q, peaks)
+
+    def _repr_html_(self) -> str:
+        return in_notebook(repr(self))
+
+    @property
+    def status(self) -> Status:
+        """How the integration ended."""
+        return self.outcome.status
 
     @property
     def succeeded(self) -> bool:
@@ -109,6 +138,17 @@ class ForwardMotion:
     def explain(self, language: str | None = None) -> str:
         """How the integration ended, in one sentence."""
         return self.outcome.explain(language)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status, method, events and the motion at the steps."""
+        arrays = {"t": self.t, "q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
+        events = [{"time": event.t, "event": event.event, "batch": event.batch} for event in self.events]
+        return {"status": self.status.name, "method": self.method, "events": events, **arrays}
+
+    def _of_batch(self, k: int) -> ForwardMotion:
+        """One motion of a batch, with its own events."""
+        arrays = {name: getattr(self, name)[:, k] for name in ("q", "qd", "qdd", "tau")}
+        return replace(self, outcome=replace(self.outcome, value=self.outcome.value.of_batch(k)), **arrays)
 
 
 @of_robot

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import (
     Floats,
     PoseMatrix,
@@ -23,6 +25,8 @@ from mafsil.arrays import (
 )
 from mafsil.geometry import pose, wrench
 from mafsil.mechanics.rigid_body import RigidBody
+from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, number, table
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.outcome import Outcome
 from mafsil.solvers.pairs import pair
@@ -34,9 +38,9 @@ LONGEST_TURN = 0.5
 BodyWrench = Callable[[float, PoseMatrix, Vector6], ArrayLike]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class FreeBodyMotion:
-    """Poses and twists of a body over time.
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class FreeBodyMotion(Answer):
+    """Poses and twists of a body over time; true if the motion reached its end.
 
     Attributes:
         body: that moves.
@@ -53,6 +57,31 @@ class FreeBodyMotion:
     V: Vector6
     outcome: Outcome[Solution]
     gravity: Floats
+
+    def __bool__(self) -> bool:
+        return self.outcome.succeeded
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Self]:
+        return iter((self,))
+
+    def __repr__(self) -> str:
+        names = ("x", "y", "z", "ω_x", "ω_y", "ω_z", "v_x", "v_y", "v_z")
+        values = np.concatenate([self.T[:, :3, 3], self.V], axis=1)
+        columns = (values[0], values[-1], values.min(axis=0), values.max(axis=0))
+        rows = [[name, *(number(float(x)) for x in row)] for name, *row in zip(names, *columns, strict=True)]
+        head = [say(f"simulation.column_{name}") for name in ("component", "start", "end", "lowest", "highest")]
+        return "\n".join([self.explain(), *table(head, rows)])
+
+    def _repr_html_(self) -> str:
+        return in_notebook(repr(self))
+
+    @property
+    def status(self) -> Status:
+        """How the integration ended."""
+        return self.outcome.status
 
     @property
     def succeeded(self) -> bool:
@@ -74,6 +103,10 @@ class FreeBodyMotion:
     def explain(self, language: str | None = None) -> str:
         """How the integration ended, in one sentence."""
         return self.outcome.explain(language)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status, times, poses and body twists."""
+        return {"status": self.status.name, "t": self.t, "T": self.T, "V": self.V}
 
 
 def free_body_motion(

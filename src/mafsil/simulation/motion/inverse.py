@@ -2,39 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_function, require_kind
 from mafsil.errors import InputError
+from mafsil.messages.tables import in_notebook
 from mafsil.robot import Robot, of_robot
 from mafsil.simulation.motion.signal import Source, signal
 from mafsil.simulation.motion.system import spread
+from mafsil.simulation.overview import joint_table
 from mafsil.trajectory import Trajectory
 
 STENCIL = 7
 """Samples that a derivative uses: exact for polynomials of degree six."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class InverseMotion:
-    """A motion with the efforts it needs, at given times.
+class EffortStatus(Status):
+    """Whether the efforts of a motion are numbers."""
+
+    FOUND = ("simulation.efforts_found", True)
+    NOT_FINITE = ("simulation.efforts_not_finite", False)
+
+
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class InverseMotion(Answer):
+    """A motion with the efforts it needs, at given times; true if all of them are finite.
 
     Attributes:
+        joints: (n,) names.
         t: (k,) times [s].
         q, qd, qdd: (k, *batch, n) motion [rad | m] and time derivatives.
         tau: (k, *batch, n) efforts [N m | N].
     """
 
+    joints: tuple[str, ...]
     t: Floats
     q: JointVector
     qd: JointVector
     qdd: JointVector
     tau: JointVector
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Self]:
+        return iter((self,))
+
+    def __repr__(self) -> str:
+        peaks = {"rate": self.qd, "acceleration": self.qdd, "effort": self.tau}
+        return joint_table(self.explain(), self.joints, self.q, peaks)
+
+    def _repr_html_(self) -> str:
+        return in_notebook(repr(self))
+
+    @property
+    def status(self) -> EffortStatus:
+        """Whether the efforts are finite."""
+        return EffortStatus.FOUND if bool(np.isfinite(self.tau).all()) else EffortStatus.NOT_FINITE
+
+    def explain(self, language: str | None = None) -> str:
+        """Whether the efforts were found, in one sentence."""
+        finite = np.isfinite(self.tau).reshape(len(self.t), -1).all(axis=1)
+        time = float(self.t[int(np.argmin(finite))]) if len(self.t) else 0.0
+        return self.status.sentence(language, count=len(self.t), time=time)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status, times, motion and efforts."""
+        arrays = {"t": self.t, "q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
+        return {"status": self.status.name, "joints": list(self.joints), **arrays}
 
     @property
     def power(self) -> Floats:
@@ -87,7 +131,7 @@ def inverse_dynamics_trajectory(
     tau = robot.inverse_dynamics(u, v, a) if load is None else robot.inverse_dynamics(u, v, a, load)
     if friction:
         tau = tau + robot.friction_torque(v)
-    return InverseMotion(times, u, v, a, tau)
+    return InverseMotion(robot.joint_names, times, u, v, a, tau)
 
 
 def _sampled(motion: Callable[[float], ArrayLike], times: Floats, n: int) -> Floats:
@@ -149,7 +193,7 @@ def differentiate(t: ArrayLike, values: ArrayLike, order: int = 1) -> Floats:
     offsets = (times[rows] - times[:, None]) / spacing[:, None]
     powers = np.arange(float(width))[:, None]
     # Weights that differentiate 1, x, x^2, ... exactly.
-    wanted = np.zeros((count, width, 1))
-    wanted[:, order] = float(order)
-    weights = np.linalg.solve(offsets[:, None, :] ** powers, wanted)[..., 0] / spacing[:, None] ** order
+    moments = np.zeros((count, width, 1))
+    moments[:, order] = float(order)
+    weights = np.linalg.solve(offsets[:, None, :] ** powers, moments)[..., 0] / spacing[:, None] ** order
     return cast(Floats, np.einsum("kw,kw...->k...", weights, samples[rows]))

@@ -1,4 +1,4 @@
-"""Slips inside a formula: every term's sign, every sine and cosine, every angle is changed in turn."""
+"""Mistakes inside a formula: every term's sign, every sine and cosine, every angle is changed in turn."""
 
 from __future__ import annotations
 
@@ -8,38 +8,38 @@ import re
 from collections.abc import Collection, Iterator
 from itertools import combinations
 
-from mafsil.derivation.review import Slip
+from mafsil.derivation.review import Mistake
 
 _SHORT = re.compile(r"^([cs])(_?)(\d{1,9})$")
 
 
-def repaired(tree: ast.expr, joints: int, letters: Collection[str] = ()) -> Iterator[tuple[Slip, ast.expr]]:
-    """Formulas that differ from the given one by one slip.
+def repaired(tree: ast.expr, joints: int, letters: Collection[str] = ()) -> Iterator[tuple[Mistake, ast.expr]]:
+    """Formulas that differ from the given one by one mistake.
 
     Args:
         tree: of the formula.
         joints: number of joints, for angles with one more or one less.
         letters: of the arm's lengths, for one in the place of another.
     """
-    yield Slip.SIGN, ast.UnaryOp(ast.USub(), tree)
-    yield Slip.SINE_COSINE, _renamed(tree, {"sin": "cos", "cos": "sin"}, {"s": "c", "c": "s"})
+    yield Mistake.SIGN, ast.UnaryOp(ast.USub(), tree)
+    yield Mistake.SINE_COSINE, _renamed(tree, {"sin": "cos", "cos": "sin"}, {"s": "c", "c": "s"})
     places = list(ast.walk(tree))
     for index, node in enumerate(places):
-        for slip, changed in _changed(node, joints):
-            yield slip, _with(tree, index, changed)
+        for mistake, changed in _changed(node, joints):
+            yield mistake, _with(tree, index, changed)
     yield from _exchanged(tree, letters)
 
 
-def _exchanged(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Slip, ast.expr]]:
+def _exchanged(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Mistake, ast.expr]]:
     """One length for another at one place, or two lengths for each other everywhere."""
     used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in letters]
     for index, node in enumerate(ast.walk(tree)):
         if isinstance(node, ast.Name) and node.id in letters:
             for other in letters:
                 if other != node.id:
-                    yield Slip.LETTER, _with(tree, index, ast.Name(other))
+                    yield Mistake.LETTER, _with(tree, index, ast.Name(other))
     for one, two in combinations(sorted(set(used)), 2):
-        yield Slip.LETTER, _renamed(tree, {one: two, two: one}, {})
+        yield Mistake.LETTER, _renamed(tree, {one: two, two: one}, {})
 
 
 def _renamed(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> ast.expr:
@@ -54,39 +54,39 @@ def _renamed(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> as
     return copied
 
 
-def _changed(node: ast.AST, joints: int) -> Iterator[tuple[Slip, ast.AST]]:
+def _changed(node: ast.AST, joints: int) -> Iterator[tuple[Mistake, ast.AST]]:
     match node:
         case ast.BinOp(left=left, op=ast.Add(), right=right):
-            yield Slip.TERM_SIGN, ast.BinOp(left, ast.Sub(), right)
+            yield Mistake.TERM_SIGN, ast.BinOp(left, ast.Sub(), right)
         case ast.BinOp(left=left, op=ast.Sub(), right=right):
-            yield Slip.TERM_SIGN, ast.BinOp(left, ast.Add(), right)
+            yield Mistake.TERM_SIGN, ast.BinOp(left, ast.Add(), right)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            yield Slip.TERM_SIGN, operand
+            yield Mistake.TERM_SIGN, operand
         case ast.Call(func=ast.Name(id="sin" | "cos" as name), args=arguments):
             other = "cos" if name == "sin" else "sin"
-            yield Slip.SINE_COSINE, ast.Call(ast.Name(other), arguments, [])
+            yield Mistake.SINE_COSINE, ast.Call(ast.Name(other), arguments, [])
         case ast.Name(id=name):
-            yield from ((slip, ast.Name(text)) for slip, text in _names(name, joints))
+            yield from ((mistake, ast.Name(text)) for mistake, text in _names(name, joints))
         case ast.BinOp(op=ast.Mult()):
-            yield Slip.TERM_SIGN, ast.UnaryOp(ast.USub(), node)
+            yield Mistake.TERM_SIGN, ast.UnaryOp(ast.USub(), node)
         case _:
             return
 
 
-def _names(name: str, joints: int) -> Iterator[tuple[Slip, str]]:
+def _names(name: str, joints: int) -> Iterator[tuple[Mistake, str]]:
     """c12 for s12, and c1, c2, c123 for c12."""
     short = _SHORT.match(name)
     if not short:
         return
     letter, line, digits = short.groups()
-    yield Slip.SINE_COSINE, f"{'c' if letter == 's' else 's'}{line}{digits}"
+    yield Mistake.SINE_COSINE, f"{'c' if letter == 's' else 's'}{line}{digits}"
     runs = {
         "".join(str(k) for k in range(first, last + 1))
         for first in range(1, joints + 1)
         for last in range(first, joints + 1)
     }
     for run in sorted(runs - {digits}):
-        yield Slip.ANGLE, f"{letter}{line}{run}"
+        yield Mistake.ANGLE, f"{letter}{line}{run}"
 
 
 def _with(tree: ast.expr, index: int, node: ast.AST) -> ast.expr:

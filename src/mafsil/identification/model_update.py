@@ -1,4 +1,4 @@
-"""New numbers put into a description: masses, friction, rotors, loads."""
+"""A description with new numbers: masses, friction, rotors, loads."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def with_parameters(model: TorqueModel, found: Floats, rotors: bool) -> Mechanis
 
 
 def _resisted(joint: Joint, friction: Floats, rotor: float | None) -> Joint:
-    """A joint with friction and, if it was looked for, the inertia of its rotor, all seen at the joint."""
+    """A joint with friction and, if it was looked for, the inertia of its rotor, all referred to the joint."""
     viscous, coulomb, offset = map(float, friction)
     actuator = joint.actuator
     if rotor is not None:
@@ -65,9 +65,9 @@ def with_load(mechanism: Mechanism, load: Floats) -> Mechanism:
     m, h = float(load[0]), load[1:4]
     xx, yy, zz, xy, xz, yz = load[4:]
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    seen = RigidInertia(m, h, inertia).moved(mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3])
-    I = seen.I
-    added = np.array([seen.mass, *seen.h, I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
+    at_tip = RigidInertia(m, h, inertia).moved(mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3])
+    I = at_tip.I
+    added = np.array([at_tip.mass, *at_tip.h, I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
     tip = mechanism.link(mechanism.tip)
     loaded = replace(tip, inertial=inertial_of(parameters_of(tip.inertial) + added))
     return replace(mechanism, links=tuple(loaded if link is tip else link for link in mechanism.links))

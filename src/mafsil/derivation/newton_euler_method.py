@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.bodies import Bodies, SymbolicBody
-from mafsil.derivation.lagrange_road import rates
+from mafsil.derivation.lagrange_method import rates
 from mafsil.derivation.matrices import ZERO, Row, cross, minus, plus, scaled, transform, transpose
 from mafsil.derivation.polynomial import Polynomial
 

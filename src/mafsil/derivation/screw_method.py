@@ -29,7 +29,7 @@ _AXES = "xyz"
 
 
 def wants_screws(form: str) -> bool:
-    """Whether the road is that of screws.
+    """Whether the method is that of screws.
 
     Raises:
         InputError: neither `dh` nor `screws`.

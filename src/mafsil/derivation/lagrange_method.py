@@ -13,7 +13,7 @@ from mafsil.derivation.polynomial import Polynomial, constant, simplified, symbo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lagrange:
-    """All that the road passes through; n joints.
+    """All that the method passes through; n joints.
 
     Attributes:
         positions: (n, 3) centres of mass in {s}.

@@ -1,4 +1,4 @@
-"""The usual slips in a Denavit-Hartenberg table, each as the table that it would have been made from."""
+"""The usual mistakes in a Denavit-Hartenberg table, each as the table that it would have been made from."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from math import degrees, pi, radians
 import numpy as np
 
 from mafsil.derivation.dh_truth import ANGLES, FIELDS, Field, Rows, Solved, value_of
-from mafsil.derivation.review import Finding, Slip, shown
+from mafsil.derivation.review import Finding, Mistake, shown
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 
 _COST = {
-    Slip.CONVENTION: 0.5,
-    Slip.SIGN: 1.0, Slip.ANGLES_SWAPPED: 1.0, Slip.LENGTHS_SWAPPED: 1.0, Slip.DEGREES: 1.0,
-    Slip.OFFSET: 1.2, Slip.ROW_SHIFTED: 1.4, Slip.KIND: 1.4, Slip.VALUE: 2.0,
+    Mistake.CONVENTION: 0.5,
+    Mistake.SIGN: 1.0, Mistake.ANGLES_SWAPPED: 1.0, Mistake.LENGTHS_SWAPPED: 1.0, Mistake.DEGREES: 1.0,
+    Mistake.OFFSET: 1.2, Mistake.ROW_SHIFTED: 1.4, Mistake.KIND: 1.4, Mistake.VALUE: 2.0,
 }  # fmt: skip
-"""How unlikely a slip is, besides what it changes: typing any other value explains everything and is asked last."""
+"""How unlikely a mistake is, besides what it changes: typing any other value explains everything and is asked last."""
 _WHOLE = 0.1
-"""Added to slips of whole columns: one row is less than all."""
+"""Added to mistakes of whole columns: one row is less than all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,38 +39,38 @@ class Repair:
 
     @property
     def cost(self) -> float:
-        """How unlikely the slip is."""
-        return _COST[self.finding.slip] + (_WHOLE if self.place < 0 else 0.0)
+        """How unlikely the mistake is."""
+        return _COST[self.finding.mistake] + (_WHOLE if self.place < 0 else 0.0)
 
 
 def whole_table(rows: Rows, convention: Convention) -> Iterator[Repair]:
-    """Slips that concern every row."""
+    """Mistakes that concern every row."""
     choices: tuple[tuple[Field, ...], ...] = (("alpha",), ("theta",), ("alpha", "theta"))
     for fields in choices:
         typed = [value for row in rows for value in (value_of(row, f) for f in fields) if value]
         if len(typed) > 1:
             in_radians = tuple(replace(r, **{f: radians(getattr(r, f)) for f in fields}) for r in rows)
-            yield Repair(in_radians, convention, Finding(Slip.DEGREES, entry=", ".join(fields)), -1)
+            yield Repair(in_radians, convention, Finding(Mistake.DEGREES, entry=", ".join(fields)), -1)
     for field in ("a", "alpha"):
         for step in (1, -1):
             values = np.roll([getattr(row, field) for row in rows], step)
             shifted = tuple(replace(row, **{field: float(x)}) for row, x in zip(rows, values, strict=True))
             if shifted != rows:
                 before, after = (_column(table, field) for table in (rows, shifted))
-                yield Repair(shifted, convention, Finding(Slip.ROW_SHIFTED, None, None, field, before, after), -1)
+                yield Repair(shifted, convention, Finding(Mistake.ROW_SHIFTED, None, None, field, before, after), -1)
 
 
 def other_convention(rows: Rows, convention: Convention) -> Repair:
     """The same rows meant in the other convention."""
     other = Convention.CLASSIC if convention is Convention.MODIFIED else Convention.MODIFIED
-    return Repair(rows, other, Finding(Slip.CONVENTION, given=convention.value, expected=other.value), -1)
+    return Repair(rows, other, Finding(Mistake.CONVENTION, given=convention.value, expected=other.value), -1)
 
 
 def single_rows(rows: Rows, convention: Convention) -> Iterator[Repair]:
-    """Slips in one row."""
+    """Mistakes in one row."""
     for i, row in enumerate(rows):
-        for slip, fields, changed in _changes(row):
-            yield _in_row(rows, convention, i, slip, fields, changed)
+        for mistake, fields, changed in _changes(row):
+            yield _in_row(rows, convention, i, mistake, fields, changed)
 
 
 def values(rows: Rows, convention: Convention, solved: list[Solved]) -> Iterator[Repair]:
@@ -78,7 +78,7 @@ def values(rows: Rows, convention: Convention, solved: list[Solved]) -> Iterator
     for i, field, value in solved:
         row = rows[i]
         changed = replace(row, **{field: getattr(row, field) + value - value_of(row, field)})
-        yield _in_row(rows, convention, i, Slip.VALUE, (field,), changed)
+        yield _in_row(rows, convention, i, Mistake.VALUE, (field,), changed)
 
 
 def entry_text(row: DHRow, field: Field) -> str:
@@ -90,13 +90,13 @@ def entry_text(row: DHRow, field: Field) -> str:
 
 
 def _in_row(
-    rows: Rows, convention: Convention, i: int, slip: Slip, fields: tuple[Field, ...], changed: DHRow
+    rows: Rows, convention: Convention, i: int, mistake: Mistake, fields: tuple[Field, ...], changed: DHRow
 ) -> Repair:
     before, after = (", ".join(entry_text(row, field) for field in fields) for row in (rows[i], changed))
     entry = ", ".join(fields) or "kind"
     if not fields:
         before, after = rows[i].kind, changed.kind
-    finding = Finding(slip, row=i + 1, entry=entry, given=before, expected=after)
+    finding = Finding(mistake, row=i + 1, entry=entry, given=before, expected=after)
     return Repair((*rows[:i], changed, *rows[i + 1 :]), convention, finding, i)
 
 
@@ -104,22 +104,22 @@ def _column(rows: Rows, field: Field) -> str:
     return "(" + ", ".join(entry_text(row, field) for row in rows) + ")"
 
 
-def _changes(row: DHRow) -> Iterator[tuple[Slip, tuple[Field, ...], DHRow]]:
+def _changes(row: DHRow) -> Iterator[tuple[Mistake, tuple[Field, ...], DHRow]]:
     for field in FIELDS:
         # 270 degrees are half a turn too many, not minus 270.
         if getattr(row, field) and not (field in ANGLES and pi + 1e-9 < abs(getattr(row, field)) < 2 * pi):
-            yield Slip.SIGN, (field,), replace(row, **{field: -getattr(row, field)})
+            yield Mistake.SIGN, (field,), replace(row, **{field: -getattr(row, field)})
     if row.alpha != row.theta:
-        yield Slip.ANGLES_SWAPPED, ("alpha", "theta"), replace(row, alpha=row.theta, theta=row.alpha)
+        yield Mistake.ANGLES_SWAPPED, ("alpha", "theta"), replace(row, alpha=row.theta, theta=row.alpha)
     if row.a != row.d:
-        yield Slip.LENGTHS_SWAPPED, ("a", "d"), replace(row, a=row.d, d=row.a)
+        yield Mistake.LENGTHS_SWAPPED, ("a", "d"), replace(row, a=row.d, d=row.a)
     for field in ("alpha", "theta"):
         if abs(getattr(row, field)) > 2 * pi:
-            yield Slip.DEGREES, (field,), replace(row, **{field: radians(getattr(row, field))})
+            yield Mistake.DEGREES, (field,), replace(row, **{field: radians(getattr(row, field))})
     for turn in (pi / 2, -pi / 2, pi):
         for field in ("theta", "alpha"):
-            yield Slip.OFFSET, (field,), replace(row, **{field: _within_half_turn(getattr(row, field) + turn)})
-    yield Slip.KIND, (), replace(row, kind="P" if row.kind == "R" else "R")
+            yield Mistake.OFFSET, (field,), replace(row, **{field: _within_half_turn(getattr(row, field) + turn)})
+    yield Mistake.KIND, (), replace(row, kind="P" if row.kind == "R" else "R")
 
 
 def _within_half_turn(angle: float) -> float:

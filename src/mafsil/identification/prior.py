@@ -1,4 +1,4 @@
-"""What is believed before any data: the description's parameters, made possible, and how far they may be wrong."""
+"""The prior: the parameters of the description, made physically consistent, and their spread."""
 
 from __future__ import annotations
 
@@ -7,17 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.identification.consistency import BodyChart, Chart, ball, nearest_possible, possible
-from mafsil.identification.regression import Stack
+from mafsil.identification.consistency import (
+    BodyParameterisation,
+    Parameterisation,
+    ball,
+    nearest_consistent,
+    physically_consistent,
+)
+from mafsil.identification.regression import RegressorStack
 from mafsil.identification.remark import Remark
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.model import Mechanism
 
 PART_OF_EFFORT = 0.3
-"""Friction is believed to take about this share of a joint's efforts."""
+"""Friction takes about this share of a joint's efforts."""
 PART_OF_INERTIA = 0.5
-"""A rotor is believed to have about this share of the inertia that its joint moves."""
+"""A rotor has about this share of the inertia that its joint moves."""
 LEAST_INERTIA = 0.01
 """Of the largest inertia of all joints: what a rotor may have where the joint moves next to nothing."""
 SLOWEST = 0.1
@@ -25,24 +31,24 @@ SLOWEST = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class StartingPoint:
-    """The chart of all possible parameters around the description.
+class Prior:
+    """All physically consistent parameters around the description.
 
     Attributes:
-        chart: its origin is the description, or what had to stand in for it.
+        parameterisation: its origin is the description, or what had to stand in for it.
         remarks: links whose masses had to be invented or changed.
     """
 
-    chart: Chart
+    parameterisation: Parameterisation
     remarks: tuple[Remark, ...]
 
 
-def starting_point(model: TorqueModel, stack: Stack, spread: float, *, rotors: bool) -> StartingPoint:
-    """The chart for a robot.
+def prior_of(model: TorqueModel, stack: RegressorStack, spread: float, *, rotors: bool) -> Prior:
+    """The prior of a robot.
 
     Args:
         model: the parameters.
-        stack: the rows, whose efforts tell what size friction may have.
+        stack: the rows, whose efforts bound the friction.
         spread: how far the masses of the description may be off, as a logarithm.
         rotors: whether rotor inertias are free.
     """
@@ -55,10 +61,10 @@ def starting_point(model: TorqueModel, stack: Stack, spread: float, *, rotors: b
         typical = np.array([model.robot.mass_matrix(np.zeros(model.robot.n))]).reshape(model.robot.n, -1).diagonal()
         floor = PART_OF_INERTIA * np.maximum(typical, LEAST_INERTIA * max(float(typical.max()), 1e-6))
         scale[-model.rotor_count :] = np.maximum(prior[-model.rotor_count :], floor)
-    return StartingPoint(Chart(bodies, scale, prior, spread), tuple(remarks))
+    return Prior(Parameterisation(bodies, scale, prior, spread), tuple(remarks))
 
 
-def _friction_scale(model: TorqueModel, stack: Stack) -> Floats:
+def _friction_scale(model: TorqueModel, stack: RegressorStack) -> Floats:
     """(3 n,) what viscous, Coulomb and offset of each joint may be."""
     n = model.robot.n
     effort = np.maximum(PART_OF_EFFORT * stack.effort(), 1e-9)
@@ -71,8 +77,8 @@ def _friction_scale(model: TorqueModel, stack: Stack) -> Floats:
     return np.stack([effort / rates, effort, effort], axis=1).ravel()
 
 
-def _bodies(mechanism: Mechanism) -> tuple[Floats, dict[int, BodyChart], list[Remark]]:
-    """Parameters (L, 10) that bodies can have, charts of those that move, and what was changed."""
+def _bodies(mechanism: Mechanism) -> tuple[Floats, dict[int, BodyParameterisation], list[Remark]]:
+    """Parameters (L, 10) that bodies can have, parameterisations of those that move, and what was changed."""
     parameters = inertial_parameters(mechanism).copy()
     length = max(sum(float(np.linalg.norm(joint.T_pj[:3, 3])) for joint in mechanism.joints), 0.1)
     lumps = _lumps(mechanism)
@@ -82,14 +88,14 @@ def _bodies(mechanism: Mechanism) -> tuple[Floats, dict[int, BodyChart], list[Re
             parameters[links[0]] = _invented(parameters[links].sum(axis=0), length)
             name, mass = mechanism.links[links[0]].name, float(parameters[links[0], 0])
             remarks.append(Remark("identification.invented", {"link": name, "mass": mass}))
-    charts: dict[int, BodyChart] = {}
+    parameterisations: dict[int, BodyParameterisation] = {}
     for k in (k for links in lumps for k in links if parameters[k, 0] > 0.0):
-        near = nearest_possible(parameters[k], length)
-        if not possible(parameters[k]):
+        near = nearest_consistent(parameters[k], length)
+        if not physically_consistent(parameters[k]):
             remarks.append(Remark("identification.impossible", {"link": mechanism.links[k].name}))
         parameters[k] = near
-        charts[10 * k] = BodyChart.around(near)
-    return parameters, charts, remarks
+        parameterisations[10 * k] = BodyParameterisation.around(near)
+    return parameters, parameterisations, remarks
 
 
 def _lumps(mechanism: Mechanism) -> list[list[int]]:

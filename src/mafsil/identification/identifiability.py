@@ -1,4 +1,4 @@
-"""What data cannot tell: parameters that no motion shows, that show only in sums, that this very log does not tell."""
+"""Identifiability: parameters that no motion excites, that act only in combinations, that a log does not excite."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.identification.consistency import Chart
+from mafsil.identification.consistency import Parameterisation
 from mafsil.identification.regression import Fit
 from mafsil.identification.remark import Remark
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.inertial_parameters import BaseParameters
 
 ALONE = 1e-6
-"""How far a parameter may be from the span of the base parameters and still count as told alone."""
+"""How far a parameter may be from the span of the base parameters and still count as identifiable alone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unidentifiable:
-    """Parameters that the data cannot tell.
+    """Parameters that the data cannot identify.
 
     Attributes:
         labels: their names, such as `link1.m`.
-        reason: `never` (no motion of this robot shows them), `together` (they show only in sums with others) or `log`
-            (this log does not tell them).
+        reason: `never` (no motion of this robot excites them), `combination` (they act only in linear combinations
+            with others) or `log` (this log does not excite them).
         remark: the sentence.
     """
 
@@ -33,33 +33,33 @@ class Unidentifiable:
     remark: Remark
 
     def sentence(self, language: str | None = None) -> str:
-        """What cannot be told, and why."""
+        """What cannot be identified, and why."""
         return self.remark.sentence(language)
 
 
 def unidentifiable(
-    model: TorqueModel, base: BaseParameters, fit: Fit, b0: Floats, chart: Chart
+    model: TorqueModel, base: BaseParameters, fit: Fit, b0: Floats, parameterisation: Parameterisation
 ) -> tuple[Unidentifiable, ...]:
-    """All that cannot be told, link by link and joint by joint.
+    """All that cannot be identified, link by link and joint by joint.
 
     Args:
         model: names of all parameters.
-        base: what can be told apart.
-        fit: what this log told.
+        base: the base parameters.
+        fit: of this log.
         b0: (k,) base parameters of before.
-        chart: how far parameters were believed to be off.
+        parameterisation: the prior.
     """
-    return (*_structural(model, base, chart), *_by_this_log(base, fit, chart))
+    return (*_structural(model, base, parameterisation), *_by_this_log(base, fit, parameterisation))
 
 
-def _structural(model: TorqueModel, base: BaseParameters, chart: Chart) -> list[Unidentifiable]:
+def _structural(model: TorqueModel, base: BaseParameters, parameterisation: Parameterisation) -> list[Unidentifiable]:
     """What no motion shows at all, and what shows only in sums."""
     K = base.combination
     basis = np.linalg.svd(K, full_matrices=False)[2]
     alone = 1.0 - (basis**2).sum(axis=0) < ALONE
     shows = np.abs(K).max(axis=0, initial=0.0) > 0.0
-    rotors_known = not chart.scale[-model.rotor_count :].any()
-    never, together = dict[str, list[str]](), dict[str, list[str]]()
+    rotors_known = not parameterisation.scale[-model.rotor_count :].any()
+    never, combined = dict[str, list[str]](), dict[str, list[str]]()
     for k, label in enumerate(model.labels):
         if rotors_known and k >= len(model.labels) - model.rotor_count:
             continue
@@ -67,10 +67,10 @@ def _structural(model: TorqueModel, base: BaseParameters, chart: Chart) -> list[
         if not shows[k]:
             never.setdefault(part, []).append(label)
         elif not alone[k]:
-            together.setdefault(part, []).append(label)
+            combined.setdefault(part, []).append(label)
     return [
         *(_group("never", part, tuple(labels)) for part, labels in never.items()),
-        *(_group("together", part, tuple(labels)) for part, labels in together.items()),
+        *(_group("combination", part, tuple(labels)) for part, labels in combined.items()),
     ]
 
 
@@ -81,9 +81,9 @@ def _group(reason: str, part: str, labels: tuple[str, ...]) -> Unidentifiable:
     return Unidentifiable(labels, reason, Remark(key, details))
 
 
-def _by_this_log(base: BaseParameters, fit: Fit, chart: Chart) -> list[Unidentifiable]:
-    """Base parameters whose standard error is no smaller than what was believed before."""
-    spread = base.combination @ chart.at(np.zeros(chart.size))[1]
+def _by_this_log(base: BaseParameters, fit: Fit, parameterisation: Parameterisation) -> list[Unidentifiable]:
+    """Base parameters whose standard error is no smaller than that of the prior."""
+    spread = base.combination @ parameterisation.at(np.zeros(parameterisation.size))[1]
     before = np.sqrt((spread**2).sum(axis=1))
     found: dict[str, list[str]] = {}
     for label, error, size in zip(base.labels, fit.standard_errors, before, strict=True):
