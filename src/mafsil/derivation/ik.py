@@ -92,7 +92,9 @@ def _displacement(judge: AngleJudge) -> Step:
 
 def _wrist_arm(judge: AngleJudge) -> list[Step]:
     """Three joints place the wrist's centre, three turn about it."""
-    method = _parallel_method(judge) if judge.pattern.positioning is PositioningMethod.PARALLEL else _meeting_method(judge)
+    method = (
+        _parallel_method(judge) if judge.pattern.positioning is PositioningMethod.PARALLEL else _meeting_method(judge)
+    )
     w4, w5, w6 = (judge.w(k) for k in (3, 4, 5))
     turns = [function("Rot", judge.w(k), -judge.angle(k)) for k in (2, 1, 0) if not judge.pattern.prismatic[k]]
     product = turns[0]

@@ -33,8 +33,8 @@ def simulate(scenario: Scenario, progress: Progress | None = None, *, fused: boo
     """Run a scenario.
 
     The law sees the state (with sensor noise) once every control period; its efforts are clipped and kept constant
-    while the plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as compiled
-    code; it agrees with the general loop to rounding.
+    while the plant is integrated with the fixed step. Where law and plant are expressions, the whole loop can run as
+    compiled code; it agrees with the general loop to rounding.
 
     Args:
         scenario: what to run.
