@@ -15,9 +15,7 @@ from math import nan
 
 import mafsil.expression as ex
 from mafsil.mechanics.placement import Expression
-
-SINGULAR = 1e-14
-"""Share of its diagonal entry below which a pivot is rounding."""
+from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 
 Row = dict[int, Expression]
 """The structural nonzeros of a row or a column, by index."""
@@ -54,7 +52,7 @@ class BranchFactor:
         entry = {(i, j): M[i, j] for i in range(self.n) for j in range(i + 1) if not M[i, j].is_zero()}
         for k in reversed(range(self.n)):
             before = [i for i in range(k) if (k, i) in entry]
-            inverse = ex.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
+            inverse = ex.if_else(entry[k, k] > SINGULAR_PIVOT * M[k, k], 1 / entry[k, k], nan)
             self.inverse_pivots[k] = inverse
             for i in before:
                 factor = entry[k, i] * inverse

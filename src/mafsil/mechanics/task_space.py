@@ -12,9 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate
-
-SINGULAR = 1e-12
-"""Smallest eigenvalue of J M^-1 J', scaled to a unit diagonal, below which the arm is taken as singular."""
+from mafsil.mechanics.tolerances import SINGULAR_TASK, SMALLEST
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,10 +99,10 @@ def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats,
     Minv_Jt: Floats = np.linalg.solve(M, _transposed(J)).astype(np.float64, copy=False)
     inverse = J @ Minv_Jt
     inverse = (inverse + _transposed(inverse)) / 2
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), 1e-300))
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), SMALLEST))
     scaled = inverse / (size[..., :, None] * size[..., None, :])
     margin: Floats = np.linalg.eigvalsh(scaled)[..., 0].astype(np.float64, copy=False)
-    singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR))
+    singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR_TASK))
     guarded = np.where(singular[..., None, None], np.eye(J.shape[-2]), inverse)
     Lambda: Floats = np.where(singular[..., None, None], np.nan, np.linalg.inv(guarded)).astype(np.float64, copy=False)
     J_bar = Minv_Jt @ Lambda
