@@ -59,7 +59,7 @@ class ArticulatedInertia:
 def articulated_body(
     tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
 ) -> Expression:
-    """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
+    """qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
 
     Inward: each body with all it carries answers like one rigid body of inertia I_A and bias wrench p_A, its joint
     giving way: U = I_A S, D = S' I_A S, u = tau - S' p_A. Outward: qdd = (u - U' a') / D. Where D is no more than

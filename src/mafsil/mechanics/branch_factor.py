@@ -62,7 +62,7 @@ class BranchFactor:
                     entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
 
     def solved(self, b: Sequence[Expression]) -> list[Expression]:
-        """X (n) with M x = b (n), structural zeros of b used (step 2)."""
+        """x (n) with M x = b (n), structural zeros of b used (step 2)."""
         y = {k: value for k, value in enumerate(b) if not value.is_zero()}
         for k in reversed(range(self.n)):
             if k in y:
@@ -100,12 +100,16 @@ class BranchFactor:
         return _less(ex.Expression(0), self._transfer(k, p), x) if p >= 0 else ex.Expression(0)
 
     def _transfer(self, k: int, p: int) -> Row:
-        """-x_k per coordinate from the root to p, an ancestor of k, where nothing drives the coordinates after p."""
+        """-x_k per coordinate from the root to p, an ancestor of k, where nothing drives the coordinates after p.
+
+        1. For p the parent of k it is row k of L.
+        2. Otherwise that for the child of p on the way to k, with the child's own coordinate replaced by its row.
+        """
         if (k, p) not in self._transfers:
             if p == self.parent[k]:
-                found = dict(self.rows[k])
+                found = dict(self.rows[k])  # 1.
             else:
-                between = self.parent[k]
+                between = self.parent[k]  # 2.
                 while self.parent[between] != p:
                     between = self.parent[between]
                 found = dict(self._transfer(k, between))
@@ -117,7 +121,7 @@ class BranchFactor:
         return self._transfers[k, p]
 
     def _path(self, k: int) -> list[int]:
-        """K and what lies between it and the root."""
+        """k and what lies between it and the root."""
         path = [k]
         while self.parent[path[-1]] >= 0:
             path.append(self.parent[path[-1]])

@@ -154,7 +154,7 @@ def _damped(J: ex.Expression, e: ex.Expression, damping: ex.Expression) -> ex.Ex
 
 
 def _solved(A: ex.Expression, b: ex.Expression) -> ex.Expression:
-    """X of A x = b by Cholesky's factors; NaN where A is not positive definite."""
+    """x of A x = b by Cholesky's factors; NaN where A is not positive definite."""
     m = b.shape[0]
     L = ex.zeros(m, m)
     for j in range(m):

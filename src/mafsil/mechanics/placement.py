@@ -143,7 +143,7 @@ def _placement(body: Body, q: Expression) -> Placement:
 
 
 def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
-    """Cos and sin of x + offset; quarter turns in the offset only swap and negate."""
+    """cos and sin of x + offset; quarter turns in the offset only swap and negate."""
     quarters = round(offset / (pi / 2))
     rest = offset - quarters * pi / 2
     angle = x if abs(rest) < TYPED else x + rest

@@ -55,7 +55,7 @@ class TaskSpace:
         return _times(self.Lambda, self._gate("dV", dV)) + self.eta + self._exerted(tip_wrench)
 
     def acceleration(self, F: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
-        """DV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
+        """dV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
 
         Args:
             F: (*batch, k) task force, `task_force` of joint efforts.
@@ -68,7 +68,7 @@ class TaskSpace:
         return _times(_transposed(self.J_bar), gate("tau", tau, (self.J.shape[-1],)))
 
     def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
-        """Tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
+        """tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
 
         Args:
             F: (*batch, k) task force.

@@ -235,15 +235,23 @@ class Robot(Description, Routines):
         threads: int | None = None,
         **named: ArrayLike,
     ) -> Floats:
-        """Any call: inputs by position or name, optional inputs, frames, batches."""
+        """Any call: inputs by position or name, optional inputs, frames, batches.
+
+        1. The inputs alone, by position: a list or a batch for the tip frame's own kernel.
+        2. Otherwise the inputs are put in their order, and the kernel is that of this frame and these optional inputs.
+        3. A form of call that has a builtin of its own (`twin_form`) gets it, so that the next such call is fast.
+        """
+        # 1.
         if frame is None and not named and len(arrays) == len(row.inputs):
             found = evaluate(*arrays, out=out, threads=threads)
             self._degrees_hint(arrays[0])
             return found
+        # 2.
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             kernel = self.kernel(row.name, frame, optional)
+            # 3.
             form = twin_form(row, len(arrays), tuple(named), frame, optional)
             if form is not None and form not in evaluate.twins:
                 twin = _twin_kernel(self, row.name, frame, optional).call

@@ -38,7 +38,7 @@ def composed_checks(robot: Robot, book: Textbook, size: ArmSize, s: States, limi
 
 
 def _power(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
-    """Tau . qd = d(K + P)/dt, the energies of the second method differentiated along the motion."""
+    """tau . qd = d(K + P)/dt, the energies of the second method differentiated along the motion."""
     tau = robot.inverse_dynamics(s.q, s.qd, s.qdd)
     book = Textbook(robot.mechanism)
     kinetic = np.einsum("bi,bij,bj->b", s.qd, book.mass_matrix(s.q), s.qdd)
