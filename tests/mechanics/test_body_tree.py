@@ -75,12 +75,13 @@ def test_two_roads_to_the_acceleration(seed: int) -> None:
     sample = M(np.ones(tree.n)).full()
     if np.linalg.eigvalsh(sample).min() < 1e-9 * np.abs(sample).max():
         pytest.skip("a massless end: the mass matrix is singular")
-    roads = [
-        ex.Function("qdd", [q, qd, tau, F], [road(tree, q, qd, tau, F)]) for road in (by_mass_matrix, articulated_body)
+    methods = [
+        ex.Function("qdd", [q, qd, tau, F], [method(tree, q, qd, tau, F)])
+        for method in (by_mass_matrix, articulated_body)
     ]
     rng = np.random.default_rng(seed)
     for state, wrench in zip(rng.uniform(-1, 1, (5, 3, tree.n)), rng.uniform(-1, 1, (5, 6)), strict=True):
-        one, other = (road(*state, wrench).full().ravel() for road in roads)
+        one, other = (method(*state, wrench).full().ravel() for method in methods)
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(one).max())
 
 

@@ -1,4 +1,4 @@
-"""Each number of dynamics by two roads that share no algorithm: Lagrange, twists, stacked matrices, recursions."""
+"""Each number of dynamics by two methods that share no algorithm: Lagrange, twists, stacked matrices, recursions."""
 
 import numpy as np
 import pytest
