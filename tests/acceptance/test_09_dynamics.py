@@ -9,7 +9,7 @@ import mafsil as mf
 import mafsil.expression as ex
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
-from mafsil.mechanics.newton_euler import newton_euler
+from mafsil.mechanics.newton_euler_twists import newton_euler
 from mafsil.mechanics.quantities.lagrange import christoffel_of, euler_lagrange, mass_matrix_of
 from mafsil.mechanics.twist_chain import TwistChain, spatial_matrix
 from mafsil.model import Friction, Inertial

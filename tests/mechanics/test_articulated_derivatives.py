@@ -12,7 +12,7 @@ from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.ground_frame import ground_is_shorter
 from mafsil.mechanics.quantities import dynamics_derivatives, mass_matrix
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics
@@ -40,7 +40,7 @@ def without_followers(seed, helical):
 
 def recursion(mechanism):
     """The recursion as a function of q, qd, tau and the tip wrench, and its arguments as symbols."""
-    tree = regrouped(regauged(lumped(mechanism)))
+    tree = regrouped(in_chosen_frames(lumped(mechanism)))
     symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "tau")] + [ex.symbol("F", 6)]
     blocks = forward_derivatives(tree, *symbols)
     return ex.Function("derivatives", symbols, blocks), forward_dynamics(tree, *symbols), symbols
@@ -147,7 +147,7 @@ def test_a_branch_that_nothing_drives_stays_a_structural_zero():
 @pytest.mark.parametrize("mechanism", [serial_chain(9, np.random.default_rng(1)), without_followers(40, helical=True)])
 def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
     """d tau and M with every wrench in the ground frame, and from body to body."""
-    tree = regrouped(regauged(lumped(mechanism)))
+    tree = regrouped(in_chosen_frames(lumped(mechanism)))
     symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "qdd")] + [ex.symbol("F", 6)]
     states = sample(mechanism, 3, np.random.default_rng(9))
     functions = []
@@ -164,6 +164,6 @@ def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
 
 
 def test_the_ground_frame_is_chosen_for_long_chains_of_any_angles():
-    arms = [regauged(lumped(library.load(name))) for name in ("panda", "ur5e", "iiwa7", "puma560")]
+    arms = [in_chosen_frames(lumped(library.load(name))) for name in ("panda", "ur5e", "iiwa7", "puma560")]
     assert not any(ground_is_shorter(arm, wrenches=3, rows=1) for arm in arms)
-    assert ground_is_shorter(regauged(lumped(serial_chain(20, np.random.default_rng(2)))), wrenches=1, rows=0)
+    assert ground_is_shorter(in_chosen_frames(lumped(serial_chain(20, np.random.default_rng(2)))), wrenches=1, rows=0)

@@ -7,11 +7,12 @@ import mafsil.expression as ex
 from mafsil.arrays import frozen
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lumped, rotation_onto
-from mafsil.mechanics.gauge import DUST, regauged, without_dust
+from mafsil.mechanics.frame_choice import in_chosen_frames, without_rounding
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
+from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 
 SEEDS = range(12)
@@ -61,25 +62,26 @@ def test_frames_and_grouping_leave_the_efforts_alone(seed: int) -> None:
     states = np.random.default_rng(seed).uniform(-2, 2, (5, 3, tree.n))
     reference = efforts(tree, states)
     scale = np.abs(reference).max()
-    for other in (regauged(tree), regrouped(tree), regrouped(regauged(tree))):
+    for other in (in_chosen_frames(tree), regrouped(tree), regrouped(in_chosen_frames(tree))):
         np.testing.assert_allclose(efforts(other, states), reference, atol=1e-12 * scale, rtol=0)
 
 
 @pytest.mark.capability("09-62")
 @pytest.mark.parametrize("seed", SEEDS)
 def test_two_roads_to_the_acceleration(seed: int) -> None:
-    tree = regrouped(regauged(lumped(random_tree(seed))))
+    tree = regrouped(in_chosen_frames(lumped(random_tree(seed))))
     q, qd, tau, F = (ex.symbol(name, size) for name, size in (("q", tree.n), ("qd", tree.n), ("tau", tree.n), ("F", 6)))
     M = ex.Function("M", [q], [mass_matrix(tree, q)])
     sample = M(np.ones(tree.n)).full()
     if np.linalg.eigvalsh(sample).min() < 1e-9 * np.abs(sample).max():
         pytest.skip("a massless end: the mass matrix is singular")
-    roads = [
-        ex.Function("qdd", [q, qd, tau, F], [road(tree, q, qd, tau, F)]) for road in (by_mass_matrix, articulated_body)
+    methods = [
+        ex.Function("qdd", [q, qd, tau, F], [method(tree, q, qd, tau, F)])
+        for method in (by_mass_matrix, articulated_body)
     ]
     rng = np.random.default_rng(seed)
     for state, wrench in zip(rng.uniform(-1, 1, (5, 3, tree.n)), rng.uniform(-1, 1, (5, 6)), strict=True):
-        one, other = (road(*state, wrench).full().ravel() for road in roads)
+        one, other = (method(*state, wrench).full().ravel() for method in methods)
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(one).max())
 
 
@@ -96,7 +98,7 @@ def test_lengths_shrink_for_a_right_angled_arm() -> None:
     assert count(regrouped(tree)) < 0.9 * count(tree)
     skew = lumped(random_tree(3))
     symbols = [ex.symbol(name, skew.n) for name in ("q", "qd", "qdd")]
-    assert count(regrouped(regauged(skew))) < 0.9 * count(regrouped(skew))
+    assert count(regrouped(in_chosen_frames(skew))) < 0.9 * count(regrouped(skew))
 
 
 @pytest.mark.parametrize("axis", [*np.eye(3), *-np.eye(3), np.array([1e-9, 0, -1.0]), np.array([0.6, 0, -0.8])])
@@ -112,10 +114,10 @@ def test_dust_is_swept_and_real_angles_stay() -> None:
     typed = 1.57079632679
     c, s = np.cos(typed), np.sin(typed)
     R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    assert (without_dust(R) == np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])).all()
-    real = np.pi / 2 - 5 * DUST
+    assert (without_rounding(R) == np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])).all()
+    real = np.pi / 2 - 5 * TYPED
     R = np.array([[1, 0, 0], [0, np.cos(real), -np.sin(real)], [0, np.sin(real), np.cos(real)]])
-    assert (without_dust(R) == R).all()
+    assert (without_rounding(R) == R).all()
 
 
 @pytest.mark.capability("09-27")

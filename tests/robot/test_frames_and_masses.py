@@ -94,3 +94,21 @@ def test_warnings_travel_to_other_processes():
     for again in (type(warning)(*warning.args), pickle.loads(pickle.dumps(warning))):
         assert str(again) == str(warning)
         assert again.message("ar") == warning.message("ar")
+
+
+def test_a_printed_robot_fits_a_screen_and_a_notebook_shows_the_same() -> None:
+    names = [f"joint_with_a_very_long_name_indeed_{k}" for k in range(60)]
+    links = [mf.Link(f"link{k}") for k in range(61)]
+    joints = [
+        mf.Joint(
+            name, mf.JointKind.REVOLUTE, f"link{k}", f"link{k + 1}", limits=mf.Limits(-123.4567, 123.4567, 10, 1e4)
+        )
+        for k, name in enumerate(names)
+    ]
+    robot = mf.Robot(mf.Mechanism.assemble("snake", links, joints))
+    lines = str(robot).splitlines()
+    assert len(lines) <= 25
+    assert max(map(len, lines)) <= 100
+    page = robot._repr_html_()
+    assert page.count("<tr>") == 21
+    assert all(word in page for word in ("snake", "123.5 rad", "40 more joints"))

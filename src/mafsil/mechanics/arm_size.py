@@ -1,9 +1,10 @@
 """The size of an arm: its one length, its mass, and from them what counts as large for each of its quantities.
 
-The length L of an arm is the longest way from {s} along the links to a centre of mass or a frame, prismatic joints half
-a metre out: no lever, and hence no moment per force and no velocity per rate, is longer. Coordinates of prismatic joints
-are counted in units of L, so that all joints have one unit; efforts then compare with weight times L, the mass matrix
-with mass times L^2. (`performance.characteristic_length` is the mean lever, by which a Jacobian is made free of units.)
+The length L of an arm is the longest way from {s} along the links to a centre of mass or a frame, prismatic joints
+half a metre out: no lever, and hence no moment per force and no velocity per rate, is longer. Coordinates of prismatic
+joints are counted in units of L, so that all joints have one unit; efforts then compare with weight times L, the mass
+matrix with mass times L^2. (`performance.characteristic_length` is another: the mean lever, by which translations of
+a Jacobian are divided to compare with its rotations.)
 """
 
 from __future__ import annotations

@@ -14,11 +14,10 @@ from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import turned
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
 from mafsil.mechanics.quantities.mass_matrix import turned_symmetric
+from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 
-SINGULAR = 1e-14
-"""Share of the largest inertia that a joint may move below which what it feels is rounding: no acceleration follows."""
-SLIDE = 1.0
-"""Travel [m] of a slide that counts for the largest inertia."""
+TRAVEL = 1.0
+"""Travel [m] of a prismatic joint that counts for the largest inertia."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +59,7 @@ class ArticulatedInertia:
 def articulated_body(
     tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
 ) -> Expression:
-    """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
+    """qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip, without forming M.
 
     Inward: each body with all it carries answers like one rigid body of inertia I_A and bias wrench p_A, its joint
     giving way: U = I_A S, D = S' I_A S, u = tau - S' p_A. Outward: qdd = (u - U' a') / D. Where D is no more than
@@ -81,8 +80,8 @@ def articulated_body(
     inertias, bias = _own(tree, omega)
     if F_tip is not None:
         _add_tip_wrench(tree, F_tip, bias)
-    gates = _inward(tree, steps, efforts, drift, inertias, bias)
-    return _outward(tree, steps, drift, gates)
+    hinges = _inward(tree, steps, efforts, drift, inertias, bias)
+    return _outward(tree, steps, drift, hinges)
 
 
 def _angular_velocities(tree: BodyTree, steps: Sequence[Placement], rates: Sequence[Expression]) -> list[Expression]:
@@ -132,7 +131,7 @@ def _inward(
     bias: list[tuple[Expression, Expression]],
 ) -> dict[int, tuple[tuple[Expression, Expression], Expression, Expression]]:
     """(U, 1/D, u) of each joint, by body index."""
-    gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
+    hinges: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]] = {}
     least = least_inertias(tree, steps)
     for i, body in reversed(tree.moving):
         step, A = steps[i], inertias[i]
@@ -141,7 +140,7 @@ def _inward(
         give = ex.if_else(D > least[i], 1 / D, nan)
         moment, force = bias[i]
         u = efforts[i] - step.omega * moment[2] - step.v * force[2]
-        gates[i] = (U, give, u)
+        hinges[i] = (U, give, u)
         if not body.parent:
             continue
         angular, linear = drift[i]
@@ -152,18 +151,18 @@ def _inward(
         m = step.to_parent(moment) + ex.cross(step.offset, f)
         bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
         inertias[body.parent] = inertias[body.parent].added(kept.in_parent(step))
-    return gates
+    return hinges
 
 
 def least_inertias(tree: BodyTree, steps: Sequence[Placement]) -> list[float]:
-    """Of each joint, SINGULAR times a bound of the inertia that it moves in any position."""
+    """Of each joint, SINGULAR_PIVOT times a bound of the inertia that it moves in any position."""
     bounds = [(abs(b.inertia.mass), _norm(b.inertia.h), _norm(b.inertia.I)) for b in tree.bodies]
     least = [0.0] * len(tree.bodies)
     for i, body in reversed(tree.moving):
         mass, first, second = bounds[i]
         omega, v = abs(float(steps[i].omega)), abs(float(steps[i].v))
-        least[i] = SINGULAR * (omega**2 * second + 2 * omega * v * first + v**2 * mass + body.armature)
-        way = _norm(body.p) + SLIDE * v
+        least[i] = SINGULAR_PIVOT * (omega**2 * second + 2 * omega * v * first + v**2 * mass + body.armature)
+        way = _norm(body.p) + TRAVEL * v
         m, f, s = bounds[body.parent]
         bounds[body.parent] = (m + mass, f + first + mass * way, s + second + 2 * way * first + mass * way**2)
     return least
@@ -177,7 +176,7 @@ def _outward(
     tree: BodyTree,
     steps: Sequence[Placement],
     drift: Sequence[tuple[Expression, Expression]],
-    gates: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]],
+    hinges: dict[int, tuple[tuple[Expression, Expression], Expression, Expression]],
 ) -> Expression:
     alpha, a = [ex.zeros(3, 1)], [constant(-tree.gravity)]
     qdd: list[Expression] = [ex.Expression(0)] * tree.n
@@ -185,7 +184,7 @@ def _outward(
         step, p = steps[i], body.parent
         angular = step.to_child(alpha[p]) + drift[i][0]
         linear = step.to_child(a[p] + ex.cross(alpha[p], step.offset)) + drift[i][1]
-        U, give, u = gates[i]
+        U, give, u = hinges[i]
         x = (u - ex.dot(U[0], angular) - ex.dot(U[1], linear)) * give
         qdd[body.coordinate] = x
         alpha.append(angular + _along_z(step.omega * x))

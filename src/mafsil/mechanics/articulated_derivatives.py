@@ -124,7 +124,7 @@ class _Sweep:
         self.inertias: list[ArticulatedInertia] = []
         self.rates: list[ArticulatedRate] = []
         self.bias: list[Screw] = []
-        self.gates: dict[int, tuple[Screw, Expression, Expression, Expression]] = {}
+        self.hinges: dict[int, tuple[Screw, Expression, Expression, Expression]] = {}
         self.qdd: list[Expression] = []
 
     def outward_rates(self) -> None:
@@ -133,12 +133,12 @@ class _Sweep:
             p, step, z = body.parent, self.steps[i], self.z[i]
             r = self.R[p] @ step.offset
             carried = self.omega[p]
-            turn, spin, slide = ex.cross(carried, z), step.omega * self.speeds[i], step.v * self.speeds[i]
+            turn, spin, along = ex.cross(carried, z), step.omega * self.speeds[i], step.v * self.speeds[i]
             swing = ex.cross(carried, r)
-            change = swing + z * slide
+            change = swing + z * along
             self.r.append(r)
             self.turn.append(turn)
-            self.drift.append((turn * spin, ex.cross(carried, swing) + 2 * turn * slide))
+            self.drift.append((turn * spin, ex.cross(carried, swing) + 2 * turn * along))
             self.gain.append(2 * change)
             self.omega.append(carried + z * spin)
             self.v.append(self.v[p] + change)
@@ -158,7 +158,7 @@ class _Sweep:
             row = step.omega * (P.N.T @ z) + step.v * (P.Q.T @ z)
             moment, force = self.bias[i]
             u = efforts[i] - step.omega * ex.dot(z, moment) - step.v * ex.dot(z, force)
-            self.gates[i] = U, give, u * give, row
+            self.hinges[i] = U, give, u * give, row
             if body.parent:
                 self._hand_over(i, body.parent)
 
@@ -181,7 +181,7 @@ class _Sweep:
 
     def _hand_over(self, i: int, p: int) -> None:
         """What joint i passes on to body p."""
-        U, give, pull, row = self.gates[i]
+        U, give, pull, row = self.hinges[i]
         r = self.r[i]
         kept = self.inertias[i].reduced(U, give)
         moment, force = _plus(self.bias[i], kept.wrench(*self.drift[i]), _scaled(pull, U))
@@ -197,7 +197,7 @@ class _Sweep:
         for i, body in self.tree.moving:
             p, step, z, r = body.parent, self.steps[i], self.z[i], self.r[i]
             w, v, speed = step.omega, step.v, self.speeds[i]
-            U, give, pull, _ = self.gates[i]
+            U, give, pull, _ = self.hinges[i]
             hinge = a[p] + ex.cross(alpha[p], r) + ex.cross(self.omega[p], ex.cross(self.omega[p], r))
             axis = ex.cross(alpha[p], z) + ex.cross(self.omega[p], self.turn[i])
             angular, linear = alpha[p] + self.drift[i][0], hinge + 2 * self.turn[i] * (v * speed)
@@ -224,7 +224,7 @@ class _Columns:
         self.sg: list[Expression] = [ex.zeros(3, 1)]
         for i, _ in tree.moving:
             step, z, o = sweep.steps[i], sweep.z[i], sweep.o[i]
-            (m, f), give, _, row = sweep.gates[i]
+            (m, f), give, _, row = sweep.hinges[i]
             self.S.append((step.omega * z, step.v * z + step.omega * ex.cross(o, z)))
             self.Ug.append(_scaled(give, _about_zero((m, f), o)))
             self.sg.append(give * (row + 2 * ex.cross(sweep.v[i], f)))
@@ -245,7 +245,7 @@ class _Columns:
         """All entries of column j of the three matrices, of M^-1 the joints before and beside it."""
         sweep, p = self.sweep, self.tree.bodies[j].parent
         demands = self._demands(j)
-        (m, f), give, _, _ = sweep.gates[j]
+        (m, f), give, _, _ = sweep.hinges[j]
         step, z, o = sweep.steps[j], sweep.z[j], sweep.o[j]
         own = [-give * (step.omega * ex.dot(z, b[0]) + step.v * ex.dot(z, b[1])) for b in demands]
         passed = [_about_zero(_plus(b, _scaled(u, (m, f))), o) for b, u in zip(demands, own, strict=True)]
@@ -349,8 +349,8 @@ def _scaled(factor: Expression, screw: Screw) -> Screw:
     return factor * screw[0], factor * screw[1]
 
 
-def _sum(w: float, turning: Screw, v: float, sliding: Screw) -> Screw:
-    return w * turning[0] + v * sliding[0], w * turning[1] + v * sliding[1]
+def _sum(w: float, revolute: Screw, v: float, prismatic: Screw) -> Screw:
+    return w * revolute[0] + v * prismatic[0], w * revolute[1] + v * prismatic[1]
 
 
 def _dot(a: Screw, b: Screw) -> Expression:

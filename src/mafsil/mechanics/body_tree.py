@@ -1,7 +1,7 @@
 """The moving bodies of a mechanism, in frames chosen to make its expressions short.
 
 A body is everything that a moving joint carries rigidly: the links behind fixed joints are lumped into it. Its frame
-{i} has z along its joint axis. Poses, velocities and joint efforts do not depend on these choices (`gauge`,
+{i} has z along its joint axis. Poses, velocities and joint efforts do not depend on these choices (`frame_choice`,
 `regrouping`).
 """
 
@@ -93,7 +93,7 @@ class Attachment:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LinkSeat:
+class LinkBody:
     """A link by itself.
 
     Attributes:
@@ -129,7 +129,7 @@ class BodyTree:
     frames: dict[str, Attachment]
     tip: Attachment
     gravity: Floats
-    links: tuple[LinkSeat, ...] = ()
+    links: tuple[LinkBody, ...] = ()
     tip_link: str = ""
 
     @property
@@ -162,16 +162,16 @@ def lumped(mechanism: Mechanism) -> BodyTree:
     bodies = [_base(mechanism)]
     frames = {mechanism.links[0].name: Attachment(0, np.eye(3), np.zeros(3))}
     for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True):
-        seat = frames[joint.parent].behind(joint.T_pj)
+        place = frames[joint.parent].behind(joint.T_pj)
         inertia = _inertia_of(link.inertial)
         if joint.moves:
             turn = rotation_onto(joint.axis)
-            bodies.append(_body(joint, seat, turn, inertia.moved(turn.T, np.zeros(3)), index))
+            bodies.append(_body(joint, place, turn, inertia.moved(turn.T, np.zeros(3)), index))
             frames[link.name] = Attachment(len(bodies) - 1, turn.T, np.zeros(3))
         else:
-            frames[link.name] = seat
-            carrier = bodies[seat.body]
-            bodies[seat.body] = replace(carrier, inertia=carrier.inertia + inertia.moved(seat.R, seat.p))
+            frames[link.name] = place
+            carrier = bodies[place.body]
+            bodies[place.body] = replace(carrier, inertia=carrier.inertia + inertia.moved(place.R, place.p))
     R_s0 = mechanism.T_sb[:3, :3]
     return BodyTree(
         n=mechanism.n,
@@ -181,7 +181,7 @@ def lumped(mechanism: Mechanism) -> BodyTree:
         frames=frames,
         tip=frames[mechanism.tip].behind(mechanism.T_lt),
         gravity=R_s0.T @ mechanism.gravity,
-        links=_seats(mechanism),
+        links=_link_bodies(mechanism),
         tip_link=mechanism.tip,
     )
 
@@ -196,11 +196,11 @@ def rotation_onto(axis: Floats) -> Floats:
     return np.array([[1 - k * x * x, -k * x * y, x], [-k * x * y, 1 - k * y * y, y], [-x, -y, z]])
 
 
-def _seats(mechanism: Mechanism) -> tuple[LinkSeat, ...]:
+def _link_bodies(mechanism: Mechanism) -> tuple[LinkBody, ...]:
     number = {link.name: k for k, link in enumerate(mechanism.links)}
     parents = [-1, *(number[joint.parent] for joint in mechanism.joints)]
     return tuple(
-        LinkSeat(
+        LinkBody(
             parent,
             np.zeros(3) if link.inertial is None else np.array(link.inertial.com),
             _inertia_of(link.inertial),
@@ -214,13 +214,13 @@ def _base(mechanism: Mechanism) -> Body:
     return Body("", -1, np.eye(3), np.zeros(3), JointKind.FIXED, 0.0, -1, 0.0, 0.0, inertia, 0.0)
 
 
-def _body(joint: Joint, seat: Attachment, turn: Floats, inertia: RigidInertia, index: dict[str, int]) -> Body:
+def _body(joint: Joint, place: Attachment, turn: Floats, inertia: RigidInertia, index: dict[str, int]) -> Body:
     leader = joint.name if joint.mimic is None else joint.mimic.leader
     return Body(
         joint=joint.name,
-        parent=seat.body,
-        R=seat.R @ turn,
-        p=seat.p,
+        parent=place.body,
+        R=place.R @ turn,
+        p=place.p,
         kind=joint.kind,
         pitch=joint.pitch,
         coordinate=index[leader],

@@ -15,9 +15,7 @@ from math import nan
 
 import mafsil.expression as ex
 from mafsil.mechanics.placement import Expression
-
-SINGULAR = 1e-14
-"""Share of its diagonal entry below which a pivot is rounding."""
+from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 
 Row = dict[int, Expression]
 """The structural nonzeros of a row or a column, by index."""
@@ -54,7 +52,7 @@ class BranchFactor:
         entry = {(i, j): M[i, j] for i in range(self.n) for j in range(i + 1) if not M[i, j].is_zero()}
         for k in reversed(range(self.n)):
             before = [i for i in range(k) if (k, i) in entry]
-            inverse = ex.if_else(entry[k, k] > SINGULAR * M[k, k], 1 / entry[k, k], nan)
+            inverse = ex.if_else(entry[k, k] > SINGULAR_PIVOT * M[k, k], 1 / entry[k, k], nan)
             self.inverse_pivots[k] = inverse
             for i in before:
                 factor = entry[k, i] * inverse
@@ -64,7 +62,7 @@ class BranchFactor:
                     entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
 
     def solved(self, b: Sequence[Expression]) -> list[Expression]:
-        """X (n) with M x = b (n), structural zeros of b used (step 2)."""
+        """x (n) with M x = b (n), structural zeros of b used (step 2)."""
         y = {k: value for k, value in enumerate(b) if not value.is_zero()}
         for k in reversed(range(self.n)):
             if k in y:
@@ -102,12 +100,16 @@ class BranchFactor:
         return _less(ex.Expression(0), self._transfer(k, p), x) if p >= 0 else ex.Expression(0)
 
     def _transfer(self, k: int, p: int) -> Row:
-        """-x_k per coordinate from the root to p, an ancestor of k, where nothing drives the coordinates after p."""
+        """-x_k per coordinate from the root to p, an ancestor of k, where nothing drives the coordinates after p.
+
+        1. For p the parent of k it is row k of L.
+        2. Otherwise that for the child of p on the way to k, with the child's own coordinate replaced by its row.
+        """
         if (k, p) not in self._transfers:
             if p == self.parent[k]:
-                found = dict(self.rows[k])
+                found = dict(self.rows[k])  # 1.
             else:
-                between = self.parent[k]
+                between = self.parent[k]  # 2.
                 while self.parent[between] != p:
                     between = self.parent[between]
                 found = dict(self._transfer(k, between))
@@ -119,7 +121,7 @@ class BranchFactor:
         return self._transfers[k, p]
 
     def _path(self, k: int) -> list[int]:
-        """K and what lies between it and the root."""
+        """k and what lies between it and the root."""
         path = [k]
         while self.parent[path[-1]] >= 0:
             path.append(self.parent[path[-1]])

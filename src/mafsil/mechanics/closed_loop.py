@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.friction import FrictionLaw, friction_law
-from mafsil.mechanics.gauge import regauged
 from mafsil.mechanics.loop_terms import Loop, input_sizes
 from mafsil.mechanics.placement import Expression, constant
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
@@ -18,6 +18,7 @@ from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
+from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
 from mafsil.model import Mechanism
 
 Row: TypeAlias = tuple[float, ...]
@@ -27,7 +28,7 @@ def function(loop: Loop) -> ex.Function:
     """The step as a function, inputs and outputs as `input_sizes` and `output_sizes` say, columns in C order.
 
     Args:
-        loop: what is asked for.
+        loop: what is built.
     """
     sizes = input_sizes(loop)
     x = {name: _symbol(name, shape) for name, shape in sizes.items()}
@@ -42,9 +43,9 @@ def function(loop: Loop) -> ex.Function:
         here, rate, slope = plant.stepped(here, rate, x["step"])
         first = first if count else slope
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
-    wanted = ex.reshape(x["T_wanted"], 4, 4).T
-    distance = ex.sqrt(ex.sumsqr(wanted[:3, 3] - T[:3, 3]))
-    angle = so3.angle_between(T[:3, :3], wanted[:3, :3])
+    desired = ex.reshape(x["T_desired"], 4, 4).T
+    distance = ex.sqrt(ex.sumsqr(desired[:3, 3] - T[:3, 3]))
+    angle = so3.angle_between(T[:3, :3], desired[:3, :3])
     results = [ex.vertcat(here, rate), integral, command, effort, first, ex.vertcat(distance, angle)]
     return ex.Function("closed_loop", list(x.values()), ex.cse(results))
 
@@ -59,7 +60,7 @@ class _Trees:
         for known, full, short in self._full:
             if known is mechanism:
                 return full, short
-        full = regauged(lumped(mechanism))
+        full = in_chosen_frames(lumped(mechanism))
         self._full.append((mechanism, full, regrouped(full)))
         return self._full[-1][1:]
 
@@ -127,7 +128,7 @@ def _clipped(command: Expression, limit: Expression) -> Expression:
 
 
 class _Plant:
-    """Steps of the plant under an effort that is held."""
+    """Steps of the plant under an effort that is constant."""
 
     def __init__(self, loop: Loop, tree: BodyTree, effort: Expression, push: Expression | None) -> None:
         self.loop, self.tree, self.effort = loop, tree, effort
@@ -201,7 +202,7 @@ class _Friction:
         law, w, slopes = self.law, self.gain @ v, []
         for i in range(len(law.viscous)):
             coulomb = ex.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
-            moving = ex.fabs(w[i]) > 1e-8 * self.width
+            moving = ex.fabs(w[i]) > NEGLIGIBLE_RATE * self.width
             share = ex.if_else(moving, ex.tanh(w[i] / self.width) / ex.if_else(moving, w[i], 1.0), 1.0 / self.width)
             slopes.append(float(law.viscous[i]) + coulomb * share)
         return self.gain.T @ ex.diag(ex.vertcat(*slopes)) @ self.gain

@@ -17,9 +17,9 @@ def link_com_frames(tree: BodyTree) -> list[Attachment]:
     """
     R, _ = _home(tree)
     frames: list[Attachment] = []
-    for seat, frame in zip(tree.links, tree.frames.values(), strict=True):
+    for link, frame in zip(tree.links, tree.frames.values(), strict=True):
         axes = R[frame.body].T @ tree.R_s0.T
-        frames.append(Attachment(frame.body, axes, frame.p + frame.R @ seat.com))
+        frames.append(Attachment(frame.body, axes, frame.p + frame.R @ link.com))
     return frames
 
 

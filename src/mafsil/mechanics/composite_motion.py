@@ -74,15 +74,15 @@ class CompositeMotion:
     def unit_rate_row(self, step: Placement) -> Expression:
         """2 B' S (3,): the joint's effort per angular change of the twist."""
         W, p = self.W, self.p
-        turn = ex.vertcat(-W[2, 0], -W[2, 1], W[0, 0] + W[1, 1])
-        return step.omega * turn + step.v * ex.vertcat(p[1], -p[0], 0)
+        moment_of_spin = ex.vertcat(-W[2, 0], -W[2, 1], W[0, 0] + W[1, 1])
+        return step.omega * moment_of_spin + step.v * ex.vertcat(p[1], -p[0], 0)
 
     def rate_wrench(self, step: Placement, drift: Expression) -> tuple[Expression, Expression]:
         """2 (B S + G Psi'): the wrench per unit rate of the joint."""
         W, p = self.W, self.p
-        turn = ex.vertcat(-W[0, 2], -W[1, 2], W[0, 0] + W[1, 1])
+        moment_of_spin = ex.vertcat(-W[0, 2], -W[1, 2], W[0, 0] + W[1, 1])
         moment, force = self._demand(2 * step.omega * drift, 2 * step.v * drift)
-        return step.omega * turn + moment, step.omega * ex.vertcat(-p[1], p[0], 0) + force
+        return step.omega * moment_of_spin + moment, step.omega * ex.vertcat(-p[1], p[0], 0) + force
 
     def shift_wrench(self, step: Placement, motion: Motion, i: int) -> tuple[Expression, Expression]:
         """2 B Psi' + G Psi'' + S x* F: the change of the wrench per displacement of the joint."""
@@ -117,10 +117,10 @@ def body_motion(
         a = step.to_child(motion.a[p] + motion.U[p] @ step.offset)
         jump = step.v * axis + step.omega * ex.cross(a, z)
         if step.v:
-            slide = 2 * drift * (step.v * qd) + z * (step.v * qdd)
+            along = 2 * drift * (step.v * qd) + z * (step.v * qdd)
             jump = jump + 2 * step.omega * step.v * qd * ex.cross(drift, z)
             gain = gain + step.to_parent(z) * (2 * step.v * qd)
-            a = a + slide
+            a = a + along
         omega = carried + z * (step.omega * qd)
         alpha.append(spun + drift * (step.omega * qd) + z * (step.omega * qdd))
         motion.omega.append(omega)

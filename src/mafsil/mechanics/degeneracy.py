@@ -13,11 +13,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, frozen
 from mafsil.errors import ModelError
-
-SINGULAR = 1e-13
-"""Smallest eigenvalue of the mass matrix, scaled to a unit diagonal, below which it is rounding."""
-INVOLVED = 1e-6
-"""Share of the largest rate below which a joint does not take part."""
+from mafsil.mechanics.tolerances import INVOLVED, SINGULAR
 
 
 @dataclass(frozen=True, eq=False, slots=True)

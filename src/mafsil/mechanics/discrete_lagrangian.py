@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
-from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.hamiltonian import lagrangian_slope
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
@@ -29,7 +29,7 @@ def function(mechanism: Mechanism) -> ex.Function:
         mechanism: its numbers become constants.
     """
     n = mechanism.n
-    tree = regrouped(regauged(lumped(mechanism)))
+    tree = regrouped(in_chosen_frames(lumped(mechanism)))
     q0, p0, v, load = (ex.symbol(name, n) for name in ("q0", "p0", "v", "load"))
     h, middle = ex.symbol("h", 1), ex.symbol("q", n)
     force = lagrangian_slope(tree, middle, v) + load
@@ -42,9 +42,14 @@ def function(mechanism: Mechanism) -> ex.Function:
 
 
 def eliminated(A: Expression, b: Expression) -> Expression:
-    """X (n,) with A x = b for a matrix (n, n) near a positive definite one: Gauss without exchange of rows."""
+    """x (n,) with A x = b for a matrix (n, n) close to a positive definite one: Gauss without exchange of rows.
+
+    1. Forward: row k, times A_ik / A_kk, is taken from every row i below it; structural zeros cost nothing.
+    2. Backward: x_k = (x_k - sum of A_kj x_j over j > k) / A_kk.
+    """
     n = A.shape[0]
     A, x = ex.Expression(A), ex.Expression(b)
+    # 1.
     for k in range(n):
         for i in range(k + 1, n):
             if A[i, k].is_zero():
@@ -54,6 +59,7 @@ def eliminated(A: Expression, b: Expression) -> Expression:
                 if not A[k, j].is_zero():
                     A[i, j] = A[i, j] - factor * A[k, j]
             x[i] = x[i] - factor * x[k]
+    # 2.
     for k in reversed(range(n)):
         for j in range(k + 1, n):
             if not A[k, j].is_zero():

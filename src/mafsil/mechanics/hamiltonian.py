@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.energy import kinetic_energy
 from mafsil.mechanics.quantities.forward_dynamics import solved
@@ -20,12 +20,12 @@ def lagrangian_slope(tree: BodyTree, q: Expression, qd: Expression) -> Expressio
     Args:
         tree: the bodies.
         q: (n,) symbols of the coordinates.
-        qd: (n,) rates, any expression: they are held while the derivative is taken.
+        qd: (n,) rates, any expression: they are fixed while the derivative is taken.
     """
-    held = ex.symbol("held", tree.n)
-    slope = ex.gradient(kinetic_energy(tree, q, held), q)
+    fixed = ex.symbol("fixed", tree.n)
+    slope = ex.gradient(kinetic_energy(tree, q, fixed), q)
     still = ex.zeros(tree.n, 1)
-    return ex.substitute(slope, held, qd) - inverse_dynamics(tree, q, still, still)
+    return ex.substitute(slope, fixed, qd) - inverse_dynamics(tree, q, still, still)
 
 
 def hamiltonian_field(tree: BodyTree, q: Expression, p: Expression) -> tuple[Expression, Expression]:
@@ -48,5 +48,5 @@ def function(mechanism: Mechanism) -> ex.Function:
     """
     n = mechanism.n
     q, p = ex.symbol("q", n), ex.symbol("p", n)
-    column = ex.vertcat(*hamiltonian_field(regrouped(regauged(lumped(mechanism))), q, p))
+    column = ex.vertcat(*hamiltonian_field(regrouped(in_chosen_frames(lumped(mechanism))), q, p))
     return ex.Function("hamiltonian_field", [q, p], [ex.cse(column)])

@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, gate
+from mafsil.mechanics.tolerances import DEPENDENT
 from mafsil.model import Inertial, Mechanism
 
 LABELS = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """Mass, first moment, inertia about the origin of the frame; products with the minus sign inside."""
-
-DEPENDENT = 1e-8
-"""Share of a column's length below which what is left of it after projection is rounding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

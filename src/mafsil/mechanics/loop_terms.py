@@ -61,7 +61,7 @@ def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
     """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them."""
     n, gains = loop.plant.n, loop.gains
     sizes: dict[str, tuple[int, ...]] = {"state": (2, n), "integral": (loop.integrals, n), "reference": (3, n)}
-    sizes |= {"gains": (gains, 3, n), "step": (), "T_wanted": (4, 4)}
+    sizes |= {"gains": (gains, 3, n), "step": (), "T_desired": (4, 4)}
     if loop.saturated:
         sizes["limit"] = (n,)
     if loop.pushed:

@@ -12,13 +12,11 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
+from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import JointKind
 
 Expression: TypeAlias = ex.Expression
 """A scalar, column vector or matrix."""
-
-QUARTER_DUST = 1e-11
-"""Joint offsets closer than this to a quarter turn [rad] are exact quarter turns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,10 +143,10 @@ def _placement(body: Body, q: Expression) -> Placement:
 
 
 def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
-    """Cos and sin of x + offset; quarter turns in the offset only swap and negate."""
+    """cos and sin of x + offset; quarter turns in the offset only swap and negate."""
     quarters = round(offset / (pi / 2))
     rest = offset - quarters * pi / 2
-    angle = x if abs(rest) < QUARTER_DUST else x + rest
+    angle = x if abs(rest) < TYPED else x + rest
     cosine, sine = ex.cos(angle), ex.sin(angle)
     return [(cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine)][quarters % 4]
 

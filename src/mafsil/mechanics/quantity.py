@@ -182,6 +182,7 @@ class Quantity:
         """The row of a record; its functions are found when they are called."""
         plain: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in record.items()}
         home, key, others = plain.pop("home"), plain.pop("second"), plain.pop("beside")
+        plain["name"] = sys.intern(plain["name"])  # as a name in code is: attributes are found by identity
         later = {part: Deferred(home, plain["name"], part) for part in _FUNCTIONS}
         second = SecondMethod(key, later["second"])
         beside = None if others is None else Beside(others, later["beside"])

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia
+from mafsil.mechanics.tolerances import NEGLIGIBLE_INERTIA, SMALLEST
 from mafsil.model import JointKind
 
 
@@ -23,7 +24,7 @@ def regrouped(tree: BodyTree) -> BodyTree:
     for i, _ in reversed(tree.moving):
         kept, passed = _split(bodies[i].kind, bodies[i].inertia)
         parent = bodies[bodies[i].parent]
-        bodies[i] = replace(bodies[i], inertia=_without_dust(kept))
+        bodies[i] = replace(bodies[i], inertia=_without_rounding(kept))
         bodies[bodies[i].parent] = replace(parent, inertia=parent.inertia + passed.moved(bodies[i].R, bodies[i].p))
     bodies[0] = replace(bodies[0], inertia=RigidInertia.zero())
     return replace(tree, bodies=tuple(bodies))
@@ -45,7 +46,7 @@ def _split(kind: JointKind, inertia: RigidInertia) -> tuple[RigidInertia, RigidI
     return RigidInertia(inertia.mass - passed.mass, inertia.h - passed.h, inertia.I - passed.I), passed
 
 
-def _without_dust(inertia: RigidInertia) -> RigidInertia:
+def _without_rounding(inertia: RigidInertia) -> RigidInertia:
     """Entries at rounding level against the body's own largest one are zero."""
-    scale = max(float(np.abs(inertia.I).max()), 1e-300)
-    return replace(inertia, I=np.where(np.abs(inertia.I) < 1e-15 * scale, 0.0, inertia.I))
+    scale = max(float(np.abs(inertia.I).max()), SMALLEST)
+    return replace(inertia, I=np.where(np.abs(inertia.I) < NEGLIGIBLE_INERTIA * scale, 0.0, inertia.I))

@@ -13,10 +13,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, Vector6, gate
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
+from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 from mafsil.model import Inertial
-
-SINGULAR = 1e-14
-"""Share of the largest eigenvalue of G below which the smallest counts as zero."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,14 +53,14 @@ class RigidBody:
         return gate("dV", dV, (6,)) @ self.spatial_inertia - wrench.dual_bracket(V, self.momentum(V))
 
     def acceleration(self, V: ArrayLike, F: ArrayLike) -> Vector6:
-        """DV (*batch, 6) that a wrench F (*batch, 6) in {b} produces at the twist V (*batch, 6).
+        """dV (*batch, 6) that a wrench F (*batch, 6) in {b} produces at the twist V (*batch, 6).
 
         Raises:
             ModelError: the inertia is singular: a point mass or a thin rod has no acceleration about its axis.
         """
         G = self.spatial_inertia
         values = np.linalg.eigvalsh(G)
-        if values[0] <= SINGULAR * values[-1]:
+        if values[0] <= SINGULAR_PIVOT * values[-1]:
             raise ModelError("dynamics.moments", moments=tuple(map(float, np.linalg.eigvalsh(self.inertial.inertia))))
         load = gate("F", F, (6,)) + wrench.dual_bracket(V, self.momentum(V))
         return np.asarray(np.linalg.solve(G, load[..., None])[..., 0], dtype=np.float64)

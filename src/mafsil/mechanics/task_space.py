@@ -12,9 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate
-
-SINGULAR = 1e-12
-"""Smallest eigenvalue of J M^-1 J', scaled to a unit diagonal, below which the arm is taken as singular."""
+from mafsil.mechanics.tolerances import SINGULAR_TASK, SMALLEST
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,7 +55,7 @@ class TaskSpace:
         return _times(self.Lambda, self._gate("dV", dV)) + self.eta + self._exerted(tip_wrench)
 
     def acceleration(self, F: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
-        """DV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
+        """dV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
 
         Args:
             F: (*batch, k) task force, `task_force` of joint efforts.
@@ -70,7 +68,7 @@ class TaskSpace:
         return _times(_transposed(self.J_bar), gate("tau", tau, (self.J.shape[-1],)))
 
     def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
-        """Tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
+        """tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
 
         Args:
             F: (*batch, k) task force.
@@ -101,10 +99,10 @@ def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats,
     Minv_Jt: Floats = np.linalg.solve(M, _transposed(J)).astype(np.float64, copy=False)
     inverse = J @ Minv_Jt
     inverse = (inverse + _transposed(inverse)) / 2
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), 1e-300))
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), SMALLEST))
     scaled = inverse / (size[..., :, None] * size[..., None, :])
     margin: Floats = np.linalg.eigvalsh(scaled)[..., 0].astype(np.float64, copy=False)
-    singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR))
+    singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR_TASK))
     guarded = np.where(singular[..., None, None], np.eye(J.shape[-2]), inverse)
     Lambda: Floats = np.where(singular[..., None, None], np.nan, np.linalg.inv(guarded)).astype(np.float64, copy=False)
     J_bar = Minv_Jt @ Lambda

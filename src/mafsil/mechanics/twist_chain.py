@@ -1,7 +1,7 @@
 """A mechanism as the textbook writes it: home poses and joint screws in frames at the centres of mass.
 
 Frame {i} sits at the centre of mass of body i, its axes parallel to those of {s} at zero coordinates. This is the
-second road to the dynamics: twists and wrenches in six dimensions, no shared algorithm with `inverse_dynamics`.
+second method for the dynamics: twists and wrenches in six dimensions, no shared algorithm with `inverse_dynamics`.
 
 Reference: Lynch & Park, Modern Robotics, sec. 8.3.
 """
@@ -52,8 +52,8 @@ class TwistChain:
         screws, homes, inertias, parents = [], [], [], []
         for i, body in tree.moving:
             T_si, at = poses[i]
-            seat = np.eye(4) if body.parent == 0 else poses[body.parent][0]
-            homes.append(inverse_of(seat) @ T_si)
+            carrier = np.eye(4) if body.parent == 0 else poses[body.parent][0]
+            homes.append(inverse_of(carrier) @ T_si)
             screws.append(adjoint_of(inverse_of(at)) @ _screw(body.kind, body.pitch))
             inertia = body.inertia.moved(at[:3, :3].T, -at[:3, :3].T @ at[:3, 3])
             inertias.append(spatial_matrix(inertia.mass, inertia.h, inertia.I))
@@ -103,8 +103,8 @@ def ad(V: Expression) -> Expression:
 
 
 def _screw(kind: JointKind, pitch: float) -> Floats:
-    turns, slides = float(kind is not JointKind.PRISMATIC), {JointKind.PRISMATIC: 1.0, JointKind.HELICAL: pitch}
-    return np.array([0, 0, turns, 0, 0, slides.get(kind, 0.0)])
+    angular, linear = float(kind is not JointKind.PRISMATIC), {JointKind.PRISMATIC: 1.0, JointKind.HELICAL: pitch}
+    return np.array([0, 0, angular, 0, 0, linear.get(kind, 0.0)])
 
 
 def _adjoint_inverse(home: Floats, A: Floats, theta: Expression) -> Expression:
@@ -117,8 +117,8 @@ def _adjoint_inverse(home: Floats, A: Floats, theta: Expression) -> Expression:
         K = ex.Expression(np.cross(w, np.eye(3)).T / rate)
         angle = rate * theta
         R = ex.eye(3) + ex.sin(angle) * K + (1 - ex.cos(angle)) * (K @ K)
-        slide = theta * ex.eye(3) + (1 - ex.cos(angle)) / rate * K + (theta - ex.sin(angle) / rate) * (K @ K)
-        p = slide @ ex.Expression(v)
+        shift = theta * ex.eye(3) + (1 - ex.cos(angle)) / rate * K + (theta - ex.sin(angle) / rate) * (K @ K)
+        p = shift @ ex.Expression(v)
     R_pi, p_pi = ex.Expression(home[:3, :3]) @ R, ex.Expression(home[:3, 3]) + ex.Expression(home[:3, :3]) @ p
     return ex.vertcat(
         ex.horzcat(R_pi.T, ex.zeros(3, 3)),

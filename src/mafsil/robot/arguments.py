@@ -22,7 +22,7 @@ def arranged(
     """Inputs by name in the order of the catalogue, optional ones at the end only if given.
 
     Args:
-        row: the quantity that is asked for.
+        row: the quantity.
         arrays: given by position.
         named: given by name.
         tip: name of the tip link, in whose frame a tip wrench is.
@@ -59,7 +59,7 @@ def twin_form(
     inputs by name, whose tuple then stands for it.
 
     Args:
-        row: the quantity that is asked for.
+        row: the quantity.
         count: number of arguments given by position.
         named: names of those given by name, besides `frame`, in their order.
         frame: link name, or None.

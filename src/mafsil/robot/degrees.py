@@ -14,18 +14,18 @@ from mafsil.model.joint import JointKind
 
 TURN = 2.0 * pi
 LARGE = 9.0
-"""Angles up to here [rad] are not looked at: a joint of one turn either way may stand there, wound once."""
+"""Angles up to here [rad] are not examined: a joint of one turn either way may stand there, wound once."""
 
 
 class DegreesHint:
-    """Looks at the coordinates of single calls that come as lists or otherwise off the fast road, and warns once.
+    """Looks at the coordinates of single calls that come as lists or otherwise not as arrays, and warns once.
 
     Args:
         mechanism: of the robot.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self._turning = [joint.kind is not JointKind.PRISMATIC for joint in mechanism.coordinates]
+        self._revolute = [joint.kind is not JointKind.PRISMATIC for joint in mechanism.coordinates]
         self._lower = (mechanism.limits.lower - TURN).tolist()
         self._upper = (mechanism.limits.upper + TURN).tolist()
         self._names = mechanism.joint_names
@@ -55,7 +55,7 @@ class DegreesHint:
 
     def _suspicious(self, values: Sequence[float]) -> int | None:
         """Index of the angle that gives it away."""
-        angles = [k for k, turning in enumerate(self._turning) if turning]
+        angles = [k for k, revolute in enumerate(self._revolute) if revolute]
         whole = all(float(values[k]).is_integer() for k in angles)
         for k in sorted(angles, key=lambda k: -abs(values[k])):
             beyond = not self._lower[k] <= values[k] <= self._upper[k]

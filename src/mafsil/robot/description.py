@@ -14,7 +14,7 @@ from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_fro
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.serial import ArmParts
-from mafsil.robot.overview import overview
+from mafsil.robot.overview import overview, overview_html
 
 
 class Description:
@@ -34,6 +34,10 @@ class Description:
 
     def __str__(self) -> str:
         return overview(self.mechanism)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: joints, kinds, limits, tip and masses as a table."""
+        return overview_html(self.mechanism)
 
     def __reduce__(self) -> tuple[type[Self], tuple[Mechanism]]:
         return type(self), (self.mechanism,)
@@ -152,13 +156,13 @@ class Description:
         """
         return type(self)(self.mechanism.with_payload(mass, com=com, inertia=inertia, link=link))
 
-    def locked(self, held: Mapping[str, float]) -> Self:
-        """The robot with joints held, such as `robot.locked({"finger": 0.02})`; mimic pairs are held together.
+    def locked(self, positions: Mapping[str, float]) -> Self:
+        """The robot with joints locked, such as `robot.locked({"finger": 0.02})`; mimic pairs are locked together.
 
         Args:
-            held: coordinate [rad | m] by name of the joint.
+            positions: coordinate [rad | m] by name of the joint.
         """
-        return type(self)(self.mechanism.locked(held))
+        return type(self)(self.mechanism.locked(positions))
 
     if not TYPE_CHECKING:  # type checkers find misspelt names themselves
 

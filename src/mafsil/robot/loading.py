@@ -1,4 +1,4 @@
-"""Robots by name or file, and the gate for functions that want a robot."""
+"""Robots by name or file, and the argument check of functions that want a robot."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def load(
     """A robot from the library or a file.
 
     Args:
-        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, told apart by their root
+        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, recognised by their root
             elements, or of a .toml file (DH or screws).
         tip: name of the link that carries the tip frame, if another than the description's default.
         xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
@@ -47,7 +47,7 @@ def load(
 def as_robot(robot: RobotLike) -> Robot:
     """The robot itself, or the one that a Mechanism, a name of the library or the path of a file stands for.
 
-    The Mechanisms asked for last (64 of them) keep their Robots, so that a loop of calls loads their kernels once.
+    The Mechanisms used last (64 of them) keep their Robots, so that a loop of calls loads their kernels once.
 
     Raises:
         InputError: something else.

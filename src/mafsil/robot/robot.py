@@ -166,13 +166,13 @@ class Robot(Description, Routines):
         """
         if not isinstance(cast(object, frame), str | None):
             raise InputError("robot.frame_name", name=name, got=type(frame).__name__)
-        wanted = (name, frame, optional)
-        if wanted not in self._kernels:
+        key = (name, frame, optional)
+        if key not in self._kernels:
             row = quantity(name)
             if frame is not None:
                 self._require_frame(row, frame)
-            self._kernels[wanted] = compiled(self.mechanism, name, frame, optional)
-        return self._kernels[wanted]
+            self._kernels[key] = compiled(self.mechanism, name, frame, optional)
+        return self._kernels[key]
 
     def together(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Together:
         """Several quantities of the same state as one routine, in which what they share is computed once.
@@ -190,8 +190,8 @@ class Robot(Description, Routines):
         """
         if not isinstance(cast(object, frame), str | None):
             raise InputError("robot.frame_name", name="together", got=type(frame).__name__)
-        wanted = (names, frame, optional)
-        if wanted not in self._kernels:
+        key = (names, frame, optional)
+        if key not in self._kernels:
             rows = [quantity(name) for name in names]
             if len(names) < 2 or len(set(names)) < len(names):
                 raise InputError("robot.together", got=", ".join(names))
@@ -200,8 +200,8 @@ class Robot(Description, Routines):
                 raise InputError("input.choice", name="optional", value=unknown[0], known=", ".join(possible))
             if frame is not None:
                 self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
-            self._kernels[wanted] = compiled_together(self.mechanism, names, frame, optional)
-        return self._kernels[wanted].call
+            self._kernels[key] = compiled_together(self.mechanism, names, frame, optional)
+        return self._kernels[key].call
 
     def routine(self, name: str) -> Any:
         """The routine of a quantity, as `robot.<name>`; that attribute keeps it.
@@ -235,15 +235,23 @@ class Robot(Description, Routines):
         threads: int | None = None,
         **named: ArrayLike,
     ) -> Floats:
-        """Any call: inputs by position or name, optional inputs, frames, batches."""
+        """Any call: inputs by position or name, optional inputs, frames, batches.
+
+        1. The inputs alone, by position: a list or a batch for the tip frame's own kernel.
+        2. Otherwise the inputs are put in their order, and the kernel is that of this frame and these optional inputs.
+        3. A form of call that has a builtin of its own (`twin_form`) gets it, so that the next such call is fast.
+        """
+        # 1.
         if frame is None and not named and len(arrays) == len(row.inputs):
             found = evaluate(*arrays, out=out, threads=threads)
             self._degrees_hint(arrays[0])
             return found
+        # 2.
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             kernel = self.kernel(row.name, frame, optional)
+            # 3.
             form = twin_form(row, len(arrays), tuple(named), frame, optional)
             if form is not None and form not in evaluate.twins:
                 twin = _twin_kernel(self, row.name, frame, optional).call

@@ -61,6 +61,56 @@ class Routines:
         Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
         """
 
+    def centrifugal_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Centrifugal efforts: the sum of Gamma_ijj qd_j^2.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            c_centrifugal (*batch, n) [N m | N].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
+        """
+
+    def coriolis_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+    ) -> Floats:
+        """Coriolis efforts: the sum of 2 Gamma_ijk qd_j qd_k over j < k.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+
+        Returns:
+            c_Coriolis (*batch, n) [N m | N].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
+        """
+
     def centroidal_momentum_matrix(
         self,
         q: ArrayLike,
@@ -838,54 +888,4 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Atkeson, An & Hollerbach 1986
-        """
-
-    def centrifugal_torque(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-    ) -> Floats:
-        """Centrifugal efforts: the sum of Gamma_ijj qd_j^2.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-
-        Returns:
-            c_centrifugal (*batch, n) [N m | N].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
-        """
-
-    def coriolis_torque(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-    ) -> Floats:
-        """Coriolis efforts: the sum of 2 Gamma_ijk qd_j qd_k over j < k.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-
-        Returns:
-            c_Coriolis (*batch, n) [N m | N].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
         """

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
-from mafsil.mechanics.degeneracy import SINGULAR, degeneracy
+from mafsil.mechanics.degeneracy import degeneracy
 from mafsil.mechanics.task_space import TaskSpace, task_space
+from mafsil.mechanics.tolerances import SINGULAR, SMALLEST
 
 if TYPE_CHECKING:
     from mafsil.robot.robot import Robot
@@ -57,7 +58,7 @@ def task_space_of(
 def _require_regular(M: Floats, robot: Robot) -> None:
     """Refuses the first state (of a batch) whose mass matrix has no inverse, with the motion that moves no inertia."""
     flat = M.reshape(-1, robot.n, robot.n)
-    size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), 1e-300))
+    size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), SMALLEST))
     margins = np.linalg.eigvalsh(flat / (size[:, :, None] * size[:, None, :]))[:, 0] if len(flat) else np.ones(0)
     for k in np.flatnonzero(~(margins >= SINGULAR)):
         degeneracy(flat[k], robot.joint_names).require_regular()

@@ -1,4 +1,4 @@
-"""The efforts of a motion, told apart by where they come from."""
+"""The efforts of a motion, separated by where they come from."""
 
 from __future__ import annotations
 

@@ -61,10 +61,10 @@ def trace_together(
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
     import mafsil.expression as ex
     from mafsil.mechanics.body_tree import lumped
-    from mafsil.mechanics.gauge import regauged
+    from mafsil.mechanics.frame_choice import in_chosen_frames
     from mafsil.mechanics.regrouping import regrouped
 
-    tree = regauged(lumped(mechanism))
+    tree = in_chosen_frames(lumped(mechanism))
     light = regrouped(tree)
     ports = joint_signature(mechanism, quantities, optional)
     symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}

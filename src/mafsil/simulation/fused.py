@@ -111,7 +111,7 @@ class FusedLoop:
             "step": np.array(scenario.step),
             "limit": scenario.robot.limits.effort,
         }
-        over_time = {"reference": reference, "T_wanted": wanted, "push": push, "noise": noise}
+        over_time = {"reference": reference, "T_desired": wanted, "push": push, "noise": noise}
         self.inputs: dict[str, Floats] = {}
         for port in self.kernel.signature.inputs:
             if port.name in fixed:

@@ -15,10 +15,8 @@ from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Textbook, along
 from mafsil.robot import Robot
+from mafsil.verification.tolerances import CONDITION, SMALLEST
 from mafsil.verification.verification import Check
-
-CONDITION = 1e-6
-"""Smallest margin of task-space inertia at which two inversions are compared."""
 
 
 def composed_checks(robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float) -> list[Check]:
@@ -40,7 +38,7 @@ def composed_checks(robot: Robot, book: Textbook, size: ArmSize, s: States, limi
 
 
 def _power(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
-    """Tau . qd = d(K + P)/dt, the energies of the second method differentiated along the motion."""
+    """tau . qd = d(K + P)/dt, the energies of the second method differentiated along the motion."""
     tau = robot.inverse_dynamics(s.q, s.qd, s.qdd)
     book = Textbook(robot.mechanism)
     kinetic = np.einsum("bi,bij,bj->b", s.qd, book.mass_matrix(s.q), s.qdd)
@@ -96,7 +94,7 @@ def _round_trip(robot: Robot, book: Textbook, s: States, limit: float) -> list[C
     qdd = robot.forward_dynamics(s.q, s.qd, s.tau, s.tip_wrench)
     back = book.newton_euler(s.q, s.qd, qdd, s.tip_wrench).tau
     size = np.abs(s.tau) + np.einsum("bij,bj->bi", np.abs(book.mass_matrix(s.q)), np.abs(qdd))
-    ratio = (back - s.tau) / np.maximum(size, 1e-300)
+    ratio = (back - s.tau) / np.maximum(size, SMALLEST)
     return [_check("forward_dynamics (way back)", "verification.newton_euler", ratio, limit)]
 
 
@@ -138,7 +136,7 @@ def _task_space(robot: Robot, book: Textbook, s: States, limit: float) -> list[C
 def _relative(a: Floats, b: Floats) -> Floats:
     """(b,) largest difference of each state over the largest entry."""
     core = tuple(range(1, b.ndim))
-    return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), 1e-300)
+    return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), SMALLEST)
 
 
 def _check(routine: str, method: str, ratio: Floats, limit: float) -> Check:

@@ -52,23 +52,23 @@ class _Pinocchio:
 
     def _build(self, mechanism: Mechanism) -> int:
         pin = self.pin
-        seats: dict[str, tuple[int, Any]] = {mechanism.links[0].name: (0, pin.SE3(np.array(mechanism.T_sb)))}
+        places: dict[str, tuple[int, Any]] = {mechanism.links[0].name: (0, pin.SE3(np.array(mechanism.T_sb)))}
         for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True):
-            carrier, seat = seats[joint.parent]
-            placement = seat * pin.SE3(np.array(joint.T_pj))
+            carrier, place = places[joint.parent]
+            placement = place * pin.SE3(np.array(joint.T_pj))
             if joint.moves:
                 index = self.model.addJoint(
                     carrier, self._joint(joint.kind, joint.axis, joint.pitch), placement, joint.name
                 )
-                seats[link.name] = (index, pin.SE3.Identity())
+                places[link.name] = (index, pin.SE3.Identity())
             else:
-                seats[link.name] = (carrier, placement)
+                places[link.name] = (carrier, placement)
             if link.inertial is not None:
                 body = link.inertial
                 inertia = pin.Inertia(body.mass, np.array(body.com), np.array(body.inertia))
-                self.model.appendBodyToJoint(seats[link.name][0], inertia, seats[link.name][1])
-        carrier, seat = seats[mechanism.tip]
-        tip = seat * pin.SE3(np.array(mechanism.T_lt))
+                self.model.appendBodyToJoint(places[link.name][0], inertia, places[link.name][1])
+        carrier, place = places[mechanism.tip]
+        tip = place * pin.SE3(np.array(mechanism.T_lt))
         return self.model.addFrame(pin.Frame("the tip", carrier, tip, pin.FrameType.OP_FRAME))
 
     def _joint(self, kind: JointKind, axis: Floats, pitch: float) -> Any:

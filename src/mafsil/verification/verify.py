@@ -19,13 +19,10 @@ from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 from mafsil.verification.composed import composed_checks
 from mafsil.verification.peers import PEERS, peer_checks, standing
+from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR, SMALLEST
 from mafsil.verification.verification import Check, Verification
 
-LIMIT = 1e-11
-"""Largest error, relative to the natural size: rounding of both methods."""
 MOST_STATES = 10_000
-SINGULAR = 1e-11
-"""Smallest eigenvalue of a mass matrix of unit diagonal below which a refusal to invert it is right."""
 
 
 @of_robot
@@ -90,10 +87,6 @@ def middle_link(robot: Robot) -> str:
     """A link halfway to the tip."""
     names = robot.mechanism.link_names
     return names[len(names) // 2]
-
-
-ROUNDING = 1e-19
-"""Square of the share of the largest moment of a mass matrix below which a moment is rounding."""
 
 
 class Judge:
@@ -167,7 +160,7 @@ class Judge:
 def _balanced(M: Floats) -> tuple[Floats, Floats]:
     """(b, n) roots of the diagonal, and (b,) the smallest eigenvalue of M scaled to a diagonal of one."""
     diagonal = np.einsum("bii->bi", M)
-    D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), 1e-300)))
+    D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), SMALLEST)))
     margins: Floats = np.linalg.eigvalsh(M / (D[:, :, None] * D[:, None, :])).astype(np.float64)[:, 0]
     return D, margins
 

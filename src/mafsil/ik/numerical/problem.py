@@ -152,9 +152,12 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
 
 def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, numbers: tuple[float, ...]) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics import pose_task
+    from mafsil.mechanics import damped_least_squares
 
     if what == "check":
-        return pose_task.check(mechanism, frame, one_axis)
-    build = {"step": pose_task.step, "step_with_self_motion": pose_task.step_with_self_motion}[what]
+        return damped_least_squares.error(mechanism, frame, one_axis)
+    build = {
+        "step": damped_least_squares.step,
+        "step_with_self_motion": damped_least_squares.step_with_self_motion,
+    }[what]
     return build(mechanism, frame, one_axis, *numbers)

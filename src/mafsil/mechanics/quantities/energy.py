@@ -21,10 +21,10 @@ def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
     omega, v, energy = [ex.zeros(3, 1)], [ex.zeros(3, 1)], ex.Expression(0)
     for i, body in tree.moving:
         step, p = steps[i], body.parent
-        turn = ex.vertcat(0, 0, step.omega * rates[i])
-        slide = ex.vertcat(0, 0, step.v * rates[i])
-        omega.append(step.to_child(omega[p]) + turn)
-        v.append(step.to_child(v[p] + ex.cross(omega[p], step.offset)) + slide)
+        about_axis = ex.vertcat(0, 0, step.omega * rates[i])
+        along_axis = ex.vertcat(0, 0, step.v * rates[i])
+        omega.append(step.to_child(omega[p]) + about_axis)
+        v.append(step.to_child(v[p] + ex.cross(omega[p], step.offset)) + along_axis)
         h, inertia = constant(body.inertia.h), constant(body.inertia.I)
         spin = ex.dot(omega[i], inertia @ omega[i]) + body.inertia.mass * ex.dot(v[i], v[i])
         energy = energy + spin / 2 + ex.dot(v[i], ex.cross(omega[i], h)) + body.armature * rates[i] ** 2 / 2
@@ -35,7 +35,7 @@ def potential_energy(tree: BodyTree, q: Expression) -> Expression:
     """P (1,) = - sum of m g . p_com over the bodies, zero height at the origin of {s} [J].
 
     Args:
-        tree: the bodies with their true inertias (`lumped` or `regauged`, not `regrouped`).
+        tree: the bodies with their true inertias (`lumped` or `in_chosen_frames`, not `regrouped`).
         q: (n,) joint coordinates [rad | m].
     """
     R, p = world_placements(tree, placements(tree, q))

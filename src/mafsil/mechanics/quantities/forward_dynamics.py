@@ -8,12 +8,13 @@ import mafsil.expression as ex
 from mafsil.errors import ModelError
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.branch_factor import SINGULAR, BranchFactor
+from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
+from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 
 LONG_CHAIN = 15
 """From this many joints in a row on, articulated bodies need fewer operations than the factored mass matrix."""
@@ -22,7 +23,7 @@ LONG_CHAIN = 15
 def forward_dynamics(
     tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
 ) -> Expression:
-    """Qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip.
+    """qdd (n,) with M(q) qdd = tau - c(q, qd) - g(q) - J' F_tip.
 
     Of two exact methods the one with fewer operations for this tree: articulated bodies for long chains, otherwise the
     mass matrix factored along the tree; the latter always where joints follow each other.
@@ -79,7 +80,7 @@ def _require_definite(tree: BodyTree, M: Expression) -> None:
         raise ModelError("mechanics.no_inertia", joint=joints[int(np.argmin(size))])
     scaled = values / np.outer(size, size)
     weights, directions = np.linalg.eigh(scaled)
-    if weights[0] < SINGULAR:
+    if weights[0] < SINGULAR_PIVOT:
         involved = [joints[int(k)] for k in np.flatnonzero(np.abs(directions[:, 0]) > 0.1)]
         raise ModelError("mechanics.singular", joints=", ".join(involved))
 
@@ -87,7 +88,7 @@ def _require_definite(tree: BodyTree, M: Expression) -> None:
 def by_mass_matrix(
     tree: BodyTree, q: Expression, qd: Expression, tau: Expression, F_tip: Expression | None = None
 ) -> Expression:
-    """Qdd (n,) by solving with the mass matrix; arguments as in `forward_dynamics`.
+    """qdd (n,) by solving with the mass matrix; arguments as in `forward_dynamics`.
 
     Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.5 (M = L' D L keeps the tree's zeros).
     """
@@ -100,7 +101,7 @@ def by_mass_matrix(
 
 
 def solved(M: Expression, b: Expression) -> Expression:
-    """X (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
+    """x (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
     factor = BranchFactor(M)
     return ex.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))
 

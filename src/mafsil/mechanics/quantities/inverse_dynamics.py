@@ -26,7 +26,7 @@ def inverse_dynamics(
     base_twist: Expression | None = None,
     base_acceleration: Expression | None = None,
 ) -> Expression:
-    """Tau (n,) [N m | N] with tau = M(q) qdd + c(q, qd) + g(q) + J' F_tip.
+    """tau (n,) [N m | N] with tau = M(q) qdd + c(q, qd) + g(q) + J' F_tip.
 
     Outward, with z the joint axis and U = [alpha] + [omega]^2 so that a point fixed at r in {i} accelerates by a + U r:
         omega_i = R' omega_p + z w qd

@@ -30,10 +30,10 @@ def euler_lagrange(lagrangian: Expression, q: Expression, qd: Expression, qdd: E
 
 
 def lagrange_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
-    """Tau (n,) [N m | N] of a motion, from L = K - P.
+    """tau (n,) [N m | N] of a motion, from L = K - P.
 
     Args:
-        tree: the bodies with their true inertias (`lumped` or `regauged`).
+        tree: the bodies with their true inertias (`lumped` or `in_chosen_frames`).
         q, qd, qdd: (n,) symbols (derivatives are taken by them).
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.1.2.

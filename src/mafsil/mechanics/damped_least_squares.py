@@ -7,25 +7,23 @@ from math import nan, pi
 import mafsil.expression as ex
 from mafsil.algebra import se3, so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.gauge import regauged
+from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.jacobian import jacobian_body
+from mafsil.mechanics.tolerances import OPPOSITE
 from mafsil.model import JointKind, Mechanism
 
 FAR = 16.0
 """Squared scaled error from which damping grows no more: only joints without limits lead so far; they are linear."""
 
-OPPOSITE = 1e-12
-"""Sine below which opposite axes are turned about any normal."""
 
-
-def check(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ex.Function:
+def error(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ex.Function:
     """Of (q, T_sd, task) to 16 numbers of T_sf and 6 of the twist e that is left, as in `step`.
 
     Args:
         mechanism: its numbers become constants.
         frame: name of a link; the tip frame if None.
-        one_axis: only the direction of the task's axis counts, not the turn about it.
+        one_axis: only the direction of the task's axis counts, not the rotation about it.
     """
     goal = _Goal(mechanism, frame, one_axis)
     return ex.Function("pose_check", goal.inputs, [ex.cse(ex.vertcat(ex.reshape(goal.T_sf.T, 16, 1), goal.twist))])
@@ -39,17 +37,17 @@ def step(
     q_next = clip(q + W J' (J J' + lambda I)^-1 e),  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),
     lambda = relative min(|e|^2, FAR) + least
 
-    Rows of J and e are multiplied by the weights, columns of J by W: the length for sliding joints, one for the rest.
-    For one axis the angular part of e is the least turn that brings the axes together. Joints at a bound that the step
-    would push further are held.
+    Rows of J and e are multiplied by the weights, columns of J by W: the length for prismatic joints, one for the rest.
+    For one axis the angular part of e is the least rotation that brings the axes together. Joints at a bound that the
+    step would push further are fixed.
 
     Args:
         mechanism: its numbers become constants.
         frame: name of a link; the tip frame if None.
-        one_axis: only the direction of the task's axis counts, not the turn about it.
+        one_axis: only the direction of the task's axis counts, not the rotation about it.
         relative: damping relative to the squared error.
         least: smallest damping.
-        length: unit of sliding joints [m].
+        length: unit of prismatic joints [m].
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
@@ -75,12 +73,12 @@ def step_with_self_motion(
     z = ex.symbol("z", goal.n)
     J, e = goal.weighted()
     towards = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
-    J = goal.held(J, J.T @ e)
+    J = goal.fixed(J, J.T @ e)
     free = z
-    # Joints that the self-motion would push through their bounds are held, then those that the rest pushes.
+    # Joints that the self-motion would push through their bounds are fixed, then those that the rest pushes.
     for _ in range(2):
         free = free - _damped(J, J @ free, ex.Expression(least))
-        J = goal.held(J, free)
+        J = goal.fixed(J, free)
         free = ex.vertcat(*(ex.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
     free = free - _damped(J, J @ free, ex.Expression(least))
     moved = goal.clipped(towards + free)
@@ -88,21 +86,21 @@ def step_with_self_motion(
 
 
 class _Goal:
-    """A wanted pose of a frame, and what is left to it."""
+    """A desired pose of a frame, and what is left to it."""
 
     def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool) -> None:
-        self.tree: BodyTree = regauged(lumped(mechanism))
+        self.tree: BodyTree = in_chosen_frames(lumped(mechanism))
         self.n = mechanism.n
-        self.slides = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
+        self.prismatic = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
         self.one_axis = one_axis
-        self.q, wanted = ex.symbol("q", self.n), ex.symbol("T_sd", 16)
+        self.q, desired = ex.symbol("q", self.n), ex.symbol("T_sd", 16)
         task = ex.symbol("task", 9 + 2 * self.n)
-        self.inputs = [self.q, wanted, task]
+        self.inputs = [self.q, desired, task]
         self.weights, self.axis = task[:6], task[6:9]
         self.lower, self.upper = task[9 : 9 + self.n], task[9 + self.n :]
         self.T_sf = forward_kinematics(self.tree, self.q, self.attachment)
-        T_sd = ex.reshape(wanted, 4, 4).T
+        T_sd = ex.reshape(desired, 4, 4).T
         R = se3.rotation(self.T_sf)
         turn = R.T @ se3.rotation(T_sd)
         angular = _least_turn(self.axis, turn @ self.axis) if one_axis else so3.log(turn)
@@ -120,15 +118,15 @@ class _Goal:
         below = ex.logic_and(self.q[i] <= self.lower[i], change < 0)
         return ex.logic_or(below, ex.logic_and(self.q[i] >= self.upper[i], change > 0))
 
-    def held(self, J: ex.Expression, descent: ex.Expression) -> ex.Expression:
+    def fixed(self, J: ex.Expression, descent: ex.Expression) -> ex.Expression:
         """J without the columns of joints that are at a bound and pushed further."""
         columns = [ex.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
         return ex.horzcat(*columns) if columns else J
 
     def pursued(self, J: ex.Expression, e: ex.Expression, damping: ex.Expression, length: float) -> ex.Expression:
-        """(n,) the damped change of the joints that brings e down, sliding joints in units of the length."""
-        units = ex.Expression([length if slides else 1.0 for slides in self.slides])
-        J = self.held(J, J.T @ e) @ ex.diag(units) if any(self.slides) else self.held(J, J.T @ e)
+        """(n,) the damped change of the joints that brings e down, prismatic joints in units of the length."""
+        units = ex.Expression([length if prismatic else 1.0 for prismatic in self.prismatic])
+        J = self.fixed(J, J.T @ e) @ ex.diag(units) if any(self.prismatic) else self.fixed(J, J.T @ e)
         return units * _damped(J, e, damping)
 
     def clipped(self, dq: ex.Expression) -> ex.Expression:
@@ -156,7 +154,7 @@ def _damped(J: ex.Expression, e: ex.Expression, damping: ex.Expression) -> ex.Ex
 
 
 def _solved(A: ex.Expression, b: ex.Expression) -> ex.Expression:
-    """X of A x = b by Cholesky's factors; NaN where A is not positive definite."""
+    """x of A x = b by Cholesky's factors; NaN where A is not positive definite."""
     m = b.shape[0]
     L = ex.zeros(m, m)
     for j in range(m):

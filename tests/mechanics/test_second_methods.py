@@ -1,4 +1,4 @@
-"""Each number of dynamics by two roads that share no algorithm: Lagrange, twists, stacked matrices, recursions."""
+"""Each number of dynamics by two methods that share no algorithm: Lagrange, twists, stacked matrices, recursions."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose, twist
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.newton_euler import newton_euler, twist_torque
+from mafsil.mechanics.newton_euler_twists import newton_euler, twist_torque
 from mafsil.mechanics.quantities.lagrange import christoffel_of
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.mechanics.stacked_form import stacked_form

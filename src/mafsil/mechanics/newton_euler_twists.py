@@ -71,7 +71,7 @@ def newton_euler(
 
 
 def twist_torque(tree: BodyTree, q: Expression, qd: Expression, qdd: Expression) -> Expression:
-    """Tau (n,) [N m | N] by twists and wrenches, a second road; arguments as in `inverse_dynamics`."""
+    """tau (n,) [N m | N] by twists and wrenches, a second method; arguments as in `inverse_dynamics`."""
     return newton_euler(TwistChain.of(tree), q, qd, qdd).tau
 
 
