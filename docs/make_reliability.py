@@ -102,8 +102,8 @@ ROWS = (
         "a merged elbow or shoulder nobody can tell in working precision where a wrist bent by less than 1e-5 points: "
         "those are counted as hidden bends. Failures are configurations lost, counted twice where the list calls "
         "itself complete: UR and PUMA wrists bent by less than 1e-8 just where the elbow (UR: and the shoulder) "
-        "merges; rounding hides the family there. Of prismatic joints that bring the wrist level with joint 2, the wrist "
-        "straight as well, not every crossing of continua is named.",
+        "merges; rounding hides the family there. Of prismatic joints that bring the wrist level with joint 2, the "
+        "wrist straight as well, not every crossing of continua is named.",
     ),
     Row(
         "R7",

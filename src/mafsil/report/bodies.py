@@ -1,4 +1,4 @@
-"""A robot's appearance as solids of the page, and the room that it takes."""
+"""A robot's appearance as solids of the page, and the space that they take."""
 
 from __future__ import annotations
 
