@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
+from typing import cast
 
 import numpy as np
 
@@ -47,8 +48,9 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
         _require_count(robot, places, path, values)
         _require_within(job, robot, places, path, values)
     for path, values in _lists(job):
-        if isinstance(values, tuple) and len(values) != robot.n:
-            raise places.error("job.list_count", path, expected=robot.n, got=len(values))
+        count = len(cast("tuple[float, ...]", values)) if isinstance(values, tuple) else robot.n
+        if count != robot.n:
+            raise places.error("job.list_count", path, expected=robot.n, got=count)
     carried = None
     for k, move in enumerate(job.move):
         if move.pick is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi, radians
+from typing import cast
 
 import numpy as np
 
@@ -42,6 +43,6 @@ def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
     angle = ORIENTATION if orientation is None else degree * float(orientation)
     revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
     if isinstance(joints, tuple):
-        return Tolerances(metres, angle, np.array(joints) * np.where(revolute, degree, 1.0))
+        return Tolerances(metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, 1.0))
     turn = angle if joints is None else degree * float(joints)
     return Tolerances(metres, angle, np.where(revolute, turn, metres))

@@ -142,8 +142,8 @@ def part_tracks(run: Run, moments: Floats) -> list[tuple[Body, Floats]]:
         goal = leg.trajectory.at(leg.trajectory.duration).u
         track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
         if k in taken:
-            begin = int(np.searchsorted(moments, starts[k + 1]))
-            end = len(moments) if until is None else int(np.searchsorted(moments, starts[until + 1]))
+            begin = int(np.searchsorted(moments, float(starts[k + 1])))
+            end = len(moments) if until is None else int(np.searchsorted(moments, float(starts[until + 1])))
             track[begin:end] = tips[begin:end]
             track[end:] = tips[min(end, len(tips)) - 1]
         found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track @ box_in_tip(grasp)))
