@@ -87,13 +87,13 @@ def _cells(row: DHRow, i: int, *, radians: bool) -> list[str]:
     def angle(value: float) -> float:
         return value if radians else to_degrees(value)
 
-    turning = row.kind == "R"
-    d, theta = row.d + (0.0 if turning else row.offset), row.theta + (row.offset if turning else 0.0)
+    revolute = row.kind == "R"
+    d, theta = row.d + (0.0 if revolute else row.offset), row.theta + (row.offset if revolute else 0.0)
     return [
         _clean(angle(row.alpha)),
         _clean(row.a),
-        _clean(d) if turning else _after(i, d),
-        _after(i, angle(theta)) if turning else _clean(angle(theta)),
+        _clean(d) if revolute else _after(i, d),
+        _after(i, angle(theta)) if revolute else _clean(angle(theta)),
     ]
 
 

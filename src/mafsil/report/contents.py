@@ -20,7 +20,7 @@ from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
 from mafsil.report.bodies import Drawing, compact
-from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
+from mafsil.report.content import Body, Details, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
 
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 MOST_POSES = 60_000
@@ -294,15 +294,15 @@ def _share(value: float, limit: float) -> str:
     return f" ({digits(100 * value / limit)} %)" if np.isfinite(limit) and limit > 0 else ""
 
 
-def _details(run: Run, words: _Words) -> tuple[Facts, ...]:
+def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     origin = run.robot.mechanism.provenance
     robot = [(words("name"), run.robot.name), (words("source"), origin.source or words("unknown"))]
     robot += [(words("licence"), origin.licence)] if origin.licence else []
     robot += [(words("note"), note) for note in origin.notes]
     return (
-        Facts(words("robot"), tuple(robot), open=True),
-        Facts(words("job_file"), text=run.text),
-        Facts(words("versions"), tuple(versions().items())),
+        Details(words("robot"), tuple(robot), open=True),
+        Details(words("job_file"), text=run.text),
+        Details(words("versions"), tuple(versions().items())),
     )
 
 
