@@ -83,8 +83,8 @@ ROWS = (
     ),
     Row(
         "R5",
-        "Numerical inverse kinematics, pose by pose from a mid-range seed: solved within 5 ms of one core, within "
-        "1e-9 m and rad and the limits on recheck; at most one of 100,000 missed.",
+        "Numerical inverse kinematics, pose by pose from a mid-range initial guess: solved within 5 ms of one core, "
+        "within 1e-9 m and rad and the limits on recheck; at most one of 100,000 missed.",
         "poses",
         30_000_000,
         "ik_numerical --cases 1000000 --resume DIR",
@@ -94,21 +94,21 @@ ROWS = (
         "R6",
         "Closed forms, library arms and random arms of every family, round joint values, six arms at their singular "
         "surfaces and 1e-12 to 1e-3 beside: every planted configuration found or member of a named family, nothing "
-        "wrong beyond 1e-9, nothing twice, the same postures as EAIK's (`ik_eaik`, 20,000 poses of each arm).",
+        "wrong beyond 1e-9, nothing twice, the same configurations as EAIK's (`ik_eaik`, 20,000 poses of each arm).",
         "cases",
         100_000_000,
         "ik_complete --cases 100000000 --resume DIR",
         "Random arms are judged by the table of their structure, and by the public call where that misses one. Beside "
         "a merged elbow or shoulder nobody can tell in working precision where a wrist bent by less than 1e-5 points: "
-        "those are counted as hidden bends. Failures are postures lost, twice counted where the list calls itself "
-        "complete: UR and PUMA wrists bent by less than 1e-8 just where the elbow (UR: and the shoulder) merges; "
-        "rounding hides the family there. Of slides that bring the wrist level with joint 2, the wrist straight as "
-        "well, not every crossing of continua is named.",
+        "those are counted as hidden bends. Failures are configurations lost, counted twice where the list calls "
+        "itself complete: UR and PUMA wrists bent by less than 1e-8 just where the elbow (UR: and the shoulder) "
+        "merges; rounding hides the family there. Of prismatic joints that bring the wrist level with joint 2, the "
+        "wrist straight as well, not every crossing of continua is named.",
     ),
     Row(
         "R7",
         "Poses out of reach, in the hole, beside the shoulder, beyond limits, tilted: the right reason, distance and "
-        "joint, never converged; singular postures: the right rank, bounded rates, no NaN.",
+        "joint, never converged; singular configurations: the right rank, bounded rates, no NaN.",
         "cases",
         10_000_000,
         "ik_unreachable --cases 10000000 --resume DIR",
@@ -227,9 +227,9 @@ ROWS = (
         1_000,
         "conservation --cases 1000",
         "Trees that need over 100,000 steps are counted as unfinished and judged so far; orders above six are shown on "
-        "single problems, for on random trees they drown in rounding. The failure, tree 21002, drifts by some 1e-9: a "
-        "joint turns with a slide that runs 4 km, the mass matrix has condition 4e7, and the rounding of the state "
-        "alone changes the energy by up to 1e-11 a step; a finer tolerance does not help.",
+        "single problems, for on random trees they are lost in roundoff. The failure, tree 21002, drifts by some 1e-9: "
+        "a revolute joint turns a prismatic one that runs 4 km, the mass matrix has condition 4e7, and roundoff of the "
+        "state alone changes the energy by up to 1e-11 a step; a finer tolerance does not help.",
     ),
     Row(
         "K6",
@@ -300,9 +300,11 @@ def _lines() -> list[str]:
     lines = [
         "# Reliability: what is promised, and what has been shown",
         "",
-        "Made by `docs/make_reliability.py` from `docs/figures`, which the harness in `tests/reliability` writes. The",
-        "aim is zero failures in every row; where one is counted, the row says which. With `--resume FOLDER` a command",
-        "goes on where it stopped; a smaller size of each row runs with the tests.",
+        "Made by `docs/make_reliability.py` from `docs/figures`, which the harness in `tests/reliability` writes.",
+        _headline(found),
+        "A row's goal is the size at which its promise counts as shown; most rows have run at a smaller one. What is",
+        'missing, and what failures are known, stands under "Not reached". With `--resume FOLDER` a command goes on',
+        "where it stopped; a smaller size of each row runs with the tests.",
         "",
         "| row | promise | shown | failures | goal | time |",
         "|---|---|---|---|---|---|",
@@ -317,6 +319,17 @@ def _lines() -> list[str]:
     lines += ["", "## Nothing shown", ""]
     lines += [f"- {name}: {promise}" for name, promise in UNSHOWN]
     return lines
+
+
+def _headline(found: dict[str, dict[str, Any] | None]) -> str:
+    """How many rows ran, which of them at full size, and which of them show failures."""
+    ran = {row.id: data for row in ROWS if (data := found[row.id]) is not None}
+    full = sum(ran[row.id][row.unit] >= row.goal for row in ROWS if row.id in ran)
+    failures = {name: count for name, data in ran.items() if (count := _failures(data))}
+    clean = f"{len(ran) - len(failures)} of {len(ROWS)} rows ran without a failure, {full} of {len(ROWS)} at full size."
+    failed = ", ".join(f"{name} ({count})" for name, count in failures.items())
+    idle = ", ".join(row.id for row in ROWS if row.id not in ran)
+    return clean + (f" With failures: {failed}." if failed else "") + (f" Not run: {idle}." if idle else "")
 
 
 def _module(command: str) -> str:

@@ -94,7 +94,7 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     ),
     "Robot of a name": (plain(lambda: mf.Robot("panda")), ("Mechanism", "mafsil.load")),
     "postures of an answer": (
-        lambda folder: figures.save_postures(PUMA, mf.inverse_kinematics(PUMA, T), folder / "b.png"),
+        lambda folder: figures.save_configurations(PUMA, mf.inverse_kinematics(PUMA, T), folder / "b.png"),
         ("q", "SolutionSet", ".q: give that"),
     ),
     "page as picture": (

@@ -70,8 +70,8 @@ def complaint(text: str) -> JobError:
         ("joints = [0, 1]", "job.joint_count", ["x.toml:5", "move[1].joints", "7", "joint1"]),
         ("joints = [0, -0.2, 0.1, -1.8, 0.1, 1.7, 9]", "job.outside_limits_degrees", ["x.toml:5", "joint7", "9 rad"]),
         ("joints = [0, -0.2, 0.1, -1.8, 0.1, 1.7, 3]", "job.outside_limits", ["x.toml:5", "3 rad", "-2.897 rad"]),
-        ("place = true", "job.nothing_held", ["x.toml:5", "move[1].place"]),
-        ("pick = { mass = 1 }\n[[move]]\npick = { mass = 1 }", "job.already_held", ["x.toml:7", "move[2].pick"]),
+        ("place = true", "job.nothing_carried", ["x.toml:5", "move[1].place"]),
+        ("pick = { mass = 1 }\n[[move]]\npick = { mass = 1 }", "job.already_carried", ["x.toml:7", "move[2].pick"]),
         ("pause = 1\n[controller]\nrate = 300", "job.rate_not_whole", ["x.toml:7", "controller.rate", "250", "333.3"]),
         ("pause = 1\n[tolerance]\njoints = [1, 2]", "job.list_count", ["x.toml:7", "tolerance.joints", "7"]),
         (

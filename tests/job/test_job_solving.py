@@ -147,8 +147,8 @@ def test_impossible_goals_are_refused_with_the_move_and_a_reason(pose: str, word
         (TWO_MOVES.replace("[0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]", "[0.3]"), "job.joint_count"),
         (TWO_MOVES.replace("[0.3, -0.2,", "[3.3, -0.2,"), "job.outside_limits"),
         (TWO_MOVES.replace("[0.3, -0.2,", "[17, -0.2,"), "job.outside_limits_degrees"),
-        (TWO_MOVES + "[[move]]\nplace = true\n", "job.nothing_held"),
-        (TWO_MOVES + "[[move]]\npick = { mass = 1 }\n" * 2, "job.already_held"),
+        (TWO_MOVES + "[[move]]\nplace = true\n", "job.nothing_carried"),
+        (TWO_MOVES + "[[move]]\npick = { mass = 1 }\n" * 2, "job.already_carried"),
         (TWO_MOVES + '[controller]\nkind = "pd_gravity"\nstiffness = [1.0, 2.0]\n', "job.list_count"),
     ],
 )

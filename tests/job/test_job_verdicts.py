@@ -126,7 +126,7 @@ def test_a_joint_that_friction_holds_misses_its_goal(tmp_path: Path, friction: f
 
 def test_a_part_that_is_missed_stays_where_it_lies() -> None:
     run, _ = solved(SOFT)
-    held = [driven for driven in run.driven if driven.stretch.held is not None]
+    held = [driven for driven in run.driven if driven.stretch.carried is not None]
     assert [driven.gripped for driven in held] == [False]
     assert held[0].carried is None
     assert held[0].scenario.true_plant.robot is run.robot, "the arm moves on empty"
@@ -257,7 +257,7 @@ def test_the_integrator_that_was_chosen_is_said() -> None:
     text = 'robot = "puma560"\n[[move]]\njoints = [0.3, 0.5, -1.8, 0.2, 0.5, 0.2]\n'
     run, numbers = solved(text)
     data = as_data(run, numbers)["simulation"]
-    assert (data["method_asked"], data["method"]) == (None, "implicit_friction")
+    assert (data["method_requested"], data["method"]) == (None, "implicit_friction")
     assert any("implicit_friction" in sentence for sentence in sentences(run, "good"))
     named, _ = solved(text.replace("[[move]]", '[simulation]\nmethod = "implicit_friction"\n[[move]]'))
     assert not any("implicit_friction" in sentence for sentence in sentences(named, "good"))

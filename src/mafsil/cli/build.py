@@ -52,7 +52,7 @@ def build(say: Callable[[str], None]) -> list[dict[str, object]]:
     """Put all questions; what is in the cache already costs little.
 
     Args:
-        say: told each name before its question is put.
+        say: called with each name before its question is put.
 
     Returns:
         Name and seconds of each.

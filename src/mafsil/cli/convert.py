@@ -17,7 +17,7 @@ from mafsil.geometry import euler, logarithms, planar, pose, quaternion, rotatio
 from mafsil.messages import say
 
 _SHOWN = ("xyz", "ZYX", "ZYZ", "XYZ")
-"""Sequences listed unasked; `xyz` is roll, pitch, yaw."""
+"""Sequences listed by default; `xyz` is roll, pitch, yaw."""
 
 
 def convert(

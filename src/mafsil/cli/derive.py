@@ -50,7 +50,7 @@ def derive(
     what: str,
     robot: str,
     tip: str | None,
-    road: str | None,
+    method: str | None,
     convention: str | None,
     format: str | None,
     out: str | None,
@@ -61,20 +61,20 @@ def derive(
         what: `fk`, `jacobian`, `ik` or `dynamics`.
         robot: name or file.
         tip: another tip link.
-        road: `dh` or `screws`, of fk and jacobian; `dh` if None.
+        method: `dh` or `screws`, of fk and jacobian; `dh` if None.
         convention: `modified` or `classic`, of fk and jacobian with a table; that of the robot if None.
         format: `text`, `latex` or `html`; by the ending of `out` if None.
         out: file, or None for the screen.
 
     Raises:
-        MafsilError: no such robot, an arm without a table (helical or mimic joints), a road or convention for what has
-            none, a file that cannot be written.
+        MafsilError: no such robot, an arm without a table (helical or mimic joints), a method or convention for what
+            has none, a file that cannot be written.
     """
-    if ((road or convention) and what not in _BY_TABLE) or (road == "screws" and convention):
-        raise InputError("cli.derive_road_given")
+    if ((method or convention) and what not in _BY_TABLE) or (method == "screws" and convention):
+        raise InputError("cli.derive_method_given")
     mechanism = load_mechanism(robot, tip=tip)
     if what in _BY_TABLE:
-        derivation = _BY_TABLE[what](mechanism, convention=convention, form=cast("Form", road or "dh"))
+        derivation = _BY_TABLE[what](mechanism, convention=convention, form=cast("Form", method or "dh"))
     else:
         derivation = _ik(mechanism) if what == "ik" else derive_dynamics(mechanism)
     kind = format or _ENDINGS.get(Path(out or "").suffix.lower(), "text")

@@ -20,7 +20,7 @@ RULES = {
     "modified": "T_i-1,i = Rot(x, alpha_i-1) Trans(x, a_i-1) Trans(z, d_i) Rot(z, theta_i)",
     "classic": "T_i-1,i = Rot(z, theta_i) Trans(z, d_i) Trans(x, a_i) Rot(x, alpha_i)",
 }
-_DUST = 1e-12
+_ROUNDOFF = 1e-12
 
 
 def dh(robot: str, convention: str | None, radians: bool, picture: str | None, tip: str | None) -> Answer:
@@ -79,7 +79,7 @@ def _lines(mechanism: Mechanism, name: str, found: DHTable, joints: list[str], *
     lines = [title, f"  {RULES[name]}", *table(head, rows, words=(1,))]
     for key, pose in (("dh_base", found.base), ("dh_tool", found.tool)):
         if not np.allclose(pose, np.eye(4), atol=1e-12):
-            lines += [say(f"cli.{key}"), *matrix(np.where(np.abs(pose) < _DUST, 0.0, pose))]
+            lines += [say(f"cli.{key}"), *matrix(np.where(np.abs(pose) < _ROUNDOFF, 0.0, pose))]
     return [*lines, say("cli.dh_error", error=f"{found.residual:.1e}"), ""]
 
 
@@ -87,23 +87,23 @@ def _cells(row: DHRow, i: int, *, radians: bool) -> list[str]:
     def angle(value: float) -> float:
         return value if radians else to_degrees(value)
 
-    turning = row.kind == "R"
-    d, theta = row.d + (0.0 if turning else row.offset), row.theta + (row.offset if turning else 0.0)
+    revolute = row.kind == "R"
+    d, theta = row.d + (0.0 if revolute else row.offset), row.theta + (row.offset if revolute else 0.0)
     return [
         _clean(angle(row.alpha)),
         _clean(row.a),
-        _clean(d) if turning else _after(i, d),
-        _after(i, angle(theta)) if turning else _clean(angle(theta)),
+        _clean(d) if revolute else _after(i, d),
+        _after(i, angle(theta)) if revolute else _clean(angle(theta)),
     ]
 
 
 def _clean(value: float) -> str:
-    return brief(0.0 if abs(value) < _DUST else value)
+    return brief(0.0 if abs(value) < _ROUNDOFF else value)
 
 
 def _after(i: int, constant: float) -> str:
     """`q2`, `q2 + 90`, `q2 - 0.5`."""
-    if abs(constant) < _DUST:
+    if abs(constant) < _ROUNDOFF:
         return f"q{i}"
     return f"q{i} {'+' if constant > 0 else '-'} {brief(abs(constant))}"
 

@@ -28,7 +28,7 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
     if xacro is None and locks is None and tool is None and payload is None:
         return robot
     degrees = bool(given.get("degrees"))
-    held = {name: _coordinate(name, word) for name, word in _pairs(locks or (), "cli.lock_word")}
+    locked = {name: _coordinate(name, word) for name, word in _pairs(locks or (), "cli.lock_word")}
     mass = 0.0 if payload is None else number("payload", payload)
     T_tool = None if tool is None else typed_pose("tool", tool, degrees=degrees)
 
@@ -36,7 +36,7 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
         kinds = {joint.name: joint.kind for joint in mechanism.joints}
         values = {
             name: value * pi / 180 if degrees and not marked and kinds.get(name) is not JointKind.PRISMATIC else value
-            for name, (value, marked) in held.items()
+            for name, (value, marked) in locked.items()
         }
         ready = mechanism.locked(values) if values else mechanism
         ready = ready if T_tool is None else ready.with_tool(T_tool)

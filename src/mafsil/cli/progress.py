@@ -16,12 +16,12 @@ class Progress:
     """Prints how far a run is; as a context it cleans up behind itself.
 
     Args:
-        wanted: print even when stderr is no terminal.
+        always: print even when stderr is no terminal.
     """
 
-    def __init__(self, wanted: bool = False) -> None:
+    def __init__(self, always: bool = False) -> None:
         self.terminal = sys.stderr.isatty()
-        self.awake = wanted or self.terminal
+        self.awake = always or self.terminal
         self.stage = ""
         self.began = self.printed = 0.0
 

@@ -122,7 +122,7 @@ OPERATIONS: tuple[Operation, ...] = (
             _ROBOT,
             Parameter("what", "text", positional=True, required=True, choices=("fk", "jacobian", "ik", "dynamics")),
             _TIP,
-            Parameter("road", "text", choices=("dh", "screws")),
+            Parameter("method", "text", choices=("dh", "screws")),
             Parameter("convention", "text", choices=("modified", "classic")),
             Parameter("format", "text", choices=("text", "latex", "html")),
             Parameter("out", "path"),

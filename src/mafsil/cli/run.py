@@ -108,8 +108,7 @@ def _planned(text: str, source: str, folder: Path, *, progress: bool) -> Answer:
 
 
 def _refused(outcome: Refusal) -> Answer:
-    refusal = {"complete": False, "code": outcome.key, "reason": outcome.explain()}
-    return Answer(refusal, refusal=outcome.explain())
+    return Answer(outcome.to_dict(), refusal=outcome.explain())
 
 
 def _written(outcome: Run, target: Path) -> Path:

@@ -21,7 +21,7 @@ def joint_values(name: str, words: list[str], mechanism: Mechanism, *, degrees: 
         name: of the argument, for errors.
         words: one per joint; a word with a unit keeps it, whatever `degrees` says.
         mechanism: whose joints they are.
-        degrees: bare numbers of turning joints are degrees.
+        degrees: bare numbers of revolute joints are degrees.
 
     Raises:
         InputError: not one finite number per joint; the sentence lists the joints.
@@ -30,8 +30,8 @@ def joint_values(name: str, words: list[str], mechanism: Mechanism, *, degrees: 
     values: list[float] = []
     for joint, word in zip(mechanism.coordinates, words, strict=True):
         value, marked = coordinate(f"{name}[{joint.name}]", word)
-        turning = joint.kind is not JointKind.PRISMATIC
-        values.append(value * pi / 180 if degrees and turning and not marked else value)
+        revolute = joint.kind is not JointKind.PRISMATIC
+        values.append(value * pi / 180 if degrees and revolute and not marked else value)
     return _finite(name, values, mechanism)
 
 
@@ -70,13 +70,13 @@ _UNITS = {
 
 def units(mechanism: Mechanism) -> dict[str, str]:
     """Units of q, qd, qdd, efforts and the mass matrix: of all joints together, such as `N m | N`."""
-    sliding = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
-    turns, slides = _UNITS[JointKind.REVOLUTE], _UNITS[JointKind.PRISMATIC]
-    if not any(sliding):
-        return turns
-    if all(sliding):
-        return slides
-    return {name: f"{turns[name]} | {slides[name]}" for name in turns} | {"M": "kg m² | kg m | kg"}
+    prismatic_joints = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
+    revolute, prismatic = _UNITS[JointKind.REVOLUTE], _UNITS[JointKind.PRISMATIC]
+    if not any(prismatic_joints):
+        return revolute
+    if all(prismatic_joints):
+        return prismatic
+    return {name: f"{revolute[name]} | {prismatic[name]}" for name in revolute} | {"M": "kg m² | kg m | kg"}
 
 
 def with_units(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
@@ -93,12 +93,12 @@ def degrees_remarks(words: list[str], mechanism: Mechanism, *, degrees: bool) ->
         mechanism: whose joints they are.
         degrees: bare angles are degrees: then there is nothing to ask.
     """
-    turning = [
+    angles = [
         (f"{joint.name} = {word}", word)
         for joint, word in zip(mechanism.coordinates, words, strict=True)
         if joint.kind is not JointKind.PRISMATIC
     ]
-    return [] if degrees else angle_remarks(turning)
+    return [] if degrees else angle_remarks(angles)
 
 
 def angle_remarks(angles: Iterable[tuple[str, str]]) -> list[str]:

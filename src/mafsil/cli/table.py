@@ -16,7 +16,7 @@ from mafsil.messages.visible import visible
 NARROWEST = 40
 """A terminal is taken to have at least so many columns."""
 _GAP = "  "
-_DUST = 1e-12
+_ROUNDOFF = 1e-12
 """Smaller numbers are shown as zero."""
 
 
@@ -40,12 +40,12 @@ def table(
         words: indices of further columns that hold words.
     """
     upright = [[visible(cell) for cell in row] for row in (head, *rows)]
-    room = columns() - len(indent)
+    available = columns() - len(indent)
     every = list(range(len(head)))
-    if _total(upright, every) <= room or len(head) == 1:
+    if _total(upright, every) <= available or len(head) == 1:
         return _lines(upright, every, indent, words)
     turned = [list(column) for column in zip(*upright, strict=True)]
-    layouts = [(cells, _groups(cells, room), left) for cells, left in ((upright, words), (turned, ()))]
+    layouts = [(cells, _groups(cells, available), left) for cells, left in ((upright, words), (turned, ()))]
     cells, groups, left = min(layouts, key=lambda layout: len(layout[1]) * (len(layout[0]) + 1))
     return [line for group in groups for line in ("", *_lines(cells, group, indent, left))][1:]
 
@@ -71,20 +71,20 @@ def labelled(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
 
 def matrix(values: Floats, *, indent: str = "  ") -> list[str]:
     """Lines of a matrix (rows, columns), with fewer decimals where the terminal is narrow."""
-    room = columns() - len(indent)
+    available = columns() - len(indent)
     for digits in (6, 4, 3):
         cells = [[number(x, digits) for x in row] for row in values]
         size = max((len(cell) for row in cells for cell in row), default=0)
-        if not cells or (size + len(_GAP)) * len(cells[0]) - len(_GAP) <= room:
+        if not cells or (size + len(_GAP)) * len(cells[0]) - len(_GAP) <= available:
             break
     return [Laid(indent + _GAP.join(in_cell(cell.rjust(size)) for cell in row)) for row in cells]
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number with six decimals, rounding dust shown as zero; very small and large ones with an exponent."""
+    """A number with six decimals, roundoff shown as zero; very small and large ones with an exponent."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if abs(value) < _DUST:
+    if abs(value) < _ROUNDOFF:
         value = 0.0
     if value and not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}"
@@ -92,10 +92,10 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def brief(value: float) -> str:
-    """A number with four significant digits, rounding dust shown as zero."""
+    """A number with four significant digits, roundoff shown as zero."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    return f"{value if abs(value) >= _DUST else 0.0:.4g}"
+    return f"{value if abs(value) >= _ROUNDOFF else 0.0:.4g}"
 
 
 def width(text: str) -> int:
@@ -118,11 +118,11 @@ def _total(cells: list[list[str]], group: Sequence[int]) -> int:
     return sum(sizes[k] for k in group) + len(_GAP) * (len(group) - 1)
 
 
-def _groups(cells: list[list[str]], room: int) -> list[list[int]]:
+def _groups(cells: list[list[str]], available: int) -> list[list[int]]:
     """Columns in groups that fit, each behind the first column."""
     groups = [[0]]
     for k in range(1, len(cells[0])):
-        if len(groups[-1]) > 1 and _total(cells, [*groups[-1], k]) > room:
+        if len(groups[-1]) > 1 and _total(cells, [*groups[-1], k]) > available:
             groups.append([0])
         groups[-1].append(k)
     return groups

@@ -41,7 +41,8 @@ def workspace(
         tip: another tip link.
 
     Raises:
-        MafsilError: no such robot or view, no whole number, a spatial view to be drawn, a slide without limits.
+        MafsilError: no such robot or view, no whole number, a spatial view to be drawn, a prismatic joint without
+            limits.
     """
     if picture is not None:
         require_kind(picture, PLAIN)

@@ -2,6 +2,7 @@
 
 from mafsil.figures.animation import save_exponentials_animation as save_exponentials_animation
 from mafsil.figures.animation import save_row_animation as save_row_animation
+from mafsil.figures.configurations import save_configurations as save_configurations
 from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames
 from mafsil.figures.dh_frames import save_link_motions as save_link_motions
 from mafsil.figures.frames import save_frame_graph as save_frame_graph
@@ -16,7 +17,6 @@ from mafsil.figures.moving_body import save_space_velocity as save_space_velocit
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
 from mafsil.figures.pole import save_pole as save_pole
-from mafsil.figures.postures import save_postures as save_postures
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
 from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws

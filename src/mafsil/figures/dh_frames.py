@@ -30,10 +30,10 @@ def save_dh_frames(mechanism: Mechanism, table: DHTable, path: str | PathLike[st
     """Draw the frames of a table into a file.
 
     Args:
-        mechanism: the robot, for a posture in which links do not lie on each other.
+        mechanism: the robot, for a configuration in which links do not lie on each other.
         table: in either convention; its own letters and normals are drawn.
         path: .png, .svg or .pdf.
-        q: (n,) coordinates of the table's joints [rad | m]; a relaxed posture if None.
+        q: (n,) coordinates of the table's joints [rad | m]; a relaxed configuration if None.
     """
     path = picture_file(path)
     import matplotlib
@@ -50,7 +50,7 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
     Args:
         mechanism: the robot.
         table: in either convention.
-        q: (n,) coordinates of the table's joints; a relaxed posture if None.
+        q: (n,) coordinates of the table's joints; a relaxed configuration if None.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -76,7 +76,7 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
 
 
 def _relaxed(mechanism: Mechanism) -> Floats:
-    """Small turns away from zero, so that neighbouring links do not lie on one line; slides drawn out a little."""
+    """Small angles, so that neighbouring links do not lie on one line; prismatic joints drawn out a little."""
     names = [joint.name for joint in chain_to_tip(mechanism) if joint.moves]
     places = [mechanism.joint_names.index(name) for name in names]
     lower, upper = mechanism.limits.lower[places], mechanism.limits.upper[places]
@@ -85,7 +85,7 @@ def _relaxed(mechanism: Mechanism) -> Floats:
 
 
 def _axis(axes: Any, frame: PoseMatrix, size: float, *, prismatic: bool) -> None:
-    """A dash-dotted line along the joint's axis, doubled for a slide."""
+    """A dash-dotted line along the joint's axis, doubled for a prismatic joint."""
     centre, z = frame[:3, 3], frame[:3, 2]
     ends = np.array([centre - 0.16 * size * z, centre + 0.30 * size * z])
     axes.plot(*ends.T, color=_AXIS, linewidth=2.4 if prismatic else 1.0, linestyle="-.", zorder=1)
@@ -179,9 +179,9 @@ def _cells(row: DHRow, i: int) -> list[str]:
     variable = f"$q_{i}$"
     zero = row.offset
     turn = f"{_round(degrees(row.theta + (zero if row.kind == 'R' else 0.0))):.5g}°"
-    slide = f"{_round(row.d + (zero if row.kind == 'P' else 0.0)):.4g}"
+    offset = f"{_round(row.d + (zero if row.kind == 'P' else 0.0)):.4g}"
     theta = _after(variable, turn) if row.kind == "R" else turn
-    d = _after(variable, slide) if row.kind == "P" else slide
+    d = _after(variable, offset) if row.kind == "P" else offset
     return [f"{_round(degrees(row.alpha)):.5g}°", f"{_round(row.a):.4g}", d, theta]
 
 

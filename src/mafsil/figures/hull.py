@@ -72,25 +72,25 @@ def _cone(A: Floats) -> Floats | None:
 
 
 def save_force_diagram(
-    contacts: list[Contact] | tuple[Contact, ...], held: ContactForces, wrench: ArrayLike, path: Path
+    contacts: list[Contact] | tuple[Contact, ...], forces: ContactForces, wrench: ArrayLike, path: Path
 ) -> None:
     """Draw the forces of plane contacts head to tail with the load, and write the moment of each beside it.
 
     Args:
         contacts: in the plane.
-        held: their forces against the load.
+        forces: their forces against the load.
         wrench: (3,) external (m, f) on the body [N m, N].
         path: .png, .svg or .pdf.
     """
-    draw_force_diagram(contacts, held, wrench).savefig(path, dpi=150)
+    draw_force_diagram(contacts, forces, wrench).savefig(path, dpi=150)
 
 
-def draw_force_diagram(contacts: list[Contact] | tuple[Contact, ...], held: ContactForces, wrench: ArrayLike) -> Any:
+def draw_force_diagram(contacts: list[Contact] | tuple[Contact, ...], forces: ContactForces, wrench: ArrayLike) -> Any:
     """The picture as a matplotlib figure; forces that balance close the polygon.
 
     Args:
         contacts: in the plane.
-        held: their forces against the load.
+        forces: their forces against the load.
         wrench: (3,) external (m, f) on the body [N m, N].
 
     Raises:
@@ -99,8 +99,8 @@ def draw_force_diagram(contacts: list[Contact] | tuple[Contact, ...], held: Cont
     if contacts[0].dimension != 2:
         raise InputError("grasp.needs_plane", what="draw_force_diagram")
     load = gate("wrench", wrench, (3,), finite=True)
-    moments = held.moments([c.point for c in contacts])
-    arrows = [*held.forces, load[1:]]
+    moments = forces.moments([c.point for c in contacts])
+    arrows = [*forces.forces, load[1:]]
     names = [f"{c.name or k}: {m:.4g} N m" for k, (c, m) in enumerate(zip(contacts, moments, strict=True))]
     names.append(f"{load[0]:.4g} N m")
     figure, axes = _figure()

@@ -85,7 +85,7 @@ def _busiest(determinant: DeterminantFactors, n: int) -> tuple[int, int]:
 
 
 def _background(axes: Any, robot: Robot, flat: bool, drawn: Mapping[int, Floats]) -> None:
-    """What the tip reaches at all, in grey; slides without limits within the drawn range, or where they stand."""
+    """What the tip reaches at all, in grey; prismatic joints without limits in the drawn range, or fixed."""
     endless = prismatic_joints(robot) & (np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper))
     given = {name: (float(drawn[k][0]), float(drawn[k][-1])) for k, name in enumerate(robot.joint_names) if endless[k]}
     workspace = workspace_map(robot, 200_000, view="xy" if flat else "radial", ranges=given)

@@ -7,3 +7,4 @@ from mafsil.job.remark import Refusal as Refusal
 from mafsil.job.run import Run as Run
 from mafsil.job.schema import schema as schema
 from mafsil.job.solve import solve as solve
+from mafsil.job.status import JobStatus as JobStatus

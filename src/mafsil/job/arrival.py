@@ -79,27 +79,27 @@ def arrival(job: Job, robot: Robot, plan: Plan, index: int, tape: Recording, sta
     if goal is None or not len(tape.t) or end - start > tape.t[-1] + INSTANT:
         return None
     q = configuration(tape, end - start)
-    wanted = leg.trajectory.at(leg.trajectory.duration).u
+    planned = leg.trajectory.at(leg.trajectory.duration).u
     T = np.asarray(robot.forward_kinematics(q))
-    T_wanted = np.asarray(robot.forward_kinematics(wanted)) if leg.target is None else leg.target
+    T_planned = np.asarray(robot.forward_kinematics(planned)) if leg.target is None else leg.target
     return Arrival(
         leg=index,
         goal=goal,
         time=end,
         q=q,
-        position_error=float(np.linalg.norm(T[:3, 3] - T_wanted[:3, 3])),
-        orientation_error=_turn(T[:3, :3], T_wanted[:3, :3], leg.task),
-        joint_errors=np.abs(q - wanted),
+        position_error=float(np.linalg.norm(T[:3, 3] - T_planned[:3, 3])),
+        orientation_error=_turn(T[:3, :3], T_planned[:3, :3], leg.task),
+        joint_errors=np.abs(q - planned),
         tolerances=tolerances(job, robot, leg.index),
     )
 
 
-def _turn(R: Floats, R_wanted: Floats, task: Task) -> float:
+def _turn(R: Floats, R_planned: Floats, task: Task) -> float:
     """How far the tip is turned from what counts: the whole orientation, the direction of its z axis, or nothing."""
     if task == "pose":
-        return float(rotation.angle_between(R, R_wanted))
-    z, wanted = R[:, 2], R_wanted[:, 2]
-    return float(np.arctan2(np.linalg.norm(np.cross(z, wanted)), z @ wanted)) if task == "axis" else 0.0
+        return float(rotation.angle_between(R, R_planned))
+    z, planned = R[:, 2], R_planned[:, 2]
+    return float(np.arctan2(np.linalg.norm(np.cross(z, planned)), z @ planned)) if task == "axis" else 0.0
 
 
 def arrivals(job: Job, robot: Robot, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:

@@ -1,4 +1,4 @@
-"""Why an arm is not where it should be: its error, split exactly into what the law was not told."""
+"""Why an arm is not where it should be: its error, split exactly into what the law did not know."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ class Split:
 
     With the law and the equations of the true arm written out, the error e = u - q obeys exactly
 
-        K e = (asked - given) + friction - J' push + (true - model) + (model - told)
+        K e = (commanded - applied) + friction - J' push + (true - model) + (model - modelled)
 
-    K is the stiffness of the law (Kp, or M Kp for computed torque); `asked - given` is what the effort limit took;
-    `true - model` the effort by which the real masses differ from the model's in the recorded motion; `model - told`
-    what the law lacks because the arm does not follow the reference's rate and acceleration.
+    K is the stiffness of the law (Kp, or M Kp for computed torque); `commanded - applied` is what the effort limit
+    took; `true - model` the effort by which the real masses differ from the model's in the recorded motion;
+    `model - modelled` what the law lacks because the arm does not follow the reference's rate and acceleration.
 
     Attributes:
         error: u - q.
@@ -83,36 +83,36 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     law, true = scenario.law, scenario.true_plant.robot
     if not isinstance(law, ComputedTorque | JointFeedback):
         return None
-    q, qd, qdd, asked, given = (x[row] for x in (tape.q, tape.qd, tape.qdd, tape.tau_commanded, tape.tau))
+    q, qd, qdd, commanded, applied = (x[row] for x in (tape.q, tape.qd, tape.qdd, tape.tau_commanded, tape.tau))
     e, de = tape.q_ref[row] - q, tape.qd_ref[row] - qd
-    if not all(np.isfinite(x).all() for x in (q, qd, qdd, asked, given)):
+    if not all(np.isfinite(x).all() for x in (q, qd, qdd, commanded, applied)):
         return None
     # As the simulation does: the push of a tick is the one that acts at its beginning, in the clock of the stretch.
     tick = round((tape.t[row] - driven.stretch.start) / scenario.control_period)
     pulse = push_at(scenario.disturbances, np.array([tick * scenario.control_period]))[0]
     pushed = np.zeros(len(q)) if pulse is None else np.asarray(true.jacobian_body(q)).T @ pulse
     moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
-    friction = given + pushed - moving
+    friction = applied + pushed - moving
     kp, kd = law.gains.kp, law.gains.kd
     if isinstance(law, ComputedTorque):
         model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
         M = np.asarray(law.robot.mass_matrix(q))
         stiffness = M * kp
         lag = M @ (qdd - tape.qdd_ref[row] - kd * de)
-        told = np.asarray(law.robot.inverse_dynamics(q, qd, tape.qdd_ref[row] + kp * e + kd * de))
+        modelled = np.asarray(law.robot.inverse_dynamics(q, qd, tape.qdd_ref[row] + kp * e + kd * de))
     else:
         known = law.model
         model = moving if known is None else np.asarray(known.inverse_dynamics(q, qd, qdd))
         gravity = np.zeros(len(q)) if known is None else np.asarray(known.gravity_torque(q))
         stiffness, lag = np.diag(kp), model - gravity - kd * de
-        told = kp * e + kd * de + gravity
+        modelled = kp * e + kd * de + gravity
     parts = {
-        "limit": asked - given,
+        "limit": commanded - applied,
         "friction": friction,
         "push": -pushed,
         "model": moving - model,
         "lag": lag,
-        "noise": told - asked,
+        "noise": modelled - commanded,
     }
     try:
         inverse = np.asarray(np.linalg.inv(stiffness), dtype=np.float64)
@@ -173,8 +173,8 @@ def _named(run: Run, name: str, joint: int, **details: object) -> Cause:
 
 def _unknown(run: Run, driven: Driven) -> str:
     """What the model does not know: a text of the catalogue."""
-    held = driven.stretch.held
-    part = held is not None and (not driven.gripped if held.known else driven.gripped)
+    carried = driven.stretch.carried
+    part = carried is not None and (not driven.gripped if carried.known else driven.gripped)
     if part and run.job.simulation.mass_error != 0.0:
         return "unknown_both"
     if part:
@@ -224,5 +224,5 @@ def _growth(driven: Driven, q: Floats) -> float:
 
 def _oscillates(run: Run, row: int, joint: int) -> bool:
     """Whether the effort asked of a joint went to and fro just before a tick."""
-    asked = run.recording.tau_commanded[max(row - OBSERVED, 0) : row + 1, joint]
-    return int((np.diff(np.sign(np.diff(asked))) != 0).sum()) >= TURNS
+    commanded = run.recording.tau_commanded[max(row - OBSERVED, 0) : row + 1, joint]
+    return int((np.diff(np.sign(np.diff(commanded))) != 0).sum()) >= TURNS

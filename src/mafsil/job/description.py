@@ -47,7 +47,7 @@ class Grasp(Part, frozen=True, kw_only=True):
         mass: [kg].
         size: edge lengths [m].
         offset: its centre in the tip frame [m].
-        known: whether the controller is told about the mass.
+        known: whether the controller knows the mass.
     """
 
     name: str = "part"
@@ -63,8 +63,8 @@ class Tolerance(Part, frozen=True, kw_only=True):
     Attributes:
         position: of the tip [m]; 1 mm.
         orientation: of the tip [rad, or degrees]; 0.5 degrees.
-        joints: of a goal in joint coordinates, one number for all turning joints [rad, or degrees], or one per joint
-            [m for sliding ones]; `orientation` for turning joints and `position` for sliding ones if left out.
+        joints: of a goal in joint coordinates, one number for all revolute joints [rad, or degrees], or one per joint
+            [m for prismatic ones]; `orientation` for revolute joints and `position` for prismatic ones if left out.
     """
 
     position: Positive | None = None
@@ -109,7 +109,8 @@ class Move(Part, frozen=True, kw_only=True):
 class Start(Part, frozen=True, kw_only=True):
     """Where the robot begins, at rest: joints, or a pose.
 
-    If neither, zero, moved into the middle 70 % of each range; a bent posture near it if the arm is singular there.
+    If neither, zero, moved into the middle 70 % of each range; a bent configuration near it if the arm is singular
+    there.
     """
 
     joints: tuple[float, ...] | None = None
@@ -232,7 +233,7 @@ class Job(Part, frozen=True, kw_only=True):
     Attributes:
         robot: name of the library, or path of a file.
         angles: unit of all angles of the file.
-        lock: joints that are held, by name [rad, or degrees; m]; they are no coordinates of the arm then.
+        lock: joints that are locked, by name [rad, or degrees; m]; they are no coordinates of the arm then.
     """
 
     title: str = ""

@@ -41,7 +41,7 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         job, text: what is asked, and its file.
         robot: with its tool.
         plan: the motion.
-        progress: told the share of the time that has been simulated.
+        progress: called with the share of the time that has been simulated.
 
     Raises:
         JobError: friction is too stiff for the integrator that is asked
@@ -49,24 +49,24 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
     """
     _require_short(job, plan)
     planned = tuple(stretches(plan))
-    models = [_loaded(robot, stretch.held, known=True) for stretch in planned]
+    models = [_loaded(robot, stretch.carried, known=True) for stretch in planned]
     plants = [
-        _plant(job, model if stretch.held is None or stretch.held.known else _loaded(robot, stretch.held))
+        _plant(job, model if stretch.carried is None or stretch.carried.known else _loaded(robot, stretch.carried))
         for stretch, model in zip(planned, models, strict=True)
     ]
     method, remark = _method(job, planned, plants)
     recordings: list[Recording] = []
     driven: list[Driven] = []
     for stretch, model, loaded in zip(planned, models, plants, strict=True):
-        gripped = stretch.held is None or _gripped(job, robot, plan, stretch, recordings[-1], driven[-1])
+        gripped = stretch.carried is None or _gripped(job, robot, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, robot)
         scenario = _scenario(job, model, stretch, plant, recordings, method)
         driven.append(Driven(stretch, scenario, gripped))
 
-        def told(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
+        def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)
 
-        recordings.append(simulate(scenario, told))
+        recordings.append(simulate(scenario, report))
         if not recordings[-1].status.succeeded:
             break
     recording = _joined(recordings)
@@ -91,11 +91,11 @@ def _require_short(job: Job, plan: Plan) -> None:
         raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
 
-def _loaded(robot: Robot, held: Grasp | None, *, known: bool = False) -> Robot:
-    """The robot with what it holds; with `known` only if the controller is told about it."""
-    if held is None or (known and not held.known):
+def _loaded(robot: Robot, carried: Grasp | None, *, known: bool = False) -> Robot:
+    """The robot with what it carries; with `known` only if the controller knows of it."""
+    if carried is None or (known and not carried.known):
         return robot
-    return Plant(robot).with_payload(held.mass, held.offset, box_inertia(held)).robot
+    return Plant(robot).with_payload(carried.mass, carried.offset, box_inertia(carried)).robot
 
 
 def _plant(job: Job, robot: Robot) -> Plant:
@@ -111,18 +111,18 @@ def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tupl
     Raises:
         JobError: friction is too stiff for the method that is asked for.
     """
-    asked, step = job.simulation.method, job.simulation.step
-    if asked == IMPLICIT_FRICTION:
-        return asked, ()
+    requested, step = job.simulation.method, job.simulation.step
+    if requested == IMPLICIT_FRICTION:
+        return requested, ()
     stiffest = max(
         friction_stiffness(plant, stretch.trajectory.at(np.linspace(0.0, stretch.trajectory.duration, PLACES)).u)
         for stretch, plant in zip(planned, plants, strict=True)
     )
     if stiffest * step <= STIFF:
-        return asked or EXPLICIT, ()
+        return requested or EXPLICIT, ()
     details = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
-    if asked is not None:
-        raise JobError("job.stiff_method", method=asked, **details, other=IMPLICIT_FRICTION)
+    if requested is not None:
+        raise JobError("job.stiff_method", method=requested, **details, other=IMPLICIT_FRICTION)
     return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", details | {"method": IMPLICIT_FRICTION}),)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
+from typing import cast
 
 import numpy as np
 
@@ -28,10 +29,10 @@ FAR = 20.0
 def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVector:
     """(n,) numbers of the job as joint coordinates [rad | m]."""
     q = np.array(values, dtype=np.float64)
-    return np.where(turning(robot), np.radians(q), q) if job.angles == "degrees" else q
+    return np.where(revolute(robot), np.radians(q), q) if job.angles == "degrees" else q
 
 
-def turning(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def revolute(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """(n,) which coordinates are angles."""
     return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
 
@@ -41,24 +42,25 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
 
     Raises:
         JobError: a list has not one number per joint, a joint would be outside its limits, or something is let go of
-            that is not held, or taken while something is held.
+            that is not carried, or taken while something is carried.
     """
-    for path, values in _postures(job):
+    for path, values in _configurations(job):
         _require_count(robot, places, path, values)
         _require_within(job, robot, places, path, values)
     for path, values in _lists(job):
-        if isinstance(values, tuple) and len(values) != robot.n:
-            raise places.error("job.list_count", path, expected=robot.n, got=len(values))
-    held = None
+        count = len(cast("tuple[float, ...]", values)) if isinstance(values, tuple) else robot.n
+        if count != robot.n:
+            raise places.error("job.list_count", path, expected=robot.n, got=count)
+    carried = None
     for k, move in enumerate(job.move):
         if move.pick is not None:
-            if held is not None:
-                raise places.error("job.already_held", ("move", k, "pick"), held=visible(held.name))
-            held = move.pick
+            if carried is not None:
+                raise places.error("job.already_carried", ("move", k, "pick"), part=visible(carried.name))
+            carried = move.pick
         elif move.place:
-            if held is None:
-                raise places.error("job.nothing_held", ("move", k, "place"))
-            held = None
+            if carried is None:
+                raise places.error("job.nothing_carried", ("move", k, "place"))
+            carried = None
 
 
 def unit_remarks(job: Job, robot: Robot, places: Places) -> tuple[Remark, ...]:
@@ -86,7 +88,7 @@ def _suspect(key: str, path: Path, value: str, places: Places) -> Remark:
     )
 
 
-def _postures(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
+def _configurations(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
     """Every list of joint coordinates."""
     if job.start.joints is not None:
         yield ("start", "joints"), job.start.joints
@@ -109,8 +111,8 @@ def _lists(job: Job) -> Iterator[tuple[Path, object]]:
 
 def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
     """Every list of angles."""
-    for path, values in _postures(job):
-        yield path, tuple(x for x, turns in zip(values, turning(robot), strict=True) if turns)
+    for path, values in _configurations(job):
+        yield path, tuple(x for x, turns in zip(values, revolute(robot), strict=True) if turns)
     poses = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
     poses += [(("move", k, "pose"), move.pose) for k, move in enumerate(job.move)]
     for path, pose in poses:
@@ -126,7 +128,7 @@ def _require_count(robot: Robot, places: Places, path: Path, values: tuple[float
 
 
 def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
-    q, limits, turns = coordinates(job, robot, values), robot.limits, turning(robot)
+    q, limits, turns = coordinates(job, robot, values), robot.limits, revolute(robot)
     outside = np.flatnonzero((q < limits.lower - DIGITS) | (q > limits.upper + DIGITS))
     if not len(outside):
         return

@@ -1,4 +1,4 @@
-"""From poses of a job to postures of its arm: near the present one, and the same for the same pose."""
+"""From poses of a job to configurations of its arm: near the present one, and the same for the same pose."""
 
 from __future__ import annotations
 
@@ -16,41 +16,43 @@ from mafsil.robot import Robot
 FIXES: dict[Task, int] = {"pose": 6, "axis": 5, "position": 3}
 """Equations of each task: arms with fewer joints meet it only at some places."""
 FEW, MANY = 7, 63
-"""Further starts where there may be no exact posture: to find the nearest, and to find one within the tolerance."""
+"""Further starts where there may be no exact configuration: for the nearest, and for one within the tolerance."""
 SAME = 1e-9
 """Poses that differ by less are the same [m, and entries of the rotation]."""
 STARTS = 24
-"""Sampled starts of the search for other postures."""
+"""Sampled starts of the search for other configurations."""
 
 
 class Goals:
-    """Postures for poses, and the ones that were taken before."""
+    """Configurations for poses, and the ones that were taken before."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self._taken: dict[tuple[Task, bytes], JointVector] = {}
 
     def forget(self) -> None:
-        """From here on the arm may take other postures for the same poses."""
+        """From here on the arm may take other configurations for the same poses."""
         self._taken.clear()
 
     def take(self, T: PoseMatrix, task: Task, q: JointVector) -> None:
-        """Remember a posture, unless the pose was taken in another one before."""
+        """Remember a configuration, unless the pose was taken in another one before."""
         self._taken.setdefault(_key(T, task), q)
 
     def taken(self, T: PoseMatrix, task: Task) -> JointVector | None:
-        """The posture in which a pose was taken before."""
+        """The configuration in which a pose was taken before."""
         return self._taken.get(_key(T, task))
 
-    def posture(self, T: PoseMatrix, task: Task, near: JointVector, allowed: Tolerances, where: object) -> JointVector:
-        """The posture that reaches a pose, near a given one.
+    def configuration(
+        self, T: PoseMatrix, task: Task, q0: JointVector, allowed: Tolerances, where: object
+    ) -> JointVector:
+        """The configuration that reaches a pose, near a given one.
 
         Arms with fewer joints than the task has equations meet it in the sense of least squares, within the tolerance.
 
         Args:
             T: (4, 4) of the tip in {s}.
             task: what of it counts.
-            near: (n,) where the search begins [rad | m].
+            q0: (n,) where the search begins [rad | m].
             allowed: what may be left.
             where: how the move is called in a refusal.
 
@@ -58,34 +60,34 @@ class Goals:
             Refused: none was found.
         """
         if self.robot.n >= FIXES[task]:
-            answer = solve_ik(self.robot, T, near, task=task)
+            answer = solve_ik(self.robot, T, q0, task=task)
             if answer.all_solved:
                 return np.asarray(answer.q)
         else:
-            answer = self._nearest(T, task, near, allowed)
+            answer = self._nearest(T, task, q0, allowed)
             if _within(answer, allowed):
                 return np.asarray(answer.q)
         raise self._refused(T, task, answer, allowed, where)
 
-    def others(self, T: PoseMatrix, task: Task, near: JointVector) -> list[JointVector]:
-        """Other postures for the same pose, the nearest to `near` first."""
+    def others(self, T: PoseMatrix, task: Task, q0: JointVector) -> list[JointVector]:
+        """Other configurations for the same pose, the nearest to `q0` first."""
         limits = self.robot.limits
-        low = np.where(np.isfinite(limits.lower), limits.lower, near - np.pi)
-        high = np.where(np.isfinite(limits.upper), limits.upper, near + np.pi)
+        low = np.where(np.isfinite(limits.lower), limits.lower, q0 - np.pi)
+        high = np.where(np.isfinite(limits.upper), limits.upper, q0 + np.pi)
         starts = low + np.random.default_rng(0).random((STARTS, self.robot.n)) * (high - low)
-        # Half of the starts lie around where the arm is: a redundant arm has postures everywhere between.
-        starts[::2] = near + (starts[::2] - near) / 3
+        # Half of the starts lie around where the arm is: a redundant arm has configurations everywhere between.
+        starts[::2] = q0 + (starts[::2] - q0) / 3
         answer = solve_ik(self.robot, np.broadcast_to(T, (STARTS, 4, 4)), starts, task=task, restarts=0)
         found = answer.q[answer.solved]
-        return list(found[np.argsort(np.abs(found - near).max(axis=1), kind="stable")])
+        return list(found[np.argsort(np.abs(found - q0).max(axis=1), kind="stable")])
 
-    def _nearest(self, T: PoseMatrix, task: Task, near: JointVector, allowed: Tolerances) -> IKResult:
-        """The posture of least residual near `near`; near one within the tolerance if that is not within it."""
-        answer = solve_ik(self.robot, T, near, task=task, restarts=FEW)
+    def _nearest(self, T: PoseMatrix, task: Task, q0: JointVector, allowed: Tolerances) -> IKResult:
+        """The configuration of least residual near `q0`; near one within the tolerance if that is not within it."""
+        answer = solve_ik(self.robot, T, q0, task=task, restarts=FEW)
         if _within(answer, allowed):
             return answer
         turn, way = allowed.orientation, allowed.position
-        rough = solve_ik(self.robot, T, near, task=task, tolerance=way, rotation_tolerance=turn, restarts=MANY)
+        rough = solve_ik(self.robot, T, q0, task=task, tolerance=way, rotation_tolerance=turn, restarts=MANY)
         fine = solve_ik(self.robot, T, rough.q, task=task, restarts=0)
         return fine if _within(fine, allowed) else rough
 

@@ -20,13 +20,13 @@ class Overload:
     """A place of the plan that the arm could not hold.
 
     Attributes:
-        held: what it would hold there, besides itself.
+        carried: what it would carry there, besides itself.
         share: least effort that holds it, over the limit.
         joint: coordinate that needs it.
         time: when the plan is there [s].
     """
 
-    held: Grasp | None
+    carried: Grasp | None
     share: float
     joint: int
     time: float
@@ -36,7 +36,7 @@ def overloads(run: Run) -> tuple[Overload, ...]:
     """Where static equilibrium is beyond the effort limits: the hardest place of each part, and of the empty arm."""
     worst: dict[int, Overload] = {}
     for driven in run.driven:
-        legs = sum(leg.held is driven.stretch.held for leg in run.plan.legs)
+        legs = sum(leg.carried is driven.stretch.carried for leg in run.plan.legs)
         t = np.linspace(0.0, driven.stretch.trajectory.duration, 2 + PLACES_PER_LEG * legs)
         share = holding_effort(run, driven, driven.stretch.trajectory.at(t).u)
         row, joint = np.unravel_index(int(share.argmax()), share.shape)
@@ -67,9 +67,9 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
     return np.where(np.isfinite(limit), np.maximum(load, 0.0) / np.where(limit > 0.0, limit, np.inf), 0.0)
 
 
-def _weight(robot: Robot, held: Grasp, q: JointVector) -> Floats:
+def _weight(robot: Robot, carried: Grasp, q: JointVector) -> Floats:
     """(k, n) efforts that hold a part up: tau = -J' F, F its weight at the tip, in the tip frame."""
     R = np.asarray(robot.forward_kinematics(q))[:, :3, :3]
-    force = held.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
-    wrench = np.concatenate([np.cross(np.array(held.offset), force), force], axis=1)
+    force = carried.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
+    wrench = np.concatenate([np.cross(np.array(carried.offset), force), force], axis=1)
     return -np.einsum("kij,ki->kj", np.asarray(robot.jacobian_body(q)), wrench)

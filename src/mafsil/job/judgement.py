@@ -28,11 +28,11 @@ TOUCHED = 1.0 + 1e-9
 LARGE_ERROR = 5e-3
 """Distance of the tip from its path from which on a remark is made [m]."""
 GIVES_WAY = (np.pi / 2, 0.5)
-"""How far beyond everything planned a turning or a sliding joint is when the arm has given way [rad, m]."""
+"""How far beyond everything planned a revolute or a prismatic joint is when the arm has given way [rad, m]."""
 MOST_MISSES = 5
 """Misses that get a sentence each; the rest are counted."""
 REMAINING = 0.25
-"""Share of a tolerance from which on the cause of a remaining error is told."""
+"""Share of a tolerance from which on the cause of a remaining error is named."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,8 +90,8 @@ def summary(run: Run) -> Summary:
     tape, limit = run.recording, run.robot.limits.effort
     t = tape.t
     step = np.diff(t, prepend=t[0])
-    # The effort of a tick is held until the next one; that of the last tick counts as long as the one before.
-    held = np.append(step[1:], step[-1])
+    # The effort of a tick acts until the next one; that of the last tick counts as long as the one before.
+    interval = np.append(step[1:], step[-1])
     astray, turned = tape.tip_position_error, tape.tip_rotation_error
     power = np.maximum(tape.tau * tape.qd, 0.0).sum(axis=1)
     demand = np.where(np.isfinite(limit), np.abs(tape.tau_commanded) / np.where(limit > 0, limit, 1.0), 0.0)
@@ -118,7 +118,7 @@ def summary(run: Run) -> Summary:
         lowest=tape.q.min(axis=0),
         highest=tape.q.max(axis=0),
         energy=float((power * step).sum()),
-        saturated=((demand > TOUCHED) * held[:, None]).sum(axis=0),
+        saturated=((demand > TOUCHED) * interval[:, None]).sum(axis=0),
         excess_share=demand.max(axis=0),
     )
 
@@ -191,9 +191,9 @@ def _miss_remarks(run: Run, numbers: Summary) -> list[Remark]:
 def _collapse(run: Run) -> list[Remark]:
     """The joint that is farthest beyond everything planned, if the arm has given way."""
     tape = run.recording
-    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates])
+    revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates])
     beyond = np.maximum(tape.q_ref.min(axis=0) - tape.q, tape.q - tape.q_ref.max(axis=0))
-    share = beyond / np.where(turning, *GIVES_WAY)
+    share = beyond / np.where(revolute, *GIVES_WAY)
     if not share.max() > 1.0:
         return []
     joint = int(share.max(axis=0).argmax())
@@ -214,9 +214,11 @@ def _overload_remarks(run: Run) -> list[Remark]:
             "share": quantity(overload.share, "share"),
             "time": quantity(overload.time, "s"),
         }
-        if overload.held is not None:
-            details |= {"mass": quantity(overload.held.mass, "kg"), "part": visible(overload.held.name)}
-        found.append(Remark("failure", "job.cannot_hold" if overload.held is None else "job.cannot_hold_part", details))
+        if overload.carried is not None:
+            details |= {"mass": quantity(overload.carried.mass, "kg"), "part": visible(overload.carried.name)}
+        found.append(
+            Remark("failure", "job.cannot_hold" if overload.carried is None else "job.cannot_hold_part", details)
+        )
     return found
 
 

@@ -25,8 +25,8 @@ from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory, rest
 
-MOST_POSTURES = 6
-"""Other postures of which the lines that follow are tried."""
+MOST_CONFIGURATIONS = 6
+"""Other configurations of which the lines that follow are tried."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,7 +38,7 @@ class Leg:
         name: in the job, or empty.
         kind: joint, line, pick, place, pause or settle.
         trajectory: of the joints.
-        held: what the tool holds while it moves.
+        carried: what the tool carries while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
         task: what of that pose counts.
     """
@@ -47,7 +47,7 @@ class Leg:
     name: str
     kind: str
     trajectory: Trajectory
-    held: Grasp | None = None
+    carried: Grasp | None = None
     target: PoseMatrix | None = None
     task: Task = "pose"
 
@@ -79,7 +79,7 @@ def plan(
     Args:
         job: the job; its numbers fit the robot.
         robot: with its tool.
-        progress: told the share of moves done.
+        progress: called with the share of moves done.
         text: of the job file, for the lines of its moves.
     """
     planner = _Planner(job, robot, Places(text))
@@ -91,7 +91,7 @@ def plan(
 
 
 class _Planner:
-    """Walks through the moves, remembering where the robot is and what it holds."""
+    """Walks through the moves, remembering where the robot is and what it carries."""
 
     def __init__(self, job: Job, robot: Robot, places: Places) -> None:
         self.job = job
@@ -103,7 +103,7 @@ class _Planner:
         self.goals = Goals(robot)
         self.lines: dict[tuple[object, ...], Line] = {}
         self.legs: list[Leg] = []
-        self.held: Grasp | None = None
+        self.carried: Grasp | None = None
         self.q: JointVector = np.zeros(robot.n)
         self.origin = self.q
 
@@ -131,7 +131,7 @@ class _Planner:
         else:
             self.q = starting_place(self.robot)
             if given.pose is not None:
-                self.q = self.posture(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
+                self.q = self.configuration(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
         self.origin = self.q
 
     def add(self, index: int, move: Move) -> None:
@@ -141,10 +141,10 @@ class _Planner:
             self.append(index, name, "pause", rest(self.q, move.pause))
         elif move.pick is not None:
             self.append(index, name, "pick", rest(self.q, self.on_tick(move.hold)))
-            self.held = move.pick
+            self.carried = move.pick
         elif move.place:
             self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
-            self.held = None
+            self.carried = None
         elif move.pose is not None:
             self.reach(index, name, move, move.pose)
         else:
@@ -166,13 +166,13 @@ class _Planner:
             line = self.line(index, self.q, target)
             if isinstance(line, Refused):
                 raise line
-            trajectory, posture = line.trajectory, None
+            trajectory, configuration = line.trajectory, None
             self.remarks += slowed(self.robot, line, self.where(index))
         else:
-            posture = self.posture(index, goal, target)
-            trajectory = self.joint_motion(index, posture)
+            configuration = self.configuration(index, goal, target)
+            trajectory = self.joint_motion(index, configuration)
         self.append(index, name, move.path, trajectory, target, goal.task)
-        self.q = self.q if posture is None else posture
+        self.q = self.q if configuration is None else configuration
         self.goals.take(target, goal.task, self.q)
         self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
 
@@ -181,22 +181,22 @@ class _Planner:
         here = np.asarray(self.robot.forward_kinematics(q))
         return pose_matrix(goal, degrees=self.degrees, orientation=here[:3, :3])
 
-    def posture(self, index: int, goal: Goal, target: PoseMatrix) -> JointVector:
+    def configuration(self, index: int, goal: Goal, target: PoseMatrix) -> JointVector:
         """Where the joints go for a pose: as before for the same pose, nearby, or so that the lines after it run.
 
-        1. The posture in which the pose was taken before.
-        2. The posture near the present one, if the lines that follow from there are possible and not slowed.
-        3. Of other postures, the nearest that is better in that; the best one if none is good.
+        1. The configuration in which the pose was taken before.
+        2. The configuration near the present one, if the lines that follow from there are possible and not slowed.
+        3. Of other configurations, the nearest that is better in that; the best one if none is good.
         """
         known = self.goals.taken(target, goal.task)
         if known is not None:
             return known
         allowed = tolerances(self.job, self.robot, None if index < 0 else index)
-        nearest = self.goals.posture(target, goal.task, self.q, allowed, self.where(index))
+        nearest = self.goals.configuration(target, goal.task, self.q, allowed, self.where(index))
         best, least = nearest, self.trouble(index, nearest)
         if least <= SLOW:
             return nearest
-        for other in self.goals.others(target, goal.task, self.q)[:MOST_POSTURES]:
+        for other in self.goals.others(target, goal.task, self.q)[:MOST_CONFIGURATIONS]:
             trouble = self.trouble(index, other)
             if trouble < least:
                 best, least = other, trouble
@@ -258,7 +258,7 @@ class _Planner:
         target: PoseMatrix | None = None,
         task: Task = "pose",
     ) -> None:
-        self.legs.append(Leg(index, name, kind, trajectory, self.held, target, task))
+        self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task))
         if kind in ("joint", "line"):
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
 from mafsil.job.description import Job, Task
-from mafsil.job.fitting import turning
+from mafsil.job.fitting import revolute
 from mafsil.job.goals import FIXES
 from mafsil.job.remark import Level, Remark
 from mafsil.job.straight import Line
@@ -24,7 +24,7 @@ from mafsil.trajectory.path_task import path_error
 TIGHT = 0.02
 """Distance to a position limit, as share of the range, below which a remark is made."""
 SLOW = 2.0
-"""How many times as long as the tip's bounds ask for a line may take without other postures tried, or a warning."""
+"""How many times as long as the tip's bounds ask for a line may take before others are tried, or a warning."""
 NOTABLE = 1.5
 """Times SLOW: how much slower one place of a line has to be to be worth a remark of its own."""
 NEARLY = (1e-5, 1e-4)
@@ -50,9 +50,9 @@ def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Rema
 def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
     """A line that the joints slow down: where, which joint, how much."""
     slow = line.slowest
-    if slow is None or line.posture is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:
+    if slow is None or line.configuration is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:
         return []
-    turns = turning(robot)
+    units = ["rad" if angle else "m" for angle in revolute(robot)]
     details: dict[str, object] = {
         "move": where,
         "time": quantity(line.trajectory.duration, "s"),
@@ -61,7 +61,7 @@ def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
         "joint": visible(robot.joint_names[slow.joint]),
         "factor": digits(slow.factor),
         "margin": digits(line.margin),
-        "posture": ", ".join(quantity(q, "rad" if turn else "m") for q, turn in zip(line.posture, turns, strict=True)),
+        "configuration": ", ".join(map(quantity, line.configuration, units)),
     }
     level: Level = "warning" if line.factor > SLOW else "good"
     return [Remark(level, f"job.slow_line_{slow.quantity}", details)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -151,7 +151,7 @@ class _Reader:
             if name in NOT_YET and not path:
                 raise self.error(NOT_YET[name], here)
             if name not in known:
-                close = get_close_matches(name, known, n=_MOST_CLOSE, cutoff=0.55)
+                close: list[str] = get_close_matches(name, known, n=_MOST_CLOSE, cutoff=0.55)
                 key = "job.unknown_key_close" if close else "job.unknown_key"
                 raise self.error(key, here, close=", ".join(close), known=", ".join(known))
             for inner, place, part in _tables(value, _field_type(kind, name), here):
@@ -233,7 +233,11 @@ class _Reader:
             raise self.error("job.not_finite", path, value=value)
         if isinstance(value, float | int) and abs(value) > LARGEST_NUMBER and path[-1] != "seed":
             raise self.error("job.too_large_number", path, value=f"{value:g}", limit=f"{LARGEST_NUMBER:g}")
-        items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        items: Iterable[tuple[str | int, Any]] = ()
+        if isinstance(value, dict):
+            items = cast("dict[str, Any]", value).items()
+        elif isinstance(value, list):
+            items = enumerate(cast("list[Any]", value))
         for name, inner in items:
             self.refuse_not_finite(inner, (*path, name))
 
@@ -272,7 +276,7 @@ def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dic
             if isinstance(value, dict):
                 yield value, path, option
             elif isinstance(value, list) and get_origin(annotation) is tuple:
-                for k, item in enumerate(value):
+                for k, item in enumerate(cast("list[Any]", value)):
                     if isinstance(item, dict):
                         yield item, (*path, k), option
             return

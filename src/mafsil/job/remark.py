@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
+from mafsil.answer import Answer
+from mafsil.job.status import JobStatus
 from mafsil.messages import say
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
@@ -41,8 +43,8 @@ class Remark:
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
-    """An honest no: the job is well written, but the robot cannot do it.
+class Refusal(Answer):
+    """An honest no: the job is well written, but the robot cannot do it. False, and empty.
 
     Attributes:
         key: of the sentence.
@@ -51,6 +53,27 @@ class Refusal:
 
     key: str
     details: Mapping[str, object]
+
+    @property
+    def status(self) -> JobStatus:
+        """REFUSED."""
+        return JobStatus.REFUSED
+
+    def __bool__(self) -> bool:
+        return False
+
+    def __len__(self) -> int:
+        return 0
+
+    def __iter__(self) -> Iterator[Remark]:
+        return iter(())
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status, code of the sentence, and the sentence itself."""
+        return {"status": "refused", "complete": False, "code": self.key, "reason": self.explain()}
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
@@ -66,7 +89,7 @@ class Refused(Exception):
 
 
 def said(value: object, language: str | None) -> object:
-    """A fact of a sentence: a text `@area.name` is itself a key, an object that explains itself is asked to."""
+    """A detail of a sentence: a text `@area.name` is itself a key, an object that explains itself is asked to."""
     if isinstance(value, str) and value.startswith("@"):
         return say(value[1:], language=language)
     return value.explain(language=language) if isinstance(value, Explains) else value

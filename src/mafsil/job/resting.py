@@ -22,10 +22,10 @@ def resting_place(limits: JointLimits) -> JointVector:
 
 
 def starting_place(robot: Robot) -> JointVector:
-    """(n,) the resting place; the most regular of some bent postures around it where the arm is singular there.
+    """(n,) the resting place; the most regular of some bent configurations around it where the arm is singular there.
 
-    The postures bend neighbouring joints to one or to alternating sides, in the middle 70 % of their ranges; of equally
-    good ones the first, which is the nearest.
+    The configurations bend neighbouring joints to one or to alternating sides, in the middle 70 % of their ranges; of
+    equally good ones the first, which is the nearest.
     """
     q = resting_place(robot.limits)
     if robot.n == 0 or _margin(robot, q) >= REGULAR:
@@ -33,7 +33,7 @@ def starting_place(robot: Robot) -> JointVector:
     k = np.arange(robot.n)
     patterns = [(-1.0) ** (k // period + shift) for period in (1, 2, 3) for shift in (0, 1)]
     bent = [_inside(robot.limits, q + bend * pattern) for bend in BENDS for pattern in patterns]
-    return max([q, *bent], key=lambda posture: round(_margin(robot, posture), 9))
+    return max([q, *bent], key=lambda configuration: round(_margin(robot, configuration), 9))
 
 
 def _inside(limits: JointLimits, q: JointVector) -> JointVector:

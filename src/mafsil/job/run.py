@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.answer import Answer
 from mafsil.arrays import PoseMatrix
 from mafsil.job.description import Job
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
+from mafsil.job.status import JobStatus
 from mafsil.job.stretch import Driven
+from mafsil.messages import LANGUAGES
+from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 
+MOST_SHOWN = 20
+"""Remarks that are printed; the rest are counted."""
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Run:
-    """Everything that a report needs.
+
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Run(Answer):
+    """Everything that a report needs. True where the job was done without a failure; its items are its remarks.
 
     Attributes:
         job: what was asked.
@@ -44,3 +53,49 @@ class Run:
         """(rows, 4, 4) poses of the tip as it was and as it should be, in {s}."""
         forward = self.robot.forward_kinematics
         return np.asarray(forward(self.recording.q[rows])), np.asarray(forward(self.recording.q_ref[rows]))
+
+    @property
+    def status(self) -> JobStatus:
+        """How the job ended: by the gravest of its remarks."""
+        if self.stopped is not None:
+            return JobStatus.STOPPED
+        failed = any(remark.level == "failure" for remark in self.remarks)
+        return JobStatus.FAILED if failed else JobStatus.DONE
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.remarks)
+
+    def __iter__(self) -> Iterator[Remark]:
+        return iter(self.remarks)
+
+    def __repr__(self) -> str:
+        lines = self.explain().split("\n")
+        more = len(lines) - MOST_SHOWN
+        return "\n".join([*lines[:MOST_SHOWN], *([f"... + {more}"] if more > 0 else [])])
+
+    def explain(self, language: str | None = None) -> str:
+        """How the job ended, then a line for each remark."""
+        title = visible(self.job.title or self.robot.name)
+        first = self.status.sentence(language, title=title, duration=f"{self.recording.duration:.4g}")
+        return "\n".join([first, *(remark.sentence(language) for remark in self.remarks)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: status, length in time, and the remarks in every language; the numbers are in `recording`."""
+        return {
+            "status": self.status.name.lower(),
+            "complete": self.stopped is None,
+            "title": self.job.title,
+            "robot": self.robot.name,
+            "duration": self.recording.duration,
+            "findings": [
+                {
+                    "level": remark.level,
+                    "code": remark.key,
+                    "sentence": {language: remark.sentence(language) for language in LANGUAGES},
+                }
+                for remark in self.remarks
+            ],
+        }

@@ -24,7 +24,7 @@ from mafsil.robot import Robot
 
 
 class Watcher(Protocol):
-    """Told how far the work is."""
+    """Is called as the work goes on."""
 
     def enter(self, stage: str) -> None:
         """A stage begins: stage_robot, stage_planning, stage_simulating."""
@@ -46,7 +46,7 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
         job: what is asked.
         text: of its file, kept in the results.
         folder: to which the path of a robot file is relative.
-        watcher: told how far it is.
+        watcher: called as it goes on.
         source: name of the file, for errors.
 
     Returns:
@@ -82,25 +82,25 @@ def prepare(
 
 
 def equipped(job: Job, folder: Path) -> Robot:
-    """The robot of a job, with the joints that it holds and its tool.
+    """The robot of a job, with its locked joints and its tool.
 
     Raises:
-        MafsilError: no such robot, no such joint to hold, or it has links without mass.
+        MafsilError: no such robot, no such joint to lock, or it has links without mass.
     """
     source = folder / job.robot if Path(job.robot).suffix else job.robot
     mechanism = load_mechanism(source, tip=job.tool.link)
     if job.lock:
-        mechanism = mechanism.locked(_held(job, mechanism))
+        mechanism = mechanism.locked(_locked(job, mechanism))
     mechanism = with_tool(mechanism, job.tool, degrees=job.angles == "degrees")
     _require_masses(mechanism)
     return Robot(mechanism)
 
 
-def _held(job: Job, mechanism: Mechanism) -> dict[str, float]:
-    """Coordinates of the joints that the job holds [rad | m]."""
-    sliding = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
+def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
+    """Coordinates of the joints that the job locks [rad | m]."""
+    prismatic = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
     degree = pi / 180.0 if job.angles == "degrees" else 1.0
-    return {name: value if name in sliding else degree * value for name, value in job.lock.items()}
+    return {name: value if name in prismatic else degree * value for name, value in job.lock.items()}
 
 
 def _require_masses(mechanism: Mechanism) -> None:

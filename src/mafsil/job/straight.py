@@ -30,14 +30,14 @@ class Line:
         trajectory: of the joints.
         brisk: duration that the bounds of the tip alone would allow [s].
         slowest: where the joints ask for more time, and which of them; None where they do not.
-        posture: (n,) there [rad | m].
+        configuration: (n,) there [rad | m].
         margin: smallest singular value of the body Jacobian there.
     """
 
     trajectory: Trajectory
     brisk: float
     slowest: Slowest | None = None
-    posture: JointVector | None = None
+    configuration: JointVector | None = None
     margin: float = np.inf
 
     @property
@@ -94,9 +94,9 @@ def straight_line(
     if motion.duration <= brisk.duration * (1 + 1e-6):
         return Line(motion, brisk.duration)
     at = slowest(brisk, limits)
-    posture = np.asarray(joints.value.at(at.place).u)
-    margin = float(np.linalg.svd(robot.jacobian_body(posture), compute_uv=False)[-1])
-    return Line(motion, brisk.duration, at, posture, margin)
+    configuration = np.asarray(joints.value.at(at.place).u)
+    margin = float(np.linalg.svd(robot.jacobian_body(configuration), compute_uv=False)[-1])
+    return Line(motion, brisk.duration, at, configuration, margin)
 
 
 def too_fast(where: object, shortest: float) -> Refused:

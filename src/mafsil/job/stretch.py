@@ -20,13 +20,13 @@ class Stretch:
         start: in the time of the plan [s].
         first: index of its first leg.
         trajectory: of all its legs.
-        held: what the plan has in the tool.
+        carried: what the plan has in the tool.
     """
 
     start: float
     first: int
     trajectory: Trajectory
-    held: Grasp | None
+    carried: Grasp | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,15 +45,15 @@ class Driven:
 
     @property
     def carried(self) -> Grasp | None:
-        """What the tool really held."""
-        return self.stretch.held if self.gripped else None
+        """What the tool really carried."""
+        return self.stretch.carried if self.gripped else None
 
 
 def stretches(plan: Plan) -> Iterator[Stretch]:
     """The stretches of a plan, in order."""
     start, first = 0.0, 0
-    for _, group in groupby(plan.legs, key=lambda leg: id(leg.held)):
+    for _, group in groupby(plan.legs, key=lambda leg: id(leg.carried)):
         legs = list(group)
         whole = sequence(*(leg.trajectory for leg in legs))
-        yield Stretch(start, first, whole, legs[0].held)
+        yield Stretch(start, first, whole, legs[0].carried)
         start, first = start + whole.duration, first + len(legs)

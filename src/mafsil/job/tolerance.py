@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi, radians
+from typing import cast
 
 import numpy as np
 
@@ -40,8 +41,8 @@ def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
     )
     metres = POSITION if position is None else float(position)
     angle = ORIENTATION if orientation is None else degree * float(orientation)
-    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
     if isinstance(joints, tuple):
-        return Tolerances(metres, angle, np.array(joints) * np.where(turning, degree, 1.0))
+        return Tolerances(metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, 1.0))
     turn = angle if joints is None else degree * float(joints)
-    return Tolerances(metres, angle, np.where(turning, turn, metres))
+    return Tolerances(metres, angle, np.where(revolute, turn, metres))

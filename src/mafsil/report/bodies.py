@@ -1,4 +1,4 @@
-"""A robot's appearance as solids of the page, and the room that it takes."""
+"""A robot's appearance as solids of the page, and the space that they take."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Drawing:
             poses: (L, 4, 4) of the links in {s}.
         """
         solids = [tuple(solid for piece in of_link for solid in _solids(piece)) for of_link in self.pieces]
-        to_base = np.linalg.inv(poses[0])
+        to_base: Floats = np.linalg.inv(poses[0])
         for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
             solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
         names = self.mechanism.link_names

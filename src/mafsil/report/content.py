@@ -121,7 +121,7 @@ class Scene:
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class Details:
     """A titled list of label and value; `text` is shown word for word instead, if given."""
 
     title: str
@@ -168,4 +168,4 @@ class Page:
     findings: tuple[Finding, ...]
     steps: tuple[Step, ...]
     joint_table: Table
-    details: tuple[Facts, ...] = field(default=())
+    details: tuple[Details, ...] = field(default=())

@@ -20,7 +20,7 @@ from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
 from mafsil.report.bodies import Drawing, compact
-from mafsil.report.content import Body, Facts, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
+from mafsil.report.content import Body, Details, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
 
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 MOST_POSES = 60_000
@@ -142,8 +142,8 @@ def part_tracks(run: Run, moments: Floats) -> list[tuple[Body, Floats]]:
         goal = leg.trajectory.at(leg.trajectory.duration).u
         track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
         if k in taken:
-            begin = int(np.searchsorted(moments, starts[k + 1]))
-            end = len(moments) if until is None else int(np.searchsorted(moments, starts[until + 1]))
+            begin = int(np.searchsorted(moments, float(starts[k + 1])))
+            end = len(moments) if until is None else int(np.searchsorted(moments, float(starts[until + 1])))
             track[begin:end] = tips[begin:end]
             track[end:] = tips[min(end, len(tips)) - 1]
         found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track @ box_in_tip(grasp)))
@@ -294,15 +294,15 @@ def _share(value: float, limit: float) -> str:
     return f" ({digits(100 * value / limit)} %)" if np.isfinite(limit) and limit > 0 else ""
 
 
-def _details(run: Run, words: _Words) -> tuple[Facts, ...]:
+def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     origin = run.robot.mechanism.provenance
     robot = [(words("name"), run.robot.name), (words("source"), origin.source or words("unknown"))]
     robot += [(words("licence"), origin.licence)] if origin.licence else []
     robot += [(words("note"), note) for note in origin.notes]
     return (
-        Facts(words("robot"), tuple(robot), open=True),
-        Facts(words("job_file"), text=run.text),
-        Facts(words("versions"), tuple(versions().items())),
+        Details(words("robot"), tuple(robot), open=True),
+        Details(words("job_file"), text=run.text),
+        Details(words("versions"), tuple(versions().items())),
     )
 
 

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from mafsil.messages import say
 from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
-from mafsil.report.content import Facts, Figure, Finding, Step, Table
+from mafsil.report.content import Details, Figure, Finding, Step, Table
 
 _ARABIC = re.compile(r"[\u0600-\u06ff]")
 
@@ -62,7 +62,7 @@ def table(content: Table) -> str:
     return _html(root)
 
 
-def details(items: Iterable[Facts]) -> str:
+def details(items: Iterable[Details]) -> str:
     """Provenance, the job, versions: each under a heading that folds."""
     return _html(*(_details(item) for item in items))
 
@@ -86,7 +86,7 @@ def _figure(item: Figure) -> Element:
     return card
 
 
-def _details(item: Facts) -> Element:
+def _details(item: Details) -> Element:
     root = Element("details", {"open": "open"} if item.open else {})
     SubElement(root, "summary").text = visible(item.title)
     if item.text:

@@ -119,7 +119,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
     used, faces = np.unique(surface.faces, return_inverse=True)
     points = surface.vertices[used]
     low, high = points.min(axis=0), points.max(axis=0)
-    step = np.maximum((high - low) / 65535, 1e-12)
+    step: Floats = np.maximum((high - low) / 65535, 1e-12)
     wide = len(used) > 65536
     return {
         "low": low.tolist(),

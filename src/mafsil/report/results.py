@@ -19,7 +19,7 @@ from mafsil.job.arrival import goal_of
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
-from mafsil.messages import LANGUAGES, language
+from mafsil.messages import language
 from mafsil.messages.visible import visible
 from mafsil.model.diagnostics import shown
 from mafsil.report import contents, page
@@ -109,24 +109,18 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
     single = ("duration", "cycle", "tip_error", "tip_error_time", "tip_turn", "tip_turn_time", "energy")
     return {
         "format": FORMAT,
-        "title": run.job.title,
-        "robot": run.robot.name,
-        "complete": run.stopped is None,
+        **run.to_dict(),
         "verdict": contents.verdict(run).level,
         "numbers": {name: float(getattr(numbers, name)) for name in single},
         "joints": [
             {"name": joint} | {name: float(getattr(numbers, name)[k]) for name in per_joint}
             for k, joint in enumerate(names)
         ],
-        "findings": [
-            {"level": remark.level, "code": remark.key, "sentence": {code: remark.sentence(code) for code in LANGUAGES}}
-            for remark in run.remarks
-        ],
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {
             "step": run.job.simulation.step,
-            "method_asked": run.job.simulation.method,
+            "method_requested": run.job.simulation.method,
             "method": contents.method(run),
             "seconds": run.recording.metadata["seconds"],
         },

@@ -1,4 +1,4 @@
-"""All postures of an arm for one pose: one small picture for each branch, and all of them over each other."""
+"""All configurations of an arm for one pose: one small picture for each branch, and all of them over each other."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.picture_file import picture_file
-from mafsil.figures.planar_postures import draw_planar_postures, plane
+from mafsil.figures.planar_configurations import draw_planar_configurations, plane
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.robot import Robot, of_robot
 
 MOST = 24
-"""Postures in one picture; more would be too small to see."""
+"""Configurations in one picture; more would be too small to see."""
 
 _COLOURS = ("#2f6fd0", "#d9702a", "#2f9e57", "#7a4fb5", "#c2455d", "#16899a", "#9a7a16", "#5b6770")
 
 
 @of_robot
-def save_postures(
+def save_configurations(
     robot: Robot,
     q: ArrayLike,
     path: str | PathLike[str],
@@ -38,7 +38,7 @@ def save_postures(
     """Draw configurations that reach the same pose into a file; arms in a plane with the ring that their tip reaches.
 
     Args:
-        robot: whose postures they are.
+        robot: whose configurations they are.
         q: (k, n) configurations [rad | m].
         path: .png, .svg or .pdf.
         names: of the branches, one for each; numbers alone if None.
@@ -50,26 +50,26 @@ def save_postures(
     path = picture_file(path)
     rows = gate("q", q, (robot.n,), finite=True).reshape(-1, robot.n)
     if not len(rows):
-        raise InputError("pictures.no_postures", name="q")
+        raise InputError("pictures.no_configurations", name="q")
     labels = [""] * len(rows) if names is None else list(names)
     inside = np.ones(len(rows), np.bool_) if within is None else np.asarray(within, np.bool_)
     shown = slice(0, MOST)
     drawn = rows[shown], labels[shown], inside[shown], len(rows)
     if plane(robot) is None:
-        space.save(lambda: draw_postures(robot, *drawn), path)
+        space.save(lambda: draw_configurations(robot, *drawn), path)
     else:
-        space.save(lambda: draw_planar_postures(robot, *drawn, _COLOURS), path)
+        space.save(lambda: draw_planar_configurations(robot, *drawn, _COLOURS), path)
 
 
-def draw_postures(robot: Robot, q: Floats, names: Sequence[str], within: Any, count: int) -> Any:
-    """A matplotlib figure: all postures over each other first, then one panel for each.
+def draw_configurations(robot: Robot, q: Floats, names: Sequence[str], within: Any, count: int) -> Any:
+    """A matplotlib figure: all configurations over each other first, then one panel for each.
 
     Args:
-        robot: whose postures they are.
+        robot: whose configurations they are.
         q: (k, n).
         names: of the branches.
         within: (k,) whether they are within the limits.
-        count: number of postures that there are in all.
+        count: number of configurations that there are in all.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -95,7 +95,7 @@ def draw_postures(robot: Robot, q: Floats, names: Sequence[str], within: Any, co
         _floor(axes, points)
         # One cube for all panels, so that sizes compare.
         space.view(axes, points, zoom=1.35)
-        words = say("pictures.postures_all") if k == 0 else _words(k, names[k - 1])
+        words = say("pictures.configurations_all") if k == 0 else _words(k, names[k - 1])
         colour = space.INK if k == 0 else _COLOURS[(k - 1) % len(_COLOURS)]
         figure.text(
             place[0] + place[2] / 2,
@@ -106,7 +106,7 @@ def draw_postures(robot: Robot, q: Floats, names: Sequence[str], within: Any, co
             fontsize=9,
             color=colour,
         )
-    key = "pictures.postures" if bool(np.all(within)) else "pictures.postures_outside"
+    key = "pictures.configurations" if bool(np.all(within)) else "pictures.configurations_outside"
     space.title(figure, visible(say(key, robot=robot.name, count=count)), y=0.995)
     return figure
 

@@ -1,4 +1,4 @@
-"""Pictures of all postures: every branch has a panel, in both languages."""
+"""Pictures of all configurations: every branch has a panel, in both languages."""
 
 from pathlib import Path
 
@@ -8,25 +8,25 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
-from mafsil.figures import save_postures
-from mafsil.figures.planar_postures import draw_planar_postures, plane
-from mafsil.figures.postures import MOST, draw_postures
+from mafsil.figures import save_configurations
+from mafsil.figures.configurations import MOST, draw_configurations
+from mafsil.figures.planar_configurations import draw_planar_configurations, plane
 from mafsil.model.denavit_hartenberg import DHRow
 
 
-def test_every_posture_has_a_panel(tmp_path: Path) -> None:
+def test_every_configuration_has_a_panel(tmp_path: Path) -> None:
     robot = mf.load("puma560")
     T = robot.forward_kinematics(np.array([0.2, 0.3, -1.0, 0.5, 0.6, 0.3]))
     answer = mf.inverse_kinematics(robot, T)
     names = [branch.label() for branch in answer.branches]
-    figure = draw_postures(robot, answer.q, names, answer.within, len(answer))
+    figure = draw_configurations(robot, answer.q, names, answer.within, len(answer))
     assert len(figure.axes) == len(answer) + 1 == 9
     words = " ".join(text.get_text() for text in figure.texts)
     assert all(f"{k}:" in words for k in range(1, 9))
     for language in ("en", "ar"):
         mf.language(language)
         try:
-            save_postures(robot, answer.q, tmp_path / f"{language}.png", names, answer.within)
+            save_configurations(robot, answer.q, tmp_path / f"{language}.png", names, answer.within)
         finally:
             mf.language("en")
         assert (tmp_path / f"{language}.png").stat().st_size > 20_000
@@ -41,7 +41,7 @@ def test_arms_in_a_plane_are_drawn_in_it_with_their_reach(tmp_path: Path) -> Non
     answer = mf.inverse_kinematics(robot, T, task="position")
     assert len(answer) == 2
     names = [branch.label() for branch in answer.branches]
-    figure = draw_planar_postures(robot, answer.q, names, answer.within, 2, ["red", "blue"])
+    figure = draw_planar_configurations(robot, answer.q, names, answer.within, 2, ["red", "blue"])
     (axes,) = figure.axes
     assert {round(circle.get_radius(), 9) for circle in axes.patches} == {0.4, 1.6}
     r = float(np.linalg.norm(T[:2, 3]))
@@ -51,22 +51,22 @@ def test_arms_in_a_plane_are_drawn_in_it_with_their_reach(tmp_path: Path) -> Non
     assert [text for text in words if "elbow" in text] == [f"{k + 1}: {name}" for k, name in enumerate(names)]
     assert any(f"alpha$ = {alpha:.1f}" in text for text in words)
     assert any(f"beta$ = {beta:.1f}" in text for text in words)
-    save_postures(robot, answer.q, tmp_path / "two.png", names, answer.within)
-    save_postures(mf.load("planar3r"), np.zeros((1, 3)), tmp_path / "three.png")
+    save_configurations(robot, answer.q, tmp_path / "two.png", names, answer.within)
+    save_configurations(mf.load("planar3r"), np.zeros((1, 3)), tmp_path / "three.png")
 
 
-def test_same_postures_same_bytes(tmp_path: Path) -> None:
+def test_same_configurations_same_bytes(tmp_path: Path) -> None:
     robot = mf.load("planar2r")
     for name in ("first.svg", "second.svg"):
-        save_postures(robot, [[0.3, 0.5], [0.7, -0.5]], tmp_path / name)
+        save_configurations(robot, [[0.3, 0.5], [0.7, -0.5]], tmp_path / name)
     assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
 
 
 def test_many_and_none(tmp_path: Path) -> None:
     robot = mf.load("planar2r")
-    save_postures(robot, np.zeros((MOST + 5, 2)), tmp_path / "many.png")
-    with pytest.raises(InputError, match="posture"):
-        save_postures(robot, np.zeros((0, 2)), tmp_path / "none.png")
+    save_configurations(robot, np.zeros((MOST + 5, 2)), tmp_path / "many.png")
+    with pytest.raises(InputError, match="configuration"):
+        save_configurations(robot, np.zeros((0, 2)), tmp_path / "none.png")
 
 
 def test_the_command_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

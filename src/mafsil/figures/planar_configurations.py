@@ -1,4 +1,4 @@
-"""Postures of an arm in its plane: the annulus that its tip reaches, and the law of cosines where it has two links."""
+"""Configurations of an arm in its plane: the annulus that its tip reaches, the law of cosines for two links."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def plane(robot: Robot) -> Floats | None:
     return np.array([right, np.cross(axes[0], right)])
 
 
-def draw_planar_postures(
+def draw_planar_configurations(
     robot: Robot, q: Floats, names: Sequence[str], within: Any, count: int, colours: Sequence[str]
 ) -> Any:
-    """A matplotlib figure of all postures in the arm's plane.
+    """A matplotlib figure of all configurations in the arm's plane.
 
     Args:
         robot: whose `plane` there is.
         q: (k, n).
         names: of the branches.
         within: (k,) whether they are within the limits.
-        count: number of postures that there are in all.
-        colours: of the postures, taken in turn.
+        count: number of configurations that there are in all.
+        colours: of the configurations, taken in turn.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -76,10 +76,10 @@ def draw_planar_postures(
     axes.set_aspect("equal")
     axes.margins(0.04)
     axes.set_axis_off()
-    key = "pictures.postures" if bool(np.all(within)) else "pictures.postures_outside"
+    key = "pictures.configurations" if bool(np.all(within)) else "pictures.configurations_outside"
     space.title(figure, visible(say(key, robot=robot.name, count=count)), y=0.985)
-    told = say("pictures.reach_ring", inner=f"{annulus.inner:.4g}", outer=f"{annulus.outer:.4g}")
-    space.title(figure, visible(told), y=0.05, size=9.0)
+    caption = say("pictures.reach_ring", inner=f"{annulus.inner:.4g}", outer=f"{annulus.outer:.4g}")
+    space.title(figure, visible(caption), y=0.05, size=9.0)
     return figure
 
 
