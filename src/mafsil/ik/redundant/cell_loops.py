@@ -52,7 +52,7 @@ def fixed_values(code: Codes, first: Codes, second: Codes, values: Floats) -> No
     """
     for i in range(len(code)):
         if code[i] >= 0:
-            values[i] = plain(code[i], values[first[i]], values[second[i]])
+            values[i] = plain(code[i], values[int(first[i])], values[int(second[i])])
 
 
 class Limits(NamedTuple):

@@ -133,18 +133,18 @@ def evaluate(program: Program, radius: Floats, registers: Floats) -> None:
         if first[i] >= 0:
             x = registers[first[i]]
         else:
-            _spread(values[-1 - first[i]], one)
+            _spread(values[-1 - int(first[i])], one)
         if op < NEG or (op >= FMIN and op != NOT and op != SIGN and op != SQ):
             if second[i] >= 0:
                 y = registers[second[i]]
             elif op == MUL:
-                _scaled(x, values[-1 - second[i]], z)
+                _scaled(x, values[-1 - int(second[i])], z)
                 continue
             elif op in (ADD, SUB):
-                _shifted(x, values[-1 - second[i]] if op == ADD else -values[-1 - second[i]], z)
+                _shifted(x, values[-1 - int(second[i])] if op == ADD else -values[-1 - int(second[i])], z)
                 continue
             else:
-                _spread(values[-1 - second[i]], two)
+                _spread(values[-1 - int(second[i])], two)
         # 2.
         if op == ADD:
             for k in range(5):
