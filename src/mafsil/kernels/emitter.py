@@ -122,7 +122,7 @@ class Lanes:
         return self.fma(x, y, self.neg(z)) if self.text.fma else self.sub(self.mul(x, y), z)
 
     def fnma(self, x: str, y: str, z: str) -> str:
-        """Z - x*y."""
+        """z - x*y."""
         return self.fma(self.neg(x), y, z) if self.text.fma else self.sub(z, self.mul(x, y))
 
     def fnms(self, x: str, y: str, z: str) -> str:
@@ -175,7 +175,7 @@ class Lanes:
         return self.mask_op("xor", x, "true" if self.width == 1 else "splat (i1 true)")
 
     def select(self, mask: str, x: str, y: str) -> str:
-        """X in the lanes of the mask, y in the others."""
+        """x in the lanes of the mask, y in the others."""
         return self.text.let(f"select {self.mask} {mask}, {self.real} {x}, {self.real} {y}")
 
     def select_integers(self, mask: str, x: str, y: str) -> str:

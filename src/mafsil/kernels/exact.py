@@ -20,20 +20,20 @@ def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
 
 
 def ordered_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """X + y as a rounded sum and its error, exact, for |x| >= |y|."""
+    """x + y as a rounded sum and its error, exact, for |x| >= |y|."""
     total = lanes.add(x, y)
     return total, lanes.sub(y, lanes.sub(total, x))
 
 
 def two_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """X + y as a rounded sum and its error, exact, whichever is larger."""
+    """x + y as a rounded sum and its error, exact, whichever is larger."""
     total = lanes.add(x, y)
     part = lanes.sub(total, x)
     return total, lanes.add(lanes.sub(x, lanes.sub(total, part)), lanes.sub(y, part))
 
 
 def _halves(lanes: Lanes, x: str) -> tuple[str, str]:
-    """X as two numbers of 26 bits."""
+    """x as two numbers of 26 bits."""
     big = lanes.mul(x, lanes.const(134217729.0))
     upper = lanes.sub(big, lanes.sub(big, x))
     return upper, lanes.sub(x, upper)

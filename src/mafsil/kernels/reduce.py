@@ -216,36 +216,35 @@ _RULES: dict[str, Callable[..., int | None]] = {
     **{op: _even(op) for op in ("cos", "fabs")},
 }
 
-_FOLDS: dict[str, Callable[..., float]] = {
+_FOLDS_OF_ONE: dict[str, Callable[[float], float]] = {
     "neg": lambda x: -x,
+    "not": lambda x: x == 0.0,
+    "sqrt": math.sqrt,
+    "fabs": math.fabs,
+    "exp": math.exp,
+    "log": math.log,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "tanh": math.tanh,
+    "floor": math.floor,
+    "ceil": math.ceil,
+}
+_FOLDS_OF_TWO: dict[str, Callable[[float, float], float]] = {
     "add": lambda x, y: x + y,
     "sub": lambda x, y: x - y,
     "mul": lambda x, y: x * y,
     "div": lambda x, y: x / y,
-    "sqrt": math.sqrt,
-    "fabs": math.fabs,
+    "atan2": math.atan2,
     "lt": lambda x, y: x < y,
     "le": lambda x, y: x <= y,
     "eq": lambda x, y: x == y,
     "ne": lambda x, y: x != y,
-    "not": lambda x: x == 0.0,
     "and": lambda x, y: x != 0.0 and y != 0.0,
     "or": lambda x, y: x != 0.0 or y != 0.0,
-    **{
-        op: getattr(math, op)
-        for op in [
-            "exp",
-            "log",
-            "sin",
-            "cos",
-            "tan",
-            "asin",
-            "acos",
-            "atan",
-            "tanh",
-            "atan2",
-            "floor",
-            "ceil",
-        ]
-    },
 }
+_FOLDS: dict[str, Callable[..., float]] = {**_FOLDS_OF_ONE, **_FOLDS_OF_TWO}
+"""Operations on numbers alone; whoever raises is left to the machine, which answers with NaN or an infinity."""

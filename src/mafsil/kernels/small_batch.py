@@ -125,7 +125,8 @@ def few(signature: Signature) -> str:
 
 def _close(signature: Signature) -> str:
     """`%close`: whether the numbers of every row lie side by side."""
-    lines, known = [], "true"
+    lines: list[str] = []
+    known = "true"
     for k, port in enumerate(signature.inputs):
         if port.shape:
             lines.append(f"""  %side.at{k} = getelementptr i64, ptr %steps, i64 {signature.core_steps[k]}

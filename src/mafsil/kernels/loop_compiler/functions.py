@@ -4,46 +4,16 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from mafsil.kernels.loop_compiler.expressions import Expressions
+from mafsil.kernels.loop_compiler.headers import Header
 from mafsil.kernels.loop_compiler.values import (
-    ANNOTATIONS,
     INTEGER,
     OPERATIONS,
-    Kind,
     Value,
     constant,
     refused,
 )
-
-
-@dataclass(frozen=True)
-class Header:
-    """What callers of a function know.
-
-    Attributes:
-        name: of the function.
-        arguments: their names and types.
-        result: type of its result, or None.
-    """
-
-    name: str
-    arguments: Mapping[str, Kind]
-    result: Kind | None
-
-
-def header_of(node: ast.FunctionDef) -> Header:
-    """The types that a function's annotations say."""
-    result = None if node.returns is None or ast.unparse(node.returns) == "None" else _kind(node.returns)
-    return Header(node.name, {each.arg: _kind(each.annotation) for each in node.args.args}, result)
-
-
-def _kind(annotation: ast.expr | None) -> Kind:
-    name = "" if annotation is None else ast.unparse(annotation)
-    if name not in ANNOTATIONS:
-        raise refused(f"the annotation {name!r}")
-    return ANNOTATIONS[name]
 
 
 class Function(Expressions):
@@ -67,15 +37,15 @@ class Function(Expressions):
         self.loops: list[tuple[str, str]] = []
         self.statements: dict[type[ast.stmt], Callable[..., None]] = {
             ast.Expr: self.alone,
-            ast.Pass: lambda _node: None,
+            ast.Pass: self.nothing,
             ast.Assign: self.assignment,
             ast.AugAssign: self.change,
             ast.If: self.condition,
             ast.While: self.repetition,
             ast.For: self.count,
             ast.Return: self.result,
-            ast.Break: lambda _node: self.block.jump(self.loops[-1][1]),
-            ast.Continue: lambda _node: self.block.jump(self.loops[-1][0]),
+            ast.Break: self.leave,
+            ast.Continue: self.again,
         }
         for name, kind in self.header.arguments.items():
             self.assign(name, Value(kind, f"%a.{name}"))
@@ -103,6 +73,17 @@ class Function(Expressions):
             if translate is None:
                 raise refused(f"{self.header.name}: {ast.unparse(statement)}")
             translate(statement)
+
+    def nothing(self, _node: ast.Pass) -> None:
+        """`pass`."""
+
+    def leave(self, _node: ast.Break) -> None:
+        """`break`: on to what follows the innermost loop."""
+        self.block.jump(self.loops[-1][1])
+
+    def again(self, _node: ast.Continue) -> None:
+        """`continue`: on to the next round of the innermost loop."""
+        self.block.jump(self.loops[-1][0])
 
     def alone(self, node: ast.Expr) -> None:
         """A call whose result nobody wants, or a text."""
