@@ -24,12 +24,12 @@ ROBOT, SMALL = mf.load("panda"), mf.load("puma560")
 rng = np.random.default_rng(5)
 
 
-@pytest.fixture
 def _program(quantity: str) -> GridProgram:
     kernel = ROBOT.kernel(quantity)
     return device_program(kernel.signature, kernel.build)
 
 
+@pytest.fixture
 def library(monkeypatch: pytest.MonkeyPatch) -> FakeLibrary:
     """A computer with two stand-in devices."""
     return installed(monkeypatch, FakeLibrary(devices=2))

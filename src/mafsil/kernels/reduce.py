@@ -1,5 +1,12 @@
 """A smaller tape with the same values: constants folded, equal values shared, signs absorbed, products fused with sums.
 
+1. Every operation goes through the rules of its kind, once, operands first (`_Builder.emit`): constants are folded,
+   x + 0 and 1 x vanish, negations move outwards until something absorbs them, (c ? u : 0) + (not c ? v : 0) becomes one
+   choice. Equal operations on equal operands are one value.
+2. Sums of products are put in rows (`sums`), so that every product can be fused.
+3. Products are fused with their sums (`fusion`).
+4. The order is chosen for few registers (`schedule`).
+
 Every rewrite keeps the IEEE result of every operation, NaN and infinities included, but for three: the sign of a zero
 may change, a product fused with its sum is rounded once instead of twice, and sums of products may be taken in another
 order (`sums`), which keeps the bound of their rounding error.

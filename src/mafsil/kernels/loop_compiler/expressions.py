@@ -125,6 +125,7 @@ class Expressions:
 
     def logic(self, node: ast.BoolOp) -> Value:
         """`and` and `or` of conditions: what comes after the deciding one is not looked at."""
+        # found = part; if `and` and it is false, or `or` and it is true, goto decided; else on to the next part.
         found, after = self.block.cell(TRUTH), self.block.name("decided")
         for part in node.values:
             value = self.truth(part)

@@ -118,6 +118,7 @@ class Function(Expressions):
 
     def condition(self, node: ast.If) -> None:
         """`if` with or without `else`."""
+        # if (!test) goto else; then: body; goto after; else: orelse; after:
         yes, no, after = (self.block.name(stem) for stem in ("then", "else", "after"))
         self.block.branch(self.truth(node.test), yes, no)
         self.block.label(yes)
@@ -129,6 +130,7 @@ class Function(Expressions):
 
     def repetition(self, node: ast.While) -> None:
         """`while`."""
+        # while: if (!test) goto after; body: ...; goto while; after:
         test, body, after = (self.block.name(stem) for stem in ("while", "body", "after"))
         self.block.label(test)
         self.block.branch(self.truth(node.test), body, after)
@@ -139,6 +141,8 @@ class Function(Expressions):
 
     def count(self, node: ast.For) -> None:
         """`for` over a `range` with a positive step; its bounds are found once."""
+        # counter = first; for: if (counter >= last) goto after; body: name = counter; ...; next: counter += step; goto
+        # for; after: (The counter is a cell of its own: the body may give the name another value, as in Python.)
         given = [self.block.converted(self.value(each), INTEGER) for each in self.range_of(node.iter)]
         first, last = (given[0], given[1]) if len(given) > 1 else (constant(0), given[0])
         step = given[2] if len(given) == 3 else constant(1)
