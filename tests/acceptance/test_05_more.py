@@ -12,11 +12,11 @@ from mafsil.model.library import planar, textbook
 from mafsil.model.screw_table import representations
 from mafsil.performance import (
     LinkLoad,
-    greatest_speed,
     holding_torque,
     joint_reactions,
+    largest_speed,
+    least_joint_rate,
     rank_of_screws,
-    rate_effort,
     scaled_jacobian,
     singularity,
     velocity_ellipsoid,
@@ -107,14 +107,14 @@ def test_effort_along_a_direction():
     arm, q = mf.Robot(planar.planar2r(two["L"])), two["theta"]
     angles = np.radians(two["directions_deg"])
     along = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    near(case, [rate_effort(arm, q, u, "planar") for u in along], want["twoR_effort"])
-    near(case, [greatest_speed(arm, q, u, "planar") for u in along], want["twoR_speed"])
+    near(case, [least_joint_rate(arm, q, u, "planar") for u in along], want["twoR_effort"])
+    near(case, [largest_speed(arm, q, u, "planar") for u in along], want["twoR_speed"])
     six = given["sixR"]
     arm6 = mf.Robot.from_screws(six["S"], six["M"])
     assert six["M"][1][3] == pytest.approx(3 * six["L"])
     assert six["directions"].startswith("x,y,z of the fixed frame")
     assert six["part"] == "tip point"
-    near(case, [rate_effort(arm6, six["theta"], u) for u in np.eye(3)], want["sixR_effort"])
+    near(case, [least_joint_rate(arm6, six["theta"], u) for u in np.eye(3)], want["sixR_effort"])
     folded = given["folded"]
     for lengths in folded["L"]:
         key = ",".join(f"{x:g}" for x in lengths)

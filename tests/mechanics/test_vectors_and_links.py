@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import rotation, wrench
 from mafsil.geometry.turning_frame import point_acceleration, vector_rate
-from mafsil.performance import free_body, joint_torque
+from mafsil.performance import free_body_diagram, joint_torque
 
 RNG = np.random.default_rng(9)
 
@@ -140,20 +140,20 @@ def test_free_body_of_every_link():
     F_tip = RNG.normal(size=6)
     tau = robot.inverse_dynamics(q, qd, qdd, F_tip)
     for k, joint in enumerate(robot.mechanism.joints):
-        found = free_body(robot, joint.child, q, qd, qdd, F_tip)
+        found = free_body_diagram(robot, joint.child, q, qd, qdd, F_tip)
         assert found.residual < 1e-10
         assert np.abs(found.wrenches).max() > 1e-3
         own = found.wrenches[found.names.index(joint.name)]
         if joint.moves:
             assert joint.screw @ own == pytest.approx(tau[robot.joint_names.index(joint.name)], abs=1e-9)
         if k and joint.parent != robot.mechanism.links[0].name:
-            parent = free_body(robot, joint.parent, q, qd, qdd, F_tip)
+            parent = free_body_diagram(robot, joint.parent, q, qd, qdd, F_tip)
             T = np.linalg.inv(robot.link_poses(q)[robot.mechanism.parents[k]]) @ robot.link_poses(q)[k + 1]
             reaction = parent.wrenches[parent.names.index(joint.name)]
             np.testing.assert_allclose(wrench.transform(T, reaction), -own, atol=1e-9)
-    text = free_body(robot, robot.mechanism.tip, q, tip_wrench=F_tip).explain("en")
+    text = free_body_diagram(robot, robot.mechanism.tip, q, tip_wrench=F_tip).explain("en")
     assert "weight" in text
     assert "world at the tip" in text
-    assert free_body("panda", robot.mechanism.tip, q).explain("ar")
+    assert free_body_diagram("panda", robot.mechanism.tip, q).explain("ar")
     with pytest.raises(ModelError, match="nowhere"):
-        free_body(robot, "nowhere", q)
+        free_body_diagram(robot, "nowhere", q)

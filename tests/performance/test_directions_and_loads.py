@@ -16,14 +16,14 @@ from mafsil.performance import (
     LinkLoad,
     force_ellipsoid,
     generalized_force,
-    greatest_speed,
     holding_torque,
     jacobian_by_inspection,
     joint_torque,
+    largest_speed,
+    least_joint_rate,
     manipulability,
     pinned_arm,
     rank_of_screws,
-    rate_effort,
     symbolic_jacobian_by_inspection,
     task_coordinates,
     task_jacobian,
@@ -32,8 +32,8 @@ from mafsil.performance import (
     velocity_ellipsoid,
     virtual_work,
     work,
-    work_along,
 )
+from mafsil.performance.statics import work_along
 
 Q = np.array([0.3, -0.4, 0.25, 0.7, -0.5, 0.6])
 
@@ -43,28 +43,30 @@ Q = np.array([0.3, -0.4, 0.25, 0.7, -0.5, 0.6])
 def test_effort_is_the_least_rate(part):
     arm = mf.load("puma560")
     u = np.array([1.0, -2.0, 0.5])
-    effort = float(rate_effort(arm, Q, u, part))
-    assert float(rate_effort("puma560", Q, u, part)) == effort == float(rate_effort(arm.mechanism, Q, u, part))
+    effort = float(least_joint_rate(arm, Q, u, part))
+    assert (
+        float(least_joint_rate("puma560", Q, u, part)) == effort == float(least_joint_rate(arm.mechanism, Q, u, part))
+    )
     J = task_jacobian(arm, Q, "position" if part == "linear" else "orientation")
     least = np.linalg.lstsq(J, u / np.linalg.norm(u), rcond=None)[0]
     assert effort == pytest.approx(np.linalg.norm(least), rel=1e-10)
-    assert float(greatest_speed(arm, Q, u, part)) == pytest.approx(1 / effort)
+    assert float(largest_speed(arm, Q, u, part)) == pytest.approx(1 / effort)
     tip = np.array([0.1, -0.2, 0.3])
     if part == "linear":
-        assert float(rate_effort(arm, Q, u, part, point=tip)) != pytest.approx(effort, rel=1e-3)
+        assert float(least_joint_rate(arm, Q, u, part, point=tip)) != pytest.approx(effort, rel=1e-3)
     flat = mf.load("planar2r")
-    assert np.isinf(rate_effort(flat, [0.2, 0.0], [np.cos(0.2), np.sin(0.2)], "planar"))
-    assert greatest_speed(flat, [0.2, 0.0], [np.cos(0.2), np.sin(0.2)], "planar") == 0
+    assert np.isinf(least_joint_rate(flat, [0.2, 0.0], [np.cos(0.2), np.sin(0.2)], "planar"))
+    assert largest_speed(flat, [0.2, 0.0], [np.cos(0.2), np.sin(0.2)], "planar") == 0
     with pytest.raises(InputError, match=r"^direction: .*not zero"):
-        rate_effort(arm, Q, [0, 0, 0])
+        least_joint_rate(arm, Q, [0, 0, 0])
 
 
 @pytest.mark.capability("05-102", "05-85")
-def test_ellipsoids_of_arms_with_slides_say_that_the_unit_counts():
+def test_ellipsoids_of_arms_with_prismatic_joints_say_that_the_unit_counts():
     arm = mf.Robot(textbook.rrprrr(0.5, 0.3))
     found = velocity_ellipsoid(arm, Q)
     assert found.unit_dependent
-    assert found.slides == ("joint3",)
+    assert found.prismatic == ("joint3",)
     assert "joint3" in found.explain("en")
     assert found.explain("ar") != found.explain("en")
     in_mm = velocity_ellipsoid(arm, Q, length=1e-3)
@@ -252,7 +254,7 @@ def test_forward_kinematics_of_the_rows_that_count():
     r = task_coordinates(puma, Q, "orientation")
     np.testing.assert_allclose(rotation.exp(r), puma.forward_kinematics(Q)[:3, :3], atol=1e-14)
     for robot, rows in ((puma, [0, 3]), (puma, [2, 3])):
-        with pytest.raises(InputError, match="turns"):
+        with pytest.raises(InputError, match="rotations"):
             task_coordinates(robot, Q, rows)
 
 

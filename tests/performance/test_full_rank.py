@@ -20,7 +20,7 @@ from mafsil.performance import (
     total_wrench,
     workspace_map,
 )
-from mafsil.performance.screw_systems import canonical_system
+from mafsil.performance.singularities.screw_systems import canonical_system
 
 Z = [0.0, 0.0, 1.0]
 
@@ -61,7 +61,7 @@ def test_an_arm_that_never_reaches_full_rank_is_singular_everywhere():
         ([screw.from_axis(Z, [0, 0, 0]), screw.from_axis(Z, [1, 0, 0]), [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0]],
          "planar_motion"),
         ([[0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0.6, 0.8, 0], screw.from_axis([1, 1, 0], [0, 0, 1])],
-         "coplanar_slides"),
+         "coplanar_prismatic"),
         ([screw.from_axis(Z, [k, k * k, 0]) for k in range(4)], "parallel"),
     ],
 )  # fmt: skip
@@ -120,7 +120,7 @@ def test_four_parallel_axes_of_a_ur_wrist():
     assert cause.case == "parallel"
     assert cause.number == "III"
     assert cause.joints == (1, 2, 3, 5)
-    assert "slide" not in found.explain("en")
+    assert "prismatic" not in found.explain("en")
     np.testing.assert_allclose(cause.rates[[0, 4]], 0, atol=1e-9)
 
 
@@ -199,9 +199,9 @@ def test_a_total_wrench_is_about_its_point():
             total_wrench(f, p)
 
 
-def test_the_range_of_an_endless_slide_is_asked_for():
+def test_the_range_of_an_unlimited_prismatic_joint_is_asked_for():
     arm = mf.load("scara_rrrp")
-    with pytest.raises(InputError, match="slide joint4"):
+    with pytest.raises(InputError, match="prismatic joint joint4"):
         workspace_map(arm, 1000, view="xy")
     found = workspace_map(arm, 20_000, view="xz", ranges={"joint4": (0.1, 0.3)})
     assert found.given == {"joint4": (0.1, 0.3)}

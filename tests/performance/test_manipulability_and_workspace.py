@@ -11,14 +11,14 @@ from mafsil.errors import InputError
 from mafsil.model.library import planar
 from mafsil.performance import (
     characteristic_length,
+    dexterous_annuli,
     ellipsoid_of,
     force_ellipsoid,
     isotropic_configurations,
     jacobian_hessian,
     manipulability,
     manipulability_gradient,
-    planar_dexterous,
-    planar_reach,
+    reachable_annulus,
     task_jacobian,
     tool_jacobian,
     velocity_ellipsoid,
@@ -106,7 +106,7 @@ def test_search_for_isotropic_configurations():
 @pytest.mark.parametrize("lengths", [(1.0, 0.6), (1.0, 1.0), (1.0, 0.5, 0.2)])
 def test_planar_workspace_is_its_ring(lengths):
     arm = mf.Robot(planar.planar2r(lengths) if len(lengths) == 2 else planar.planar3r(lengths))
-    found, ring = workspace_map(arm, 300_000, view="xy"), planar_reach(lengths)
+    found, ring = workspace_map(arm, 300_000, view="xy"), reachable_annulus(lengths)
     area, error = found.volume()
     assert abs(area - ring.area) < error < 0.1 * area
     voids = found.voids()
@@ -123,13 +123,13 @@ def test_planar_workspace_is_its_ring(lengths):
 
 @pytest.mark.capability("05-88")
 def test_dexterous_ring_of_a_planar_3r():
-    assert planar_dexterous((1.0, 0.8, 0.1))[-1].outer == pytest.approx(1.7)
-    assert planar_dexterous((1.0, 0.2, 0.5)) == ()
-    assert len(planar_dexterous((1.0, 0.8, 0.5))) == 2
+    assert dexterous_annuli((1.0, 0.8, 0.1))[-1].outer == pytest.approx(1.7)
+    assert dexterous_annuli((1.0, 0.2, 0.5)) == ()
+    assert len(dexterous_annuli((1.0, 0.8, 0.5))) == 2
     rng = np.random.default_rng(0)
     for _ in range(40):
         L = rng.uniform(0.1, 1.0, 3)
-        rings, first_two = planar_dexterous(L), planar_reach(L[:2])
+        rings, first_two = dexterous_annuli(L), reachable_annulus(L[:2])
         r = rng.uniform(0, 2.5, 400)
         angle = np.linspace(0, 2 * np.pi, 721)
         wrist = np.stack(
@@ -188,6 +188,6 @@ def test_maps_that_make_no_sense():
         _ = workspace_map(robot, 10).dexterity
     for wrong in ([-1.0, 1.0], []):
         with pytest.raises(InputError, match="not lengths"):
-            planar_reach(wrong)
+            reachable_annulus(wrong)
     with pytest.raises(InputError):
-        planar_dexterous([1.0, 1.0])
+        dexterous_annuli([1.0, 1.0])

@@ -1,4 +1,4 @@
-"""Singular configurations: invariance, the five cases built on purpose, factored determinants, atlases."""
+"""Singular configurations: invariance, the five cases built on purpose, factored determinants, loci."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from mafsil.performance import (
     is_singular,
     singular_values,
     singularity,
-    singularity_atlas,
+    singularity_locus,
     task_jacobian,
 )
 
@@ -48,7 +48,7 @@ def places(count):
 
 
 def built(*axes):
-    """A 6-joint arm whose axes at zero include (direction, point), or (direction,) for a slide; others are random."""
+    """A 6-joint arm whose axes at zero include (direction, point), or (direction,) if prismatic; others are random."""
     rng = np.random.default_rng(4)
     columns = [screw.from_axis(rng.normal(size=3), rng.normal(size=3)) for _ in range(6)]
     for k, axis in zip(places(len(axes)) if axes else (), axes, strict=True):
@@ -68,10 +68,10 @@ BUILT = {
     "coplanar": [(U, C), (W, C + U), (U + W, C - 2 * W), (U - 2 * W, C + 3 * U)],
     "one_line": [(v, C + k * N) for k, v in enumerate([X, Y, Z, X + Y, Y - 2 * Z, X + 3 * Z])],
     "pencil": [(U, C), (W, C), (U + W, C)],
-    "parallel_slides": [(N,), (-N,)],
-    "coplanar_slides": [(U,), (W,), (U + W,)],
-    "slide_across": [(N, C), (N, C + U), (W,)],
-    "coplanar_slide": [(U, C), (W, C + U), (U + W, C - 2 * W), (N,)],
+    "parallel_prismatic": [(N,), (-N,)],
+    "coplanar_prismatic": [(U,), (W,), (U + W,)],
+    "prismatic_across": [(N, C), (N, C + U), (W,)],
+    "coplanar_prismatic_normal": [(U, C), (W, C + U), (U + W, C - 2 * W), (N,)],
     "planar_motion": [(N, C), (N, C + U), (U,), (W + U,)],
     "one_plane_of_directions": [(v, p) for v, p in zip(
         [U, W, U + W, U - W, 2 * U + W, U - 3 * W], np.random.default_rng(1).normal(size=(6, 3)), strict=True)],
@@ -108,12 +108,12 @@ def test_nearly_collinear_is_not_singular(miss):
 @pytest.mark.parametrize("name", SQUARE)
 def test_lost_twists_and_carried_wrenches(name):
     robot = mf.load(name)
-    atlas = singularity_atlas(robot, samples=6)
-    for family in atlas.families:
-        if family.empty or atlas.determinant.task != "pose":
+    locus = singularity_locus(robot, samples=6)
+    for component in locus.components:
+        if component.empty or locus.determinant.task != "pose":
             continue
-        found = singularity(robot, family.samples[0], tolerance=1e-5)
-        J = robot.jacobian_space(family.samples[0])
+        found = singularity(robot, component.samples[0], tolerance=1e-5)
+        J = robot.jacobian_space(component.samples[0])
         np.testing.assert_allclose(found.wrenches @ J, 0, atol=1e-5)
         assert len(found.lost_twists) == found.generic_rank - found.rank
         for V in found.lost_twists:
@@ -167,24 +167,24 @@ def test_another_road_to_the_determinant(name):
 
 @pytest.mark.capability("05-79")
 @pytest.mark.parametrize("name", SQUARE)
-def test_atlas(name):
+def test_singularity_locus(name):
     robot = mf.load(name)
-    atlas = singularity_atlas(robot, samples=24)
-    assert atlas.verified
-    assert all(len(family.samples) == 24 for family in atlas.families)
-    assert name in atlas.explain("en")
-    assert atlas.explain("ar") != atlas.explain("en")
+    locus = singularity_locus(robot, samples=24)
+    assert locus.verified
+    assert all(len(component.samples) == 24 for component in locus.components)
+    assert name in locus.explain("en")
+    assert locus.explain("ar") != locus.explain("en")
 
 
 @pytest.mark.capability("05-79")
-def test_atlas_names_what_books_name():
-    puma = singularity_atlas(mf.load("elbow6r"))
-    conditions = {family.condition for family in puma.families}
+def test_singularity_locus_names_what_books_name():
+    puma = singularity_locus(mf.load("elbow6r"))
+    conditions = {component.condition for component in puma.components}
     assert conditions == {"-cos(q2) - cos(q2 + q3) = 0", "q3 = 0, pi", "q5 = 0, pi"}
     arm = determinant_factors(mf.load("arm6r", tip=None))
     assert {f.form.text() for f in arm.factors} == {"sin(q5) + sin(q4 + q5)", "sin(q4)", "cos(q2)"}
-    ur = singularity_atlas(mf.load("ur5e"))
-    assert {family.condition for family in ur.families} >= {"q3 = 0, pi", "q5 = 0, pi"}
+    ur = singularity_locus(mf.load("ur5e"))
+    assert {component.condition for component in ur.components} >= {"q3 = 0, pi", "q5 = 0, pi"}
 
 
 @pytest.mark.capability("05-70")
@@ -206,7 +206,7 @@ def test_generic_arms_do_not_split():
     assert form.joints == (1, 2, 3, 4), "neither base nor tool side matters"
     assert "does not split" in found.explain("en")
     assert len(found.explain("en")) < 1000
-    assert singularity_atlas(arm, samples=10).verified
+    assert singularity_locus(arm, samples=10).verified
     assert characteristic_length(arm) > 0
 
 

@@ -248,7 +248,7 @@ def test_largest_force_and_payload_stand_at_a_limit():
     tau = robot.gravity_torque(q) + joint_torque(robot, q, lifted, given_in="space")
     share = np.abs(tau) / robot.limits.effort
     np.testing.assert_allclose(share.max(axis=1), 1.0, rtol=1e-10)
-    np.testing.assert_array_equal(share.argmax(axis=1), load.joint)
+    np.testing.assert_array_equal(share.argmax(axis=1), load.limiting_joint)
     shape = force_polytope(robot, q[0])
     for direction in ([0, 0, 1.0], [1.0, 0, 0], [0.6, 0, -0.8]):
         reach = largest_force(robot, q[0], direction).largest

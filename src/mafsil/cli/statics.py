@@ -15,7 +15,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import wrench as wrenches
 from mafsil.messages import say
 from mafsil.performance import TipWrench, joint_reactions, joint_torque, tip_wrench
-from mafsil.performance.reactions import JointReactions
+from mafsil.performance.statics.reactions import JointReactions
 from mafsil.robot import Robot, load
 
 _COMPONENTS = ("mx", "my", "mz", "fx", "fy", "fz")

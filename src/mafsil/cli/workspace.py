@@ -13,7 +13,7 @@ from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.cli.table import brief, table
 from mafsil.messages import say
 from mafsil.performance import WorkspaceMap, workspace_map
-from mafsil.performance.workspace import View
+from mafsil.performance.workspace.maps import View
 from mafsil.robot import Robot, load
 
 SAMPLES = 300_000

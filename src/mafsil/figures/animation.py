@@ -15,7 +15,7 @@ from mafsil.figures import space
 from mafsil.geometry import pose
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_link import four_motions
-from mafsil.performance.scaling import require_one
+from mafsil.performance.velocity.scaling import require_one
 from mafsil.robot import Robot
 
 PER_MOTION = 12

@@ -1,4 +1,4 @@
-"""Postures of an arm in its plane: the ring that its tip reaches, and the law of cosines where it has two links."""
+"""Postures of an arm in its plane: the annulus that its tip reaches, and the law of cosines where it has two links."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mafsil.figures import space
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind
-from mafsil.performance import planar_reach
+from mafsil.performance import reachable_annulus
 from mafsil.robot import Robot
 
 PARALLEL = 1e-9
@@ -59,8 +59,8 @@ def draw_planar_postures(
     axes: Any = figure.add_axes((0.03, 0.06, 0.94, 0.86))
     corners = [_corners(robot, row) for row in q]
     lengths = np.linalg.norm(np.diff(corners[0], axis=0), axis=1)
-    ring = planar_reach(lengths)
-    _ring(axes, corners[0][0], ring.inner, ring.outer)
+    annulus = reachable_annulus(lengths)
+    _ring(axes, corners[0][0], annulus.inner, annulus.outer)
     for k, (points, name) in enumerate(zip(corners, names, strict=True)):
         colour = colours[k % len(colours)]
         line = "-" if within[k] else (0, (3, 2))
@@ -78,7 +78,7 @@ def draw_planar_postures(
     axes.set_axis_off()
     key = "pictures.postures" if bool(np.all(within)) else "pictures.postures_outside"
     space.title(figure, visible(say(key, robot=robot.name, count=count)), y=0.985)
-    told = say("pictures.reach_ring", inner=f"{ring.inner:.4g}", outer=f"{ring.outer:.4g}")
+    told = say("pictures.reach_ring", inner=f"{annulus.inner:.4g}", outer=f"{annulus.outer:.4g}")
     space.title(figure, visible(told), y=0.05, size=9.0)
     return figure
 

@@ -14,7 +14,7 @@ from mafsil.figures.performance_sheet import INK, SOFT, flat_axes, label, save, 
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import direction
 from mafsil.performance import DeterminantFactors, determinant_factors, workspace_map
-from mafsil.performance.scaling import ranges, require_one, sliding_joints
+from mafsil.performance.velocity.scaling import prismatic_joints, ranges, require_one
 from mafsil.robot import Robot, of_robot
 
 _COLOURS = ("#c4312c", "#2f6fd0", "#2f9e57", "#8a4fb5", "#d9702a", "#39424a")
@@ -86,7 +86,7 @@ def _busiest(determinant: DeterminantFactors, n: int) -> tuple[int, int]:
 
 def _background(axes: Any, robot: Robot, flat: bool, drawn: Mapping[int, Floats]) -> None:
     """What the tip reaches at all, in grey; slides without limits within the drawn range, or where they stand."""
-    endless = sliding_joints(robot) & (np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper))
+    endless = prismatic_joints(robot) & (np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper))
     given = {name: (float(drawn[k][0]), float(drawn[k][-1])) for k, name in enumerate(robot.joint_names) if endless[k]}
     workspace = workspace_map(robot, 200_000, view="xy" if flat else "radial", ranges=given)
     x, y = workspace.centres(0), workspace.centres(1)

@@ -15,7 +15,7 @@ from mafsil.geometry import screw
 from mafsil.messages import say
 from mafsil.model.dh_link import link_fit
 from mafsil.performance import LinkLoad, joint_reactions, tool_jacobian
-from mafsil.performance.scaling import require_one
+from mafsil.performance.velocity.scaling import require_one
 from mafsil.robot import Robot
 
 REACH = 1.15

@@ -1,0 +1,190 @@
+"""The full search, block by block: attempts, check, second attempts, preferred configurations, and a status for all."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil import threads
+from mafsil.arrays import Floats, JointVector
+from mafsil.ik.numerical import block_loops as columns
+from mafsil.ik.numerical import search_loops as loops
+from mafsil.ik.numerical.exact_starts import exact_starts
+from mafsil.ik.numerical.fast_search import BLOCK
+from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
+from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.search import Plan, cached_plan
+from mafsil.ik.status import CODES, IKStatus
+
+FREE_RESTARTS = 7
+"""Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
+
+EXACT_FROM = 8
+"""Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
+asked for by those who want the solution near their own start, or none."""
+
+
+class FullSearch:
+    """Poses, and the report that their answers go to: second looks, posture goals, time limits, and reasons.
+
+    Args:
+        plan: of the search.
+        wanted: (k, 16) poses.
+        first: (k, n) starts, or (0, n).
+        goal: null-space goal.
+        restarts: how many more starts are tried after the first.
+        deadline: of `perf_counter`.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        wanted: Floats,
+        first: JointVector,
+        goal: PreferredConfiguration | None,
+        restarts: int,
+        deadline: float,
+    ) -> None:
+        self.plan, self.first, self.goal, self.restarts, self.deadline = plan, first, goal, restarts, deadline
+        self.wanted, self.count = wanted, len(wanted)
+        self.report = np.full((self.count, columns.CONFIGURATION + plan.problem.robot.n), np.nan)
+        self.codes = np.empty(self.count, np.int8)
+        self.worst: dict[int, str] = {}
+
+    def run(self) -> None:
+        """Solve all poses, on all cores where there are several blocks."""
+        blocks = -(-self.count // BLOCK)
+        threads.run(self.block, blocks, threads.available() if blocks > 1 else 1)
+
+    def block(self, index: int) -> None:
+        """Solve one block of poses."""
+        rows = slice(index * BLOCK, min((index + 1) * BLOCK, self.count))
+        first, problem = self.first[rows], self.plan.problem
+        T, distance = self.plan.clean(self.wanted[rows])
+        valid = distance >= 0.0
+        # Poses whose place is proven out of reach.
+        beyond = (distance > problem.reach[1] * (1.0 + 1e-12)) & self.plan.task.all_positions
+        allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * valid
+        best, records = self.plan.run(T, first, allowed, deadline=self.deadline)
+        unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
+        best[unseen, :-1] = np.clip(first[unseen] if len(first) else problem.middle, problem.lower, problem.upper)
+        winner = records[:, loops.WINNER]
+        self._wind(best, rows)
+        found = self.plan.checked(best, T)
+        if (found[3] != 1).any():
+            self._again(best, records, T, found[3] == 1, allowed)
+            self._wind(best, rows)
+            found = self.plan.checked(best, T)
+            self._exact(best, records, T, found[3] == 1, rows)
+            self._wind(best, rows)
+            found = self.plan.checked(best, T)
+        if self.goal is not None:
+            approached(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
+            found = self.plan.checked(best, T)
+        out, rotation, position, good = found
+        report = self.report[rows]
+        report[:, columns.ROTATION], report[:, columns.POSITION] = rotation, position
+        report[:, columns.DISTANCE], report[:, columns.ITERATIONS] = distance, records[:, loops.STEPS]
+        report[:, columns.ATTEMPTS] = np.where(winner >= 0, winner + 1, records[:, loops.STARTED])
+        report[:, columns.REACHED : columns.CONFIGURATION] = out
+        report[:, columns.CONFIGURATION :] = best[:, :-1]
+        report[~valid, columns.REACHED :] = report[~valid, : columns.ITERATIONS] = np.nan
+        self._verdicts(rows, T, good == 1, beyond, valid, records)
+
+    def _near(self, rows: slice) -> JointVector:
+        """(k, n) or (1, n) what solutions are wound to: the initial guess, the preferred configuration or zero."""
+        if len(self.first):
+            return self.first[rows]
+        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).q
+
+    def _wind(self, best: Floats, rows: slice) -> None:
+        """Whole turns of the joints."""
+        self.plan.wind(best, self._near(rows))
+
+    def _again(
+        self,
+        best: Floats,
+        records: NDArray[np.int64],
+        T: Floats,
+        good: NDArray[np.bool_],
+        allowed: NDArray[np.int64],
+    ) -> None:
+        """Rows that the check refused: trusted steps are looked at, and misses go on to the nearest configuration."""
+        winner = loops.WINNER
+        refused = np.flatnonzero(~good & (records[:, winner] >= 0))
+        if len(refused):
+            new, again = self.plan.run(
+                T[refused], best[refused, :-1].copy(), allowed[refused], trust=False, deadline=self.deadline
+            )
+            best[refused] = new
+            records[refused, winner] = np.where(again[:, winner] < 0, -1, records[refused, winner] + again[:, winner])
+        missed = np.flatnonzero((records[:, winner] < 0) & (records[:, loops.STARTED] > 0))
+        if len(missed) and perf_counter() < self.deadline:
+            once = np.ones(len(missed), np.int64)
+            new, again = self.plan.run(T[missed], best[missed, :-1].copy(), once, trust=False, patient=True)
+            # Of poses so far away that their squares overflow nothing is seen.
+            best[missed] = np.where(np.isfinite(new), new, best[missed])
+            records[missed, winner] = np.where(again[:, winner] < 0, -1, records[missed, loops.STARTED] - 1)
+
+    def _exact(self, best: Floats, records: NDArray[np.int64], T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
+        """Rows that the search missed: the arm's closed form is asked, where it has one, and its branches are tried."""
+        begun = records[:, loops.STARTED]
+        missed = np.flatnonzero(~good & (begun >= EXACT_FROM))
+        if not len(missed) or perf_counter() >= self.deadline:
+            return
+        near = self._near(rows)
+        starts = exact_starts(self.plan.problem, self.plan.task, T[missed], near if len(near) == 1 else near[missed])
+        if starts is None:
+            return
+        open_rows, branch = np.nonzero(np.isfinite(starts).all(axis=-1))
+        tried = missed[open_rows]
+        once = np.ones(len(tried), np.int64)
+        new, again = self.plan.run(T[tried], starts[open_rows, branch], once, trust=False)
+        # In the order of the branches, the nearest last: it is the one that stays.
+        for k in np.flatnonzero(again[:, loops.WINNER] >= 0)[::-1]:
+            row = tried[k]
+            best[row] = new[k]
+            records[row, loops.WINNER], records[row, loops.STEPS] = begun[row], again[k, loops.STEPS]
+
+    def _verdicts(
+        self,
+        rows: slice,
+        T: Floats,
+        good: NDArray[np.bool_],
+        beyond: NDArray[np.bool_],
+        valid: NDArray[np.bool_],
+        records: NDArray[np.int64],
+    ) -> None:
+        """A status for every row, from the check and what is proven."""
+        codes = self.codes[rows]
+        codes[:] = CODES[IKStatus.SOLVED]
+        if good.all():
+            return
+        begun = records[:, loops.STARTED]
+        codes[~good] = CODES[IKStatus.BUDGET_SPENT]
+        if perf_counter() >= self.deadline:
+            codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]
+        codes[~good & beyond] = CODES[IKStatus.OUT_OF_REACH]
+        codes[~valid] = CODES[IKStatus.NOT_A_POSE]
+        self._beyond_limits(rows.start, T, codes)
+        if self.plan.task.dimension > self.plan.problem.robot.n:
+            codes[codes == CODES[IKStatus.BUDGET_SPENT]] = CODES[IKStatus.FEW_JOINTS]
+
+    def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
+        """For poses not found: whether they can be reached without limits, and which joint leaves them most."""
+        rows = np.flatnonzero(codes == CODES[IKStatus.BUDGET_SPENT])
+        problem = self.plan.problem
+        if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
+            return
+        free = cached_plan(problem_of(problem.part.whole, problem.part.asked, False), self.plan.task, 0)
+        T = T_sd[rows]
+        allowed = np.full(len(rows), FREE_RESTARTS + 1)
+        best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)
+        free.wind(best, problem.middle[None])
+        good = free.checked(best, T)[3] == 1
+        excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
+        for row, q_excess in zip(rows[good], excess[good], strict=True):
+            codes[row] = CODES[IKStatus.BEYOND_LIMITS]
+            self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]

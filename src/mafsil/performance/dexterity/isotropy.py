@@ -1,0 +1,114 @@
+"""Search for isotropic configurations: those in which every direction of the task is equally easy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.messages import say
+from mafsil.performance.dexterity.manipulability import jacobian_hessian
+from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
+from mafsil.performance.velocity.tasks import Task
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
+from mafsil.solvers.least_squares import damped_step
+
+ISOTROPIC = 1e-8
+"""Condition number minus one below which a configuration counts as isotropic."""
+
+
+@dataclass(frozen=True, eq=False)
+class IsotropySearch:
+    """What a search found.
+
+    Attributes:
+        q: (k, n) the best configuration first; all that are isotropic and different, or one [rad | m].
+        condition: (k,) largest over smallest singular value.
+        starts: how many were tried.
+    """
+
+    q: JointVector
+    condition: Floats
+    starts: int
+
+    @property
+    def found(self) -> bool:
+        """Whether there is an isotropic configuration among them."""
+        return bool(self.condition[0] - 1.0 < ISOTROPIC)
+
+    def explain(self, language: str | None = None) -> str:
+        """The answer in a sentence."""
+        key = "isotropy_found" if self.found else "isotropy_none"
+        details = {"count": len(self.q), "starts": self.starts, "condition": float(self.condition[0])}
+        return say(f"performance.{key}", language=language, **details)
+
+
+@of_robot
+def isotropic_configurations(
+    robot: Robot,
+    task: Task = "position",
+    *,
+    length: float | None = None,
+    starts: int = 128,
+    iterations: int = 80,
+    seed: int = 3,
+) -> IsotropySearch:
+    """Configurations within the limits whose Jacobian has equal singular values, by damped least squares.
+
+    Solves J J' / mean(sigma^2) = I from many starts at once.
+
+    Args:
+        robot: the arm.
+        task: rows that count.
+        length: [m] that divides translations; the characteristic length if None.
+        starts: random starts.
+        iterations: steps from each.
+        seed: of the starts.
+    """
+    lower, upper = ranges(robot)
+    q = random_configurations(robot, starts, seed)
+    damping = np.full(starts, 1e-2)
+    residual, slope = _residual(robot, q, task, length)
+    for _ in range(iterations):
+        trial = np.clip(q - damped_step(slope, residual, damping), lower, upper)
+        after, slope_after = _residual(robot, trial, task, length)
+        better = (after**2).sum(axis=-1) < (residual**2).sum(axis=-1)
+        q, residual = np.where(better[:, None], trial, q), np.where(better[:, None], after, residual)
+        slope = np.where(better[:, None, None], slope_after, slope)
+        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-14, 1e6)
+    s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
+    condition = s[:, 0] / np.maximum(s[:, -1], 1e-300)
+    order = np.argsort(condition)
+    good = [k for k in order if condition[k] - 1.0 < ISOTROPIC] or [order[0]]
+    kept = _different(q, good)
+    return IsotropySearch(q[kept], condition[kept], starts)
+
+
+def _residual(robot: Robot, q: Floats, task: Task, length: float | None) -> tuple[Floats, Floats]:
+    """Entries of J J' / mean - I above and on the diagonal, and their derivatives by q."""
+    scaled = scaled_jacobian(robot, q, task=task, length=length)
+    J = scaled.J
+    m = J.shape[-2]
+    dJ = jacobian_hessian(robot, q)[..., list(scaled.rows), :] * (scaled.row_factors[:, None] * scaled.columns)
+    G = J @ np.swapaxes(J, -1, -2)
+    half = dJ @ np.swapaxes(J, -1, -2)[..., None, :, :]
+    dG = half + np.swapaxes(half, -1, -2)
+    mean = np.maximum(np.trace(G, axis1=-2, axis2=-1) / m, 1e-30)[..., None, None]
+    dmean = (np.trace(dG, axis1=-2, axis2=-1) / m)[..., None, None]
+    rows, columns = np.triu_indices(m)
+    residual = (G / mean - np.eye(m))[..., rows, columns]
+    slope = (dG / mean[..., None] - G[..., None, :, :] * dmean / mean[..., None] ** 2)[..., rows, columns]
+    return residual, np.swapaxes(slope, -1, -2)
+
+
+def _different(q: Floats, order: list[int]) -> list[int]:
+    """Those that are no neighbours of an earlier one, at most sixteen."""
+    kept: list[int] = []
+    for k in order:
+        if all(np.abs(q[k] - q[other]).max() > 1e-3 for other in kept):
+            kept.append(k)
+        if len(kept) == 16:
+            break
+    return kept

@@ -1,0 +1,409 @@
+"""Singular configurations: whether, what is lost, which joints depend on each other, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.model import JointKind
+from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, causes
+from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
+from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
+from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import (
+    TOLERANCE,
+    Scaled,
+    at_point,
+    central_point,
+    prismatic_joints,
+    random_configurations,
+    rank_of,
+    require_one,
+    scaled_jacobian,
+)
+from mafsil.performance.velocity.tasks import Task, task_rows
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import decompositions
+
+
+@of_robot
+def default_task(robot: Robot) -> str:
+    """The task that an arm is asked about unless another is named: its natural one, if it reaches full rank there.
+
+    `pose` for six joints and more, `planar_position` for a planar 2R arm, and so on; planar arms with more joints than
+    their plane needs are redundant in it. Arms without such a task are asked for the whole pose.
+
+    Args:
+        robot: the arm.
+    """
+    return _default_task(robot)
+
+
+@lru_cache(maxsize=64)
+def _default_task(robot: Robot) -> str:
+    if robot.n >= 6:
+        return "pose"
+    try:
+        natural = [natural_task(robot)]
+    except InputError:
+        natural = []
+    flat = ["schoenflies", "planar"] if _moves_flat(robot) else []
+    spherical = ["orientation"] if _is_spherical(robot) else []
+    if spherical:
+        # A tip at the centre moves by rounding alone, and rounding has any rank.
+        natural = [task for task in natural if task != "position"]
+    for task in (*natural, *flat, *spherical):
+        if generic_rank(robot, task=task) == min(len(task_rows(task)), robot.n):
+            return task
+    return "pose"
+
+
+def _moves_flat(robot: Robot) -> bool:
+    """Whether the tip never turns about x or y of {s}."""
+    J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
+    return bool(np.abs(J[:, :2]).max(initial=0.0) < 1e-9)
+
+
+def _is_spherical(robot: Robot) -> bool:
+    """Whether all joints turn about one point."""
+    J_s = robot.jacobian_space(random_configurations(robot, 3, limited=False))
+    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < 1e-9 * max(1.0, float(np.abs(J_s).max())))
+
+
+@dataclass(frozen=True)
+class ResolvedTask:
+    """What a configuration is judged by.
+
+    Attributes:
+        task: name, or row numbers.
+        rows: of the Jacobian that is looked at.
+        full_rank: the rank that an arm with so many joints can have for so many rows.
+    """
+
+    task: Task
+    rows: tuple[int, ...]
+    full_rank: int
+
+
+def resolved_task(robot: Robot, task: Task | None = None) -> ResolvedTask:
+    """The task, the default one if None; of the whole Jacobian where the other rows of an arm are zero anyway.
+
+    Args:
+        robot: the arm.
+        task: rows that count.
+    """
+    if task is not None:
+        rows = task_rows(task)
+        return ResolvedTask(task, rows, min(len(rows), robot.n))
+    name = default_task(robot)
+    return ResolvedTask(name, _looked_at(robot, name), min(len(task_rows(name)), robot.n))
+
+
+@lru_cache(maxsize=64)
+def _looked_at(robot: Robot, task: str) -> tuple[int, ...]:
+    rows = task_rows(task)
+    others = [row for row in range(6) if row not in rows]
+    J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
+    idle = np.abs(J[:, others]).max(initial=0.0) <= 1e-12 * np.abs(J).max(initial=0.0)
+    return tuple(range(6)) if idle else rows
+
+
+@of_robot
+def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, length: float | None = None) -> Floats:
+    """Singular values of the Jacobian without units, largest first.
+
+    For the full pose the linear part is taken at the point nearest to all axes, and the length likewise: the values
+    depend on neither the base frame nor the tool. For other tasks it is taken at the tip.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+        task: rows that count; the arm's `default_task` if None.
+        length: [m] that divides translations; the arm's characteristic length if None.
+
+    Returns:
+        (*batch, min(m, n)).
+    """
+    return decompositions.singular_values(_scaled(robot, q, resolved_task(robot, task).rows, length).J)
+
+
+@of_robot
+def rank(
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> NDArray[np.int64]:
+    """(*batch) rank of the Jacobian; arguments as `singular_values`, tolerance relative to the largest value.
+
+    Rows of q that hold NaN have rank -1.
+    """
+    return rank_of(singular_values(robot, q, task=task, length=length), tolerance)
+
+
+@of_robot
+def generic_rank(robot: Robot, *, task: Task | None = None) -> int:
+    """The rank that almost all configurations have.
+
+    Args:
+        robot: the arm.
+        task: rows that count; the arm's `default_task` if None.
+    """
+    return _generic(robot, resolved_task(robot, task).rows)
+
+
+@lru_cache(maxsize=64)
+def _generic(robot: Robot, rows: tuple[int, ...]) -> int:
+    return int(rank(robot, random_configurations(robot, 32, limited=False), task=rows).max(initial=0))
+
+
+@of_robot
+def is_singular(
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> NDArray[np.bool_]:
+    """(*batch) whether the rank is below min(rows of the task, joints); False for NaN; arguments as `rank`.
+
+    True everywhere for an arm that never reaches that rank; `generic_rank` tells such arms.
+    """
+    here = rank(robot, q, task=task, length=length, tolerance=tolerance)
+    return (here >= 0) & (here < resolved_task(robot, task).full_rank)
+
+
+@dataclass(frozen=True, eq=False)
+class Singularity:
+    """What one configuration can and cannot do.
+
+    Attributes:
+        robot: name.
+        q: (n,) the configuration [rad | m].
+        task: rows that count.
+        rank, generic_rank, full_rank: of the Jacobian here, almost everywhere, and the most that so many joints and
+            rows can have. Where the generic rank is below the full one, the arm is singular at every configuration.
+        singular_values: without units, largest first.
+        length: [m] that divided translations.
+        tolerance: of the rank.
+        null_rates: (n - rank, n) independent joint rates that do not move the tip (task).
+        lost_twists: (generic_rank - rank, 6) twists (omega, v) in {s} that are possible nearby and not here.
+        wrenches: (m - rank, 6) wrenches (m, f) in {s} that the structure carries without any joint effort.
+        causes: dependent sets of axes with their geometry, for part of a pose the factors of the determinant that
+            vanish; empty where the rank is full.
+    """
+
+    robot: str
+    q: JointVector
+    task: Task
+    rank: int
+    generic_rank: int
+    full_rank: int
+    singular_values: Floats
+    length: float
+    tolerance: float
+    null_rates: Floats
+    lost_twists: Floats
+    wrenches: Floats
+    causes: tuple[SingularityCause, ...]
+
+    @property
+    def singular(self) -> bool:
+        """Whether the rank is not full."""
+        return self.rank < self.full_rank
+
+    @property
+    def drop(self) -> int:
+        """How much of the rank that almost all configurations have is lost here."""
+        return self.generic_rank - self.rank
+
+    @property
+    def deficient(self) -> bool:
+        """Whether the arm never reaches full rank: not this configuration is to blame but how the arm is built."""
+        return self.generic_rank < self.full_rank
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The five cases that hold, as `I (joint2, joint6)`."""
+        return tuple(f"{cause.number} ({', '.join(cause.names)})" for cause in self.causes if cause.number)
+
+    @property
+    def lost_screws(self) -> tuple[ScrewParameters, ...]:
+        """The lost twists as axis, point and pitch."""
+        return tuple(twist_screw(V, length=self.length) for V in self.lost_twists)
+
+    @property
+    def reciprocal_screws(self) -> tuple[ScrewParameters, ...]:
+        """The carried wrenches as lines of action."""
+        return tuple(wrench_screw(F, length=self.length) for F in self.wrenches)
+
+    def explain(self, language: str | None = None) -> str:
+        """Rank, causes, lost motions, carried wrenches, in sentences."""
+        details = {
+            "robot": self.robot,
+            "rank": self.rank,
+            "generic": self.generic_rank,
+            "full": self.full_rank,
+            "task": self.task if isinstance(self.task, str) else vector_text(np.array(self.task, float)),
+            "tolerance": self.tolerance,
+        }
+        if not self.singular:
+            ratio = float(self.singular_values[self.rank - 1] / self.singular_values[0]) if self.rank else 0.0
+            return say("performance.regular", language=language, ratio=ratio, **details)
+        lines = [say("performance.deficient", language=language, **details)] if self.deficient else []
+        lines += [say("performance.singular", language=language, **details)] if self.drop > 0 else []
+        lines += [_cause_line(cause, language) for cause in self.causes]
+        lines += [screw.sentence("lost", language) for screw in self.lost_screws]
+        lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]
+        return "\n".join(lines)
+
+
+def _cause_line(cause: SingularityCause, language: str | None) -> str:
+    sentence = cause.sentence(language)
+    if not cause.number:
+        return sentence
+    return say("performance.case_number", language=language, number=cause.number, sentence=sentence)
+
+
+@of_robot
+def singularity(
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> Singularity:
+    """Look closely at one configuration: `singularity(robot, q).explain()`.
+
+    Args:
+        robot: the arm.
+        q: (n,) joint coordinates [rad | m].
+        task: rows that count; the arm's `default_task` if None.
+        length: [m] that divides translations; the arm's characteristic length if None.
+        tolerance: singular values below this share of the largest count as zero.
+
+    Raises:
+        InputError: a batch (use `is_singular`), or q of a wrong shape.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 5.3; lost directions and reciprocal wrenches: Hunt, Kinematic
+    Geometry of Mechanisms, 1978.
+    """
+    configuration = require_one("q", q, robot.n)
+    resolved = resolved_task(robot, task)
+    scaled = _scaled(robot, configuration, resolved.rows, length)
+    U, s, Vt = np.linalg.svd(scaled.J)
+    found, generic = int(rank_of(s, tolerance)), _generic(robot, resolved.rows)
+    null, left = Vt[found:], U[:, found:]
+    every = generic == len(scaled.rows)
+    lost = left if every else _reachable(robot, configuration, scaled, null, left, generic - found)
+    return Singularity(
+        robot.name,
+        configuration,
+        resolved.task,
+        found,
+        generic,
+        resolved.full_rank,
+        s,
+        scaled.length,
+        tolerance,
+        null * scaled.columns,
+        _twists(scaled, lost),
+        wrenches_of(scaled, left),
+        _causes(robot, scaled, resolved, found, tolerance) if found < resolved.full_rank else (),
+    )
+
+
+def _causes(
+    robot: Robot, scaled: Scaled, resolved: ResolvedTask, found: int, tolerance: float
+) -> tuple[SingularityCause, ...]:
+    """Dependent axes for the whole pose; for a part of it the factors of the determinant that vanish."""
+    if len(scaled.rows) == 6:
+        return causes(_axes(robot, scaled, tolerance), robot.n - found)
+    if not isinstance(resolved.task, str) or len(resolved.rows) != robot.n:
+        return ()
+    try:
+        return vanishing_factors(robot, resolved.task, scaled.q, tolerance)
+    except InputError:
+        return ()
+
+
+def _scaled(robot: Robot, q: ArrayLike, rows: tuple[int, ...], length: float | None) -> Scaled:
+    at: Literal["tip", "axes"] = "axes" if len(rows) == 6 else "tip"
+    return scaled_jacobian(robot, q, task=rows, length=length, at=at)
+
+
+def _axes(robot: Robot, scaled: Scaled, tolerance: float) -> Axes:
+    plain = [JointKind.REVOLUTE, JointKind.PRISMATIC]
+    followed = {joint.mimic.leader for joint in robot.mechanism.joints if joint.mimic is not None}
+    simple = [j.kind in plain and j.name not in followed for j in robot.mechanism.coordinates]
+    prismatic = prismatic_joints(robot)
+    return Axes(
+        scaled.J,
+        [bool(s and ok) for s, ok in zip(prismatic, simple, strict=True)],
+        [bool(ok and not s) for s, ok in zip(prismatic, simple, strict=True)],
+        robot.joint_names,
+        scaled.point,
+        scaled.length,
+        tolerance,
+    )
+
+
+def _reachable(robot: Robot, q: Floats, scaled: Scaled, null: Floats, left: Floats, count: int) -> Floats:
+    """Of the directions that are missing here, the `count` ones that a small motion brings back.
+
+    To first order these are the directions left' dJ(qd) n for all rates qd and all n that move nothing.
+    """
+    if count <= 0:
+        return left[:, :0]
+    step = 1e-4
+    nearby = q + step * np.concatenate([np.eye(robot.n), -np.eye(robot.n)])
+    factors = scaled.row_factors[:, None] * scaled.columns
+    J = robot.jacobian_space(nearby)
+    if len(scaled.rows) == 6:
+        v = J[:, 3:] + np.cross(J[:, :3], scaled.point[:, None], axis=-2)
+        J = np.concatenate([J[:, :3], v], axis=1)
+    else:
+        J = scaled_jacobian(robot, nearby, task=scaled.rows, length=scaled.length).J / factors
+    change = left.T @ (J * factors) @ null.T
+    U, _, _ = np.linalg.svd(np.concatenate(list(change), axis=1))
+    return left @ U[:, :count]
+
+
+def _twists(scaled: Scaled, directions: Floats) -> Floats:
+    """(k, 6) twists in {s} of directions (m, k) without units, their system in its canonical basis."""
+    V = np.zeros((directions.shape[1], 6))
+    V[:, list(scaled.rows)] = directions.T
+    omega, v = canonical_system(V[:, :3], V[:, 3:])
+    V = _tidy(np.concatenate([omega, v * scaled.length], axis=1))
+    V[:, 3:] -= np.cross(V[:, :3], scaled.point)
+    return V
+
+
+def wrenches_of(scaled: Scaled, directions: Floats) -> Floats:
+    """(k, 6) wrenches in {s} of covectors (m, k) without units, their system in its canonical basis."""
+    F = np.zeros((directions.shape[1], 6))
+    F[:, list(scaled.rows)] = directions.T
+    f, m = canonical_system(F[:, 3:], F[:, :3])
+    F = _tidy(np.concatenate([m, f / scaled.length], axis=1))
+    F[:, :3] += np.cross(scaled.point, F[:, 3:])
+    return F
+
+
+def _tidy(rows: Floats) -> Floats:
+    """Each row with its largest entry one, its sign fixed."""
+    if not rows.size:
+        return rows
+    largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1)[:, None], axis=1)
+    return rows / largest

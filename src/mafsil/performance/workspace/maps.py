@@ -1,0 +1,388 @@
+"""Where an arm reaches, and with how many orientations: maps filled by streaming millions of configurations.
+
+Chunks of seeded random configurations go through the compiled forward kinematics and are counted in the cells of a
+grid; memory is the grid plus one chunk. The same seed gives the same map, on one core or on many machines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, gate, single, whole
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.performance.velocity.scaling import prismatic_joints
+from mafsil.performance.velocity.scaling import ranges as drawn_from
+from mafsil.robot import Robot, of_robot
+
+CHUNK = 65_536
+"""Configurations that are evaluated at once."""
+BANDS = 8
+"""Approach directions are counted in BANDS x BANDS cells of equal area on the sphere (64 bits)."""
+MOST_CELLS = 50_000_000
+PER_CELL = 20
+"""Samples for each cell of the grid, if the size of the cells is left to us."""
+
+View = Literal["xyz", "xy", "xz", "yz", "radial"]
+_AXES: dict[str, tuple[int, ...]] = {"xyz": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+@dataclass(frozen=True, eq=False)
+class WorkspaceMap:
+    """Cells of space and what was seen in them.
+
+    Attributes:
+        robot: name.
+        view: `xyz`; `xy`, `xz`, `yz` (projection, or slice if one was asked for); `radial` (distance from the z axis of
+            {s}, z): the section of an arm whose first axis is that one and turns freely.
+        origin: (d,) lower corner of the grid [m].
+        cell: edge of a cell [m].
+        counts: grid of how many samples fell into each cell.
+        directions: grid of bit masks of approach directions seen, or None if not asked for.
+        samples: how many configurations were drawn.
+        inside: how many of them fell into the slice (all, if there is none).
+        seed: of the generator.
+        given: ranges (low, high) [rad | m] by joint that were given for the map, in place of limits of the robot.
+    """
+
+    robot: str
+    view: str
+    origin: Floats
+    cell: float
+    counts: NDArray[np.uint32]
+    directions: NDArray[np.uint64] | None
+    samples: int
+    inside: int
+    seed: int
+    given: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """The grid of reached cells."""
+        return self.counts > 0
+
+    @property
+    def boundary(self) -> NDArray[np.bool_]:
+        """Reached cells with a neighbour (across a face) that is not."""
+        reached = np.pad(self.reached, 1)
+        inner = reached.copy()
+        for axis in range(reached.ndim):
+            inner &= np.roll(reached, 1, axis) & np.roll(reached, -1, axis)
+        core = tuple(slice(1, -1) for _ in range(reached.ndim))
+        return self.reached & ~inner[core]
+
+    @property
+    def dexterity(self) -> Floats:
+        """The grid of shares 0 .. 1 of approach directions with which a cell was seen: a lower bound.
+
+        It needs several samples for each of the 64 directions; `settled` tells which cells have them.
+
+        Raises:
+            InputError: directions were not recorded.
+        """
+        if self.directions is None:
+            raise InputError("performance.no_directions")
+        return np.bitwise_count(self.directions).astype(float) / self._direction_cells
+
+    @property
+    def _direction_cells(self) -> int:
+        return BANDS * BANDS
+
+    @property
+    def settled(self) -> NDArray[np.bool_]:
+        """The grid of cells with at least six samples for each direction: their dexterity hardly grows any more."""
+        return self.counts >= 6 * self._direction_cells
+
+    def dexterous(self, share: float = 1.0) -> NDArray[np.bool_]:
+        """The grid of cells reached with at least this share of directions."""
+        return self.dexterity >= share
+
+    def volume(self, cells: NDArray[np.bool_] | None = None) -> tuple[float, float]:
+        """Volume [m^3] (area [m^2] of flat views, volume swept about z of the radial one), with its error.
+
+        Cells at the boundary count one half; the error is the other half, plus one and a half times the space that
+        Good and Turing's estimate leaves unseen: the share of samples in cells hit only once.
+
+        Args:
+            cells: grid of the cells that count; the reached ones if None.
+        """
+        chosen = self.reached if cells is None else cells
+        size = self._sizes()
+        edge = self.boundary & chosen
+        half = 0.5 * float((size * edge).sum())
+        unseen = float((self.counts == 1).sum()) / max(self.inside, 1)
+        total = float((size * chosen).sum()) - half
+        return total, half + 1.5 * unseen * total
+
+    def _sizes(self) -> Floats:
+        flat = np.full(self.counts.shape, self.cell**self.counts.ndim)
+        if self.view == "radial":
+            rho = self.origin[0] + self.cell * (np.arange(self.counts.shape[0]) + 0.5)
+            flat = flat * (2 * np.pi * rho)[:, None]
+        return flat
+
+    def voids(self, smallest: int = 12) -> tuple[Floats, ...]:
+        """Holes: connected empty regions that do not touch the outside of the grid, largest first.
+
+        Args:
+            smallest: number of cells below which an empty region counts as not yet sampled.
+
+        Returns:
+            For each, its middle followed by its size: (d + 1,) [m], [m^3 | m^2].
+        """
+        from scipy import ndimage
+
+        widen = [(0 if self.view == "radial" and axis == 0 else 1, 1) for axis in range(self.counts.ndim)]
+        labels: Any
+        labels, _ = ndimage.label(~np.pad(self.reached, widen))  # pyright: ignore[reportGeneralTypeIssues]
+        core = tuple(slice(before, -1) for before, _ in widen)
+        sizes: Any = np.bincount(labels.ravel())
+        outside = labels[(-1,) * labels.ndim]
+        inner = labels[core]
+        found: list[Floats] = []
+        for label in np.flatnonzero(sizes >= smallest):
+            if label in (0, outside):
+                continue
+            where = np.argwhere(inner == label)
+            middle = self.origin + self.cell * (where.mean(axis=0) + 0.5)
+            found.append(np.array([*middle, float(self._sizes()[tuple(where.T)].sum())]))
+        return tuple(sorted(found, key=lambda void: -void[-1]))
+
+    def centres(self, axis: int) -> Floats:
+        """Middles of the cells along an axis of the grid [m]."""
+        return self.origin[axis] + self.cell * (np.arange(self.counts.shape[axis]) + 0.5)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(*batch) whether points (*batch, d), in the coordinates of the view, lie in reached cells."""
+        index = np.floor((gate("points", points, (self.counts.ndim,)) - self.origin) / self.cell).astype(int)
+        inside = ((index >= 0) & (index < self.counts.shape)).all(axis=-1)
+        index = np.clip(index, 0, np.array(self.counts.shape) - 1)
+        return inside & self.reached[tuple(np.moveaxis(index, -1, 0))]
+
+    def explain(self, language: str | None = None) -> str:
+        """Samples, size with its error, voids."""
+        size, error = self.volume()
+        unit = "m^2" if self.counts.ndim == 2 and self.view != "radial" else "m^3"
+        sentence = say(
+            "performance.workspace",
+            language=language,
+            robot=self.robot,
+            samples=self.samples,
+            size=size,
+            error=error,
+            unit=unit,
+            voids=len(self.voids()),
+            cell=self.cell,
+        )
+        if not self.given:
+            return sentence
+        ranges = "; ".join(f"{joint} [{low:.4g}, {high:.4g}]" for joint, (low, high) in self.given.items())
+        return f"{sentence}\n{say('performance.workspace_given', language=language, ranges=ranges)}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """What a chunk needs to know; pickles."""
+
+    robot: Robot
+    lower: Floats
+    upper: Floats
+    frame: str | None
+    view: str
+    slab: tuple[float, float] | None
+    origin: Floats
+    shape: tuple[int, ...]
+    cell: float
+    dexterous: bool
+
+
+@of_robot
+def workspace_map(
+    robot: Robot,
+    samples: int = 1_000_000,
+    *,
+    view: View = "xyz",
+    cell: float | None = None,
+    at: float | None = None,
+    limited: bool = True,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    dexterous: bool = False,
+    frame: str | None = None,
+    seed: int = 0,
+    dask: bool = False,
+) -> WorkspaceMap:
+    """The cells that the tip reaches.
+
+    Args:
+        robot: the arm.
+        samples: configurations, uniform in the joint ranges.
+        view: grid: `xyz`, a projection `xy`, `xz`, `yz`, or `radial`, see `WorkspaceMap`.
+        cell: edge of a cell [m]; if None about 20 samples (240 where directions are recorded) for each
+            cell of the grid, at most 240 cells across.
+        at: for flat views: only positions within half a cell of this coordinate of the third axis count: a slice [m].
+        limited: whether the joint limits are kept; if not, revolute joints make a full turn.
+        ranges: (low, high) [rad | m] by name of joint, in place of its limits: needed for prismatic joints without
+            limits, whose reach nobody can know.
+        dexterous: whether approach directions (z axis of the tip) are recorded.
+        frame: name of a link; the tip frame if None.
+        seed: of the generator; chunk k uses its k-th child, whoever works on it.
+        dask: hand the chunks to dask's current scheduler (a cluster, if a client is connected).
+
+    Raises:
+        InputError: no samples, an unknown view, too fine a grid, a prismatic joint without limits and without a given
+            range, ranges of no joint or the wrong way round, or dask is asked for and not installed.
+    """
+    if view != "radial" and view not in _AXES:
+        raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
+    if whole("samples", samples) < 1:
+        raise InputError("input.positive", name="samples", value=samples)
+    grid = _grid(robot, samples, view, cell, at, _ranges(robot, limited, ranges or {}), dexterous, frame)
+    counts = np.zeros(int(np.prod(grid.shape)), dtype=np.uint32)
+    masks = np.zeros(counts.shape, dtype=np.uint64) if dexterous else None
+    inside = 0
+    for cells, seen, hits in _chunks(grid, samples, seed, dask):
+        np.add.at(counts, cells, hits)
+        inside += int(hits.sum())
+        if masks is not None:
+            masks[cells] |= seen
+    directions = None if masks is None else masks.reshape(grid.shape)
+    return WorkspaceMap(
+        robot.name,
+        view,
+        grid.origin,
+        grid.cell,
+        counts.reshape(grid.shape),
+        directions,
+        samples,
+        inside,
+        seed,
+        MappingProxyType({name: (float(low), float(high)) for name, (low, high) in (ranges or {}).items()}),
+    )
+
+
+def _ranges(robot: Robot, limited: bool, given: Mapping[str, tuple[float, float]]) -> tuple[Floats, Floats]:
+    """Where configurations are drawn from: limits, full turns, and what was given; no range is made up."""
+    lower, upper = (np.array(bound) for bound in drawn_from(robot, limited=limited))
+    names = robot.joint_names
+    for name, bounds in given.items():
+        if name not in names:
+            raise InputError("input.choice", name="ranges", value=name, known=", ".join(names))
+        low, high = single(f"ranges[{name!r}]", bounds, (2,))
+        if low > high:
+            raise InputError("performance.range_order", joint=name, low=low, high=high)
+        lower[names.index(name)], upper[names.index(name)] = low, high
+    endless = np.isinf(robot.limits.lower) | np.isinf(robot.limits.upper)
+    for joint in np.flatnonzero(prismatic_joints(robot) & endless):
+        if names[joint] not in given:
+            raise InputError("performance.prismatic_without_limits", robot=robot.name, joint=names[joint])
+    return lower, upper
+
+
+Chunk = tuple[NDArray[np.int64], NDArray[np.uint64], NDArray[np.uint32]]
+
+
+def _chunks(grid: _Grid, samples: int, seed: int, dask: bool) -> Iterator[Chunk]:
+    """Cells, direction masks and hits of every chunk, in order."""
+    sizes = [CHUNK] * (samples // CHUNK) + ([samples % CHUNK] if samples % CHUNK else [])
+    work: list[Callable[[], Chunk]] = [partial(_chunk, grid, size, seed, k) for k, size in enumerate(sizes)]
+    if not dask:
+        yield from (job() for job in work)
+        return
+    try:
+        from dask.base import compute  # pyright: ignore[reportMissingImports]
+        from dask.delayed import delayed  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError("performance.no_dask") from None
+    at_once = 64
+    for begin in range(0, len(work), at_once):
+        yield from compute(*(delayed(job)() for job in work[begin : begin + at_once]))
+
+
+def _chunk(grid: _Grid, size: int, seed: int, index: int) -> Chunk:
+    """One chunk: draw, evaluate, bin; cells once each."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+    T = grid.robot.forward_kinematics(rng.uniform(grid.lower, grid.upper, (size, grid.robot.n)), frame=grid.frame)
+    p = T[:, :3, 3]
+    if grid.slab is not None:
+        (missing,) = {0, 1, 2} - set(_AXES[grid.view])
+        keep = (p[:, missing] >= grid.slab[0]) & (p[:, missing] < grid.slab[1])
+        T, p = T[keep], p[keep]
+    x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if grid.view == "radial" else p[:, _AXES[grid.view]]
+    index_nd = np.clip(np.floor((x - grid.origin) / grid.cell).astype(np.int64), 0, np.array(grid.shape) - 1)
+    flat: Any = np.ravel_multi_index(tuple(index_nd.T), grid.shape)
+    if not grid.dexterous:
+        cells, hits = np.unique(flat, return_counts=True)
+        return cells, np.zeros(len(cells), np.uint64), hits.astype(np.uint32)
+    order: Any = np.argsort(flat, kind="stable")
+    bits = np.uint64(1) << _direction_cell(_approach(T, grid.view))[order].astype(np.uint64)
+    found: Any = np.unique(flat[order], return_index=True, return_counts=True)
+    cells, starts, hits = found
+    seen: Any = np.bitwise_or.reduceat(bits, starts) if len(starts) else np.zeros(0, np.uint64)
+    return cells, seen, hits.astype(np.uint32)
+
+
+def _approach(T: Floats, view: str) -> Floats:
+    """(k, 3) approach directions; in the radial view seen from the half plane through the tip."""
+    z = T[:, :3, 2]
+    if view != "radial":
+        return z
+    turn = -np.arctan2(T[:, 1, 3], T[:, 0, 3])
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack([c * z[:, 0] - s * z[:, 1], s * z[:, 0] + c * z[:, 1], z[:, 2]], axis=1)
+
+
+def _direction_cell(z: Floats) -> NDArray[np.int64]:
+    """Which of the BANDS x BANDS cells of equal area a direction (k, 3) lies in."""
+    band = np.clip((BANDS * (z[:, 2] + 1) / 2).astype(np.int64), 0, BANDS - 1)
+    turn = np.arctan2(z[:, 1], z[:, 0]) / (2 * np.pi) % 1.0
+    return band * BANDS + np.minimum((BANDS * turn).astype(np.int64), BANDS - 1)
+
+
+def _grid(
+    robot: Robot,
+    samples: int,
+    view: str,
+    cell: float | None,
+    at: float | None,
+    drawn: tuple[Floats, Floats],
+    dexterous: bool,
+    frame: str | None,
+) -> _Grid:
+    lower, upper = drawn
+    low, high = _bounds(robot, view, lower, upper, frame)
+    if cell is None:
+        flat = view != "xyz" and at is None
+        share = PER_CELL * (12 if dexterous else 1)
+        across: float = (samples / share) ** (1 / 2 if flat else 1 / 3)
+        width: float = float((high - low).max()) / min(max(across, 12.0), 240.0)
+    else:
+        width = cell
+    if not (np.isfinite(width) and width > 0):
+        raise InputError("input.positive", name="cell", value=width)
+    shape = tuple(int(n) for n in np.maximum(np.ceil((high - low) / width).astype(int), 1))
+    if np.prod(shape, dtype=float) > MOST_CELLS:
+        raise InputError("performance.too_many_cells", count=float(np.prod(shape, dtype=float)), limit=MOST_CELLS)
+    if at is not None and view not in ("xy", "xz", "yz"):
+        raise InputError("performance.no_slice", view=view)
+    slab = None if at is None else (at - width / 2, at + width / 2)
+    return _Grid(robot, lower, upper, frame, view, slab, low, shape, width, dexterous)
+
+
+def _bounds(robot: Robot, view: str, lower: Floats, upper: Floats, frame: str | None) -> tuple[Floats, Floats]:
+    """A box around what a seeded sample shows, a tenth wider on every side; what falls outside counts at its rim."""
+    rng = np.random.default_rng(np.random.SeedSequence(7))
+    p = robot.forward_kinematics(rng.uniform(lower, upper, (20_000, robot.n)), frame=frame)[:, :3, 3]
+    x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if view == "radial" else p[:, _AXES[view]]
+    low, high = x.min(axis=0), x.max(axis=0)
+    margin = 0.1 * np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-6))
+    low, high = low - margin, high + margin
+    if view == "radial":
+        low[0] = 0.0
+    return low, high
