@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from mafsil.kernels import target
-from mafsil.kernels.export.exported import device_program, tapes
-from mafsil.kernels.export.ptx.grid import host_module
-from mafsil.kernels.export.ptx.program import GridProgram
-from mafsil.kernels.export.ptx.tiles import plan
-from mafsil.kernels.export.ptx.well_formed import inspect
+from mafsil.kernels.export.exported import tapes
 from mafsil.kernels.kernel import Kernel
+from mafsil.kernels.ptx.grid import host_module
+from mafsil.kernels.ptx.program import GridProgram, device_program
+from mafsil.kernels.ptx.tiles import plan
+from mafsil.kernels.ptx.well_formed import inspect
 
 CANARY = 0x5A
 PADDING = 64
@@ -32,7 +32,8 @@ def emulated(kernel: Kernel) -> tuple[tuple[Any, Any], GridProgram]:
     host = target.host()
     ir = host_module(reduced, kernel.signature, host, plan(kernel.signature), "mafsil_block")
     code = target.load(target.translate(ir, host, "object", reloc="pic"), ("mafsil_block",))
-    return (ctypes.CFUNCTYPE(None)(code.addresses["mafsil_block"]), code), device_program(kernel)
+    program = device_program(kernel.signature, kernel.build)
+    return (ctypes.CFUNCTYPE(None)(code.addresses["mafsil_block"]), code), program
 
 
 class FakeLibrary:

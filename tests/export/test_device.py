@@ -17,11 +17,16 @@ from mafsil.kernels.device import array, batch, driver
 from mafsil.kernels.device.array import DeviceArray, device_array
 from mafsil.kernels.device.batch import DeviceEvaluator, source
 from mafsil.kernels.device.driver import Driver
-from mafsil.kernels.export.exported import device_program
+from mafsil.kernels.ptx.program import GridProgram, device_program
 from tests.export.fake_driver import FakeLibrary, emulated
 
 ROBOT, SMALL = mf.load("panda"), mf.load("puma560")
 rng = np.random.default_rng(5)
+
+
+def _program(quantity: str) -> GridProgram:
+    kernel = ROBOT.kernel(quantity)
+    return device_program(kernel.signature, kernel.build)
 
 
 @pytest.fixture
@@ -276,7 +281,7 @@ def test_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(KernelError, match="no NVIDIA driver"):
         driver.__wrapped__()
     with pytest.raises(KernelError, match="refused cuModuleGetFunction: CUDA_ERROR_INVALID_VALUE"):
-        Driver(FakeLibrary()).device().module(device_program(ROBOT.kernel("gravity_torque")).text, "nobody")
+        Driver(FakeLibrary()).device().module(_program("gravity_torque").text, "nobody")
 
 
 def _missing(_name: str) -> None:

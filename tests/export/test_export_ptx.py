@@ -10,14 +10,18 @@ from pathlib import Path
 import pytest
 
 import mafsil as mf
-from mafsil.kernels.export.exported import device_program
-from mafsil.kernels.export.ptx.program import KNOWN
-from mafsil.kernels.export.ptx.tiles import SHARED_BYTES, plan
-from mafsil.kernels.export.ptx.well_formed import inspect
 from mafsil.kernels.layout import Port, Signature
+from mafsil.kernels.ptx.program import KNOWN, GridProgram, device_program
+from mafsil.kernels.ptx.tiles import SHARED_BYTES, plan
+from mafsil.kernels.ptx.well_formed import inspect
 
 ROBOT = mf.load("panda")
 QUANTITIES = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian_body", "inverse_dynamics_derivatives"]
+
+
+def _program(quantity: str) -> GridProgram:
+    kernel = ROBOT.kernel(quantity)
+    return device_program(kernel.signature, kernel.build)
 
 
 def text_of(quantity: str, processor: str | None = None) -> str:
@@ -99,6 +103,6 @@ def test_blocks_fit_into_shared_memory(sizes: tuple[int, ...], threads: int, sta
 
 
 def test_program_is_made_of_the_kernel() -> None:
-    program = device_program(ROBOT.kernel("mass_matrix"))
+    program = _program("mass_matrix")
     assert program.name == "mafsil_mass_matrix"
     assert f".entry {program.name}(" in program.text

@@ -35,6 +35,7 @@ from mafsil.kernels import (
     identity,
     image,
     target,
+    translation,
     warm,
 )
 from mafsil.kernels.cache import Store
@@ -253,8 +254,8 @@ def test_code_whose_entries_disagree_is_never_used(loaded, monkeypatch, folder):
     if not loaded:
         del k
         again()
-    honest = compiler.translate
-    monkeypatch.setattr(compiler, "translate", lambda part, *rest: ONES if part == SINGLE else honest(part, *rest))
+    honest = translation.translate
+    monkeypatch.setattr(translation, "translate", lambda part, *rest: ONES if part == SINGLE else honest(part, *rest))
     k = scaled_kernel(2.0)
     for _ in range(2):
         with pytest.raises(KernelError, match="different bits"):
@@ -335,8 +336,8 @@ def test_one_row_of_a_batch_takes_the_single_entry_where_it_is(folder):
 
 def test_threads_compile_both_parts_once(monkeypatch):
     made = []
-    honest = compiler.translate
-    monkeypatch.setattr(compiler, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    honest = translation.translate
+    monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     k = scaled_kernel(8.0)
     barrier = threading.Barrier(8)
 
@@ -356,8 +357,8 @@ def test_threads_compile_both_parts_once(monkeypatch):
 def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatch):
     """Other words, the same tape: the code is found; another tape: it is compiled."""
     made = []
-    honest = compiler.translate
-    monkeypatch.setattr(compiler, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    honest = translation.translate
+    monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     warm([compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("before",))])
     assert sorted(made) == sorted(image.ENTRIES)
     made.clear()

@@ -19,7 +19,7 @@ from mafsil.errors import KernelError
 from mafsil.kernels import target
 from mafsil.kernels.audit import Program, audit, ulps
 from mafsil.kernels.layout import Port, Signature
-from mafsil.kernels.lower import ROOM, lower
+from mafsil.kernels.lower import TILE_BYTES, lower
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate
 from mafsil.kernels.segments import segments
@@ -296,9 +296,9 @@ def test_wrong_ports_are_refused() -> None:
 
 def test_what_does_not_fit_the_stack_is_refused() -> None:
     machine = target.host(lanes=4)
-    tape = Tape((Node("const", (), 1.0),), (), ((0,) * (ROOM // 32 + 1),))
-    with pytest.raises(KernelError, match=f"{ROOM // 32 + 1} numbers"):
-        lower(tape, Signature("wide", (), (Port("y", (ROOM // 32 + 1,)),)), machine)
+    tape = Tape((Node("const", (), 1.0),), (), ((0,) * (TILE_BYTES // 32 + 1),))
+    with pytest.raises(KernelError, match=f"{TILE_BYTES // 32 + 1} numbers"):
+        lower(tape, Signature("wide", (), (Port("y", (TILE_BYTES // 32 + 1,)),)), machine)
 
 
 def test_broken_ir_is_refused() -> None:

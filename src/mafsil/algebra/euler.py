@@ -101,7 +101,8 @@ def rate_matrix(angles: ex.Expression, sequence: str) -> ex.Expression:
 
     Reference: Craig, Introduction to Robotics, sec. 5.3.
     """
-    carried, columns = ex.eye(3), []
+    carried = ex.eye(3)
+    columns: list[ex.Expression] = []
     for axis, angle in _factors(angles, sequence):
         columns.append(carried[:, axis])
         carried = carried @ elementary(axis, angle)

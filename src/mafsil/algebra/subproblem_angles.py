@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
-from mafsil.algebra.subproblem_quartics import linked_circles, turning, two_turns
+from mafsil.algebra.subproblem_quartics import linked_circles, revolute_point, two_revolutes
 from mafsil.algebra.subproblems import (
     Root,
     Turn,
@@ -14,6 +14,7 @@ from mafsil.algebra.subproblems import (
     turns_to_height,
     unturned,
 )
+from mafsil.algebra.tolerance import FREE
 
 
 def distances(
@@ -35,7 +36,7 @@ def two_axes(w1: ex.Expression, w2: ex.Expression, p: ex.Expression, z: ex.Expre
     rows: list[ex.Expression] = []
     for pair in turns_about_two_axes(w1, w2, p, z, (unturned(), unturned())):
         free = ex.fmax(pair.first.free, pair.second.free)
-        short = ex.if_else(length > 1e-9, length, pair.first.residual)
+        short = ex.if_else(length > FREE, length, pair.first.residual)
         rows.append(ex.horzcat(pair.first.turn.angle, pair.second.turn.angle, 0, short, free))
     return ex.vertcat(*rows)
 
@@ -65,7 +66,7 @@ def three_axes(
     """(4, 5) turns with p0 + Rot(k1, q1) p1 = Rot(k2, q2) (p2 + Rot(k3, q3) p3)."""
     zero = unturned()
     rows: list[ex.Expression] = []
-    for first, second, third, free in two_turns(k1, k2, p0, p1, turning(k3, p3, p2), (zero, zero, zero)):
+    for first, second, third, free in two_revolutes(k1, k2, p0, p1, revolute_point(k3, p3, p2), (zero, zero, zero)):
         assert isinstance(first, Root)
         assert isinstance(second, Root)
         assert isinstance(third, Turn)

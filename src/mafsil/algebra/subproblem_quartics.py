@@ -1,7 +1,12 @@
 """Subproblems with up to four solutions, as expressions: three general joints place a point, two circles are linked.
 
-What moves with the last joint is linear in x = (cos q, sin q, 1) of a turn and in x = (d, d^2, 1) of a slide; the other
-joints are eliminated by what they keep (heights, distances), which leaves one conic x' C x = 0.
+1. The point that the third joint moves is linear in x: (cos q, sin q, 1) of a revolute joint, (d, d^2, 1) of a
+   prismatic one; and so is its squared length, since cos^2 + sin^2 = 1 and d^2 is an entry of its own (`MovedPoint`).
+2. The first two joints are eliminated by what they leave as it is: a revolute one heights along its axis and distances
+   from it, a prismatic one the components across it. Where two such invariants are linear in x, the length of a vector
+   that is given twice leaves one equation of second degree: the conic x' C x = 0.
+3. The conic meets the curve of x in up to four points (`conic_intersection`): the motions of the third joint.
+4. With each of them the point is known; the first two joints follow by angles between known vectors.
 
 References: Pieper, 1968; Elias and Wen, IK-Geo, 2022 (subproblems 5 and 6).
 """
@@ -11,48 +16,48 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import mafsil.expression as ex
-from mafsil.algebra.conics import lengths_on_conic, turns_on_conic
+from mafsil.algebra.conic_intersection import lengths_on_conic, turns_on_conic
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Root, Turn, turn_onto
 
 
-class Course(NamedTuple):
-    """A point moved by one joint: linear in x.
+class MovedPoint(NamedTuple):
+    """A point moved by one joint, in x = (cos q, sin q, 1) or (d, d^2, 1).
 
     Attributes:
         point: (3, 3) the point is `point @ x`.
         square: (3,) its squared length is `square . x`.
-        slides: whether x is that of a slide.
+        prismatic: whether x is that of a prismatic joint.
         size: a length the terms were made of [m].
     """
 
     point: ex.Expression
     square: ex.Expression
-    slides: bool
+    prismatic: bool
     size: ex.Expression
 
     def solutions(
         self, C: ex.Expression, scale: ex.Expression, preferred: Turn
     ) -> list[tuple[Turn | ex.Expression, ex.Expression, ex.Expression]]:
         """The four motions with x' C x = 0, each as (motion, x, free)."""
-        if self.slides:
+        if self.prismatic:
             return [(d, ex.vertcat(d, d * d, 1), ex.Expression(0)) for d in lengths_on_conic(C, scale)]
         roots = turns_on_conic(C, preferred, scale)
         return [(root.turn, ex.vertcat(root.turn.c, root.turn.s, 1), root.free) for root in roots]
 
 
-def turning(k: ex.Expression, p: ex.Expression, offset: ex.Expression) -> Course:
-    """The course of `offset + Rot(k, q) p`."""
+def revolute_point(k: ex.Expression, p: ex.Expression, offset: ex.Expression) -> MovedPoint:
+    """offset + Rot(k, q) p: the part of p along k stays, the rest turns."""
     along = ex.dot(k, p) * k
     A, B, rest = p - along, cross(k, p), offset + along
     square = ex.vertcat(2 * ex.dot(rest, A), 2 * ex.dot(rest, B), ex.dot(A, A) + ex.dot(rest, rest))
-    return Course(ex.horzcat(A, B, rest), square, False, ex.sqrt(ex.sumsqr(p)) + ex.sqrt(ex.sumsqr(offset)))
+    return MovedPoint(ex.horzcat(A, B, rest), square, False, ex.sqrt(ex.sumsqr(p)) + ex.sqrt(ex.sumsqr(offset)))
 
 
-def sliding(w: ex.Expression, offset: ex.Expression) -> Course:
-    """The course of `offset + d w`, w a unit vector."""
+def prismatic_point(w: ex.Expression, offset: ex.Expression) -> MovedPoint:
+    """offset + d w, w a unit vector."""
     square = ex.vertcat(2 * ex.dot(w, offset), 1, ex.dot(offset, offset))
-    return Course(ex.horzcat(w, ex.zeros(3), offset), square, True, ex.sqrt(ex.sumsqr(offset)))
+    return MovedPoint(ex.horzcat(w, ex.zeros(3), offset), square, True, ex.sqrt(ex.sumsqr(offset)))
 
 
 class Triple(NamedTuple):
@@ -64,16 +69,16 @@ class Triple(NamedTuple):
     free: ex.Expression
 
 
-def two_turns(
+def two_revolutes(
     k1: ex.Expression,
     k2: ex.Expression,
     p0: ex.Expression,
     p1: ex.Expression,
-    course: Course,
+    moved: MovedPoint,
     preferred: tuple[Turn, Turn, Turn],
     scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
-    """Subproblem 5: p0 + Rot(k1, q1) p1 = Rot(k2, q2) v, v on a course; axes neither parallel nor meeting.
+    """Subproblem 5: p0 + Rot(k1, q1) p1 = Rot(k2, q2) v, v the moved point; axes neither parallel nor meeting.
 
     With p0 along the common normal of both axes: k1 . and |.|^2 of  Rot(k2, q2) v - p0 = Rot(k1, q1) p1  are linear in
     X = Rot(k2, q2) v, whose part normal to k2 therefore is linear in x, and as long as that of v.
@@ -81,19 +86,22 @@ def two_turns(
     Args:
         k1, k2: (3,) unit axes through the origin.
         p0, p1: (3,) [m].
-        course: of v, in x.
+        moved: v, in x.
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
+    # The common normal: p0 as parts along both axes and across, the first two moved over to p1 and v.
     k = ex.dot(k1, k2)
     sine2 = 1 - k * k
     sine = ex.sqrt(sine2)
     a, b = ex.dot(p0, k1), ex.dot(p0, k2)
-    # p0 = alpha k1 + beta k2 + m n; its parts along the axes move with them.
+    # p0 = alpha k1 + beta k2 + m e2, e2 along the common normal.
     alpha, beta = (a - k * b) / sine2, (b - k * a) / sine2
     p1 = p1 + alpha * k1
-    V = course.point - ex.horzcat(ex.zeros(3, 2), beta * k2)
-    square = course.square - 2 * beta * (k2.T @ course.point).T + ex.vertcat(0, 0, beta * beta)
+    V = moved.point - ex.horzcat(ex.zeros(3, 2), beta * k2)
+    square = moved.square - 2 * beta * (k2.T @ moved.point).T + ex.vertcat(0, 0, beta * beta)
+    # X = X1 e1 + X2 e2 + height k2 with linear forms X1 and X2m = m X2: k1 . X from the height along k1, e2 . X from
+    # the squared length. |X|^2 = |v|^2, times m^2, is the conic.
     e1 = (k1 - k * k2) / sine
     e2 = cross(k2, e1)
     m = ex.dot(p0, e2)
@@ -102,9 +110,10 @@ def two_turns(
     X1 = (ex.dot(k1, p1) * one - k * height) / sine
     X2m = (square + (m * m - ex.dot(p1, p1)) * one) / 2
     C = m * m * (_outer(X1) + _outer(height) - _squares(V)) + _outer(X2m)
-    size = course.size + ex.sqrt(ex.sumsqr(p1)) + ex.sqrt(ex.sumsqr(p0))
+    # Terms of C are lengths to the fourth.
+    size = moved.size + ex.sqrt(ex.sumsqr(p1)) + ex.sqrt(ex.sumsqr(p0))
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, size**4, preferred[2]):
+    for motion, x, free in moved.solutions(C, size**4, preferred[2]):
         v = V @ x
         X = ex.dot(X1, x) * e1 + ex.dot(X2m, x) / m * e2 + ex.dot(height, x) * k2
         second = turn_onto(k2, v, X, preferred[1], scale)
@@ -114,84 +123,84 @@ def two_turns(
     return triples
 
 
-def slide_then_turn(
+def prismatic_then_revolute(
     w1: ex.Expression,
     k2: ex.Expression,
     goal: ex.Expression,
-    course: Course,
+    moved: MovedPoint,
     preferred: tuple[Turn, Turn, Turn],
     scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
-    """Goal - d w1 = Rot(k2, q2) v, v on a course; w1 not normal to k2.
+    """goal - d w1 = Rot(k2, q2) v, v the moved point; w1 not normal to k2.
 
     Args:
-        w1, k2: (3,) unit direction of the slide, unit axis through the origin.
+        w1, k2: (3,) unit direction of the prismatic joint, unit axis through the origin.
         goal: (3,) [m].
-        course: of v, in x.
+        moved: v, in x.
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
     k = ex.dot(w1, k2)
     one = ex.Expression([0, 0, 1])
-    height = (k2.T @ course.point).T
+    height = (k2.T @ moved.point).T
     kd = ex.dot(k2, goal) * one - height
     X = k * (goal @ one.T) - w1 @ kd.T
-    C = _squares(X) - k * k * _squares(course.point)
+    C = _squares(X) - k * k * _squares(moved.point)
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, (course.size + ex.sqrt(ex.sumsqr(goal))) ** 2, preferred[2]):
-        second = turn_onto(k2, course.point @ x, X @ x / k, preferred[1], scale)
+    for motion, x, free in moved.solutions(C, (moved.size + ex.sqrt(ex.sumsqr(goal))) ** 2, preferred[2]):
+        second = turn_onto(k2, moved.point @ x, X @ x / k, preferred[1], scale)
         triples.append(Triple(ex.dot(kd, x) / k, second, motion, free))
     return triples
 
 
-def turn_then_slide(
+def revolute_then_prismatic(
     k1: ex.Expression,
     w2: ex.Expression,
     p1: ex.Expression,
-    course: Course,
+    moved: MovedPoint,
     preferred: tuple[Turn, Turn, Turn],
     scale: ex.Expression | float = 1.0,
 ) -> list[Triple]:
-    """Rot(k1, q1) p1 = v + d w2, v on a course; w2 not normal to k1.
+    """Rot(k1, q1) p1 = v + d w2, v the moved point; w2 not normal to k1.
 
     Args:
-        k1, w2: (3,) unit axis through the origin, unit direction of the slide.
+        k1, w2: (3,) unit axis through the origin, unit direction of the prismatic joint.
         p1: (3,) [m].
-        course: of v, in x.
+        moved: v, in x.
         preferred: the turns taken where every one solves.
         scale: size of the arm [m].
     """
     k = ex.dot(k1, w2)
     one = ex.Expression([0, 0, 1])
-    kd = ex.dot(k1, p1) * one - (k1.T @ course.point).T
-    X = k * course.point + w2 @ kd.T
+    kd = ex.dot(k1, p1) * one - (k1.T @ moved.point).T
+    X = k * moved.point + w2 @ kd.T
     C = _squares(X) - k * k * ex.dot(p1, p1) * _outer(one)
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, (course.size + ex.sqrt(ex.sumsqr(p1))) ** 2, preferred[2]):
+    for motion, x, free in moved.solutions(C, (moved.size + ex.sqrt(ex.sumsqr(p1))) ** 2, preferred[2]):
         first = turn_onto(k1, p1, X @ x / k, preferred[0], scale)
         triples.append(Triple(first, ex.dot(kd, x) / k, motion, free))
     return triples
 
 
-def two_slides(
-    w1: ex.Expression, w2: ex.Expression, goal: ex.Expression, course: Course, preferred: tuple[Turn, Turn, Turn]
+def two_prismatics(
+    w1: ex.Expression, w2: ex.Expression, goal: ex.Expression, moved: MovedPoint, preferred: tuple[Turn, Turn, Turn]
 ) -> list[Triple]:
-    """Goal - d1 w1 = v + d2 w2, v on a course: only the height across both slides counts.
+    """goal - d1 w1 = v + d2 w2, v on a moved: only the height across both directions counts.
 
     Args:
         w1, w2: (3,) unit directions, not parallel.
         goal: (3,) [m].
-        course: of v, in x.
+        moved: v, in x.
         preferred: the turns taken where every one solves.
     """
     normal = cross(w1, w2)
     one = ex.Expression([0, 0, 1])
-    line = (normal.T @ course.point).T - ex.dot(normal, goal) * one
+    line = (normal.T @ moved.point).T - ex.dot(normal, goal) * one
     # The line times that at infinity, which meets no point of the curve that counts.
     C = (line @ one.T + one @ line.T) / 2
     triples: list[Triple] = []
-    for motion, x, free in course.solutions(C, course.size + ex.sqrt(ex.sumsqr(goal)), preferred[2]):
-        rest = goal - course.point @ x
+    for motion, x, free in moved.solutions(C, moved.size + ex.sqrt(ex.sumsqr(goal)), preferred[2]):
+        rest = goal - moved.point @ x
         k = ex.dot(w1, w2)
         a, b = ex.dot(w1, rest), ex.dot(w2, rest)
         triples.append(Triple((a - k * b) / (1 - k * k), (b - k * a) / (1 - k * k), motion, free))

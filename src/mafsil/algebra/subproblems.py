@@ -13,9 +13,7 @@ from typing import NamedTuple
 
 import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
-
-FREE = 1e-9
-"""Distances from an axis, relative to the size of the arm, below which every turn about it counts as a solution."""
+from mafsil.algebra.tolerance import FREE as FREE
 
 
 class Turn(NamedTuple):

@@ -297,7 +297,7 @@ def inv(x: Node) -> Node:
 
 
 def if_else_zero(condition: Node, x: Node) -> Node:
-    """X where the condition is not zero, else 0, whatever x is there."""
+    """x where the condition is not zero, else 0, whatever x is there."""
     if x.op == CONSTANT and x.value == 0.0:
         return x
     if condition.op == CONSTANT:

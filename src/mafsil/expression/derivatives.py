@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from mafsil.errors import OperandError
 from mafsil.expression import arithmetic, elementary
@@ -166,7 +166,7 @@ def _power(a: Node, b: Node, f: Node) -> Slopes:
     return arithmetic.mul(b, elementary.power(a, arithmetic.sub(b, ONE))), arithmetic.mul(elementary.log(a), f)
 
 
-_SLOPES = {
+_SLOPES: dict[str, Callable[[Node, Node, Node], Slopes]] = {
     "add": lambda a, b, f: (ONE, ONE),
     "sub": lambda a, b, f: (ONE, MINUS_ONE),
     "mul": lambda a, b, f: (b, a),

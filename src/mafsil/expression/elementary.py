@@ -36,7 +36,7 @@ def not_(x: Node) -> Node:
 
 
 def power(x: Node, y: Node) -> Node:
-    """X to the power of y; whole powers up to 100 as products."""
+    """x to the power of y; whole powers up to 100 as products."""
     if y.op != CONSTANT:
         return binary("pow", x, y)
     if y.value == 0.5:
@@ -111,8 +111,22 @@ def _extreme(op: str, neutral: float, x: Node, y: Node) -> Node:
     return x if same(x, y) else binary(op, x, y)
 
 
-def _plain(op: str, two: bool = False) -> Rule:
-    return (lambda x, y: binary(op, x, y)) if two else (lambda x: unary(op, x))
+def _plain(op: str) -> Rule:
+    """The operation of one operand, without any rule."""
+
+    def made(x: Node) -> Node:
+        return unary(op, x)
+
+    return made
+
+
+def _plain_of_two(op: str) -> Rule:
+    """The operation of two operands, without any rule."""
+
+    def made(x: Node, y: Node) -> Node:
+        return binary(op, x, y)
+
+    return made
 
 
 UNARY: dict[str, Rule] = {
@@ -143,6 +157,6 @@ BINARY: dict[str, Rule] = {
     "fmin": fmin,
     "fmax": fmax,
     "if_else_zero": arithmetic.if_else_zero,
-    **{op: _plain(op, two=True) for op in ("or", "atan2", "copysign")},
+    **{op: _plain_of_two(op) for op in ("or", "atan2", "copysign")},
 }
 """Simplifying constructors of two operands, by operation."""

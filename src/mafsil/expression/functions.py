@@ -126,12 +126,12 @@ def copysign(x: Convertible, y: Convertible) -> Expression:
 
 
 def power(x: Convertible, y: Convertible) -> Expression:
-    """X to the power of y; whole powers up to 100 as products."""
+    """x to the power of y; whole powers up to 100 as products."""
     return combined(elementary.power, x, y, "**")
 
 
 def if_else(condition: Convertible, x: Convertible, y: Convertible) -> Expression:
-    """X where the condition is not zero, else y; NaN of the side not taken does not pass."""
+    """x where the condition is not zero, else y; NaN of the side not taken does not pass."""
     taken = combined(arithmetic.if_else_zero, condition, x, "if")
     return taken + combined(arithmetic.if_else_zero, logic_not(condition), y, "else")
 
@@ -271,7 +271,7 @@ def det(x: Expression) -> Expression:
 
 
 def solve(A: Expression, b: Expression) -> Expression:
-    """X with A x = b, by cofactors, for sizes up to three.
+    """x with A x = b, by cofactors, for sizes up to three.
 
     Raises:
         OperandError: A is not square, larger than (3, 3), or b does not fit.
@@ -286,7 +286,7 @@ def solve(A: Expression, b: Expression) -> Expression:
 
 
 def _minor(a: Node, b: Node, c: Node, d: Node) -> Node:
-    """A b - c d."""
+    """a b - c d."""
     return arithmetic.sub(arithmetic.mul(a, b), arithmetic.mul(c, d))
 
 

@@ -132,11 +132,7 @@ def _whole(rounding: Callable[[float], int]) -> Callable[[float], float]:
     return lambda x: float(rounding(x)) if math.isfinite(x) else x
 
 
-FOLDS: dict[str, Callable[..., float]] = {
-    "add": lambda x, y: x + y,
-    "sub": lambda x, y: x - y,
-    "mul": lambda x, y: x * y,
-    "div": _divided,
+_ONE: dict[str, Callable[[float], float]] = {
     "neg": lambda x: -x,
     "sq": lambda x: x * x,
     "twice": lambda x: x + x,
@@ -146,11 +142,26 @@ FOLDS: dict[str, Callable[..., float]] = {
     "floor": _whole(math.floor),
     "ceil": _whole(math.ceil),
     "log": _log,
+    "not": lambda x: float(x == 0.0),
+    "sqrt": _guarded(math.sqrt),
+    "exp": _guarded(math.exp),
+    "sin": _guarded(math.sin),
+    "cos": _guarded(math.cos),
+    "tan": _guarded(math.tan),
+    "asin": _guarded(math.asin),
+    "acos": _guarded(math.acos),
+    "atan": _guarded(math.atan),
+    "tanh": _guarded(math.tanh),
+}
+_TWO: dict[str, Callable[[float, float], float]] = {
+    "add": lambda x, y: x + y,
+    "sub": lambda x, y: x - y,
+    "mul": lambda x, y: x * y,
+    "div": _divided,
     "lt": lambda x, y: float(x < y),
     "le": lambda x, y: float(x <= y),
     "eq": lambda x, y: float(x == y),
     "ne": lambda x, y: float(x != y),
-    "not": lambda x: float(x == 0.0),
     "and": lambda x, y: float(x != 0.0 and y != 0.0),
     "or": lambda x, y: float(x != 0.0 or y != 0.0),
     "if_else_zero": lambda x, y: y if x != 0.0 else 0.0,
@@ -159,11 +170,8 @@ FOLDS: dict[str, Callable[..., float]] = {
     "copysign": math.copysign,
     "atan2": math.atan2,
     "pow": _guarded(math.pow),
-    **{
-        name: _guarded(getattr(math, name))
-        for name in ("sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "tanh")
-    },
 }
+FOLDS: dict[str, Callable[..., float]] = {**_ONE, **_TWO}
 """What each operation does to numbers, as IEEE says: no exception, but infinity and NaN."""
 
 

@@ -1,6 +1,16 @@
 """Reduction of angles by quarter turns: x = n pi/2 + r - rest, |r| <= pi/4, for any finite x.
 
+1. n is the whole number nearest to x 2/pi, found by adding a large number that leaves n in the low bits (`MAGIC`).
+2. |n| < 2^20 (angles up to 1.6e6 rad, every angle of a robot): n pi/2 is subtracted in three parts, of which the
+   first two products are exact (`_moderate`: Cody and Waite).
+3. Beyond, the parts would not reach: x = m 2^k is multiplied by those bits of 2/pi that decide the quarter turn and
+   its fraction, in integers of 128 bits (`_payne_hanek`). A branch that is never taken in practice leads there, since
+   a sine of 1e10 must be as right as one of 1: the alternative would be a wrong number without a word.
+
 The rest counts downwards so that it is +0, never -0, where r is exact: then r - rest keeps the sign of a zero.
+
+References: Cody and Waite 1980, Software Manual for the Elementary Functions; Payne and Hanek 1983, Radian reduction
+for trigonometric functions.
 """
 
 from __future__ import annotations
@@ -35,7 +45,10 @@ def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
 
     The hot path is for |n| < 2^20; if any lane is beyond, a function reduces those lanes with 2/pi to 1200 bits.
     """
+    # 1. and 2. All angles, as if none were large.
     fast = [_moderate(lanes, x) for x in angles]
+    # 3. The bits of x 2/pi + MAGIC are MAGIC's but for the low 21, unless n is too large (or x is no number): any other
+    #    bit that differs makes the exclusive or larger than 2^21 - 1. One test serves all angles and lanes.
     beyond = ""
     for _, _, turns in fast:
         known = lanes.integer_op("xor", turns, lanes.whole(MAGIC_BITS))
@@ -46,18 +59,25 @@ def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
 
 def _moderate(lanes: Lanes, x: str) -> tuple[str, str, str]:
     """Cody and Waite: subtract n times pi/2 in parts, each step exact but the last."""
+    # 1. 1.5 2^52 is so large that its last place is 1: the addition rounds to the nearest whole number, and the
+    #    subtraction gives that number back as a double.
     turned = lanes.fma(x, lanes.const(QUARTERS_PER_RADIAN), lanes.const(MAGIC))
     n = lanes.sub(turned, lanes.const(MAGIC))
     if lanes.text.fma:
+        # 2. `above` is exact: a fused product is rounded only after the subtraction, whose result is below 1 and a
+        #    multiple of 2^-53, the last place of x and of the first part.
         first, second, third = (lanes.const(part) for part in HALF_PI)
         above = lanes.fnma(n, first, x)
         r = lanes.fnma(n, second, above)
+        # r rounds; what it lost is (r - above) + n second, and the third part comes on top.
         rest = lanes.fma(n, third, lanes.fma(n, second, lanes.sub(r, above)))
         return r, rest, lanes.bits(turned)
+    # 2. Without fused products: the first two parts are short enough that n times them is exact.
     first, second, third = (lanes.const(part) for part in HALF_PI_SHORT)
     above = lanes.sub(x, lanes.mul(n, first))
     step = lanes.mul(n, second)
     middle = lanes.sub(above, step)
+    # What `middle` lost, and the third part: taken off, and what that subtraction lost is handed on as the rest.
     beyond = lanes.add(lanes.add(lanes.sub(middle, above), step), lanes.mul(n, third))
     r = lanes.sub(middle, beyond)
     return r, lanes.add(lanes.sub(r, middle), beyond), lanes.bits(turned)
@@ -67,6 +87,7 @@ def _joined(
     lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]], large: str
 ) -> list[tuple[str, str, str]]:
     """`fast`, unless `large`: then the lanes beyond the hot path are reduced again, through memory."""
+    # The branch is marked as one in a million (!prof !0), so the slow block lies outside the hot code.
     text = lanes.text
     before, slow, after = text.block, f"huge{text.count}", f"reduced{text.count}"
     text.do(f"br i1 {large}, label %{slow}, label %{after}, !prof !0")
@@ -75,6 +96,7 @@ def _joined(
     text.do(f"br label %{after}")
     text.label(after)
     kinds = (lanes.real, lanes.real, lanes.integer)
+    # Behind the branch every value is either the quick one or the one reduced again.
     joined: list[tuple[str, str, str]] = []
     for quick, late in zip(fast, again, strict=True):
         r, rest, turns = (
@@ -89,6 +111,8 @@ def _by_memory(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]]
     """All lanes of all angles in one call."""
     text, count = lanes.text, len(angles)
     space = f"%space{text.count}"
+    # Four rows of `count` vectors: the angles, then r, rest and turned bits, which the function renews in place. One
+    # function without vectors for all kernels keeps the rare case out of the registers of the frequent one.
     text.entry.append(f"  {space} = alloca [{4 * count} x {lanes.real}], align 64")
     for k, (x, (r, rest, turns)) in enumerate(zip(angles, fast, strict=True)):
         for part, value in enumerate((x, r, rest, lanes.from_bits(turns))):
@@ -113,6 +137,7 @@ def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """IR of the function that reduces one huge angle, and the declarations it needs: (x, r, rest, turns) renewed."""
     text = Text(fma, rounding=False)
     lanes = Lanes(text, 1)
+    # The test of `reduced` again, for this angle alone; NaN and infinities keep the NaN that they have.
     beyond = lanes.integer_op("xor", "%turns", lanes.whole(MAGIC_BITS))
     beyond = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
     finite = lanes.compare("olt", lanes.fabs("%x"), lanes.const(float("inf")))
@@ -145,16 +170,14 @@ def _table() -> str:
 def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """IR of the function that reduces huge angles, and the declarations it needs.
 
-    It gets n angles, then n values of r, of the rest and of the turned bits, and renews those beyond the hot path:
-    x = m 2^k; the bits of 2/pi that count for m 2^k 2/pi mod 4 are cut out and multiplied by m in integers.
-
-    Reference: Payne and Hanek 1983, Radian reduction for trigonometric functions.
+    It gets n angles, then n values of r, of the rest and of the turned bits, and renews those beyond the hot path.
     """
     text = Text(fma, rounding=False)
     lanes = Lanes(text, 1)
     text.do("br label %next")
     text.label("next")
     text.do("%i = phi i64 [ 0, %entry ], [ %following, %continue ]")
+    # for i in 0 ... n-1: the places of x[i], r[i], rest[i], turns[i]
     for part, name in enumerate(("x", "r", "rest", "turns")):
         text.do(f"%{name}.skip = mul i64 %n, {part}")
         text.do(f"%{name}.index = add i64 %i, %{name}.skip")
@@ -182,17 +205,25 @@ def huge_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
 
 
 def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
+    """(r, rest, n) of one huge finite angle x.
+
+    With x = m 2^k, m a whole number of 53 bits, x 2/pi mod 4 is wanted: two bits of quarter turns, then a fraction.
+    Bits of 2/pi so high that m 2^k times them is a multiple of 4 do not matter, so only a window of 192 bits is used:
+
+    1. Take x apart into m and the place of its last bit.
+    2. Cut the window out of the table of 2/pi.
+    3. Multiply by m, modulo 4: 128 bits, of which the first two count quarter turns.
+    4. Round the quarter turns to the nearest; the fraction then has a sign.
+    5. The fraction as two doubles: its first 53 significant bits and the next 53.
+    6. Times pi/2, in twice the digits of a double.
+    7. The sign of x.
+
+    Why 192 bits are enough: no double is nearer to a multiple of pi/2 than 2^-62 of a quarter turn, so of the 126
+    bits behind the point at least 64 are significant, of which r needs 53.
+
+    Reference: Payne and Hanek 1983; Muller et al., Handbook of Floating-Point Arithmetic, 2018, sec. 10.2.
+    """
     text, op = lanes.text, lanes.integer_op
-    bits = lanes.bits(x)
-    exponent = op("and", op("lshr", bits, "52"), "2047")
-    mantissa = op("or", op("and", bits, str((1 << 52) - 1)), str(1 << 52))
-    first = op("sub", exponent, str(1075 - 62))
-    word, shift = op("lshr", first, "6"), op("and", first, "63")
-    loaded: list[str] = []
-    for k in range(4):
-        place = text.let(f"getelementptr i64, ptr @{HUGE}.bits, i64 {op('add', word, str(k))}")
-        loaded.append(text.let(f"load i64, ptr {place}, align 8"))
-    high, middle, low = (text.call("fshl", "i64", loaded[k], loaded[k + 1], shift) for k in range(3))
 
     def wide(value: str) -> str:
         return text.let(f"zext i64 {value} to i128")
@@ -200,30 +231,58 @@ def _payne_hanek(lanes: Lanes, x: str) -> tuple[str, str, str]:
     def long(operation: str, a: str, b: str) -> str:
         return text.let(f"{operation} i128 {a}, {b}")
 
+    # 1. A double is (2^52 + low 52 bits) 2^(exponent - 1075); the leading 1 is not stored.
+    bits = lanes.bits(x)
+    exponent = op("and", op("lshr", bits, "52"), "2047")
+    mantissa = op("or", op("and", bits, str((1 << 52) - 1)), str(1 << 52))
+    # 2. Bit j of 2/pi (j = 1 is the first behind the point) has the weight 2^-j; times 2^(exponent - 1075) it is
+    #    2^(exponent - 1075 - j). Weights of 4 and more drop out: the window starts at j = exponent - 1075 - 1, whose
+    #    weight is 2. The table begins with 64 zero bits, so that bit j stands at index 63 + j: the first bit of the
+    #    window is at exponent - 1075 + 62. (Huge angles have exponents far above 1013, so it is not negative.)
+    first = op("sub", exponent, str(1075 - 62))
+    word, shift = op("lshr", first, "6"), op("and", first, "63")
+    loaded: list[str] = []
+    for k in range(4):
+        place = text.let(f"getelementptr i64, ptr @{HUGE}.bits, i64 {op('add', word, str(k))}")
+        loaded.append(text.let(f"load i64, ptr {place}, align 8"))
+    #    Four words shifted left by the bits before the window leave three full ones (fshl: funnel shift of a pair).
+    high, middle, low = (text.call("fshl", "i64", loaded[k], loaded[k + 1], shift) for k in range(3))
+    # 3. m (high 2^128 + middle 2^64 + low) / 2^64 modulo 2^128, with the point behind the second bit. What overflows
+    #    are whole turns; of m low only the upper half reaches the 128 bits, so the error is below 2^-126 quarter turns.
     m = wide(mantissa)
     top = long("shl", wide(op("mul", mantissa, high)), "64")
     turns = long("add", long("add", top, long("mul", m, wide(middle))), long("lshr", long("mul", m, wide(low)), "64"))
+    # 4. The two leading bits are the quarter turns (128 - 2 = 126); moved out, the fraction fills all 128 bits. Its
+    #    first bit says that it is one half or more: then the next quarter turn is nearer, and the fraction, read as a
+    #    signed number, is negative.
     quarter = text.let(f"trunc i128 {long('lshr', turns, '126')} to i64")
     fraction = long("shl", turns, "2")
     upper = text.let(f"trunc i128 {long('lshr', fraction, '127')} to i64")
     quarter = op("add", quarter, upper)
     below = text.let(f"icmp slt i128 {fraction}, 0")
     size = text.let(f"select i1 {below}, i128 {long('sub', '0', fraction)}, i128 {fraction}")
+    # 5. Without its leading zeros the magnitude is size 2^-(128 + zeros).
     text.declared.add("declare i128 @llvm.ctlz.i128(i128, i1)")
     zeros = text.let(f"call i128 @llvm.ctlz.i128(i128 {size}, i1 false)")
     size = long("shl", size, zeros)
     zeros = text.let(f"trunc i128 {zeros} to i64")
 
     def piece(skip: int, scale: int) -> str:
+        """53 bits of the fraction, those from bit `skip` upwards, as a double: times 2^-(scale + zeros)."""
         digits = op("and", text.let(f"trunc i128 {long('lshr', size, str(skip))} to i64"), str((1 << 53) - 1))
+        # A power of two is its biased exponent in bits 52 ... 62 and zeros below.
         power = lanes.from_bits(op("shl", op("sub", str(1023 - scale), zeros), "52"))
         return lanes.mul(text.let(f"sitofp i64 {digits} to double"), power)
 
+    #    128 - 53 = 75 and 75 - 53 = 22: the first and the next 53 bits; both conversions are exact.
     hi, lo = piece(75, 53), piece(22, 106)
+    # 6. (hi + lo) (HALF_PI + HALF_PI_LOW): the large parts with the error of their product, then the mixed.
     product, error = two_product(lanes, hi, lanes.const(HALF_PI[0]))
     error = lanes.add(error, lanes.add(lanes.mul(hi, lanes.const(HALF_PI_LOW)), lanes.mul(lo, lanes.const(HALF_PI[0]))))
     r = lanes.add(product, error)
     lo = lanes.add(lanes.sub(product, r), error)
+    # 7. So far |x| was reduced: for a negative x the quarter turns count backwards and r turns its sign, once more if
+    #    the fraction was negative. The rest counts downwards, so it is the negative of what r lacks.
     minus = text.let(f"icmp slt i64 {bits}, 0")
     flip = text.let(f"xor i1 {minus}, {below}")
     quarter = text.let(f"select i1 {minus}, i64 {op('sub', '0', quarter)}, i64 {quarter}")

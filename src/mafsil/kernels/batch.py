@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from math import isfinite, prod
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -186,8 +186,8 @@ class Evaluator:
         Raises:
             InputError: names the number that leads beyond the range of floating-point numbers.
         """
-        for array in found if isinstance(found, tuple) else (found,):
-            result = np.asarray(array)
+        for array in _all_of(found):
+            result: Floats = np.asarray(array)
             if _finite(result):
                 continue
             index = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
@@ -205,7 +205,7 @@ class Evaluator:
     def _given(self, out: Any, batch: tuple[int, ...]) -> tuple[Floats, ...]:
         """The caller's result arrays, fit to be written."""
         outputs = self._signature.outputs
-        arrays = out if isinstance(out, tuple) else (out,)
+        arrays = _all_of(out)
         if len(arrays) != len(outputs):
             raise InputError("call.outputs", name=self._signature.name, expected=len(outputs), got=len(arrays))
         for port, array in zip(outputs, arrays):  # noqa: B905 - strict takes time, and both have one length
@@ -296,8 +296,14 @@ def _rows(array: Floats, port: Port, from_end: int, rows: slice) -> Floats:
     return array[(slice(None),) * axis + (rows,)]
 
 
-def _check_out(port: Port, array: Any, shape: tuple[int, ...]) -> None:
-    if not isinstance(array, np.ndarray) or array.dtype != _FLOAT64 or not array.flags.writeable:
+def _all_of(result: Any) -> tuple[Any, ...]:
+    """One array or a tuple of them, as a tuple."""
+    return cast("tuple[Any, ...]", result) if isinstance(result, tuple) else (result,)
+
+
+def _check_out(port: Port, given: Any, shape: tuple[int, ...]) -> None:
+    array = cast("np.ndarray[Any, Any]", given)
+    if not isinstance(given, np.ndarray) or array.dtype != _FLOAT64 or not array.flags.writeable:
         raise InputError("call.out", name=f"out ({port.name})")
     if array.shape != shape:
         raise InputError("input.shape", name=f"out ({port.name})", expected=shape, got=array.shape, hint="")

@@ -1,8 +1,27 @@
 """The fast single call: a builtin in machine code that takes NumPy arrays, allocates the results and calls the kernel.
 
-The code depends on the shapes of the signature alone and stands in the kernel's own module, so it is cached with it.
-It reads the public structs of CPython and NumPy at the offsets of `runtime`, which must have passed its self-test.
-Addresses of the running process come from a table, bound at load.
+In C it would be some forty lines around `PyArray_New`; here LLVM's assembler is printed: no compiler is at hand.
+What a call `robot.gravity_torque(q)` goes through:
+
+1. CPython calls CALL with the arguments in an array (its METH_FASTCALL convention): self, args, their number, and a
+   tuple of keyword names or null.
+2. Every argument is looked at (`_input`): is it the very type that is expected, contiguous, aligned, float64, of the
+   right shape? Every test that fails jumps to one block, `slow`, which hands the untouched call to FORMS.
+3. POINT checks that the numbers are finite (`_finite`), allocates the results through NumPy (`_allocate`), and calls
+   the kernel's single entry with pointers to the numbers.
+4. The results go out as one array, one number, or a tuple (`_answer`).
+
+The doubtful cases (lists, other types, batches, names) are those of `forms`, and behind it of Python; no object is
+changed before all tests have passed, so starting over on the slow path is always right.
+
+The code depends on the shapes of the signature alone, so all kernels of these shapes share it in the cache. It reads
+the public structs of CPython and NumPy at the offsets of `runtime`, which must have passed its self-test. Addresses of
+the running process (types, functions of NumPy) come from a table that is bound at load (BIND): machine code from the
+disk knows no address.
+
+How to read the IR: `%v = load ptr, ptr %p` is `v = *p`; `getelementptr i8, ptr %p, i64 n` is `(char *)p + n`;
+`br i1 %c, label %a, label %b` is `if (c) goto a; else goto b;`; `phi` takes the value that belongs to the block from
+which one comes.
 """
 
 from __future__ import annotations
@@ -45,7 +64,7 @@ _LINKS = f"""
 _FASTCALL_KEYWORDS = 0x0080 | 0x0002
 _UNROLLED = 64
 LARGE = 1e60
-"""Numbers from here on may overflow in products of a few of them: their results are looked at, on the slow road."""
+"""Numbers from here on may overflow in products of a few of them: their results are looked at, on the slow path."""
 
 
 def wrapper(signature: Signature, triple: str) -> str:
@@ -108,10 +127,10 @@ def builtin(
 
 
 class _Fallback(dict[Hashable, Callable[..., Any]]):
-    """The builtin's `__self__`: the slow road, and what must live as long as the builtin.
+    """The builtin's `__self__`: the slow path, and what must live as long as the builtin.
 
     As a dictionary it holds builtins for forms of the call that mean another kernel: under the text of `frame`, the
-    tuple of keyword names, or the number of positional arguments. The machine code looks here before the slow road.
+    tuple of keyword names, or the number of positional arguments. The machine code looks here before the slow path.
 
     A builtin pickles as the attribute of its name of its `__self__`; here that is the owner's `call`.
     """
@@ -194,7 +213,10 @@ def _environment(triple: str) -> tuple[str, str, str]:
 
 
 class _Wrapper:
-    """Prints the IR of the call, block by block; every doubt branches to %slow."""
+    """Prints the IR of the call, block by block; every doubt branches to %slow.
+
+    `_emit` appends an instruction, `_value` one with a result under a fresh name, `_branch` an `if not: goto slow`.
+    """
 
     def __init__(self, signature: Signature, triple: str) -> None:
         self._signature = signature
@@ -205,14 +227,18 @@ class _Wrapper:
 
     def text(self) -> str:
         """The builtin itself: plain arguments are recognised here, all others by FORMS."""
+        # 1. All inputs by position and no keywords; with any, FORMS sorts them.
         count = len(self._signature.inputs)
         self._branch(self._value("icmp eq ptr %kwnames, null"))
         self._branch(self._value(f"icmp eq i64 %nargs, {count}"))
+        # 2. A pointer to the numbers of every argument.
         self._emit("%table = load ptr, ptr @mafsil_runtime, align 8")
         data = [self._input(i, port) for i, port in enumerate(self._signature.inputs)]
+        # 3. and 4. ODD (a pointer that no object has) says that only Python may judge these numbers.
         answer = self._value(f"call ptr @{POINT}({', '.join(f'ptr {x}' for x in (*data, 'null'))})")
         self._branch(self._value(f"icmp ne ptr {answer}, {ODD}"))
         self._emit(f"ret ptr {answer}")
+        # `tail`: the frame of this function is gone before FORMS begins.
         self._open("slow")
         self._emit(f"%unusual = tail call ptr @{FORMS}(ptr %self, ptr %args, i64 %nargs, ptr %kwnames)")
         self._emit("ret ptr %unusual")
@@ -220,6 +246,7 @@ class _Wrapper:
 
     def point(self) -> str:
         """The evaluation at one point whose numbers are in place; see `forms.POINT`."""
+        # The kernel's code is its own module, put in place when it is in memory; until then Python brings it.
         self._emit(f"%single = load ptr, ptr @{TO_SINGLE}, align 8")
         self._branch(self._value("icmp ne ptr %single, null"))
         self._environment()
@@ -255,19 +282,24 @@ class _Wrapper:
 
     def _branch(self, condition: str, otherwise: str = "slow") -> None:
         """Go on if the condition holds."""
+        # A basic block ends with its branch; what follows is a new block, entered only if the condition holds.
         label = self._label()
         self._emit(f"br i1 {condition}, label %{label}, label %{otherwise}")
         self._open(label)
 
     def _load(self, kind: str, base: str, offset: int, align: int = 8) -> str:
+        """A field of a struct: *(kind *)(base + offset)."""
         at = self._value(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
         return self._value(f"load {kind}, ptr {at}, align {align}")
 
     def _runtime(self, name: str) -> str:
+        """An address of this process: an entry of the table that BIND received, eight bytes each."""
         return self._load("ptr", "%table", 8 * TABLE.index(name))
 
     def _environment(self) -> None:
-        """Another library may have set flush-to-zero or a rounding direction; the loop of the slow road undoes that."""
+        """Another library may have set flush-to-zero or a rounding direction; the loop of the slow path undoes that."""
+        # x86: the six exception flags (bits 0 to 5) do not matter, 65472 masks them; 8064 is the state at start: all
+        # exceptions masked, to nearest, denormals kept. AArch64: bits 22 to 25 are rounding and flush-to-zero.
         if self._triple.startswith(("x86_64", "i686", "amd64")):
             self._emit("%mode = alloca i32, align 4")
             self._emit("call void @llvm.x86.sse.stmxcsr(ptr %mode)")
@@ -279,6 +311,7 @@ class _Wrapper:
 
     def _input(self, index: int, port: Port) -> str:
         """Pointer to the numbers of one argument, after all its checks."""
+        # The exact type, not a subclass: those may have changed what an array is.
         argument = self._load("ptr", "%args", 8 * index)
         kind = self._load("ptr", argument, TYPE)
         is_array = self._value(f"icmp eq ptr {kind}, {self._runtime('ndarray')}")
@@ -289,6 +322,7 @@ class _Wrapper:
 
     def _scalar(self, argument: str, kind: str, is_array: str) -> str:
         """A Python float or a NumPy float64 holds its number inside; an array of no dimensions points to it."""
+        # if (is_array) data = array's; else if (float or np.float64) data = inside the object; else goto slow
         array, other, joined = self._label(), self._label(), self._label()
         self._emit(f"br i1 {is_array}, label %{array}, label %{other}")
         self._open(other)
@@ -306,9 +340,14 @@ class _Wrapper:
         return self._value(f"phi ptr [ {inside}, %{last} ], [ {pointed}, %{from_array} ]")
 
     def _lines_label(self) -> str:
+        """The block that is being written, which `phi` wants to know."""
         return next(line[:-1] for line in reversed(self._lines) if line.endswith(":"))
 
     def _array(self, argument: str, port: Port) -> str:
+        """Pointer to the numbers of an array, which is C-contiguous, aligned, of float64 and of the core's shape.
+
+        These are the struct fields behind `ndim`, `flags`, `dtype`, `shape` and `data` in Python.
+        """
         ndim = self._load("i32", argument, ARRAY_NDIM, 4)
         flags = self._load("i32", argument, ARRAY_FLAGS, 4)
         layout = self._value(f"and i32 {flags}, {CONTIGUOUS_ALIGNED}")
@@ -337,10 +376,12 @@ class _Wrapper:
     def _finite(self, pointer: str, size: int) -> None:
         """Sums of squares are below a bound unless there is a NaN, an infinity or a number that may overflow.
 
-        The slow road tells these apart. Blocks may overlap, so no tail is needed.
+        The slow path tells these apart. Blocks may overlap, so no tail is needed.
         """
         if size == 0:
             return
+        # One NaN or infinity makes the sum of squares NaN or infinite, so one comparison serves all numbers: a test of
+        # each would take longer than many a kernel. `uge` also holds for NaN (unordered).
         width = 4 if size >= 4 else 2 if size >= 2 else 1
         kind = f"<{width} x double>"
         if size > _UNROLLED:
@@ -350,6 +391,7 @@ class _Wrapper:
             total = self._squares([self._load(kind, pointer, 8 * start) for start in starts], kind)
         bound = ", ".join([f"double {LARGE**2:e}"] * width)
         wrong = self._value(f"fcmp uge {kind} {total}, <{bound}>")
+        # The mask as one small integer: 0 if no lane is beyond the bound.
         bits = self._value(f"bitcast <{width} x i1> {wrong} to i{width}")
         self._branch(self._value(f"icmp eq i{width} {bits}, 0"))
 
@@ -362,6 +404,7 @@ class _Wrapper:
 
     def _long_sum(self, pointer: str, size: int, kind: str) -> str:
         """The same sum as a loop over blocks of four."""
+        # do { total += square(x[i .. i+3]); i += 4; } while (i <= size - 4); the last block may overlap the one before.
         before, loop, after = self._lines_label(), self._label(), self._label()
         self._emit(f"br label %{loop}")
         self._open(loop)
@@ -380,6 +423,7 @@ class _Wrapper:
 
     def _results(self, data: list[str]) -> None:
         """Allocate every output, or take `out` for the only one, evaluate, and hand out one array or a tuple."""
+        # Where an allocation fails after others have succeeded, those leak: out of memory, that is the least concern.
         outputs = self._signature.outputs
         one = len(outputs) == 1 and outputs[0].shape != ()
         arrays = (
@@ -399,6 +443,7 @@ class _Wrapper:
 
     def _given_or_new(self, port: Port) -> str:
         """`out`, which whoever hands it over has checked, or a new array."""
+        # The caller gets a reference of its own to what is handed back, also to an `out` that it gave.
         keep, fresh, joined = self._label(), self._label(), self._label()
         none = self._value("icmp eq ptr %out, null")
         self._emit(f"br i1 {none}, label %{fresh}, label %{keep}")
@@ -413,6 +458,7 @@ class _Wrapper:
         return self._value(f"phi ptr [ %out, %{keep} ], [ {made}, %{from_fresh} ]")
 
     def _allocate(self, index: int, port: Port) -> str:
+        """A new array: PyArray_New(&PyArray_Type, ndim, shape, NPY_DOUBLE, no strides, no data, 0, 0, no parent)."""
         shape = "null"
         if port.shape:
             sizes = ", ".join(f"i64 {size}" for size in port.shape)
@@ -426,6 +472,7 @@ class _Wrapper:
         return made
 
     def _answer(self, array: str, port: Port) -> str:
+        """An array as it is; one without dimensions becomes a NumPy number, as NumPy's own functions hand it out."""
         if port.shape:
             return array
         return self._value(f"call ptr {self._runtime('PyArray_Return')}(ptr {array})")

@@ -19,7 +19,7 @@ from weakref import WeakValueDictionary
 
 from mafsil.code_store import warn
 from mafsil.errors import KernelError
-from mafsil.kernels import cache, call, identity, image, target
+from mafsil.kernels import cache, identity, image, target
 from mafsil.kernels.cache import Entry, Store, TapeEntry
 from mafsil.kernels.call import CALL
 from mafsil.kernels.image import Image, Part
@@ -94,10 +94,10 @@ def _traced_once(order: Order) -> TapeEntry:
 
 def _traced(order: Order) -> TapeEntry:
     """The expression built, read and reduced."""
-    from mafsil.kernels import reduce, tape
+    from mafsil.kernels.translation import traced
 
     started = time.perf_counter()
-    program = reduce.reduce(tape.read(order.build()))
+    program = traced(order.build())
     seconds = time.perf_counter() - started
     entry = TapeEntry(program.hash, program.counts(), seconds, cache.packed(program.text()))
     order.store.put_tape(order.key, entry)
@@ -145,8 +145,10 @@ def _from_store(order: Order, whole: Image, name: str, key: str) -> Part | None:
 def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     with _llvm:
         machine = order.target or target.host()
+    from mafsil.kernels.translation import translate
+
     started = time.perf_counter()
-    ir = translate(name, _tape_of(order, whole) if name != CALL else None, order.signature, machine)
+    ir = translate(name, _tape_text(order, whole) if name != CALL else None, order.signature, machine)
     lowered = time.perf_counter()
     with _llvm:
         code = target.compile(ir, machine)
@@ -167,27 +169,8 @@ def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     return part
 
 
-def translate(part: str, program: Any, signature: Signature, machine: Target) -> str:
-    """LLVM IR of the module of a part.
-
-    Args:
-        part: BATCH, SINGLE or CALL.
-        program: reduced tape; None for CALL, which does no arithmetic.
-        signature: ports.
-        machine: to compile for.
-    """
-    if part == CALL:
-        return call.wrapper(signature, machine.triple)
-    from mafsil.kernels import lower
-
-    ir = lower.lower(program, signature, machine, (part,))
-    return ir + call.loop(machine.triple) if part == BATCH else ir
-
-
-def _tape_of(order: Order, whole: Image) -> Any:
+def _tape_text(order: Order, whole: Image) -> str:
     """The tape, read from the cache or, where it is there no more, traced again."""
-    from mafsil.kernels import tape
-
     entry = order.store.get_tape(order.key)
     text = entry.text() if entry is not None and entry.hash == whole.hash else None
     if text is None:
@@ -196,7 +179,7 @@ def _tape_of(order: Order, whole: Image) -> Any:
         text = entry.text() if entry.hash == whole.hash else None
     if text is None:
         raise KernelError("call.unequal", name=order.signature.name)
-    return tape.from_text(text)
+    return text
 
 
 def _other_answers(order: Order, whole: Image, name: str) -> bytes | None:

@@ -1,8 +1,19 @@
 """A linker for the one kind of object file that our kernels are, so that cached code starts without loading LLVM.
 
-Kernels call nothing and refer to nothing outside themselves: sections are laid out in one private mapping, a handful of
-relocation kinds is applied, and the pages become read-execute, read-only or read-write, never writable code. Whatever
-is not known here is declined and goes to LLVM's own loader.
+Kernels call nothing and refer to nothing outside themselves, so linking is short:
+
+1. Read the table of sections: where each lies in the file, its size, alignment and rights (`_sections`).
+2. Lay out what is needed at run time in one range of memory, code, constants and variables on pages apart (`_layout`).
+3. Reserve that range, private to the process.
+4. Give every symbol its address there (`_symbols`).
+5. Copy the sections (`_filled`) and write the addresses into them that the compiler left open: relocations, absolute of
+   64 bits or relative to their own place of 32 (`_relocated`).
+6. Set the rights of the pages: read-execute, read-only or read-write, never writable code.
+
+Whatever is not known here is declined and goes to LLVM's own loader. It is worth its lines: loading LLVM for a kernel
+from the cache takes 0.05 to 0.2 s of every start of a program.
+
+Reference: Tool Interface Standard, Executable and Linking Format, 1995; System V ABI, AMD64 supplement, sec. 4.4.
 """
 
 from __future__ import annotations
@@ -56,16 +67,19 @@ def load(code: bytes, symbols: Iterable[str]) -> Code | None:
     if not _here():
         return None
     try:
-        sections = _sections(code)
-        places, spans, size = _layout(code, sections)
-        memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        sections = _sections(code)  # 1.
+        places, spans, size = _layout(code, sections)  # 2.
+        memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)  # 3.
         base = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+        # 4.
         values, names = _symbols(code, sections, places, base)
         wanted = {name: int(values[names[name]]) for name in symbols}
+        # 5.
         if not _filled(code, sections, places, memory, base, values):
             return None
     except (_UnknownError, StopIteration, struct.error, KeyError, ValueError, IndexError, OSError):
         return None
+    # 6.
     protect = _protect()
     if any(protect(base + start, length, mode) for start, length, mode in spans):
         return None
@@ -78,6 +92,7 @@ class _UnknownError(Exception):
 
 @cache
 def _here() -> bool:
+    """Whether this is the one system whose object files and page rights are known here."""
     return sys.platform == "linux" and os.uname().machine == "x86_64" and struct.calcsize("P") == 8
 
 
@@ -89,6 +104,7 @@ def _protect() -> Any:
 
 
 def _sections(code: bytes) -> list[_Section]:
+    """Step 1; the file must be a relocatable object for x86-64, 64 bits, little-endian."""
     ident, kind, machine, _, _, _, start, _, _, _, _, size, count, _ = _FILE.unpack_from(code)
     if ident[:6] != b"\x7fELF\x02\x01" or (kind, machine, size) != (_RELOCATABLE, _X86_64, _SECTION.size):
         raise _UnknownError
@@ -155,6 +171,7 @@ def _filled(
 
 
 def _relocated(view: Any, rows: Any, base: int, start: int, size: int, values: Any) -> bool:
+    # The upper half of `info` is the symbol, the lower the kind. A symbol without address is not in memory: declined.
     kinds = rows["info"] & 0xFFFFFFFF
     targets = values[(rows["info"] >> np.uint64(32)).astype(np.intp)]
     if not np.isin(kinds, (*_ABSOLUTE64, *_RELATIVE32)).all() or not targets.all():
@@ -165,6 +182,7 @@ def _relocated(view: Any, rows: Any, base: int, start: int, size: int, values: A
     places = start + offsets
     for group, width in ((_ABSOLUTE64, 8), (_RELATIVE32, 4)):
         chosen = np.isin(kinds, group)
+        # S + A, or S + A - P, in the letters of the ABI: symbol, addend, place.
         value = (targets + rows["addend"])[chosen]
         if width == 4:
             value = value - (base + places[chosen])

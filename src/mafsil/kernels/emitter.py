@@ -1,4 +1,16 @@
-"""Writes LLVM IR: one function's text, and arithmetic on vectors of lanes."""
+"""Writes LLVM IR: one function's text, and arithmetic on vectors of lanes.
+
+IR is an assembly language with types, in which every value gets its name once and is never changed: where C has
+`x = a*b; x = x + c;`, IR has `%v1 = fmul double %a, %b` and `%v2 = fadd double %v1, %c`. A vector `<4 x double>` is
+four numbers in one register, and the same instructions act on all four. Functions here append instructions to a `Text`
+and hand on the names of the results, so Python code that calls them reads like the arithmetic that is printed:
+
+    z = lanes.mul(x, x)                             # x and z are names such as "%v7"
+    y = lanes.fma(lanes.const(2.0), z, x)           # 2 x^2 + x in every lane
+
+A choice between two values is `select`, never a branch: the lanes of a vector go one way together, so both sides are
+computed and the mask (one bit a lane) picks. That is also why NaN in the side not taken does no harm.
+"""
 
 from __future__ import annotations
 
@@ -122,7 +134,7 @@ class Lanes:
         return self.fma(x, y, self.neg(z)) if self.text.fma else self.sub(self.mul(x, y), z)
 
     def fnma(self, x: str, y: str, z: str) -> str:
-        """Z - x*y."""
+        """z - x*y."""
         return self.fma(self.neg(x), y, z) if self.text.fma else self.sub(z, self.mul(x, y))
 
     def fnms(self, x: str, y: str, z: str) -> str:
@@ -155,6 +167,7 @@ class Lanes:
 
     def to_real(self, x: str) -> str:
         """Integers below 2^52 in magnitude as doubles, exactly."""
+        # The bits of 1.5 2^52 plus n are the double 1.5 2^52 + n.
         magic = self.integer_op("add", x, self.whole(0x4338000000000000))
         return self.sub(self.from_bits(magic), self.const(6755399441055744.0))
 
@@ -175,7 +188,7 @@ class Lanes:
         return self.mask_op("xor", x, "true" if self.width == 1 else "splat (i1 true)")
 
     def select(self, mask: str, x: str, y: str) -> str:
-        """X in the lanes of the mask, y in the others."""
+        """x in the lanes of the mask, y in the others."""
         return self.text.let(f"select {self.mask} {mask}, {self.real} {x}, {self.real} {y}")
 
     def select_integers(self, mask: str, x: str, y: str) -> str:
@@ -193,6 +206,7 @@ class Lanes:
         """Largest whole number not above x."""
         if self.text.rounding:
             return self.text.call("floor", self.real, x)
+        # Without an instruction for it: to the nearest, and one less where that is above. From 2^52 on all are whole.
         near = self._nearest_below_2_52(x)
         above = self.compare("ogt", near, x)
         return self._kept_if_large(x, self.select(above, self.sub(near, self.const(1.0)), near))
@@ -232,6 +246,7 @@ class Lanes:
         self.text.do(f"store {self.real} {value}, ptr {place}, align {8 * self.width}")
 
     def _nearest_below_2_52(self, x: str) -> str:
+        """x + 2^52 has no place for a fraction: the addition rounds, the subtraction brings x back, whole."""
         big = self.copysign(self.const(4503599627370496.0), x)
         return self.sub(self.add(x, big), big)
 

@@ -10,6 +10,8 @@ def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
 
     Reference: Dekker 1971, A floating-point technique for extending the available precision.
     """
+    # x*y - product is exactly representable; a fused product finds it in one instruction. Without, both factors are cut
+    # into halves of 26 bits, whose four products are exact, and subtracted from the largest to the smallest.
     product = lanes.mul(x, y)
     if lanes.text.fma:
         return product, lanes.fms(x, y, product)
@@ -20,20 +22,20 @@ def two_product(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
 
 
 def ordered_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """X + y as a rounded sum and its error, exact, for |x| >= |y|."""
+    """x + y as a rounded sum and its error, exact, for |x| >= |y|."""
     total = lanes.add(x, y)
     return total, lanes.sub(y, lanes.sub(total, x))
 
 
 def two_sum(lanes: Lanes, x: str, y: str) -> tuple[str, str]:
-    """X + y as a rounded sum and its error, exact, whichever is larger."""
+    """x + y as a rounded sum and its error, exact, whichever is larger."""
     total = lanes.add(x, y)
     part = lanes.sub(total, x)
     return total, lanes.add(lanes.sub(x, lanes.sub(total, part)), lanes.sub(y, part))
 
 
 def _halves(lanes: Lanes, x: str) -> tuple[str, str]:
-    """X as two numbers of 26 bits."""
+    """x as two numbers of 26 bits: times 2^27 + 1, so that the difference from that keeps the upper half (Veltkamp)."""
     big = lanes.mul(x, lanes.const(134217729.0))
     upper = lanes.sub(big, lanes.sub(big, x))
     return upper, lanes.sub(x, upper)

@@ -61,17 +61,21 @@ def _core(signature: Signature) -> str:
 
 
 def _memory(signature: Signature) -> str:
-    """What the function keeps on the stack."""
+    """What the function keeps on the stack.
+
+    `given` the arguments in the order of the inputs (one place more for `out` behind a frame), `data`, `steps` and
+    `rows` what the batch entry takes, `shape` that of a new result, and for every input a buffer for its numbers.
+    """
     ports, total = len(signature.ports), len(signature.ports) + sum(len(port.shape) for port in signature.ports)
-    rooms = "".join(
-        f"\n  %room{k} = alloca [{max(port.size, 1)} x double], align 8" for k, port in enumerate(signature.inputs)
+    buffers = "".join(
+        f"\n  %buffer{k} = alloca [{max(port.size, 1)} x double], align 8" for k, port in enumerate(signature.inputs)
     )
     return f"""
   %given = alloca [{len(signature.inputs) + 1} x ptr], align 8
   %data = alloca [{ports} x ptr], align 8
   %steps = alloca [{total} x i64], align 8
   %rows = alloca i64, align 8
-  %shape = alloca [{1 + max(len(port.shape) for port in signature.outputs)} x i64], align 8{rooms}"""
+  %shape = alloca [{1 + max(len(port.shape) for port in signature.outputs)} x i64], align 8{buffers}"""
 
 
 def _slow() -> str:
@@ -103,7 +107,7 @@ def _twins(signature: Signature) -> str:
   %exact = icmp eq i64 %nargs, {count}
   %unnamed = icmp eq ptr %kwnames, null
   br i1 %more, label %twin.count, label %twin.maybe
-twin.count:
+twin.count:                                                  ; step 1: too many by position: self[nargs]
   %number.at = getelementptr i8, ptr %table, i64 {at("PyLong_FromSsize_t")}
   %number.make = load ptr, ptr %number.at, align 8
   %number = call ptr %number.make(i64 %nargs)
@@ -116,14 +120,14 @@ twin.ask:
   %drop = load ptr, ptr %drop.at, align 8
   call void %drop(ptr %number)
   br label %twin.call
-twin.maybe:
+twin.maybe:                                                  ; any keywords?
   br i1 %unnamed, label %unnamed.few, label %twin.named
 twin.named:
   %kw.size.at = getelementptr i8, ptr %kwnames, i64 {SIZE}
   %kw.size = load i64, ptr %kw.size.at, align 8
   %kw.some = icmp sgt i64 %kw.size, 0
   br i1 %kw.some, label %twin.first, label %slow
-twin.first:
+twin.first:                                                  ; is the first keyword the very string `frame`?
   %items.at = getelementptr i8, ptr %table, i64 {at("tuple_items")}
   %items.offset = load i64, ptr %items.at, align 8
   %kw.items = getelementptr i8, ptr %kwnames, i64 %items.offset
@@ -145,7 +149,7 @@ def _framed(signature: Signature) -> str:
         for k in range(count + 1)
     )
     return f"""
-twin.last:
+twin.last:                                                   ; a frame may have `out` behind it, nothing else
   %kw.before = sub i64 %kw.size, 1
   %kw.last.at = getelementptr ptr, ptr %kw.items, i64 %kw.before
   %kw.last = load ptr, ptr %kw.last.at, align 8
@@ -155,7 +159,7 @@ twin.last:
   %only = load ptr, ptr %only.at, align 8
   %only.frame = icmp eq i64 %kw.real, 1
   br i1 %only.frame, label %twin.frame, label %slow
-twin.frame:
+twin.frame:                                                  ; its value must be a plain string: self[frame]
   %frame.value.at = getelementptr ptr, ptr %args, i64 {count}
   %frame.value = load ptr, ptr %frame.value.at, align 8
   %frame.type.at = getelementptr i8, ptr %frame.value, i64 {TYPE}
@@ -168,17 +172,17 @@ twin.frame.ask:
   %frame.getitem = load ptr, ptr %getitem.at, align 8
   %frame.twin = call ptr %frame.getitem(ptr %self, ptr %frame.value)
   br i1 %ends.out, label %twin.frame.out, label %twin.call
-twin.frame.out:
+twin.frame.out:                                              ; the arguments again, the frame left out
 {without_frame}
   br label %twin.call"""
 
 
 _CALL_OF_TWIN = """
-twin.keywords:
+twin.keywords:                                               ; unknown names: self[tuple of names]
   %kw.getitem = load ptr, ptr %getitem.at, align 8
   %kw.twin = call ptr %kw.getitem(ptr %self, ptr %kwnames)
   br label %twin.call
-twin.call:
+twin.call:                                                   ; found: with which arguments, and are there any names
   %twin = phi ptr [ %count.twin, %twin.ask ], [ %frame.twin, %twin.frame.ask ], [ %frame.twin, %twin.frame.out ], \
 [ %kw.twin, %twin.keywords ]
   %twin.args = phi ptr [ %args, %twin.ask ], [ %args, %twin.frame.ask ], [ %given, %twin.frame.out ], \
@@ -208,17 +212,17 @@ def _named(signature: Signature) -> str:
         for k in range(count)
     )
     return f"""
-given.copy:
+given.copy:                                                  ; step 2: given[k] = k < nargs ? args[k] : null
   %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
   %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
 {_copied(count)}
   br label %keyword.loop
-keyword.loop:
+keyword.loop:                                                ; for k in 0 ... keywords: sort one into its place
   %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
   %out = phi ptr [ null, %{last} ], [ %out.next, %keyword.next ]
   %k.more = icmp slt i64 %k, %kw.count
   br i1 %k.more, label %keyword, label %full0
-keyword:
+keyword:                                                     ; values of keywords stand behind the positional ones
   %keyword.at = getelementptr ptr, ptr %kw.list, i64 %k
   %keyword.name = load ptr, ptr %keyword.at, align 8
   %value.index = add i64 %nargs, %k
@@ -232,12 +236,12 @@ keyword.other:
   %threads.name = load ptr, ptr %threads.at, align 8
   %keyword.threads = icmp eq ptr %keyword.name, %threads.name
   br i1 %keyword.threads, label %threads, label %search
-threads:
+threads:                                                     ; threads=1 is what happens here; others are Python's
   %one.at = getelementptr i8, ptr %table, i64 {at("one")}
   %one = load ptr, ptr %one.at, align 8
   %threads.one = icmp eq ptr %value, %one
   br i1 %threads.one, label %keyword.next, label %slow
-search:
+search:                                                      ; names of source code are interned: equal is same
   %s = phi i64 [ 0, %keyword.other ], [ %s.next, %search.next ]
   %s.name.at = getelementptr ptr, ptr %names, i64 %s
   %s.name = load ptr, ptr %s.name.at, align 8
@@ -247,7 +251,7 @@ search.next:
   %s.next = add i64 %s, 1
   %s.more = icmp slt i64 %s.next, {count}
   br i1 %s.more, label %search, label %twin.keywords
-search.found:
+search.found:                                                ; a place that is taken is an error, which Python says
   %s.place = getelementptr ptr, ptr %given, i64 %s
   %s.before = load ptr, ptr %s.place, align 8
   %s.free = icmp eq ptr %s.before, null
@@ -289,7 +293,7 @@ def _given(signature: Signature) -> str:
 out.none:
   %no.out = icmp eq ptr %out, null
   br i1 %no.out, label %ready, label %out.check
-out.check:
+out.check:                                                   ; `out` is for kernels with one array as result
   br i1 {"true" if taken else "false"}, label %out.array, label %slow
 out.array:
   %out.good = call i1 @mafsil_writable(ptr %out, ptr %table)
@@ -306,7 +310,7 @@ def _point(signature: Signature) -> str:
         size = f", i64 {port.size}" if port.shape else ""
         reader = "mafsil_vector" if port.shape else "mafsil_number"
         lines.append(
-            f"  %numbers{k} = call ptr @{reader}(ptr %place{k}, ptr %room{k}{size}, ptr %table)\n"
+            f"  %numbers{k} = call ptr @{reader}(ptr %place{k}, ptr %buffer{k}{size}, ptr %table)\n"
             f"  %numbers.there{k} = icmp ne ptr %numbers{k}, null\n"
             f"  br i1 %numbers.there{k}, label %point{k + 1}, label %batch0\npoint{k + 1}:"
         )
@@ -316,7 +320,7 @@ def _point(signature: Signature) -> str:
     return f"""
 {reading}
   br i1 %no.out, label %point.go, label %point.out
-point.out:
+point.out:                                                   ; step 3 with `out`: its shape is that of one point
   %point.out.fits = call i1 @mafsil_shaped(ptr %out.known, i32 0, i64 0, i32 {rank}, ptr @mafsil_core)
   br i1 %point.out.fits, label %point.go, label %slow
 point.go:

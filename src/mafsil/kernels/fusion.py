@@ -1,4 +1,12 @@
-"""Products that only sums use become fused multiply-adds: fewer operations and roundings, alike on every target."""
+"""Products that only sums use become fused multiply-adds: fewer operations and roundings, alike on every target.
+
+1. Who uses every value (`users_of`), and when it is ready at the earliest (`ready_times`).
+2. A product may disappear if all its users are sums in which it occurs once; each sum can swallow one product. Products
+   are offered to their sums in order: few users first, late ones first, for the late one is what the sum waits for.
+3. Every sum that swallows becomes fma, fms or fnma, by the signs of its two terms.
+4. A negation whose operand has no other user turns the signs of that operation instead: the opposite of a*b + c is
+   -(a*b) - c.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +22,13 @@ def fused(tape: Tape) -> Tape:
     A product is fused only if all its uses are sums that can take it, so that it disappears. Of two products in one
     sum, the one that is ready later is fused.
     """
+    # 1. and 2.
     users = users_of(tape)
     claims = _claims(tape, users)
+    # 3.; the swallowed products are dead now.
     nodes = [_with_product(tape, i, claims[i]) if i in claims else node for i, node in enumerate(tape.nodes)]
     merged = alive(Tape(tuple(nodes), tape.input_sizes, tape.outputs))
+    # 4.
     return _without_signs(merged)
 
 
@@ -58,6 +69,7 @@ def ready_times(tape: Tape) -> list[int]:
 
 
 def _with_product(tape: Tape, i: int, product: int) -> Node:
+    """Sum i with its product inside: p + c, p - c or c - p with p = a*b."""
     first, second = tape.nodes[i].args
     factors = tape.nodes[product].args
     if tape.nodes[i].op == "add":

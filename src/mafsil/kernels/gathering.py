@@ -1,7 +1,16 @@
 """Arguments of a call as machine code reads them: lists, tuples, numbers and strided arrays as contiguous doubles.
 
 Functions in LLVM IR for `forms`; none of them changes an object, runs Python code or raises. What they do not know they
-refuse, and Python sees to it.
+refuse (null or false), and Python sees to it. As C would declare them, `table` being that of `runtime.TABLE`:
+
+1. bool is_array(object, table): the very type `numpy.ndarray`.
+2. int dtype(array): NumPy's number of the type of the elements, -1 if their bytes are swapped.
+3. bool flags(array, wanted): all of these flags are set.
+4. bool writable(object, table): an array of doubles, contiguous, aligned, writable: fit for `out`.
+5. bool shaped(array, lead, rows, rank, core): shape is (rows, *core), or core where lead is 0.
+6. double *number(object, buffer, table): where one number lies; integers are converted into the buffer.
+7. double *vector(object, buffer, size, table): where `size` numbers lie side by side; others are copied there.
+8. bool row(object, rank, size, data, outer, inner, rows, close, table): base and strides of one argument of a batch.
 """
 
 from __future__ import annotations
@@ -76,20 +85,21 @@ look:
 no:
   ret i1 false
 }}
+; lead is 0 or 1: whether a batch axis stands before the axes of the core
 define internal i1 @mafsil_shaped(ptr %array, i32 %lead, i64 %rows, i32 %rank, ptr %core) {{
 {_field("ndim", "%array", ARRAY_NDIM, "i32", 4)}
 {_field("shape", "%array", ARRAY_SHAPE)}
   %wanted = add i32 %lead, %rank
   %right = icmp eq i32 %ndim, %wanted
   br i1 %right, label %first, label %no
-first:
+first:                                                       ; the batch axis, if there is one
   %batched = icmp ne i32 %lead, 0
   br i1 %batched, label %length, label %axes
 length:
   %found = load i64, ptr %shape, align 8
   %equal = icmp eq i64 %found, %rows
   br i1 %equal, label %axes, label %no
-axes:
+axes:                                                        ; then the core's, one by one
   %own = getelementptr i64, ptr %shape, i32 %lead
   br label %loop
 loop:
@@ -112,7 +122,7 @@ no:
 """
 
 _NUMBER = f"""
-define internal ptr @mafsil_number(ptr %object, ptr %room, ptr %table) {{
+define internal ptr @mafsil_number(ptr %object, ptr %buffer, ptr %table) {{
   %beyond = alloca i32, align 4
 {_field("kind", "%object", TYPE)}
 {_field("float", "%table", place("PyFloat"))}
@@ -122,13 +132,13 @@ define internal ptr @mafsil_number(ptr %object, ptr %room, ptr %table) {{
   %is.npfloat = icmp eq ptr %kind, %npfloat
   %is.real = or i1 %is.float, %is.npfloat
   br i1 %is.real, label %real, label %other
-real:
+real:                                                        ; a float has its number inside
   %inside = getelementptr i8, ptr %object, i64 {FLOAT_VALUE}
   ret ptr %inside
 other:
   %is.int = icmp eq ptr %kind, %int
   br i1 %is.int, label %whole, label %maybe
-whole:
+whole:                                                       ; an int: beyond 64 bits Python sees to it
 {_field("convert", "%table", place("PyLong_AsLongLongAndOverflow"))}
   %value = call i64 %convert(ptr %object, ptr %beyond)
   %flag = load i32, ptr %beyond, align 4
@@ -136,12 +146,12 @@ whole:
   br i1 %inside.range, label %store, label %no
 store:
   %real.value = sitofp i64 %value to double
-  store double %real.value, ptr %room, align 8
-  ret ptr %room
+  store double %real.value, ptr %buffer, align 8
+  ret ptr %buffer
 maybe:
   %is.array = call i1 @mafsil_is_array(ptr %object, ptr %table)
   br i1 %is.array, label %look, label %no
-look:
+look:                                                        ; an array of no dimensions points to its number
 {_field("ndim", "%object", ARRAY_NDIM, "i32", 4)}
   %point = icmp eq i32 %ndim, 0
   %number = call i32 @mafsil_dtype(ptr %object)
@@ -159,16 +169,16 @@ no:
 """
 
 _VECTOR = f"""
-define internal ptr @mafsil_vector(ptr %object, ptr %room, i64 %size, ptr %table) noinline {{
+define internal ptr @mafsil_vector(ptr %object, ptr %buffer, i64 %size, ptr %table) noinline {{
   %is.array = call i1 @mafsil_is_array(ptr %object, ptr %table)
   br i1 %is.array, label %array, label %sequence
-array:
+array:                                                       ; one axis, aligned
 {_field("ndim", "%object", ARRAY_NDIM, "i32", 4)}
   %row = icmp eq i32 %ndim, 1
   %aligned = call i1 @mafsil_flags(ptr %object, i32 {ALIGNED})
   %plain = and i1 %row, %aligned
   br i1 %plain, label %sized, label %no
-sized:
+sized:                                                       ; of the right length, float64 or float32
 {_field("shape", "%object", ARRAY_SHAPE)}
 {_field("strides", "%object", ARRAY_STRIDES)}
 {_field("data", "%object", ARRAY_DATA)}
@@ -183,18 +193,18 @@ sized:
   %known = or i1 %double, %narrow
   %good = and i1 %fits, %known
   br i1 %good, label %which, label %no
-which:
+which:                                                       ; doubles side by side are read where they lie
   br i1 %there, label %held, label %copy
 held:
   ret ptr %data
-copy:
+copy:                                                        ; for i in 0 ... size: buffer[i] = array[i]
   %i = phi i64 [ 0, %which ], [ %i.next, %copied ]
   %more = icmp slt i64 %i, %size
   br i1 %more, label %element, label %done
 element:
   %offset = mul i64 %i, %step
   %from = getelementptr i8, ptr %data, i64 %offset
-  %to = getelementptr double, ptr %room, i64 %i
+  %to = getelementptr double, ptr %buffer, i64 %i
   br i1 %double, label %wide, label %thin
 wide:
   %wide.value = load double, ptr %from, align 8
@@ -208,7 +218,7 @@ copied:
   store double %element.value, ptr %to, align 8
   %i.next = add i64 %i, 1
   br label %copy
-sequence:
+sequence:                                                    ; a list or a tuple of the right length
 {_field("kind", "%object", TYPE)}
 {_field("list", "%table", place("list"))}
 {_field("tuple", "%table", place("tuple"))}
@@ -223,24 +233,24 @@ counted:
   br i1 %full, label %inside, label %no
 inside:
   br i1 %is.list, label %of.list, label %of.tuple
-of.list:
+of.list:                                                     ; items lie elsewhere
 {_field("list.items", "%object", LIST_ITEMS)}
   br label %items
-of.tuple:
+of.tuple:                                                    ; items follow the head of the object
 {_field("tuple.offset", "%table", place("tuple_items"), "i64")}
   %tuple.items = getelementptr i8, ptr %object, i64 %tuple.offset
   br label %items
 items:
   %first = phi ptr [ %list.items, %of.list ], [ %tuple.items, %of.tuple ]
   br label %loop
-loop:
+loop:                                                        ; for k in 0 ... size: buffer[k] = number(items[k])
   %k = phi i64 [ 0, %items ], [ %k.next, %kept ]
   %k.more = icmp slt i64 %k, %size
   br i1 %k.more, label %take, label %done
 take:
   %item.at = getelementptr ptr, ptr %first, i64 %k
   %item = load ptr, ptr %item.at, align 8
-  %own = getelementptr double, ptr %room, i64 %k
+  %own = getelementptr double, ptr %buffer, i64 %k
 {_field("item.kind", "%item", TYPE)}
 {_field("item.array", "%table", place("ndarray"))}
   %nested = icmp eq ptr %item.kind, %item.array
@@ -249,7 +259,7 @@ convert:
   %number.at = call ptr @mafsil_number(ptr %item, ptr %own, ptr %table)
   %converted = icmp ne ptr %number.at, null
   br i1 %converted, label %next, label %no
-next:
+next:                                                        ; numbers that may be degrees are left to Python
   %number.value = load double, ptr %number.at, align 8
   %below = fcmp olt double %number.value, {LARGEST_TYPED:.1f}
   %above = fcmp ogt double %number.value, -{LARGEST_TYPED:.1f}
@@ -260,7 +270,7 @@ kept:
   %k.next = add i64 %k, 1
   br label %loop
 done:
-  ret ptr %room
+  ret ptr %buffer
 no:
   ret ptr null
 }}
@@ -271,7 +281,7 @@ define internal i1 @mafsil_row(ptr %object, i32 %rank, i64 %size, ptr %data, ptr
 i1 %close, ptr %table) noinline {{
   %is.array = call i1 @mafsil_is_array(ptr %object, ptr %table)
   br i1 %is.array, label %array, label %lone
-lone:
+lone:                                                        ; a plain number stays the same in every row: stride 0
   %scalar = icmp eq i32 %rank, 0
   br i1 %scalar, label %number, label %no
 number:
@@ -304,7 +314,7 @@ axes:
   %alone = icmp eq i32 %lead, 0
   %either = or i1 %batched, %alone
   br i1 %either, label %core, label %no
-core:
+core:                                                        ; inner stride of a vector, and its length
   store ptr %numbers, ptr %data, align 8
   %vector = icmp eq i32 %rank, 1
   br i1 %vector, label %width, label %length
@@ -321,7 +331,7 @@ length:
 repeated:
   store i64 0, ptr %outer, align 8
   ret i1 true
-count:
+count:                                                       ; all batches have one length; -1: none was seen yet
   %found = load i64, ptr %shape, align 8
   %stride = load i64, ptr %strides, align 8
   store i64 %stride, ptr %outer, align 8

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from mafsil.kernels.layout import Signature
-from mafsil.kernels.target import FEATURES_VARIABLE
+from mafsil.kernels.target import FEATURES_VARIABLE, host
 
 _CPUINFO = "/proc/cpuinfo"
 _CPU_FIELDS = (
@@ -102,9 +102,7 @@ def _processor() -> str:
     fields = dict(line.split(":", 1) for line in first.splitlines() if ":" in line)
     known = [f"{name}={fields[key].strip()}" for key in fields if (name := key.strip()) in _CPU_FIELDS]
     if not any(entry.startswith(("flags=", "Features=")) for entry in known):
-        from mafsil.kernels import target
-
-        return target.host("").identity
+        return host("").identity
     return f"{os.uname().machine} " + ";".join(known)
 
 

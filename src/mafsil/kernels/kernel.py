@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mafsil import threads
 from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
@@ -18,9 +18,6 @@ from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
-
-if TYPE_CHECKING:
-    from mafsil.kernels.device.batch import DeviceEvaluator
 
 
 @dataclass(frozen=True)
@@ -100,12 +97,13 @@ class Kernel:
         return self._on_device(*args, out=out)
 
     @lazy
-    def _on_device(self) -> DeviceEvaluator:
+    def _on_device(self) -> Callable[..., Any]:
         """The kernel for the device, compiled at its first use."""
+        # Imported here: whoever has no device never pays for what prints PTX.
         from mafsil.kernels.device.batch import DeviceEvaluator
-        from mafsil.kernels.export.exported import device_program
+        from mafsil.kernels.ptx.program import device_program
 
-        return DeviceEvaluator(self.signature, lambda: device_program(self))
+        return DeviceEvaluator(self.signature, lambda: device_program(self.signature, self.build))
 
     @lazy
     def ufunc(self) -> Callable[..., Any]:

@@ -1,6 +1,19 @@
 """A tape as LLVM IR: the batch entry (W rows at once), the single entry (one row, shortest way), or both in a module.
 
-Compiled apart, each is there as soon as it is needed, and a kernel that is only ever called in one way has only that.
+A tape is a list of operations on numbers, each needing earlier ones. In C the single entry would be
+`void single(const double *x0, ..., double *y0, ...) { double t5 = x0[1] * x0[2]; ... y0[0] = t9; }`; the batch entry
+does the same with W numbers in place of one (`<W x double>`), element e of W rows of the batch in the W lanes. Steps:
+
+1. Ports and tape must fit each other, and one tile of rows the stack.
+2. The tape is cut into pieces of some thousand operations (`segments`): LLVM's time grows faster than the length.
+3. Every piece is printed, operation by operation (`program.Program`), into the text of a function.
+4. One piece is the body itself; several become functions that the body calls one after another, values for later
+   pieces in memory at `%far`.
+5. The batch entry is wrapped in what brings rows into lanes (`staging`); the single entry takes pointers as they are.
+6. What all need once: declarations of intrinsics, the reduction of huge angles (`argument`), attributes.
+
+Compiled apart, each entry is there as soon as it is needed, and a kernel that is only ever called in one way has only
+that. Comments are kept out of the IR itself: its length decides how hard LLVM tries (`target`).
 """
 
 from __future__ import annotations
@@ -16,7 +29,7 @@ from mafsil.kernels.staging import BODY, staging
 from mafsil.kernels.tape import Tape
 from mafsil.kernels.target import Target
 
-ROOM = 1 << 22
+TILE_BYTES = 1 << 22
 """Bytes of stack that the rows of one tile may take: half of what a thread has on most systems."""
 
 
@@ -32,21 +45,28 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
     Raises:
         KernelError: the ports do not fit the tape, or a tile not the stack.
     """
+    # 1. (The stack is checked with the batch entry.)
     _check(tape, signature)
+    # 2. to 5. for each entry.
     declared, lines = {"declare i64 @llvm.ctlz.i64(i64, i1)"}, [f'target triple = "{target.triple}"']
     for name, body in ((BATCH, _batch), (SINGLE, _single)):
         if name in entries:
             found, text = body(tape, signature, target)
             declared |= found
             lines += text
+    # The batch entry looks up the single one at ALONE, to leave a lone row to it: in the same module that is a
+    # constant, else a variable, null until `image` stores the address.
     if BATCH in entries:
         known = f"internal constant ptr @{SINGLE}" if SINGLE in entries else "dso_local global ptr null"
         lines.append(f"@{ALONE} = {known}, align 8")
+    # 6.
     operations = {node.op for node in tape.nodes}
     if operations & {"sin", "cos", "tan"}:
         huge, found = huge_function(target.fma, "#0")
         declared |= found
         lines.append(huge)
+    # LLVM would split vectors of 512 bits on processors where it thinks them slow; "no-builtins" keeps it from turning
+    # loops into calls of memcpy, which nobody would link. The weights are those of `argument`: one in a million.
     bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
     weights = '!0 = !{!"branch_weights", i32 1, i32 1000000}'
@@ -55,7 +75,8 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
 
 def _batch(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], list[str]]:
     """Declarations and text of the batch entry and all that it calls."""
-    _check_room(signature, target.lanes)
+    _check_tile(signature, target.lanes)
+    # The body takes a tile of inputs and, for every output, the address of its first row and the bytes between rows.
     rows = ", ".join(["ptr noalias %in", *(f"ptr noalias %rows{k}, i64 %step{k}" for k in range(len(tape.outputs)))])
     entry = _Entry(tape, segments(tape, blocks=blocks(tape, target.lanes)), target, target.lanes, rows)
     head = f"define internal void @{BODY}({rows}) noinline #0 {{"
@@ -67,6 +88,8 @@ def _single(tape: Tape, signature: Signature, target: Target) -> tuple[set[str],
     """Declarations and text of the single entry and all that it calls."""
     ports = ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
     entry = _Entry(tape, segments(tape), target, 1, ports)
+    # One piece reads all inputs before it writes; several pieces would read inputs that an earlier one has overwritten
+    # where the caller's `out` lies over them, so they get a copy.
     gathered = _gathered(signature) if entry.functions else []
     head = f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{"
     return entry.declared, [*entry.functions, head, "entry:", *gathered, *entry.lines, "}"]
@@ -86,6 +109,7 @@ def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline
         KernelError: the ports do not fit the tape.
     """
     _check(tape, signature)
+    # Never cut: this is for other compilers and other machines, which have their own ways with long functions.
     text = Text(target.fma, target.rounding, scalar=True)
     text.do("br label %body")
     text.label("body")
@@ -119,8 +143,8 @@ def _check(tape: Tape, signature: Signature) -> None:
         )
 
 
-def _check_room(signature: Signature, lanes: int) -> None:
-    count, most = sum(port.size for port in signature.ports), ROOM // (8 * lanes)
+def _check_tile(signature: Signature, lanes: int) -> None:
+    count, most = sum(port.size for port in signature.ports), TILE_BYTES // (8 * lanes)
     if count > most:
         raise KernelError("kernels.room", kernel=signature.name, count=count, most=most)
 
@@ -138,10 +162,12 @@ class _Entry:
         self.functions: list[str] = []
         self.lines: list[str] = []
         self.declared: set[str] = set()
+        # 3.
         found, cells = pieces
         texts = [_emitted(tape, found, k, target, width) for k in range(len(found))]
         for text in texts:
             self.declared |= text.declared
+        # 4.
         if len(texts) == 1:
             self.lines = [*texts[0].entry, *texts[0].lines, "  ret void"]
         else:
@@ -149,6 +175,8 @@ class _Entry:
 
     def call(self, texts: list[Text], cells: int, width: int, ports: str) -> None:
         """The pieces as functions, called one after another."""
+        # `noinline` holds the pieces apart: inlined they would be one long function again. `noalias` is for parameters
+        # only, so it is taken out of the arguments of the calls.
         real = "double" if width == 1 else f"<{width} x double>"
         self.lines.append(f"  %far = alloca [{max(cells, 1)} x {real}], align 64")
         arguments = ports.replace("noalias ", "")
@@ -162,6 +190,7 @@ class _Entry:
 
 def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int) -> Text:
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
+    # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
     text = Text(target.fma, target.rounding)
     text.do("br label %body")
     text.label("body")
@@ -173,8 +202,11 @@ def _fill(tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = T
     """The arithmetic of a piece; `first` of the tape, the `only` one."""
     places = _places(tape)
     program = Program(tape, piece, text, width)
+    # Outputs may overwrite inputs: a single piece on one row reads all of them first.
     if width == 1 and only:
         program.preload()
+    # Outputs that are inputs or constants belong to no piece; the first one writes them. (With several lanes they are
+    # part of the blocks.)
     if first:
         for i, where in places.items():
             if tape.nodes[i].op in ("input", "const"):

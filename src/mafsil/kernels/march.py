@@ -26,6 +26,8 @@ _LEAST_ROWS = 16
 """Rows that are worth a thread of their own."""
 
 _IR = f"""
+; 1. for k in 0 ... count: the kernel's loop over the rows of this call
+; 2.     for p in 0 ... ports: args[p] += advance[p], the row of the next call; 0 repeats the same
 define void @{MARCH}(ptr %loop, ptr %args, ptr %dims, ptr %steps, i64 %ports, ptr %advance, i64 %count) {{
 entry:
   %some = icmp sgt i64 %count, 0

@@ -1,4 +1,12 @@
-"""The arithmetic of a piece of a tape as IR: every node once, in order."""
+"""The arithmetic of a piece of a tape as IR: every node once, in order.
+
+1. Blocks of outputs (`rows`) are listed with the values they wait for; those that wait for nothing are written.
+2. Group by group in the order of the schedule: cheap operations alone, expensive ones of a kind side by side, since
+   their long chains of dependent instructions overlap in the processor.
+3. On one row, expensive operations share a vector: up to eight sines for the price of one (`packed`).
+4. A value that completes a block sends it to memory at once; a value for a later piece goes to its cell.
+5. Comparisons stay masks (one bit a lane) as long as only choices use them; 0 and 1 are made where numbers are wanted.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +62,9 @@ class Program:
             places: for every node, the (port, element) of the outputs that it is; with several lanes the segment's
                 blocks count instead.
         """
+        # 1.
         self.open_blocks()
+        # 2. and 3., then 4. for every value of the group.
         for group in self.segment.groups:
             if self.tape.nodes[group[0]].op in EXPENSIVE:
                 self.expensive(group)
@@ -94,6 +104,7 @@ class Program:
         Left alone, LLVM gathers the stores at the end, and their values overflow the registers.
         """
         write(self.text, self.rows[block.port], block.first, [self.value(i) for i in block.nodes])
+        # An empty instruction with side effects, over which no store is moved.
         self.text.do('call void asm sideeffect "", ""()')
 
     def value(self, i: int) -> str:
@@ -140,13 +151,14 @@ class Program:
         """Emit independent nodes of one kind."""
         nodes = [self.tape.nodes[i] for i in group]
         if self.lanes.width == 1 and not self.text.scalar:
-            self.names.update(zip(group, self.packed(nodes), strict=True))
+            self.names.update(zip(group, self.packed(nodes), strict=True))  # 3.
         else:
             args = [tuple(self.value(a) for a in node.args) for node in nodes]
             self.names.update(zip(group, _evaluate(self.lanes, nodes, args), strict=True))
 
     def packed(self, nodes: list[Node]) -> list[str]:
         """Results of the nodes, their arguments in the lanes of one vector."""
+        # Equal arguments (sine and cosine of one angle) take one lane; the narrowest vector that holds all is used.
         rows = list(dict.fromkeys(node.args for node in nodes))
         lanes = Lanes(self.text, next(w for w in (1, 2, 4, GROUP) if w >= len(rows)))
         columns = tuple(self.pack([self.value(row[k]) for row in rows], lanes) for k in range(len(rows[0])))
@@ -173,6 +185,7 @@ def _evaluate(lanes: Lanes, nodes: list[Node], args: list[tuple[str, ...]]) -> l
     """Results of expensive nodes of one kind with the given arguments."""
     if nodes[0].op not in TRIGONOMETRIC:
         return [transcendental.FUNCTIONS[nodes[0].op](lanes, *arg) for arg in args]
+    # Sine and cosine of one angle share its reduction and most of the polynomials.
     wanted: dict[str, set[str]] = {}
     for node, (angle,) in zip(nodes, args, strict=True):
         wanted.setdefault(angle, set()).add(node.op)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 
@@ -39,8 +40,6 @@ class Provenance:
 
     def as_json(self) -> bytes:
         """The record as text, for the cache."""
-        import json
-
         return json.dumps(asdict(self)).encode()
 
     def __str__(self) -> str:
@@ -59,6 +58,4 @@ class Provenance:
 
 def from_json(text: bytes, *, cached: bool) -> Provenance:
     """The record written by `Provenance.as_json`."""
-    import json  # only those who ask pay for it
-
     return replace(Provenance(**json.loads(text)), cached=cached)

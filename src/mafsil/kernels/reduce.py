@@ -1,5 +1,12 @@
 """A smaller tape with the same values: constants folded, equal values shared, signs absorbed, products fused with sums.
 
+1. Every operation goes through the rules of its kind, once, operands first (`_Builder.emit`): constants are folded,
+   x + 0 and 1 x vanish, negations move outwards until something absorbs them, (c ? u : 0) + (not c ? v : 0) becomes one
+   choice. Equal operations on equal operands are one value.
+2. Sums of products are put in rows (`sums`), so that every product can be fused.
+3. Products are fused with their sums (`fusion`).
+4. The order is chosen for few registers (`schedule`).
+
 Every rewrite keeps the IEEE result of every operation, NaN and infinities included, but for three: the sign of a zero
 may change, a product fused with its sum is rounded once instead of twice, and sums of products may be taken in another
 order (`sums`), which keeps the bound of their rounding error.
@@ -216,36 +223,35 @@ _RULES: dict[str, Callable[..., int | None]] = {
     **{op: _even(op) for op in ("cos", "fabs")},
 }
 
-_FOLDS: dict[str, Callable[..., float]] = {
+_FOLDS_OF_ONE: dict[str, Callable[[float], float]] = {
     "neg": lambda x: -x,
+    "not": lambda x: x == 0.0,
+    "sqrt": math.sqrt,
+    "fabs": math.fabs,
+    "exp": math.exp,
+    "log": math.log,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "tanh": math.tanh,
+    "floor": math.floor,
+    "ceil": math.ceil,
+}
+_FOLDS_OF_TWO: dict[str, Callable[[float, float], float]] = {
     "add": lambda x, y: x + y,
     "sub": lambda x, y: x - y,
     "mul": lambda x, y: x * y,
     "div": lambda x, y: x / y,
-    "sqrt": math.sqrt,
-    "fabs": math.fabs,
+    "atan2": math.atan2,
     "lt": lambda x, y: x < y,
     "le": lambda x, y: x <= y,
     "eq": lambda x, y: x == y,
     "ne": lambda x, y: x != y,
-    "not": lambda x: x == 0.0,
     "and": lambda x, y: x != 0.0 and y != 0.0,
     "or": lambda x, y: x != 0.0 or y != 0.0,
-    **{
-        op: getattr(math, op)
-        for op in [
-            "exp",
-            "log",
-            "sin",
-            "cos",
-            "tan",
-            "asin",
-            "acos",
-            "atan",
-            "tanh",
-            "atan2",
-            "floor",
-            "ceil",
-        ]
-    },
 }
+_FOLDS: dict[str, Callable[..., float]] = {**_FOLDS_OF_ONE, **_FOLDS_OF_TWO}
+"""Operations on numbers alone; whoever raises is left to the machine, which answers with NaN or an infinity."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def exact(tape: Tape, row: Sequence[Sequence[float]], digits: int = 40) -> list[
     Args:
         row: for every input port, its elements.
     """
-    import mpmath as mp
+    mp: Any = import_module("mpmath")  # of the tests: the package runs without it
 
     with mp.workdps(digits):
         operations = _exact_operations(mp)
@@ -91,35 +92,48 @@ def _flat(*xs: Column) -> Slopes:
     return (0.0,) * len(xs)
 
 
-_VALUES: dict[str, Callable[..., Any]] = {
-    "neg": np.negative, "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "sqrt": np.sqrt,
+_VALUES_OF_ONE: dict[str, Callable[[Column], Any]] = {
+    "neg": np.negative, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "sin": np.sin, "cos": np.cos, "tan": np.tan,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "tanh": np.tanh,
+    "floor": np.floor, "ceil": np.ceil, "fabs": np.abs, "sign": np.sign, "not": lambda x: x == 0,
+}  # fmt: skip
+_VALUES_OF_TWO: dict[str, Callable[[Column, Column], Any]] = {
+    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "pow": np.power, "atan2": np.arctan2,
+    "copysign": np.copysign, "fmin": np.fmin, "fmax": np.fmax,
+    "lt": np.less, "le": np.less_equal, "eq": np.equal, "ne": np.not_equal,
+    "and": lambda x, y: (x != 0) & (y != 0), "or": lambda x, y: (x != 0) | (y != 0),
+    "if_else_zero": lambda c, x: np.where(c != 0, x, 0.0),
+}  # fmt: skip
+_VALUES_OF_THREE: dict[str, Callable[[Column, Column, Column], Any]] = {
     "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c,
     "fnma": lambda a, b, c: c - a * b, "fnms": lambda a, b, c: -(a * b) - c,
-    "exp": np.exp, "log": np.log, "pow": np.power,
-    "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
-    "tanh": np.tanh,
-    "atan2": np.arctan2, "floor": np.floor, "ceil": np.ceil, "fabs": np.abs, "copysign": np.copysign,
-    "sign": np.sign, "fmin": np.fmin, "fmax": np.fmax,
-    "lt": np.less, "le": np.less_equal, "eq": np.equal, "ne": np.not_equal,
-    "not": lambda x: x == 0, "and": lambda x, y: (x != 0) & (y != 0), "or": lambda x, y: (x != 0) | (y != 0),
-    "if_else_zero": lambda c, x: np.where(c != 0, x, 0.0), "select": lambda c, x, y: np.where(c != 0, x, y),
+    "select": lambda c, x, y: np.where(c != 0, x, y),
 }  # fmt: skip
+_VALUES: dict[str, Callable[..., Any]] = {**_VALUES_OF_ONE, **_VALUES_OF_TWO, **_VALUES_OF_THREE}
 
-_SLOPES: dict[str, Callable[..., Slopes]] = {
-    "neg": lambda x: (1.0,), "add": lambda x, y: (1.0, 1.0), "sub": lambda x, y: (1.0, 1.0),
-    "mul": lambda x, y: (y, x), "div": lambda x, y: (1 / y, x / y**2), "sqrt": lambda x: (0.5 / np.sqrt(x),),
-    "fma": lambda a, b, c: (b, a, 1.0), "fms": lambda a, b, c: (b, a, 1.0),
-    "fnma": lambda a, b, c: (b, a, 1.0), "fnms": lambda a, b, c: (b, a, 1.0),
+_SLOPES_OF_ONE: dict[str, Callable[[Column], Slopes]] = {
+    "neg": lambda x: (1.0,), "fabs": lambda x: (1.0,), "sqrt": lambda x: (0.5 / np.sqrt(x),),
     "exp": lambda x: (np.exp(x),), "log": lambda x: (1 / x,),
-    "pow": lambda x, y: (y * np.power(x, y - 1), np.power(x, y) * np.log(x)),
     "sin": lambda x: (np.cos(x),), "cos": lambda x: (np.sin(x),), "tan": lambda x: (1 / np.cos(x) ** 2,),
     "asin": lambda x: (1 / np.sqrt(1 - x * x),), "acos": lambda x: (1 / np.sqrt(1 - x * x),),
     "atan": lambda x: (1 / (1 + x * x),), "tanh": lambda x: (1 / np.cosh(x) ** 2,),
-    "atan2": lambda y, x: (x / (x * x + y * y), y / (x * x + y * y)),
-    "fabs": lambda x: (1.0,), "copysign": lambda x, y: (1.0, 0.0), "fmin": lambda x, y: (x <= y, y <= x),
-    "fmax": lambda x, y: (x >= y, y >= x),
-    **dict.fromkeys(["floor", "ceil", "sign", "lt", "le", "eq", "ne", "not", "and", "or"], _flat),
 }  # fmt: skip
+_SLOPES_OF_TWO: dict[str, Callable[[Column, Column], Slopes]] = {
+    "add": lambda x, y: (1.0, 1.0), "sub": lambda x, y: (1.0, 1.0),
+    "mul": lambda x, y: (y, x), "div": lambda x, y: (1 / y, x / y**2),
+    "pow": lambda x, y: (y * np.power(x, y - 1), np.power(x, y) * np.log(x)),
+    "atan2": lambda y, x: (x / (x * x + y * y), y / (x * x + y * y)),
+    "copysign": lambda x, y: (1.0, 0.0), "fmin": lambda x, y: (x <= y, y <= x), "fmax": lambda x, y: (x >= y, y >= x),
+}  # fmt: skip
+_SLOPES_OF_THREE: dict[str, Callable[[Column, Column, Column], Slopes]] = dict.fromkeys(
+    ("fma", "fms", "fnma", "fnms"), lambda a, b, c: (b, a, 1.0)
+)
+_SLOPES: dict[str, Callable[..., Slopes]] = {
+    **_SLOPES_OF_ONE,
+    **_SLOPES_OF_TWO,
+    **_SLOPES_OF_THREE,
+    **dict.fromkeys(["floor", "ceil", "sign", "lt", "le", "eq", "ne", "not", "and", "or"], _flat),
+}
 
 
 def _finite(mp: Any, x: float) -> Any:
@@ -138,15 +152,23 @@ def _defined(mp: Any, operation: Callable[..., Any], xs: list[Any]) -> Any:
 
 
 def _exact_operations(mp: Any) -> dict[str, Callable[..., Any]]:
-    return {
-        "neg": lambda x: -x, "add": lambda x, y: x + y, "sub": lambda x, y: x - y, "mul": lambda x, y: x * y,
-        "div": lambda x, y: x / y, "sqrt": mp.sqrt, "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c,
-        "fnma": lambda a, b, c: c - a * b, "fnms": lambda a, b, c: -a * b - c, "exp": mp.exp, "log": mp.log,
-        "pow": mp.power, "sin": mp.sin, "cos": mp.cos, "tan": mp.tan,
-        "asin": mp.asin, "acos": mp.acos, "atan": mp.atan, "tanh": mp.tanh, "atan2": mp.atan2,
-        "floor": mp.floor, "ceil": mp.ceil, "fabs": abs, "copysign": lambda x, y: abs(x) if y >= 0 else -abs(x),
-        "sign": mp.sign, "fmin": min, "fmax": max,
-        "lt": lambda x, y: x < y, "le": lambda x, y: x <= y, "eq": lambda x, y: x == y, "ne": lambda x, y: x != y,
-        "not": lambda x: x == 0, "and": lambda x, y: x != 0 and y != 0, "or": lambda x, y: x != 0 or y != 0,
-        "if_else_zero": lambda c, x: x if c != 0 else mp.mpf(0), "select": lambda c, x, y: x if c != 0 else y,
+    """The operations on numbers of mpmath, which has no types of its own."""
+    one: dict[str, Callable[[Any], Any]] = {
+        "neg": lambda x: -x, "sqrt": mp.sqrt, "exp": mp.exp, "log": mp.log, "sin": mp.sin, "cos": mp.cos,
+        "tan": mp.tan, "asin": mp.asin, "acos": mp.acos, "atan": mp.atan, "tanh": mp.tanh,
+        "floor": mp.floor, "ceil": mp.ceil, "fabs": abs, "sign": mp.sign, "not": lambda x: x == 0,
     }  # fmt: skip
+    two: dict[str, Callable[[Any, Any], Any]] = {
+        "add": lambda x, y: x + y, "sub": lambda x, y: x - y, "mul": lambda x, y: x * y, "div": lambda x, y: x / y,
+        "pow": mp.power, "atan2": mp.atan2, "copysign": lambda x, y: abs(x) if y >= 0 else -abs(x),
+        "fmin": min, "fmax": max,
+        "lt": lambda x, y: x < y, "le": lambda x, y: x <= y, "eq": lambda x, y: x == y, "ne": lambda x, y: x != y,
+        "and": lambda x, y: x != 0 and y != 0, "or": lambda x, y: x != 0 or y != 0,
+        "if_else_zero": lambda c, x: x if c != 0 else mp.mpf(0),
+    }  # fmt: skip
+    three: dict[str, Callable[[Any, Any, Any], Any]] = {
+        "fma": lambda a, b, c: a * b + c, "fms": lambda a, b, c: a * b - c,
+        "fnma": lambda a, b, c: c - a * b, "fnms": lambda a, b, c: -a * b - c,
+        "select": lambda c, x, y: x if c != 0 else y,
+    }  # fmt: skip
+    return {**one, **two, **three}

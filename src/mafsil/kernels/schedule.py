@@ -1,4 +1,12 @@
-"""An order of computation that keeps few values alive at once."""
+"""An order of computation that keeps few values alive at once: registers are 16 or 32, tapes have thousands of values.
+
+1. For every value, how many registers its expression takes as if it were a tree (`_registers`, Sethi and Ullman): of
+   two operands the needier goes first, while few results are waiting; n and n take n + 1.
+2. Expensive operations of one kind and one depth do not need each other: up to eight go together (`_groups`), side by
+   side in the processor or, on one row, in one vector.
+3. Depth first from the outputs in their order: before a value, its operands, the needier first; with a member of a
+   group, the whole group (`_Order`).
+"""
 
 from __future__ import annotations
 
@@ -40,6 +48,8 @@ def scheduled(tape: Tape) -> Tape:
 
 
 class _Order:
+    """Step 3."""
+
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
         self.need = _registers(tape)
@@ -57,6 +67,7 @@ class _Order:
         """Emit everything `root` needs, then itself; an explicit stack, since tapes are deep."""
         stack = [root]
         while stack:
+            # The top of the stack is emitted when nothing is missing; until then what is missing goes on top of it.
             i = stack[-1]
             if i in self.done:
                 stack.pop()
@@ -64,6 +75,7 @@ class _Order:
             members = self.groups.get(i, (i,))
             wanted = [a for m in members for a in arguments(self.tape.nodes[m]) if a not in self.done]
             if wanted:
+                # The last on the stack is the first to be computed: sorted by need, the neediest on top.
                 stack.extend(sorted(set(wanted), key=lambda a: (self.need[a], -a)))
                 continue
             stack.pop()
@@ -78,6 +90,7 @@ def _registers(tape: Tape) -> list[int]:
         if node.op in ("input", "const"):
             need.append(0)
             continue
+        # The k-th operand is computed while the k before it wait in a register each.
         below = sorted((need[a] for a in node.args), reverse=True)
         need.append(max([1, *(n + k for k, n in enumerate(below))]))
     return need
@@ -85,6 +98,8 @@ def _registers(tape: Tape) -> list[int]:
 
 def _groups(tape: Tape) -> dict[int, tuple[int, ...]]:
     """For every expensive node, the nodes to be computed with it: one kind, one depth, at most GROUP arguments."""
+    # Depth: how many expensive operations lie below. Of one depth, none can need another. Sine and cosine of the same
+    # argument are one bundle; GROUP bundles fill a vector.
     depth: list[int] = []
     alike: dict[tuple[int, str], dict[tuple[int, ...], list[int]]] = defaultdict(lambda: defaultdict(list))
     for i, node in enumerate(tape.nodes):

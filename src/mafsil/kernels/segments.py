@@ -1,4 +1,10 @@
-"""A long tape cut into pieces, each a function of its own: compile time stays proportional to length."""
+"""A long tape cut into pieces, each a function of its own: compile time stays proportional to length.
+
+1. The tape is cut after so many operations, never within a group; expensive ones count for many.
+2. For every value, the last piece that needs it; for every block of outputs, the piece that completes it.
+3. Piece by piece: a value that a later piece needs gets a memory cell; the cells of values that no piece needs any more
+   are given to others, so that few cells stay in the nearest cache.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +50,11 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
         length: operations in one piece, about; fewer in a tape that needs more than two pieces.
         blocks: outputs that are written together.
     """
+    # 1.
     pieces = list(_pieces(tape, length)) or [[]]
     if len(pieces) > 2:
         pieces = list(_pieces(tape, min(length, SHORT)))
+    # 2.
     home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
     last: dict[int, int] = {}
     for i, k in home.items():
@@ -58,6 +66,7 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
         end = max((home[i] for i in block.nodes if i in home), default=0)
         complete.setdefault(end, []).append(block)
         last.update({i: max(last.get(i, 0), end) for i in block.nodes if i in home})
+    # 3.
     known: dict[int, int] = {}
     free: list[int] = []
     cells = 0

@@ -105,7 +105,10 @@ failed:
 
 
 def few(signature: Signature) -> str:
-    """The body of FEW: rows whose numbers are contiguous, one after another; it ends in a block of its own."""
+    """The body of FEW: rows whose numbers are contiguous, one after another; it ends in a block of its own.
+
+    for (row = 0; row < count; row++) single(args[0] + row steps[0], args[1] + row steps[1], ...)
+    """
     lines = ["  %count = load i64, ptr %dims, align 8", f"  %single = load ptr, ptr @{TO_SINGLE}, align 8"]
     lines += ["  %some = icmp sgt i64 %count, 0", "  br i1 %some, label %rows, label %over"]
     lines += ["rows:", "  %row = phi i64 [ 0, %entry ], [ %row.next, %rows ]", "  %row.next = add i64 %row, 1"]
@@ -125,7 +128,8 @@ def few(signature: Signature) -> str:
 
 def _close(signature: Signature) -> str:
     """`%close`: whether the numbers of every row lie side by side."""
-    lines, known = [], "true"
+    lines: list[str] = []
+    known = "true"
     for k, port in enumerate(signature.inputs):
         if port.shape:
             lines.append(f"""  %side.at{k} = getelementptr i64, ptr %steps, i64 {signature.core_steps[k]}

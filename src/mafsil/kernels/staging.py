@@ -12,6 +12,9 @@ One call of the batch entry:
    writes its rows to the result, or to spare rows where their cores are not contiguous, or to the stage of `streaming`
    where the caller asks for that and the rows of the batch are contiguous.
 4. The last rows, fewer than W, go by the spare rows.
+
+`args`, `dims` and `steps` are those of a NumPy gufunc loop: addresses of all ports; the number of rows; bytes from row
+to row of every port, then bytes along every core axis.
 """
 
 from __future__ import annotations
@@ -50,6 +53,7 @@ def mover(width: int, block: int) -> str:
 
     void (double *rows, int64 step in bytes, int64 columns >= block, double *tile).
     """
+    # do { load `block` columns of W rows; transpose in registers; store them as columns of the tile; } until the last.
     text = Text(fma=False, rounding=False)
     for row in range(1, width):
         text.do(f"%step{row} = mul i64 %step, {row}")
@@ -66,6 +70,7 @@ def mover(width: int, block: int) -> str:
     for place, value in zip(columns, columns_of(text, values, width, block), strict=True):
         text.do(f"store <{width} x double> {value}, ptr {place}, align {8 * width}")
     text.do("%done = icmp sge i64 %column, %last")
+    # The last step goes back to columns - block: the overlap is written twice, with the same numbers.
     text.do(f"%ahead = add i64 %column, {block}")
     text.do("%over = icmp sgt i64 %ahead, %last")
     text.do("%following = select i1 %over, i64 %last, i64 %ahead")
@@ -107,6 +112,8 @@ def _walker(width: int, inward: bool) -> str:
     Inward, the cells are a tile, and lanes beyond the count repeat the last row; outward, they are contiguous rows, of
     which `count` are copied.
     """
+    # For every element e: its offset in the core from the quotients and remainders of e by the core's sizes, innermost
+    # axis first (a number of mixed radix); then for every lane l: source = rows + min(l, count-1) step + offset.
     copy = (
         "%number = load double, ptr %source, align 8\n  store double %number, ptr %cell, align 8"
         if inward
@@ -192,6 +199,7 @@ class _Batch:
 
     def text(self) -> str:
         """The four steps."""
+        # 1.
         out, width = self.out, self.width
         out.do("%rows = load i64, ptr %dims, align 8")
         self._tiles()
@@ -201,8 +209,10 @@ class _Batch:
         for k, port in enumerate(self.signature.ports):
             self._port(k, port)
         self._only_row()
+        # 2.
         for k, port in enumerate(self.signature.inputs):
             self._broadcast(k, port)
+        # 3. for (row = 0; row <= rows - W; row += W)
         out.do(f"%tiles = sub i64 %rows, {width}")
         out.do("%first = icmp sge i64 %tiles, 0")
         before = out.block
@@ -218,6 +228,7 @@ class _Batch:
         out.do(f"%row.next = add i64 %row, {width}")
         out.do("%more = icmp sle i64 %row.next, %tiles")
         out.do("br i1 %more, label %tile, label %rest")
+        # 4.
         out.label("rest")
         out.do(f"%from = phi i64 [ 0, %{before} ], [ %row.next, %tile.end ]")
         self._stream_rest()
@@ -265,6 +276,7 @@ class _Batch:
         out.do(f"%step{k}.place = getelementptr i64, ptr %steps, i64 {k}")
         out.do(f"%step{k} = load i64, ptr %step{k}.place, align 8")
         out.do(f"%core{k} = getelementptr i64, ptr %steps, i64 {self.signature.core_steps[k]}")
+        # Contiguous: every core stride is that of C order; axes of length 1 are never stepped along.
         dense = "true"
         for axis, (size, step) in enumerate(zip(port.shape, contiguous_steps(port), strict=True)):
             if size > 1:
@@ -278,6 +290,7 @@ class _Batch:
         if k < self.inputs:
             out.do(f"%fixed{k} = icmp eq i64 %step{k}, 0")
         elif self.streaming:
+            # Staged: the caller asks for it by `data`, and the rows of the whole batch lie one after another.
             asked = out.let("icmp ne ptr %data, null")
             rows = out.let(f"icmp eq i64 %step{k}, {8 * port.size}")
             out.do(f"%staged{k} = and i1 %dense{k}, {out.let(f'and i1 {asked}, {rows}')}")
@@ -344,6 +357,7 @@ class _Batch:
     def _compute(self) -> None:
         """The arithmetic on a full tile, straight to the caller's rows where their cores are contiguous."""
         out = self.out
+        # Where each output goes: the caller's rows, spare rows (the tile) with a scatter afterwards, or the stage.
         targets: list[tuple[str, str]] = []
         places: dict[int, str] = {}
         for k, port in self._outputs():

@@ -17,7 +17,14 @@ Term = tuple[int, bool]
 
 
 def in_rows(tape: Tape) -> Tape:
-    """The tape with every sum in a row that then needs fewer operations; all others stay as they are."""
+    """The tape with every sum in a row that then needs fewer operations; all others stay as they are.
+
+    1. Inner sums, which one other sum alone uses, are parts of that one (`partial`).
+    2. For every outermost sum, all its terms with their signs (`terms`), and how many sums of two products it holds:
+       each of those leaves a product unfused.
+    3. A row that begins with a term that is no product leaves none, one that begins with a product leaves that one. If
+       it is fewer than now, the row is built in the order in which the terms are ready (`row`).
+    """
     rows = _Rows(tape)
     for i, node in enumerate(tape.nodes):
         rows.place.append(rows.rebuilt(i) if node.op in _SUMS else rows.copied(node))

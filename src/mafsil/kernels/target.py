@@ -6,13 +6,13 @@ import itertools
 import os
 import threading
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal
 
 from mafsil.errors import KernelError
 from mafsil.kernels.layout import BATCH, SINGLE
+from mafsil.kernels.llvm import TargetMachine, binding
 
 FEATURES_VARIABLE = "MAFSIL_FEATURES"
 """Environment variable with changes to the host's features, such as `-avx512f` or `-avx2,-fma`."""
@@ -107,7 +107,7 @@ def compile(ir: str, target: Target) -> bytes:
     Raises:
         KernelError: LLVM refuses the module.
     """
-    llvm = _llvm()
+    llvm = binding()
     try:
         module = llvm.parse_assembly(ir)
         module.verify()
@@ -122,7 +122,7 @@ def optimised(ir: str, target: Target) -> bytes:
     Raises:
         KernelError: LLVM refuses the module.
     """
-    llvm = _llvm()
+    llvm = binding()
     try:
         machine = _machine(target, 2)
         module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
@@ -138,7 +138,7 @@ def optimised(ir: str, target: Target) -> bytes:
 
 def assembly(ir: str, target: Target) -> str:
     """Assembly text of an IR module, for people."""
-    module = _llvm().parse_assembly(ir)
+    module = binding().parse_assembly(ir)
     return str(_machine(target, _effort(ir)).emit_assembly(module))
 
 
@@ -154,7 +154,7 @@ def translate(ir: str, target: Target, form: Literal["object", "assembly"], *, r
     Raises:
         KernelError: LLVM does not know the processor or refuses the module.
     """
-    llvm = _llvm()
+    llvm = binding()
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     try:
@@ -187,7 +187,7 @@ def load(
     Raises:
         KernelError: a symbol is missing.
     """
-    llvm = _llvm()
+    llvm = binding()
     library = llvm.JITLibraryBuilder().add_object_img(object_code)
     names = tuple(symbols)
     for name in names:
@@ -207,20 +207,8 @@ _counter = itertools.count()
 
 
 @cache
-def _llvm() -> Any:
-    """Llvmlite's binding, initialised whatever its age."""
-    import llvmlite.binding as llvm
-
-    with suppress(RuntimeError):  # llvmlite >= 0.45 initialises itself and says so by raising
-        llvm.initialize()
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    return llvm
-
-
-@cache
 def _host() -> Target:
-    llvm = _llvm()
+    llvm = binding()
     return described(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
 
 
@@ -230,9 +218,9 @@ def _effort(ir: str) -> int:
 
 
 @cache
-def _machine(target: Target, effort: int) -> Any:
+def _machine(target: Target, effort: int) -> TargetMachine:
     return (
-        _llvm()
+        binding()
         .Target.from_triple(target.triple)
         .create_target_machine(
             cpu=target.cpu, features=target.features, opt=effort, reloc="pic", codemodel="small", jit=False
@@ -241,8 +229,8 @@ def _machine(target: Target, effort: int) -> Any:
 
 
 @cache
-def _jit() -> Any:
-    return _llvm().create_lljit_compiler()
+def _jit() -> object:
+    return binding().create_lljit_compiler()
 
 
 def _flags(features: str) -> list[tuple[str, str]]:

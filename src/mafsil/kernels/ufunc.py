@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from mafsil.kernels.layout import Signature, contiguous_steps
+from mafsil.kernels.layout import Port, Signature, contiguous_steps
 from mafsil.kernels.runtime import api
 
 _CREATE = 31
@@ -80,7 +80,7 @@ class PlainLoop:
 
     def _handed(self, results: list[np.ndarray[Any, Any]], out: Any) -> Any:
         if out is not None:
-            given = out if isinstance(out, tuple) else (out,)
+            given = cast("tuple[Any, ...]", out) if isinstance(out, tuple) else (out,)
             for target, result in zip(given, results, strict=True):
                 target[...] = result
             results = list(given)
@@ -145,9 +145,7 @@ def _copies() -> bool:
     return probe.signature == "(2)->(2)" and bool((probe(given) == given).all()) and probe(given).dtype == np.float64
 
 
-def _port(name: str) -> Any:
-    from mafsil.kernels.layout import Port
-
+def _port(name: str) -> Port:
     return Port(name, (2,))
 
 

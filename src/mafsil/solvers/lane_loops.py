@@ -23,7 +23,7 @@ result, whatever stands beside them.
 from __future__ import annotations
 
 import operator
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 from numba.core import cgutils, types
 from numba.core.datamodel import models
@@ -32,7 +32,7 @@ from numba.extending import intrinsic, lower_builtin, register_model
 
 from mafsil.solvers.loops import reordered
 
-ir = cast(Any, cgutils.ir)
+ir = cgutils.ir
 """LLVM as numba writes it."""
 
 WIDTH = 8
@@ -42,7 +42,7 @@ _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _INT = ir.IntType(32)
 _FLAGS = ("contract", "nsz")
-_emitted, _resolved = cast(Any, intrinsic), cast(Any, infer_global)
+_emitted, _resolved = intrinsic, infer_global
 
 
 class _LanesType(types.Type):

@@ -110,16 +110,16 @@ def _word(kind: Any) -> Any:
     if type(kind) is types.Array and kind.aligned:
         return {"of": _word(kind.dtype), "ndim": kind.ndim, "layout": kind.layout, "mutable": kind.mutable}
     if type(kind) in (types.Tuple, types.UniTuple):
-        return [_word(item) for item in cast("Any", kind)]
+        return [_word(item) for item in kind]
     if type(kind) in (types.NamedTuple, types.NamedUniTuple):
-        named: Any = cast("Any", kind).instance_class
+        named: Any = kind.instance_class
         if (
             named.__module__.startswith(_OURS)
             and getattr(importlib.import_module(named.__module__), named.__qualname__, None) is named
         ):
             return {
                 "named": [named.__module__, named.__qualname__],
-                "items": [_word(item) for item in cast("Any", kind)],
+                "items": [_word(item) for item in kind],
             }
     raise NotPlain
 
@@ -142,4 +142,4 @@ def _named(place: list[str], items: list[Any]) -> Any:
     found = getattr(importlib.import_module(module), name)
     if not (isinstance(found, type) and issubclass(found, tuple)) or len(found._fields) != len(items):  # pyright: ignore
         raise NotPlain
-    return cast("Any", types.BaseTuple).from_types(items, found)
+    return types.BaseTuple.from_types(items, found)

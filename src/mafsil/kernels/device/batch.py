@@ -5,15 +5,15 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from math import prod
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from mafsil.errors import InputError
 from mafsil.kernels.device.array import DeviceArray, View, on_device, view
 from mafsil.kernels.device.driver import Device, Module, driver
-from mafsil.kernels.export.ptx.program import GridProgram
 from mafsil.kernels.layout import Signature
+from mafsil.kernels.ptx.program import GridProgram
 
 
 class DeviceEvaluator:
@@ -93,7 +93,7 @@ class DeviceEvaluator:
         if out is None:
             arrays = [DeviceArray(device, batch + port.shape, stream) for port in outputs]
             return list(arrays), [view("out", x) for x in arrays]
-        given = list(out) if isinstance(out, tuple) else [out]
+        given: list[Any] = list(cast("tuple[Any, ...]", out)) if isinstance(out, tuple) else [out]
         if len(given) != len(outputs):
             raise InputError("call.outputs", name=self._signature.name, expected=len(outputs), got=len(given))
         found = [self._seen("out", x) for x in given]

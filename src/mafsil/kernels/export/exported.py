@@ -10,15 +10,16 @@ from typing import Any, Literal, TypeAlias
 
 from mafsil.errors import FileError, InputError
 from mafsil.kernels.export.c import check, text
-from mafsil.kernels.export.legend import Legend, identifier, symbol
+from mafsil.kernels.export.legend import Legend, symbol, wrapped
 from mafsil.kernels.export.objects.machines import machine
 from mafsil.kernels.export.objects.object_file import object_file, rows_prototype
 from mafsil.kernels.export.objects.symbols import symbols
 from mafsil.kernels.export.objects.wasm import loadable
-from mafsil.kernels.export.ptx.program import OLDEST, GridProgram, grid_program, launch_notes
 from mafsil.kernels.export.vectors import vectors
 from mafsil.kernels.kernel import Kernel
-from mafsil.kernels.tape import Tape
+from mafsil.kernels.ptx.program import OLDEST, GridProgram, grid_program
+from mafsil.kernels.reduce import reduce
+from mafsil.kernels.tape import Tape, read
 
 Form: TypeAlias = Literal["c", "object", "ptx"]
 FORMS: tuple[Form, ...] = ("c", "object", "ptx")
@@ -95,16 +96,8 @@ def export(
             return _ptx(kernel, reduced, legend, function, target or OLDEST)
 
 
-def device_program(kernel: Kernel) -> GridProgram:
-    """The kernel as it is launched over arrays on a device."""
-    return grid_program(tapes(kernel)[1], kernel.signature, f"mafsil_{identifier(kernel.signature.name)}")
-
-
 def tapes(kernel: Kernel) -> tuple[Tape, Tape]:
     """The kernel's expression as it is traced, and reduced as it is compiled."""
-    from mafsil.kernels.reduce import reduce
-    from mafsil.kernels.tape import read
-
     tape = read(kernel.build())
     return tape, reduce(tape)
 
@@ -143,10 +136,23 @@ def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str
 
 def _ptx(kernel: Kernel, reduced: Tape, legend: Legend, name: str, target: str) -> Export:
     program = grid_program(reduced, kernel.signature, name, target)
-    head = [*legend.lines(kernel.signature), *launch_notes(program)]
+    head = [*legend.lines(kernel.signature), *_launch_notes(program)]
     comment = "".join(f"// {line}".encode("ascii", "replace").decode().rstrip() + "\n" for line in head)
     details = {"target": target, "threads": program.plan.threads, "shared_bytes": 8 * program.plan.size}
     return Export(name, _bytes({f"{name}.ptx": comment + program.text}), details)
+
+
+def _launch_notes(program: GridProgram) -> tuple[str, ...]:
+    """How others launch it, for the comment at the head of the file."""
+    inputs = [f"{p.name} pointer, divisor, modulus (64 bits each)" for p in program.signature.inputs]
+    outputs = [f"{p.name} pointer" for p in program.signature.outputs]
+    return (
+        f"Kernel {program.name}: {program.plan.threads} threads in a block, (rows + {program.plan.threads - 1}) / "
+        f"{program.plan.threads} blocks, no dynamic shared memory.",
+        *wrapped(f"Parameters: {'; '.join([*inputs, *outputs, 'rows (64 bits)'])}.", "  "),
+        "Rows lie one after another without gaps. Row r of the batch takes row r of an input whose modulus is 0,",
+        "and row (r / divisor) mod modulus of one that is broadcast; the divisor is 1 or more.",
+    )
 
 
 def _bytes(files: Mapping[str, str]) -> dict[str, bytes]:

@@ -6,10 +6,10 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from hashlib import blake2b
 from textwrap import wrap
 
 from mafsil.errors import InputError
+from mafsil.kernels.identifiers import identifier
 from mafsil.kernels.layout import Port, Signature
 
 KEYWORDS = frozenset((
@@ -20,8 +20,6 @@ KEYWORDS = frozenset((
     "private", "public", "protected", "namespace", "using",
 ))  # fmt: skip
 _HARMLESS = frozenset(" .,;:()[]{}<>=+-_'!|^%&@#~$")
-_LONGEST = 31
-"""C99 promises so many significant characters of an external name."""
 
 
 @dataclass(frozen=True)
@@ -58,16 +56,6 @@ def harmless(text: str) -> str:
     """Text for a comment in any language: letters, digits and plain signs stay; what could end it or hide it goes."""
     kept = "".join(c if c in _HARMLESS or _is_letter(c) else "_" for c in text[:400])
     return " ".join(kept.split())
-
-
-def identifier(text: str) -> str:
-    """A C identifier that reminds of the text; letters of other scripts become a short hash."""
-    slug = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
-    if not text.isascii() or not slug or len(slug) > _LONGEST:
-        slug = (
-            f"{slug[:20].strip('_') or 'robot'}_{blake2b(text.encode('utf-8', 'replace'), digest_size=3).hexdigest()}"
-        )
-    return slug if slug[0].isalpha() else f"r{slug}"
 
 
 def symbol(owner: str, quantity: str, given: str | None = None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -51,8 +51,8 @@ def vectors(kernel: Callable[..., Any], tape: Tape, signature: Signature, *, sin
     inputs = tuple(_spread(signature, single))
     shaped = [x.reshape(ROWS, *port.shape) for x, port in zip(inputs, signature.inputs, strict=True)]
     answer: Any = kernel(*shaped)
-    answers = answer if isinstance(answer, tuple) else (answer,)
-    outputs = tuple(np.asarray(y, dtype=np.float64).reshape(ROWS, -1) for y in answers)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+    answers = cast("tuple[Any, ...]", answer) if isinstance(answer, tuple) else (answer,)
+    outputs = tuple(np.asarray(y, dtype=np.float64).reshape(ROWS, -1) for y in answers)
     scales = [scale for _, scale in evaluate(tape, inputs)]
     return Vectors(inputs, outputs, tuple(_unit(y, s, single) for y, s in zip(outputs, scales, strict=True)))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
+from mafsil.kernels.loop_compiler.headers import Header
 from mafsil.kernels.loop_compiler.values import (
     INTEGER,
     OPERATIONS,
@@ -21,9 +21,6 @@ from mafsil.kernels.loop_compiler.values import (
     constant,
     refused,
 )
-
-if TYPE_CHECKING:
-    from mafsil.kernels.loop_compiler.functions import Header
 
 _EXACT = 2.0**52
 """From here on every float64 is an integer: adding and taking it away rounds smaller ones, ties to even."""
@@ -45,7 +42,7 @@ class Expressions:
         self.block = Block()
         self.variables: dict[str, tuple[Kind, Value]] = {}
         self.forms: dict[type[ast.expr], Callable[..., Value]] = {
-            ast.Constant: lambda node: constant(node.value),
+            ast.Constant: self.literal,
             ast.Name: self.name,
             ast.Attribute: self.attribute,
             ast.BinOp: self.binary,
@@ -56,10 +53,12 @@ class Expressions:
             ast.Subscript: self.subscript,
             ast.Call: self.called,
         }
-        self.builtins: dict[str, Callable[..., Value]] = {
-            "abs": self.absolute,
+        of_two: dict[str, Callable[[Value, Value], Value]] = {
             "min": lambda a, b: self.block.selected(self.block.compared("<", b, a), b, a),
             "max": lambda a, b: self.block.selected(self.block.compared(">", b, a), b, a),
+        }
+        of_one: dict[str, Callable[[Value], Value]] = {
+            "abs": self.absolute,
             "int": lambda x: self.block.rounded(x, INTEGER),
             "float": lambda x: self.block.converted(x, REAL),
             "address": lambda x: self.block.let(INTEGER, f"ptrtoint ptr {x.name} to i64"),
@@ -69,6 +68,7 @@ class Expressions:
             ),
             "np.rint": self.nearest_integer,
         }
+        self.builtins: dict[str, Callable[..., Value]] = {**of_one, **of_two}
 
     def value(self, node: ast.expr) -> Value:
         """The value of an expression."""
@@ -87,6 +87,12 @@ class Expressions:
             self.variables[name] = value.kind, self.block.cell(value.kind)
         kind, place = self.variables[name]
         self.block.keep(value, place, kind)
+
+    def literal(self, node: ast.Constant) -> Value:
+        """A number written in the source."""
+        if not isinstance(node.value, int | float):
+            raise refused(ast.unparse(node))
+        return constant(node.value)
 
     def name(self, node: ast.Name) -> Value:
         """A variable, or a constant of the module."""
@@ -131,6 +137,7 @@ class Expressions:
 
     def logic(self, node: ast.BoolOp) -> Value:
         """`and` and `or` of conditions: what comes after the deciding one is not looked at."""
+        # found = part; if `and` and it is false, or `or` and it is true, goto decided; else on to the next part.
         found, after = self.block.cell(TRUTH), self.block.name("decided")
         for part in node.values:
             value = self.truth(part)

@@ -3,50 +3,19 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Container, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 
 from mafsil.kernels.loop_compiler.expressions import Expressions
+from mafsil.kernels.loop_compiler.headers import Header
 from mafsil.kernels.loop_compiler.values import (
     INTEGER,
     OPERATIONS,
-    Kind,
     Layout,
     Value,
     constant,
     kind_of,
     refused,
 )
-
-
-@dataclass(frozen=True)
-class Header:
-    """What callers of a function know.
-
-    Attributes:
-        name: of the function.
-        arguments: their names and types.
-        result: type of its result, or None.
-    """
-
-    name: str
-    arguments: Mapping[str, Kind]
-    result: Kind | None
-
-
-def header_of(node: ast.FunctionDef, records: Container[str] = ()) -> Header:
-    """The types that a function's annotations say.
-
-    Args:
-        node: its source.
-        records: names of the program's records.
-    """
-
-    def kind(annotation: ast.expr | None) -> Kind:
-        return kind_of("" if annotation is None else ast.unparse(annotation), records)
-
-    result = None if node.returns is None or ast.unparse(node.returns) == "None" else kind(node.returns)
-    return Header(node.name, {each.arg: kind(each.annotation) for each in node.args.args}, result)
 
 
 class Function(Expressions):
@@ -75,15 +44,15 @@ class Function(Expressions):
         self.loops: list[tuple[str, str]] = []
         self.statements: dict[type[ast.stmt], Callable[..., None]] = {
             ast.Expr: self.alone,
-            ast.Pass: lambda _node: None,
+            ast.Pass: self.nothing,
             ast.Assign: self.assignment,
             ast.AugAssign: self.change,
             ast.If: self.condition,
             ast.While: self.repetition,
             ast.For: self.count,
             ast.Return: self.result,
-            ast.Break: lambda _node: self.block.jump(self.loops[-1][1]),
-            ast.Continue: lambda _node: self.block.jump(self.loops[-1][0]),
+            ast.Break: self.leave,
+            ast.Continue: self.again,
         }
         for name, kind in self.header.arguments.items():
             self.assign(name, Value(kind, f"%a.{name}"))
@@ -111,6 +80,17 @@ class Function(Expressions):
             if translate is None:
                 raise refused(f"{self.header.name}: {ast.unparse(statement)}")
             translate(statement)
+
+    def nothing(self, _node: ast.Pass) -> None:
+        """`pass`."""
+
+    def leave(self, _node: ast.Break) -> None:
+        """`break`: on to what follows the innermost loop."""
+        self.block.jump(self.loops[-1][1])
+
+    def again(self, _node: ast.Continue) -> None:
+        """`continue`: on to the next round of the innermost loop."""
+        self.block.jump(self.loops[-1][0])
 
     def alone(self, node: ast.Expr) -> None:
         """A call whose result nobody wants, or a text."""
@@ -147,6 +127,7 @@ class Function(Expressions):
 
     def condition(self, node: ast.If) -> None:
         """`if` with or without `else`."""
+        # if (!test) goto else; then: body; goto after; else: orelse; after:
         yes, no, after = (self.block.name(stem) for stem in ("then", "else", "after"))
         self.block.branch(self.truth(node.test), yes, no)
         self.block.label(yes)
@@ -158,6 +139,7 @@ class Function(Expressions):
 
     def repetition(self, node: ast.While) -> None:
         """`while`."""
+        # while: if (!test) goto after; body: ...; goto while; after:
         test, body, after = (self.block.name(stem) for stem in ("while", "body", "after"))
         self.block.label(test)
         self.block.branch(self.truth(node.test), body, after)
@@ -168,6 +150,8 @@ class Function(Expressions):
 
     def count(self, node: ast.For) -> None:
         """`for` over a `range` with a positive step; its bounds are found once."""
+        # counter = first; for: if (counter >= last) goto after; body: name = counter; ...; next: counter += step; goto
+        # for; after: (The counter is a cell of its own: the body may give the name another value, as in Python.)
         given = [self.block.converted(self.value(each), INTEGER) for each in self.range_of(node.iter)]
         first, last = (given[0], given[1]) if len(given) > 1 else (constant(0), given[0])
         step = given[2] if len(given) == 3 else constant(1)

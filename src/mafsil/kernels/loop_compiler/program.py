@@ -15,7 +15,8 @@ from mafsil.kernels import cache, elf, identity, target
 from mafsil.kernels.cache import Entry
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.loop_compiler.functions import Function, Header, header_of
+from mafsil.kernels.loop_compiler.functions import Function
+from mafsil.kernels.loop_compiler.headers import Header, header_of
 from mafsil.kernels.loop_compiler.records import Record
 from mafsil.kernels.loop_compiler.values import INTEGER, REAL, TAGS, TRUTH, Kind, Layout, kind_of, refused
 from mafsil.kernels.target import Code, Target

@@ -105,7 +105,14 @@ def constant(x: bool | int | float) -> Value:
 
 
 class Block:
-    """The instructions of one function, in the order in which they are emitted; variables live in its first block."""
+    """The instructions of one function, in the order in which they are emitted; variables live in its first block.
+
+    1. Every variable is a cell of memory (`alloca` in the first block), read and written like one of C. LLVM turns
+       cells into registers; so nobody here has to know which value a variable has where two paths meet.
+    2. Instructions are appended in order; `label` begins a basic block, `jump` and `branch` end one.
+    3. After an end nothing is appended until the next label: what stands behind `return` or `break` is never reached,
+       and IR allows no instruction there.
+    """
 
     def __init__(self) -> None:
         self.heads: list[str] = []

@@ -143,18 +143,18 @@ def _by_quartic(task: Placing) -> list[BranchSolution]:
     preferred = (task.preferred[0], task.preferred[1], task.preferred[2])
     hub = two.r if not two.prismatic else (one.r if not one.prismatic else ex.zeros(3))
     if three.prismatic:
-        course = quartics.sliding(three.w, task.start - hub)
+        course = quartics.prismatic_point(three.w, task.start - hub)
     else:
-        course = quartics.turning(three.w, task.start - three.r, three.r - hub)
+        course = quartics.revolute_point(three.w, task.start - three.r, three.r - hub)
     if one.prismatic and two.prismatic:
-        found = quartics.two_slides(one.w, two.w, task.goal - hub, course, preferred)
+        found = quartics.two_prismatics(one.w, two.w, task.goal - hub, course, preferred)
     elif one.prismatic:
-        found = quartics.slide_then_turn(one.w, two.w, task.goal - hub, course, preferred, task.size)
+        found = quartics.prismatic_then_revolute(one.w, two.w, task.goal - hub, course, preferred, task.size)
     elif two.prismatic:
-        found = quartics.turn_then_slide(-one.w, two.w, task.goal - one.r, course, preferred, task.size)
+        found = quartics.revolute_then_prismatic(-one.w, two.w, task.goal - one.r, course, preferred, task.size)
     else:
         # one.r - two.r + Rot(-w1) (goal - one.r) = Rot(w2) v
-        found = quartics.two_turns(-one.w, two.w, one.r - two.r, task.goal - one.r, course, preferred, task.size)
+        found = quartics.two_revolutes(-one.w, two.w, one.r - two.r, task.goal - one.r, course, preferred, task.size)
     arms: list[BranchSolution] = []
     revolute = sum(not line.prismatic for line in task.lines)
     for each in found:

@@ -166,16 +166,22 @@ class _Writer:
         return f"({condition}) ? {self.one} : {self.zero}"
 
 
-_FORMS: dict[str, Callable[..., str]] = {
+_FORMS_OF_ONE: dict[str, Callable[[_Writer, str], str]] = {
     "neg": lambda w, x: f"-{x}",
     "sign": lambda w, x: f"({x} > {w.zero}) ? {w.one} : (({x} < {w.zero}) ? -{w.one} : {x})",
     "not": lambda w, x: w.number(f"{x} == {w.zero}"),
+}
+_FORMS_OF_TWO: dict[str, Callable[[_Writer, str, str], str]] = {
     "and": lambda w, x, y: w.number(f"{x} != {w.zero} && {y} != {w.zero}"),
     "or": lambda w, x, y: w.number(f"{x} != {w.zero} || {y} != {w.zero}"),
     "if_else_zero": lambda w, c, x: f"({c} != {w.zero}) ? {x} : {w.zero}",
+}
+_FORMS_OF_THREE: dict[str, Callable[[_Writer, str, str, str], str]] = {
     "select": lambda w, c, x, y: f"({c} != {w.zero}) ? {x} : {y}",
     "fma": lambda w, a, b, c: f"MAFSIL_FMA({a}, {b}, {c})",
     "fms": lambda w, a, b, c: f"MAFSIL_FMA({a}, {b}, -{c})",
     "fnma": lambda w, a, b, c: f"MAFSIL_FMA(-{a}, {b}, {c})",
     "fnms": lambda w, a, b, c: f"MAFSIL_FMA(-{a}, {b}, -{c})",
 }
+_FORMS: dict[str, Callable[..., str]] = {**_FORMS_OF_ONE, **_FORMS_OF_TWO, **_FORMS_OF_THREE}
+"""Operations that are no function of <math.h> and no infix sign."""

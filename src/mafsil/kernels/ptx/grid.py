@@ -6,9 +6,9 @@ after thread: so the code that goes to the device is held against the kernels of
 
 from __future__ import annotations
 
-from mafsil.kernels.export.ptx.tiles import Plan, Tile
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.lower import point
+from mafsil.kernels.ptx.tiles import Plan, Tile
 from mafsil.kernels.tape import Tape
 from mafsil.kernels.target import Target
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from mafsil.errors import InputError
-from mafsil.kernels.export.legend import wrapped
-from mafsil.kernels.export.ptx.grid import device_module
-from mafsil.kernels.export.ptx.tiles import Plan, plan
+from mafsil.expression import Function
+from mafsil.kernels.identifiers import identifier
 from mafsil.kernels.layout import Signature
-from mafsil.kernels.tape import Tape
+from mafsil.kernels.ptx.grid import device_module
+from mafsil.kernels.ptx.tiles import Plan, plan
+from mafsil.kernels.reduce import reduce
+from mafsil.kernels.tape import Tape, read
 from mafsil.kernels.target import Target, translate
 
 TRIPLE = "nvptx64-nvidia-cuda"
@@ -54,6 +57,16 @@ def grid_program(tape: Tape, signature: Signature, name: str, processor: str = O
     return GridProgram(name, signature, found, text)
 
 
+def device_program(signature: Signature, build: Callable[[], Function]) -> GridProgram:
+    """A kernel as it is launched over arrays on a device.
+
+    Args:
+        signature: its ports.
+        build: makes its expression.
+    """
+    return grid_program(reduce(read(build())), signature, f"mafsil_{identifier(signature.name)}")
+
+
 def nvptx(processor: str) -> Target:
     """A generation of graphics processors; each fuses products and sums and rounds to integers.
 
@@ -63,16 +76,3 @@ def nvptx(processor: str) -> Target:
     if processor not in KNOWN:
         raise InputError("export.machine", name=processor, known=", ".join(KNOWN))
     return Target(TRIPLE, processor, "", 1, fma=True, rounding=True)
-
-
-def launch_notes(program: GridProgram) -> tuple[str, ...]:
-    """How others launch it, for the comment at the head of the file."""
-    inputs = [f"{p.name} pointer, divisor, modulus (64 bits each)" for p in program.signature.inputs]
-    outputs = [f"{p.name} pointer" for p in program.signature.outputs]
-    return (
-        f"Kernel {program.name}: {program.plan.threads} threads in a block, (rows + {program.plan.threads - 1}) / "
-        f"{program.plan.threads} blocks, no dynamic shared memory.",
-        *wrapped(f"Parameters: {'; '.join([*inputs, *outputs, 'rows (64 bits)'])}.", "  "),
-        "Rows lie one after another without gaps. Row r of the batch takes row r of an input whose modulus is 0,",
-        "and row (r / divisor) mod modulus of one that is broadcast; the divisor is 1 or more.",
-    )
