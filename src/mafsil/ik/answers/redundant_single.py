@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.candidate_table import ParametricTable
+from mafsil.ik.answers.candidate_table import RESIDUAL, ParametricTable
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -64,16 +64,15 @@ def redundant_single(
         none = np.zeros(1, dtype=np.bool_)
         known = ParameterValues(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, q0, tolerance, others, known, 0).answer()
-    table = ParametricTable.of(details)
-    good = table.residual <= CLEAR
-    rows = good.nonzero()[0]
+    good = details[:, RESIDUAL] <= CLEAR
+    table, rows = ParametricTable.of(details[good]), good.nonzero()[0]
     return regular_answer(
         Question(setting, T.copy(), q0, tolerance, others),
         q[good],
-        table.residual[good],
-        table.excess[good],
+        table.residual,
+        table.excess,
         rows,
-        table.code[good],
+        table.code,
     )
 
 
