@@ -15,6 +15,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.analysis import analysis
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
@@ -90,7 +91,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     T = np.asarray(T_sd, dtype=np.float64)
     q, details, _ = arm.form.labelled(T, shared.middle, shared.middle_turns, *shared.bounds)
     reached = QUARTIC_REACHED if shared.quartic else REACHED
-    exists = np.isfinite(q).all(axis=-1) & (details[:, 1] <= reached)
+    exists = np.isfinite(q).all(axis=-1) & (CandidateTable.of(details).subproblem_residual <= reached)
     ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
     rows = rows[distinct(ideal[rows], shared.revolute)]

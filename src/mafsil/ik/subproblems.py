@@ -35,6 +35,17 @@ class Angles(NamedTuple):
     residual: Floats
     free: NDArray[np.bool_]
 
+    @classmethod
+    def of(cls, table: Floats, angles: int | slice) -> Angles:
+        """From rows (..., residual, free) of a compiled subproblem.
+
+        Args:
+            table: (*batch, roots, columns).
+            angles: which columns are the angles.
+        """
+        *_, residual, free = np.moveaxis(table, -1, 0)
+        return cls(table[..., angles], residual, free > 0)
+
     def solutions(self, tolerance: float = 1e-12) -> Floats:
         """The distinct solutions of one problem, (m,) or (m, k); one representative where every angle solves."""
         rows = [row for row, short in zip(self.angles, self.residual, strict=True) if short <= tolerance]
@@ -57,7 +68,7 @@ def distances(w: ArrayLike, r: ArrayLike, p: ArrayLike, distance: ArrayLike, o: 
     table = _distances(
         *(gate(n, x, (3,)) for n, x in zip("wrpo", (w, r, p, o), strict=True)), gate("distance", distance, ())
     )
-    return Angles(table[..., 0], table[..., 1], table[..., 2] > 0)
+    return Angles.of(table, 0)
 
 
 def heights(w: ArrayLike, h: ArrayLike, p: ArrayLike, height: ArrayLike) -> Angles:
@@ -69,7 +80,7 @@ def heights(w: ArrayLike, h: ArrayLike, p: ArrayLike, height: ArrayLike) -> Angl
         height: (*batch,) [m].
     """
     table = _heights(*(gate(n, x, (3,)) for n, x in zip("whp", (w, h, p), strict=True)), gate("height", height, ()))
-    return Angles(table[..., 0], table[..., 1], table[..., 2] > 0)
+    return Angles.of(table, 0)
 
 
 def two_axes(w1: ArrayLike, w2: ArrayLike, p: ArrayLike, z: ArrayLike) -> Angles:
@@ -81,7 +92,7 @@ def two_axes(w1: ArrayLike, w2: ArrayLike, p: ArrayLike, z: ArrayLike) -> Angles
     """
     names = ("w1", "w2", "p", "z")
     table = _two_axes(*(gate(n, x, (3,)) for n, x in zip(names, (w1, w2, p, z), strict=True)))
-    return Angles(table[..., :2], table[..., 3], table[..., 4] > 0)
+    return Angles.of(table, slice(2))
 
 
 def wrist_angles(w4: ArrayLike, w5: ArrayLike, w6: ArrayLike, R: ArrayLike) -> Angles:
@@ -93,7 +104,7 @@ def wrist_angles(w4: ArrayLike, w5: ArrayLike, w6: ArrayLike, R: ArrayLike) -> A
     """
     names = ("w4", "w5", "w6")
     table = _wrist(*(gate(n, x, (3,)) for n, x in zip(names, (w4, w5, w6), strict=True)), gate("R", R, (3, 3)))
-    return Angles(table[..., :3], table[..., 3], table[..., 4] > 0)
+    return Angles.of(table, slice(3))
 
 
 def three_axes(
@@ -108,7 +119,7 @@ def three_axes(
     """
     names = ("k1", "k2", "k3", "p0", "p1", "p2", "p3")
     table = _three_axes(*(gate(n, x, (3,)) for n, x in zip(names, (k1, k2, k3, p0, p1, p2, p3), strict=True)))
-    return Angles(table[..., :3], table[..., 3], table[..., 4] > 0)
+    return Angles.of(table, slice(3))
 
 
 def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
@@ -120,7 +131,7 @@ def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
         b: (*batch, 2).
     """
     table = _circles(gate("A", A, (2, 2)), gate("B", B, (2, 2)), gate("b", b, (2,)))
-    return Angles(table[..., :2], table[..., 2], table[..., 3] > 0)
+    return Angles.of(table, slice(2))
 
 
 def projected(w: ArrayLike, p: ArrayLike) -> Floats:

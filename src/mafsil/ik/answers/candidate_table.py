@@ -28,6 +28,53 @@ class Decision(IntEnum):
     """The matrix is no pose."""
 
 
+RESIDUAL = 0
+"""The column of the residuals in what the kernels give, where one call needs no other."""
+
+
+class ParametricTable(NamedTuple):
+    """What is known of the branches of a closed form with given values of its redundant joints.
+
+    Attributes:
+        residual: (*batch, rows) error of forward kinematics, distance [m] or angle [rad], the larger.
+        code: (*batch, rows) branch as a number, see `mafsil.mechanics.closed_form.table`.
+        margin: (*batch, rows) smallest branch margin: zero where two branches meet.
+        excess: (*batch, rows) by how much a coordinate is beyond its limits [rad | m].
+    """
+
+    residual: Floats
+    code: Floats
+    margin: Floats
+    excess: Floats
+
+    @classmethod
+    def of(cls, columns: Floats) -> Self:
+        """Views of the kernel's (*batch, rows, 4)."""
+        # Of one pose the transpose is the same, and ten times quicker.
+        return cls._make(columns.T if columns.ndim == 2 else np.moveaxis(columns, -1, 0))
+
+
+class ParametricSummary(NamedTuple):
+    """What is known of a pose from the branches at given values of the redundant joints.
+
+    Attributes:
+        defect: (*batch,) how far the matrix is from a pose.
+        doubtful: (*batch,) one if a branch needs refinement.
+        folded: (*batch,) one if rounding may have moved a branch far off where two pairs of roots merge.
+        excess: (*batch,) the least excess over the limits of a solution [rad | m].
+    """
+
+    defect: Floats
+    doubtful: Floats
+    folded: Floats
+    excess: Floats
+
+    @classmethod
+    def of(cls, columns: Floats) -> Self:
+        """Views of the kernel's (*batch, 4)."""
+        return cls._make(np.moveaxis(columns, -1, 0))
+
+
 class CandidateTable(NamedTuple):
     """What is known of the rows of a closed form.
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
+from mafsil.ik.answers.candidate_table import ParametricSummary, ParametricTable
 from mafsil.ik.answers.question import LOOSE
 from mafsil.ik.answers.redundant_single import careful_question
 from mafsil.ik.answers.refusal import out_of_plane
@@ -53,17 +54,19 @@ def redundant_batch(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance:
         starts = parameter_values(setting, form, poses, q0, most)
         # 2.
         q, details, summary = form.solutions(poses, starts.values, q0, turns, *setting.bounds, most)
-        valid = summary[:, 0] <= ORTHOGONALITY
+        known = ParametricSummary.of(summary)
+        valid = known.defect <= ORTHOGONALITY
         # 3.
         settled = (starts.allowed | (starts.refuted & starts.solved)) & (tolerance >= CLEAR)
-        regular = np.flatnonzero(valid & (summary[:, 1] + summary[:, 2] == 0.0) & settled)
+        regular = np.flatnonzero(valid & (known.doubtful + known.folded == 0.0) & settled)
         whole = len(regular) == len(poses)
         rows = part if whole else begin + regular
         q, details = (q, details) if whole else (q[regular], details[regular])
-        good = details[..., 0] <= CLEAR
-        out.q[rows], out.residual[rows], out.valid[rows] = q, details[..., 0], good
-        out.within[rows] = good & (details[..., 3] <= INSIDE)
-        out.codes[rows], out.free[rows] = np.nan_to_num(details[..., 1]), np.where(good, bits, 0)
+        table = ParametricTable.of(details)
+        good = table.residual <= CLEAR
+        out.q[rows], out.residual[rows], out.valid[rows] = q, table.residual, good
+        out.within[rows] = good & (table.excess <= INSIDE)
+        out.codes[rows], out.free[rows] = np.nan_to_num(table.code), np.where(good, bits, 0)
         out.set_status(begin + regular, IKStatus.CONTINUUM)
         out.set_status(begin + regular[~starts.allowed[regular]], IKStatus.BEYOND_LIMITS)
         # 4.

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
+from mafsil.ik.answers.candidate_table import RESIDUAL, ParametricTable
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -57,16 +58,21 @@ def redundant_single(
             other = starts.values[0]
         values = other
         q, details, summary = form.solutions.call(T, values, q0, turns, *setting.bounds, most)
-        doubtful, folded = summary[1], summary[2]
+        _, doubtful, folded, _ = summary.tolist()
     # 3.
     if doubtful or folded or tolerance < CLEAR:
         none = np.zeros(1, dtype=np.bool_)
         known = ParameterValues(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, q0, tolerance, others, known, 0).answer()
-    good = details[:, 0] <= CLEAR
-    chosen, rows = details[good], good.nonzero()[0]
+    good = details[:, RESIDUAL] <= CLEAR
+    table, rows = ParametricTable.of(details[good]), good.nonzero()[0]
     return regular_answer(
-        Question(setting, T.copy(), q0, tolerance, others), q[good], chosen[:, 0], chosen[:, 3], rows, chosen[:, 1]
+        Question(setting, T.copy(), q0, tolerance, others),
+        q[good],
+        table.residual,
+        table.excess,
+        rows,
+        table.code,
     )
 
 
