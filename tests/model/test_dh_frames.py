@@ -128,4 +128,4 @@ def test_moves_that_are_not_free_are_refused_in_both_languages(call, key):
     with pytest.raises(ModelError) as caught:
         call()
     assert caught.value.key == key
-    assert caught.value.explain("en") != caught.value.explain("ar")
+    assert caught.value.message("en") != caught.value.message("ar")

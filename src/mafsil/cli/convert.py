@@ -14,6 +14,7 @@ from mafsil.cli.motion_table import lines
 from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.cli.state import angle_remarks
 from mafsil.geometry import euler, logarithms, planar, pose, quaternion, rotation, screw
+from mafsil.geometry.tolerances import SPECIAL
 from mafsil.messages import say
 
 _SHOWN = ("xyz", "ZYX", "ZYZ", "XYZ")
@@ -92,7 +93,7 @@ def representations(motion: Motion, *, all_sequences: bool = False) -> dict[str,
         "axis_angle": [{"axis": x.axis, "angle": x.angle} for x in logarithms.logarithms(R, 0.0, 2 * pi)],
         "rotation_vector": logarithms.ball_points(R),
         "angle_sequences": {name: _angles(R, name) for name in sequences},
-        "gibbs": None if pi - float(rotation.angle(R)) <= logarithms.END else quaternion.to_gibbs(q),
+        "gibbs": None if pi - float(rotation.angle(R)) <= SPECIAL else quaternion.to_gibbs(q),
         "modified_rodrigues": quaternion.to_modified_rodrigues(q),
     }
     if motion.kind != "rotation":

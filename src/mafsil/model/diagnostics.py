@@ -140,9 +140,9 @@ class Diagnostic:
 class ReadingStatus(Status):
     """Whether a robot file gives a mechanism."""
 
-    READ = ("robotfile.status_read", True)
+    READ = ("model.file_read", True)
     """It does; warnings may stand beside it."""
-    REFUSED = ("robotfile.status_refused", False)
+    REFUSED = ("model.file_refused", False)
     """Errors stop the reader."""
 
 
