@@ -71,12 +71,10 @@ def check_jacobian(
 
 
 def _is_text(J: Any) -> bool:
-    return (
-        isinstance(J, list | tuple)
-        and bool(J)
-        and isinstance(J[0], list | tuple)
-        and any(isinstance(x, str) for row in cast("Sequence[Any]", J) for x in row)
-    )
+    if not isinstance(J, list | tuple):
+        return False
+    rows = cast("Sequence[Any]", J)
+    return bool(rows) and isinstance(rows[0], list | tuple) and any(isinstance(x, str) for row in rows for x in row)
 
 
 def _require_shape(shape: tuple[int, ...], n: int, kind: Kind) -> None:

@@ -164,7 +164,8 @@ def _expanded(A: Entries) -> Polynomial | None:
 def _split(factors: Sequence[Polynomial]) -> tuple[Polynomial, ...]:
     """One monomial in front, then what is left of every factor."""
     front: list[Monomial] = []
-    number, rest = 1.0, []
+    rest: list[Polynomial] = []
+    number = 1.0
     for factor in factors:
         if factor.is_zero:
             return (ZERO,)

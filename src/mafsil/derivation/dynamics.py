@@ -272,7 +272,7 @@ def _recursion_numbers(judge: DynamicsJudge, letter: str) -> Floats:
         own[..., 3:] -= np.einsum("blji,j->bli", T[..., :3, :3], np.asarray(mechanism.gravity))
     found: list[Floats] = []
     for i, link in enumerate(_carried_links(judge.arm), start=1):
-        X = np.linalg.inv(judge.frames[i]) @ T[:, link]
+        X: Floats = np.asarray(np.linalg.inv(judge.frames[i]) @ T[:, link], dtype=np.float64)
         R, p = X[:, :3, :3], X[:, :3, 3]
         one, two = (np.einsum("bij,bj->bi", R, own[:, link, part]) for part in (slice(0, 3), slice(3, 6)))
         moved = (one + np.cross(p, two), two) if letter == "F" else (one, two + np.cross(p, one))

@@ -20,7 +20,7 @@ class Expression:
     """One operation on others; a leaf holds a name or a number.
 
     Attributes:
-        kind: key of `_KINDS`, or `name`, `number`.
+        kind: key of `_UNARY` or `_BINARY`, or `name`, `number`.
         parts: operands.
         leaf: name or number.
     """
@@ -64,7 +64,10 @@ class Expression:
             return values[str(self.leaf)]
         if self.kind == "number":
             return np.float64(self.leaf)
-        return _KINDS[self.kind](sign, *(part.evaluate(values, sign) for part in self.parts))
+        operands = [part.evaluate(values, sign) for part in self.parts]
+        if self.kind in _UNARY:
+            return _UNARY[self.kind](*operands)
+        return _BINARY[self.kind](sign, *operands)
 
     @property
     def signed(self) -> bool:
@@ -119,24 +122,27 @@ def _turn(_sign: float, axis: Any, angle: Any) -> Any:
     return np.eye(3) + s * K + (1 - c) * (K @ K)
 
 
-_KINDS: dict[str, Callable[..., Any]] = {
+_UNARY: dict[str, Callable[[Any], Any]] = {
+    "neg": lambda a: -a,
+    "sqrt": lambda a: np.sqrt(np.maximum(a, 0.0)),
+    "square": lambda a: (a * a).sum(axis=-1) if np.ndim(a) == 2 else a * a,
+    "cos": np.cos,
+    "sin": np.sin,
+    "acos": lambda a: np.arccos(np.clip(a, -1.0, 1.0)),
+    "transpose": lambda a: np.swapaxes(a, -1, -2),
+}
+_BINARY: dict[str, Callable[[float, Any, Any], Any]] = {
     "+": lambda _, a, b: a + b,
     "−": lambda _, a, b: a - b,
     " ": _scaled,
     "/": lambda _, a, b: a / b,
-    "neg": lambda _, a: -a,
     "·": lambda _, a, b: (a * b).sum(axis=-1),
     "×": lambda _, a, b: np.cross(a, b),
     "±": lambda sign, a, b: a + sign * b,
-    "sqrt": lambda _, a: np.sqrt(np.maximum(a, 0.0)),
-    "square": lambda _, a: (a * a).sum(axis=-1) if np.ndim(a) == 2 else a * a,
-    "cos": lambda _, a: np.cos(a),
-    "sin": lambda _, a: np.sin(a),
-    "acos": lambda _, a: np.arccos(np.clip(a, -1.0, 1.0)),
     "atan2": lambda _, a, b: np.arctan2(a, b),
     "Rot": _turn,
-    "transpose": lambda _, a: np.swapaxes(a, -1, -2),
 }
+"""Operations on one operand, and on two; these also take the sign that a plus-minus stands for."""
 _BINDING = {"+": 1, "−": 1, "±": 1, "neg": 1, "/": 2, "·": 2, "×": 2, " ": 3}
 """How strongly operations hold their operands; weaker ones inside stronger ones get brackets."""
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, composed, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
 from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
@@ -62,7 +63,7 @@ def blocks(arm: SymbolicArm, judge: Judge, start: int) -> list[Step]:
         last, pose = arm.block(first, LONGEST)
         if arm.classic is not None:
             pose = _between_ends(arm, first, last, pose)
-        truth = np.linalg.inv(judge.shown_frames[first]) @ judge.shown_frames[last]
+        truth = _relative(judge, first, last)
         name = Name("T", f"{first},{last}")
         if last > first + 1:
             lines.append(judge.line((name,), pose.entries, truth=truth))
@@ -102,11 +103,16 @@ def is_identity(pose: SymbolicPose) -> bool:
     )
 
 
+def _relative(judge: Judge, first: int, last: int) -> Floats:
+    """(states, 4, 4) T_first,last of the frames that are shown, in numbers."""
+    return np.asarray(np.linalg.inv(judge.shown_frames[first]) @ judge.shown_frames[last], dtype=np.float64)
+
+
 def _links(arm: SymbolicArm, judge: Judge) -> Step:
     """T_i-1,i of every row."""
     lines: list[Line] = []
     for i in range(1, arm.n + 1):
-        truth = np.linalg.inv(judge.shown_frames[i - 1]) @ judge.shown_frames[i]
+        truth = _relative(judge, i - 1, i)
         lines.append(judge.line((Name("T", f"{i - 1}{i}"),), arm.shown_link(i).entries, truth=truth))
     return Step("derivation.links" if arm.classic is None else "derivation.links_classic", {}, tuple(lines))
 

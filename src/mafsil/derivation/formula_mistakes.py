@@ -7,6 +7,7 @@ import copy
 import re
 from collections.abc import Collection, Iterator
 from itertools import combinations
+from typing import cast
 
 from mafsil.derivation.review import Mistake
 
@@ -97,6 +98,8 @@ def _with(tree: ast.expr, index: int, node: ast.AST) -> ast.expr:
         for field, value in ast.iter_fields(parent):
             if value is target:
                 setattr(parent, field, node)
-            elif isinstance(value, list) and target in value:
-                value[value.index(target)] = node
+            elif isinstance(value, list):
+                children = cast("list[ast.AST]", value)
+                if target in children:
+                    children[children.index(target)] = node
     return whole.body

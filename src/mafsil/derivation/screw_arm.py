@@ -149,11 +149,12 @@ class ScrewJudge(Judge):
         links = [arm.mechanism.link_names.index(j.child) for j in chain_to_tip(arm.mechanism) if j.moves]
         now, then = np.asarray(robot.link_poses(q)), np.asarray(robot.link_poses(zero))
         identity = np.broadcast_to(np.eye(4), self.tip.shape)
-        self.moved = np.stack([identity, *(now[:, k] @ np.linalg.inv(then[k]) for k in links)])
+        self.moved = np.stack([identity, *(np.asarray(now[:, k] @ np.linalg.inv(then[k]), np.float64) for k in links)])
 
     def exponential(self, i: int) -> Floats:
         """(states, 4, 4) E_i."""
-        return np.asarray(np.linalg.inv(self.moved[i - 1]) @ self.moved[i])
+        before: Floats = np.asarray(np.linalg.inv(self.moved[i - 1]), dtype=np.float64)
+        return before @ self.moved[i]
 
 
 def screw_arm(mechanism: Mechanism) -> ScrewArm:

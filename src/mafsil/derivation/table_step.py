@@ -25,9 +25,9 @@ def table_step(arm: SymbolicArm) -> Step:
 
 
 def _classic_grid(arm: SymbolicArm) -> Grid:
-    """Theta, d, a, alpha: the order in which they act."""
+    """theta, d, a, alpha: the order in which they act."""
     assert arm.classic is not None
-    rows = []
+    rows: list[tuple[Polynomial | str, ...]] = []
     for i, (row, end) in enumerate(zip(arm.rows, arm.classic.ends, strict=True), start=1):
         _, _, d, theta = _cells(row)
         rows.append((str(i), theta, d, end.p[0], _twist_cell(arm, i)))

@@ -116,5 +116,5 @@ def _frames(arm: SymbolicArm, robot: Robot, q: Floats) -> Floats:
     for row, link in zip(arm.table.rows, links, strict=True):
         T_s = T_s @ row.transform(arm.table.convention)
         place = arm.mechanism.link_names.index(link)
-        frames.append(moved[:, place] @ np.linalg.inv(home[place]) @ T_s)
+        frames.append(np.asarray(moved[:, place] @ np.linalg.inv(home[place]) @ T_s, dtype=np.float64))
     return np.stack(frames)

@@ -118,7 +118,8 @@ class MotionLog:
 
     def split(self, fraction: float) -> tuple[MotionLog, MotionLog | None]:
         """The log up to the last `fraction` of its time, and that last part, unless it is next to nothing."""
-        cut = int(np.searchsorted(self.times, self.times[-1] - fraction * self.duration))
+        end = float(self.times[-1]) - fraction * self.duration
+        cut = int(np.searchsorted(self.times, end))
         if not 2 <= cut <= len(self.times) - 2:
             return self, None
         return self.rows(0, cut), self.rows(cut, len(self.times))

@@ -64,7 +64,8 @@ def response(weights: Floats, period: float, frequency: float) -> Floats:
     """(3,) what the kernels make of a sine [Hz], against its true position, rate and acceleration."""
     w = 2.0 * np.pi * frequency
     half = weights.shape[1] // 2
-    angle = w * period * np.arange(-half, half + 1)
+    samples = np.asarray(np.arange(-half, half + 1), dtype=np.float64)
+    angle = w * period * samples
     position, rate, acceleration = weights
     return np.array([position @ np.cos(angle), rate @ np.sin(angle) / w, -(acceleration @ np.cos(angle)) / w**2])
 

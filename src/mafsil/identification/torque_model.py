@@ -92,7 +92,8 @@ class TorqueModel:
         count, n = q.shape
         Y = np.zeros((count, n, self.inertial_count + 4 * n))
         Y[..., : self.inertial_count] = self.robot.regressor(q, qd, qdd).reshape(count, n, -1)
-        resistance, joints = friction_columns(qd, self.smoothing), np.arange(n)
+        resistance = friction_columns(qd, self.smoothing)
+        joints = np.asarray(np.arange(n), dtype=np.int64)
         for k in range(3):
             Y[:, joints, self.inertial_count + 3 * joints + k] = resistance[..., k]
         Y[:, joints, self.inertial_count + 3 * n + joints] = qdd

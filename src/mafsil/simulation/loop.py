@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 
@@ -132,8 +132,8 @@ class _Run:
 
     def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
         """Keep the ticks up to k; tick k itself only with finite efforts, without which it is the law that failed."""
-        effort = self.tau[k]
-        healthy = isfinite(np.vdot(effort, effort))
+        effort: Floats = np.asarray(self.tau[k])
+        healthy = bool(np.isfinite(np.vdot(effort, effort)))
         self.done = k + healthy
         return status if healthy or status is SimulationStatus.CANCELLED else SimulationStatus.NOT_FINITE
 
@@ -235,8 +235,8 @@ def _aligned(part: Floats, q: Floats) -> Floats:
 
 
 def _require_efforts(command: object, q: JointVector) -> None:
-    if not isinstance(command, np.ndarray) or command.shape != q.shape:
-        got = command.shape if isinstance(command, np.ndarray) else type(command).__name__
+    got = cast("Floats", command).shape if isinstance(command, np.ndarray) else type(command).__name__
+    if got != q.shape:
         raise InputError("simulation.efforts", expected=q.shape, got=got)
 
 

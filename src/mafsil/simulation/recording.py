@@ -126,8 +126,8 @@ class Recording(Answer):
                 continue
             per_joint = array.ndim == self.q.ndim
             for index in np.ndindex(array.shape[1:]):
-                batch = index[:-1] if per_joint else index
-                parts = [*map(str, batch), *([joints[index[-1]]] if per_joint else [])]
+                batch: tuple[int, ...] = index[:-1] if per_joint else index
+                parts: list[str] = [*map(str, batch), *([joints[index[-1]]] if per_joint else [])]
                 table[f"{name}[{','.join(parts)}]" if parts else name] = array[(slice(None), *index)]
         return table
 

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
@@ -131,7 +132,9 @@ class PolynomialLaw:
         the square of that of the place.
         """
         slope = np.array([float(_falling(k, order + 1) * c) for k, c in enumerate(self.coefficients)][order + 1 :])
-        roots = np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b")) if slope.any() else np.zeros(0)
+        roots: NDArray[np.complex128] = np.zeros(0, dtype=np.complex128)
+        if slope.any():
+            roots = np.asarray(np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b")), dtype=np.complex128)
         inside = [float(x) for x in roots.real[np.abs(roots.imag) < 1e-8] if 0.0 < x < 1.0]
         return float(max(abs(_value(self.coefficients, Fraction(x), order)) for x in (0.0, *inside, 1.0)))
 

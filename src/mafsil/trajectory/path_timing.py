@@ -102,7 +102,8 @@ def _knots(motion: PathMotion, limits: JointLimits) -> Floats:
     padded = np.pad(need, wide, mode="edge")
     need = np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1).max(axis=1)
     measure = np.concatenate([[0.0], np.cumsum(need / need.sum() + 1.0 / LOOK)])
-    grid = np.interp(np.linspace(0.0, measure[-1], KNOTS + 1), measure, np.linspace(0.0, motion.duration, LOOK + 1))
+    even = np.linspace(0.0, float(measure[-1]), KNOTS + 1)
+    grid = np.asarray(np.interp(even, measure, np.linspace(0.0, motion.duration, LOOK + 1)), dtype=np.float64)
     for moment in motion.breaks():
         grid[np.abs(grid - moment).argmin()] = moment
     return np.unique(grid)

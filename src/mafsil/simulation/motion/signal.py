@@ -97,7 +97,7 @@ def breaks_of(*sources: Source) -> tuple[float, ...]:
 
 
 def _of_time_and_state(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """F(t, q, qd), also of a function that takes the time alone."""
+    """f(t, q, qd), also of a function that takes the time alone."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):
@@ -105,4 +105,10 @@ def _of_time_and_state(name: str, function: Callable[..., Any]) -> Callable[...,
     needed = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) and p.default is p.empty]
     alone = len(needed) <= 1 and not any(p.kind is p.VAR_POSITIONAL for p in parameters)
     require_function(name, function, "function of t or of (t, q, qd)", 1 if alone else 3)
-    return (lambda t, q, qd: function(t)) if alone else function
+    if not alone:
+        return function
+
+    def of_time(t: float, q: Any, qd: Any) -> Any:
+        return function(t)
+
+    return of_time
