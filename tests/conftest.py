@@ -19,6 +19,20 @@ if str(ROOT) not in sys.path:
 # Shared by the workers of one run and by later runs: a cold cache is what its own tests make for themselves.
 os.environ.setdefault("MAFSIL_CACHE", str(Path(tempfile.gettempdir()) / f"mafsil-tests-{os.getuid()}"))
 
+SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
+"""Packages whose annotated shapes `--check-shapes` checks."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--check-shapes", action="store_true", help="check annotated shapes at every call of the package")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--check-shapes"):
+        from tests.house import shapes
+
+        shapes.watch(*SHAPED)
+
 
 @pytest.fixture(autouse=True)
 def _language_and_warnings_are_left_as_found(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:

@@ -1,4 +1,4 @@
-"""Shape vocabulary and the one gate through which numbers of users enter: lists in, checked float64 arrays out."""
+"""Shape vocabulary, and the one check through which numbers of users enter: lists in, float64 arrays out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
-from typing import Any, ParamSpec, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,16 +17,63 @@ from mafsil.messages import say
 P = ParamSpec("P")
 Result = TypeVar("Result")
 
+
+@dataclass(frozen=True, slots=True, init=False)
+class Shape:
+    """Dimensions of an annotated array, checked by `pytest --check-shapes` and read by people and type checkers.
+
+    A number is itself; a name such as `n` is one number throughout a call; `*batch` is any leading dimensions,
+    the same throughout a call. `Annotated[NDArray[np.float64], Shape("*batch", 3)]` is an array to a type checker.
+
+    Attributes:
+        dimensions: from the first axis to the last.
+    """
+
+    dimensions: tuple[int | str, ...]
+
+    def __init__(self, *dimensions: int | str) -> None:
+        object.__setattr__(self, "dimensions", dimensions)
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self.dimensions))
+
+
 Floats: TypeAlias = NDArray[np.float64]
-"""Any float64 array; the docstring says its shape, `*batch` being any leading dimensions."""
-JointVector: TypeAlias = Floats
-"""(*batch, n) one number per joint coordinate [rad | m]."""
-Vector3: TypeAlias = Floats
+"""A float64 array of any shape; the docstring says which, `*batch` being any leading dimensions."""
+Scalar: TypeAlias = Annotated[Floats, Shape("*batch")]
+"""(*batch) one number each; without batch a NumPy number or an array of no dimensions."""
+Truth: TypeAlias = Annotated[NDArray[np.bool_], Shape("*batch")]
+"""(*batch) one yes or no each."""
+Vector2: TypeAlias = Annotated[Floats, Shape("*batch", 2)]
+"""(*batch, 2) a point or vector of the plane."""
+Vector3: TypeAlias = Annotated[Floats, Shape("*batch", 3)]
 """(*batch, 3)."""
-Vector6: TypeAlias = Floats
-"""(*batch, 6) a twist (omega, v) or a wrench (m, f)."""
-PoseMatrix: TypeAlias = Floats
-"""(*batch, 4, 4) homogeneous matrix."""
+Vector6: TypeAlias = Annotated[Floats, Shape("*batch", 6)]
+"""(*batch, 6) a twist (omega, v), a wrench (m, f) or a screw."""
+Matrix3: TypeAlias = Annotated[Floats, Shape("*batch", 3, 3)]
+"""(*batch, 3, 3) of any kind: skew, Jacobian of a rotation, rate of a rotation."""
+Matrix4: TypeAlias = Annotated[Floats, Shape("*batch", 4, 4)]
+"""(*batch, 4, 4) of any kind: [V], rate of a pose."""
+Matrix6: TypeAlias = Annotated[Floats, Shape("*batch", 6, 6)]
+"""(*batch, 6, 6) of any kind: Ad(T), ad(V), spatial inertia, compliance."""
+RotationMatrix: TypeAlias = Annotated[Floats, Shape("*batch", 3, 3)]
+"""(*batch, 3, 3) axes of {b} as columns, in {a}."""
+Quaternion: TypeAlias = Annotated[Floats, Shape("*batch", 4)]
+"""(*batch, 4) (w, x, y, z)."""
+PoseMatrix: TypeAlias = Annotated[Floats, Shape("*batch", 4, 4)]
+"""(*batch, 4, 4) homogeneous matrix [[R, p], [0, 1]]."""
+PlanarRotation: TypeAlias = Annotated[Floats, Shape("*batch", 2, 2)]
+"""(*batch, 2, 2) rotation of the plane."""
+PlanarPose: TypeAlias = Annotated[Floats, Shape("*batch", 3, 3)]
+"""(*batch, 3, 3) homogeneous matrix of a motion of the plane."""
+Points: TypeAlias = Annotated[Floats, Shape("points", 3)]
+"""(points, 3) a list of points, which is no batch [m]."""
+JointVector: TypeAlias = Annotated[Floats, Shape("*batch", "n")]
+"""(*batch, n) one number per joint coordinate [rad | m]."""
+JointMatrix: TypeAlias = Annotated[Floats, Shape("*batch", "n", "n")]
+"""(*batch, n, n) such as the mass matrix."""
+JacobianMatrix: TypeAlias = Annotated[Floats, Shape("*batch", 6, "n")]
+"""(*batch, 6, n) twist (omega, v) per joint rate."""
 
 
 def real_array(name: str, value: ArrayLike) -> Floats:

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose, rotation
-from mafsil.ik import Verdict, inverse_kinematics, puma_shape, strokes, twist_of_motion, twists_between
+from mafsil.ik import IKStatus, inverse_kinematics, puma_shape, strokes, twist_of_motion, twists_between
 from mafsil.performance import rank
 from tests.acceptance.reading import cases, unread_after
 from tests.acceptance.test_07_inverse_kinematics import assert_same_set, at, puma_position_arm
@@ -63,7 +63,7 @@ def test_wrist_centre_at_the_shoulder():
     given, want = case["inputs"], case["expected"]
     robot = arm_of(given)
     answer = inverse_kinematics(robot, given["X"], tolerance=1e-8)
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     np.testing.assert_allclose(np.abs(answer.q[:, 2]), want["theta3"], atol=1e-6)
     names = robot.joint_names
     assert rank(robot, answer.q[0]) == want["rank_J"]
@@ -115,7 +115,7 @@ def test_fewer_than_six_joints():
     assert [len(answer) for answer in answers] == want["n"]
     assert_same_set(answers[0].q, want["solutions"], case["tol"])
     for answer in answers[1:]:
-        assert answer.status is Verdict.NOT_OF_THIS_ARM
+        assert answer.status is IKStatus.NOT_OF_THIS_ARM
     assert "the place is off it" in answers[1].explain("en")
     assert "with this orientation" not in answers[1].explain("en")
     assert answers[1].details["position_error"] == pytest.approx(0.1, abs=1e-6)

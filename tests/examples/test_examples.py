@@ -1,5 +1,6 @@
 """Every example script runs as it stands, in an empty folder."""
 
+import re
 import runpy
 from pathlib import Path
 
@@ -17,5 +18,8 @@ def test_script_runs(script, tmp_path, monkeypatch, capsys):
     assert not list(tmp_path.iterdir())
 
 
-def test_there_are_examples():
-    assert {script.stem for script in SCRIPTS} >= {"urdf_to_answer", "dh_homework", "log_to_model"}
+def test_the_course_names_every_script_in_order() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "course.md").read_text("utf-8")
+    named = re.findall(r"\[(\d\d_\w+\.py)\]", page)
+    assert named == [script.name for script in SCRIPTS]
+    assert len(named) >= 15

@@ -112,8 +112,7 @@ def kitchen() -> tuple[Signature, object]:
     values = [
         ex.sin(a), ex.cos(a), ex.tan(a), ex.asin(a / 4), ex.acos(b / 4), ex.atan(c), ex.atan2(a, b), ex.exp(a),
         ex.log(1 + a * a), ex.sqrt(1 + b * b), ex.floor(a * 3.3), ex.ceil(a * 3.3), ex.fabs(b), ex.sign(b),
-        ex.fmod(a, 0.7), ex.remainder(a, 0.7), ex.fmin(a, b), ex.fmax(a, b), ex.sinh(a), ex.cosh(b), ex.tanh(c),
-        ex.asinh(a), ex.acosh(1 + c * c), ex.atanh(a / 4), ex.log1p(a * a), ex.expm1(a), ex.hypot(a, b),
+        ex.fmin(a, b), ex.fmax(a, b), ex.tanh(c),
         (1 + a * a) ** 1.5, ex.copysign(a, b), a / (1 + b * b), -a, ex.if_else(a < b, a, c),
         ex.if_else(ex.logic_and(a <= b, ex.unequal(b, c)), a, 0), a < b,
         ex.if_else(ex.logic_or(ex.equal(a, b), ex.logic_not(c)), 1, 2),

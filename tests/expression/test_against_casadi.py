@@ -37,10 +37,10 @@ TWO = {
     "and": ex.logic_and,
     "or": ex.logic_or,
     "if_else_zero": lambda x, y: ex.if_else(x, y, 0.0),
-    **{name: getattr(ex, name) for name in ("fmin", "fmax", "atan2", "hypot", "fmod", "remainder", "copysign")},
+    **{name: getattr(ex, name) for name in ("fmin", "fmax", "atan2", "copysign")},
 }
-SMOOTH_ONE = ("neg", "sq", "twice", "inv", "sqrt", "exp", "log", "sin", "cos", "tan", "atan", "tanh", "sinh", "cosh")
-SMOOTH_TWO = ("add", "sub", "mul", "div", "atan2", "hypot", "add", "sub", "mul")
+SMOOTH_ONE = ("neg", "sq", "twice", "inv", "sqrt", "exp", "log", "sin", "cos", "tan", "atan", "tanh")
+SMOOTH_TWO = ("add", "sub", "mul", "div", "atan2", "add", "sub", "mul")
 
 Step = tuple[str, int, int]
 Operations = dict[str, Callable[..., Any]]

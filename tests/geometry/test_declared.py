@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
 import subprocess
 import sys
@@ -19,10 +20,10 @@ from tests.oracles.casadi_expression import as_casadi
 
 MODULES = (rotation, pose, quaternion, euler, screw, twist, wrench, planar)
 DECLARED = {
-    f"{module.__name__.rpartition('.')[2]}.{name}": value
+    f"{module.__name__.rpartition('.')[2]}.{name}": value.declared
     for module in MODULES
     for name, value in vars(module).items()
-    if isinstance(value, Declared)
+    if isinstance(getattr(value, "declared", None), Declared) and value.__module__ == module.__name__
 }
 MEMBERS = {
     "": lambda rng, shape: rng.standard_normal(shape),
@@ -41,8 +42,8 @@ MEMBERS = {
     "quaternion": lambda rng, shape: rng.standard_normal(shape),
     "rotation": lambda rng, shape: rotation.random(rng),
     "pose": lambda rng, shape: pose.exp(rng.standard_normal(6)),
-    "unit_quaternion": lambda rng, shape: rotation.normalize_quaternion(rng.standard_normal(4)),
-    "unit_screw": lambda rng, shape: screw.normalized(rng.standard_normal(6)),
+    "unit_quaternion": lambda rng, shape: rotation.normalise_quaternion(rng.standard_normal(4)),
+    "unit_screw": lambda rng, shape: screw.normalised(rng.standard_normal(6)),
     "axis_triple": lambda rng, shape: np.eye(3),
     "planar_rotation": lambda rng, shape: planar.rotation(rng.standard_normal()),
     "planar_pose": lambda rng, shape: planar.exp(rng.standard_normal(3)),
@@ -82,8 +83,20 @@ def test_importing_and_calling_from_the_cache_needs_no_expressions():
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
 
 
+def test_descriptions_are_the_functions_that_people_see():
+    assert len(DECLARED) > 80
+    assert str(inspect.signature(screw.from_axis)).startswith("(direction: 'AxisLike', point: 'Vector3Like', pitch")
+    assert screw.from_axis.__doc__.startswith("Unit screw of an axis")
+    assert "def from_axis" in inspect.getsource(screw.from_axis)
+    given = {"direction": [0, 0, 2.0], "point": [1.0, 0, 0]}
+    assert np.array_equal(screw.from_axis(**given), screw.from_axis(*given.values(), 0.0))
+    assert pickle.loads(pickle.dumps(screw.from_axis)) is screw.from_axis
+    with pytest.raises(TypeError, match="point"):
+        screw.from_axis([0, 0, 1.0])
+
+
 def test_declared_functions_travel():
-    declared = DECLARED["rotation._log"]
+    declared = DECLARED["rotation.log"]
     R = rotation.exp([0.1, 0.2, 0.3])
     for protocol in range(2, 6):
         again = pickle.loads(pickle.dumps(declared, protocol))

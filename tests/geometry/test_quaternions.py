@@ -21,7 +21,7 @@ batches = st.sampled_from([(), (1,), (3, 1, 2)])
 
 
 def unit(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    return quaternion.normalize_quaternion(rng.standard_normal((*shape, 4)))
+    return quaternion.normalise_quaternion(rng.standard_normal((*shape, 4)))
 
 
 @settings(max_examples=60, deadline=None)
@@ -88,12 +88,12 @@ def test_lengths_are_never_repaired_unasked():
     with pytest.raises(InputError, match="differs from 1 by 1"):
         rotation.from_quaternion([2.0, 0, 0, 0])
     with pytest.raises(InputError, match="length zero"):
-        rotation.normalize_quaternion(np.zeros(4))
+        rotation.normalise_quaternion(np.zeros(4))
     with pytest.raises(InputError, match=r"q\[1\]"):
         rotation.from_quaternion([[1.0, 0, 0, 0], [1.0, 1, 0, 0]])
     with pytest.raises(InputError, match="SU"):
         quaternion.from_su2(2 * np.eye(2))
-    tiny, huge = (rotation.normalize_quaternion(np.array([1.0, -1, 1, 1]) * s) for s in (1e-300, 1e300))
+    tiny, huge = (rotation.normalise_quaternion(np.array([1.0, -1, 1, 1]) * s) for s in (1e-300, 1e300))
     assert tiny.tolist() == huge.tolist() == [0.5, -0.5, 0.5, 0.5]
     # What lies within the tolerance is divided out: the result is a rotation to rounding.
     R = rotation.from_quaternion(np.array([1.0, 1e-7, 0, 0]) * (1 + 5e-7))

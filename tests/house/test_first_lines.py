@@ -85,7 +85,7 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     ),
     "no rotation": (plain(lambda: mf.inverse_kinematics(PUMA, np.ones((4, 4)))), ("T_sd", "orthonormal", "project")),
     "arguments exchanged": (plain(lambda: mf.inverse_kinematics(T, PUMA)), ("robot", "ndarray", "first argument")),
-    "seed too short": (plain(lambda: mf.solve_ik(PUMA, T, [0, 0, 0])), ("seed", "(3,)", "give 6 numbers")),
+    "initial guess too short": (plain(lambda: mf.solve_ik(PUMA, T, [0, 0, 0])), ("q0", "(3,)", "give 6 numbers")),
     "task misspelt": (plain(lambda: mf.solve_ik(PUMA, T, task="pos")), ("'pos'", "position")),
     "no unit quaternion": (plain(lambda: mf.Rotation.from_quaternion([0, 0, 0, 2])), ("(w, x, y, z)", "divide")),
     "convention misnamed": (

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import SolutionBatch, Verdict, inverse_kinematics
+from mafsil.ik import IKStatus, SolutionBatch, inverse_kinematics
 from mafsil.ik.subproblems import linked_circles, three_axes
 
 NAMES = ["puma560", "ur5e", "stanford_arm", "generalized_puma", "offset_puma"]
@@ -109,7 +109,7 @@ def test_batches_are_the_single_answers(name):
     for i, X in enumerate(T):
         index = divmod(i, 10)
         if i == 6:
-            assert batch.status[index] is Verdict.NOT_A_POSE
+            assert batch.status[index] is IKStatus.NOT_A_POSE
             assert batch.count[index] == 0
             with pytest.raises(InputError, match="not a pose"):
                 batch[index]
@@ -179,7 +179,7 @@ def test_families_by_their_free_joints(q, joints):
         q = start
     T = robot.forward_kinematics(np.asarray(q))
     answer = inverse_kinematics(robot, T)
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     assert {name for family in answer.families for name in family.joints} >= joints
     for family in answer.families:
         j = robot.joint_names.index(family.joint)
@@ -245,7 +245,7 @@ def test_reasons_of_a_planar_arm():
         return inverse_kinematics(robot, T, task="position")
 
     far = at(reach + 0.3)
-    assert far.status is Verdict.OUT_OF_REACH
+    assert far.status is IKStatus.OUT_OF_REACH
     assert far.complete
     assert far.details["shortfall"] == pytest.approx(0.3, abs=1e-9)
     assert "too far away" in far.explain("en")
@@ -267,7 +267,7 @@ def test_the_nearest_pose_keeps_the_orientation_and_nothing_is_nearer():
         answer = inverse_kinematics(robot, T)
         if len(answer):
             continue
-        assert answer.status is Verdict.OUT_OF_REACH
+        assert answer.status is IKStatus.OUT_OF_REACH
         assert answer.complete
         np.testing.assert_allclose(answer.T_nearest[:3, :3], T[:3, :3], atol=1e-8)
         distance = np.linalg.norm(answer.T_nearest[:3, 3] - T[:3, 3])
@@ -294,10 +294,10 @@ def test_five_joints_reach_what_they_can_and_say_why_not_the_rest():
         assert apart(answer.q, q).min() < 1e-6
         assert answer.complete
         no = inverse_kinematics(robot, T @ pose.exp(np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])))
-        assert no.status is Verdict.NOT_OF_THIS_ARM
+        assert no.status is IKStatus.NOT_OF_THIS_ARM
         assert "5 joints" in no.explain("en")
         aimed = inverse_kinematics(robot, T, task="axis")
-        assert aimed.status is not Verdict.NOT_FOUND
+        assert aimed.status is not IKStatus.NOT_FOUND
 
 
 @pytest.mark.capability("07-1")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.ik import SolutionBatch, SolutionSet, Verdict, inverse_kinematics
+from mafsil.ik import IKStatus, SolutionBatch, SolutionSet, inverse_kinematics
 from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import unrepeated
 from mafsil.ik.answers.setting import Setting, setting
@@ -213,7 +213,7 @@ def test_matrices_that_are_no_poses() -> None:
     bad = np.stack([good[0] * np.nan, np.diag([1.0, 1.0, -1.0, 1.0]), 2 * good[0], good[0]])
     bad[3, 0, 3] = 1e101
     batch = together(robot, np.concatenate([good, bad]))
-    assert [status is Verdict.NOT_A_POSE for status in batch.status] == [False, True, True, True, True]
+    assert [status is IKStatus.NOT_A_POSE for status in batch.status] == [False, True, True, True, True]
     assert batch.valid.any(axis=1).tolist() == [True, False, False, False, False]
     for X in bad:
         with pytest.raises(InputError):
@@ -226,7 +226,7 @@ def test_beyond_the_limits_whatever_the_wrist_does_is_proven() -> None:
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (200, 6))
     q[:, 4] = 0.0
     batch = together(robot, robot.forward_kinematics(q))
-    beyond = np.flatnonzero([status is Verdict.BEYOND_LIMITS for status in batch.status])
+    beyond = np.flatnonzero([status is IKStatus.BEYOND_LIMITS for status in batch.status])
     assert len(beyond) > 20
     free = np.flatnonzero((batch.free[beyond] > 0).any(axis=1))
     assert len(free) > 20

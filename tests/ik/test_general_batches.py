@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import elimination
 from mafsil.ik.answers.solution_set import wound_near
-from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.status import IKStatus
 
 
 @pytest.fixture(scope="module")
@@ -42,10 +42,10 @@ def test_rows_that_are_no_pose_or_out_of_reach_keep_their_places(arm):
     T[2, :3, 3] = 50.0
     batch = mf.inverse_kinematics(arm, T)
     assert [batch.status[i] for i in range(4)] == [
-        Verdict.SOLVED,
-        Verdict.NOT_A_POSE,
-        Verdict.OUT_OF_REACH,
-        Verdict.SOLVED,
+        IKStatus.SOLVED,
+        IKStatus.NOT_A_POSE,
+        IKStatus.OUT_OF_REACH,
+        IKStatus.SOLVED,
     ]
     assert not batch.valid[1:3].any()
     assert np.isnan(batch.q[1]).all()

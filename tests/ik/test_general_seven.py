@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import Verdict, inverse_kinematics
+from mafsil.ik import IKStatus, inverse_kinematics
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def test_a_no_is_a_search_that_failed_and_says_what_it_tried(robot):
     refused = [one for one in answers if not one]
     assert len(refused) >= 6
     for one in refused:
-        assert one.status in (Verdict.NOT_FOUND, Verdict.NOT_FOUND_WITHIN_LIMITS)
+        assert one.status in (IKStatus.NOT_FOUND, IKStatus.NOT_FOUND_WITHIN_LIMITS)
         assert not one.complete
         assert one.details["starts"] >= 1000
 

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik import Verdict, elimination, inverse_kinematics
+from mafsil.ik import IKStatus, elimination, inverse_kinematics
 from mafsil.ik.analysis import analysis
 
 H = np.pi / 2
@@ -242,7 +242,7 @@ def test_an_empty_list_may_be_a_proof():
         answer = inverse_kinematics(robot, X)
         if not len(answer.q):
             proven += answer.complete
-            assert answer.status is Verdict.OUT_OF_REACH
+            assert answer.status is IKStatus.OUT_OF_REACH
     assert proven
 
 

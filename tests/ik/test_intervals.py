@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import Verdict, inverse_kinematics, redundancy
+from mafsil.ik import IKStatus, inverse_kinematics, redundancy
 from mafsil.model.exponentials import screws
 
 TURN = 2 * np.pi
@@ -143,11 +143,11 @@ def test_no_interval_is_the_proof_of_beyond_limits_and_none_without_limits_of_ou
     narrow = limited(whole, [*whole.limits.lower[:3], max(elbow) + 0.9, *whole.limits.lower[4:]], whole.limits.upper)
     assert redundancy(narrow).families(T) == ()
     answer = inverse_kinematics(narrow, T)
-    assert answer.status is Verdict.BEYOND_LIMITS
+    assert answer.status is IKStatus.BEYOND_LIMITS
     assert len(answer.q)
     T = T.copy()
     T[:3, 3] = [0.75, 0.0, 0.9]
-    assert inverse_kinematics(whole, T).status is Verdict.OUT_OF_REACH
+    assert inverse_kinematics(whole, T).status is IKStatus.OUT_OF_REACH
 
 
 @pytest.mark.capability("07-45")

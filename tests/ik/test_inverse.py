@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.ik import Verdict, closed_form, inverse_kinematics
+from mafsil.ik import IKStatus, closed_form, inverse_kinematics
 from mafsil.ik.analysis import analysis
 from mafsil.model.exponentials import screws
 
@@ -181,7 +181,7 @@ def test_families_can_be_walked():
     robot = mf.load("puma560")
     T = robot.forward_kinematics(np.array([0.3, 0.2, 0.4, 0.1, 0.0, 0.5]))
     answer = inverse_kinematics(robot, T)
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     (family,) = answer.families
     assert family.joint == "joint4"
     assert family.moving == ("joint4", "joint6")
@@ -214,7 +214,7 @@ def test_out_of_reach_says_by_how_much():
     T = robot.forward_kinematics(np.zeros(6)).copy()
     T[0, 3] += 0.25
     answer = inverse_kinematics(robot, T)
-    assert answer.status is Verdict.OUT_OF_REACH
+    assert answer.status is IKStatus.OUT_OF_REACH
     assert not answer
     assert answer.complete
     assert answer.details["shortfall"] == pytest.approx(0.25, abs=1e-6)
@@ -233,7 +233,7 @@ def test_limits_name_the_joint_and_the_value_it_needs():
     stiff = mf.Robot(replace(robot.mechanism, joints=joints))
     T = robot.forward_kinematics(np.array([0.3, -1.1, 1.4, -0.7, 0.9, 0.2]))
     answer = inverse_kinematics(stiff, T)
-    assert answer.status is Verdict.BEYOND_LIMITS
+    assert answer.status is IKStatus.BEYOND_LIMITS
     assert answer.details["joint"] == "elbow_joint"
     assert abs(answer.details["value"]) > 0.1
     assert not answer.within.any()
@@ -257,7 +257,7 @@ def test_position_of_a_redundant_arm_is_a_family():
     robot = mf.load("planar3r")
     T = robot.forward_kinematics(np.array([0.4, 0.5, -0.3]))
     answer = inverse_kinematics(robot, T, task="position")
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     for q in answer.q:
         np.testing.assert_allclose(robot.forward_kinematics(q)[:3, 3], T[:3, 3], atol=1e-9)
 
@@ -276,7 +276,7 @@ def test_few_joints_say_that_the_orientation_is_not_theirs():
     robot = mf.load("cobra600")
     tilt = pose.exp(np.array([0.4, 0.0, 0.0, 0.0, 0.0, 0.0]))
     answer = inverse_kinematics(robot, robot.forward_kinematics(np.array([0.2, 0.5, 0.1, 0.3])) @ tilt)
-    assert answer.status is Verdict.NOT_OF_THIS_ARM
+    assert answer.status is IKStatus.NOT_OF_THIS_ARM
     assert "4 joints" in answer.explain("en")
     assert answer.explain("ar")
 
@@ -326,7 +326,7 @@ def test_batches_print_in_one_line():
 def test_a_search_shows_some_members_of_a_continuum_and_not_hundreds():
     robot = mf.load("cobra600")
     answer = inverse_kinematics(robot, robot.forward_kinematics(np.full(4, 0.1)), task="axis")
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     assert not answer.complete
     assert 1 <= len(answer) <= 8
 

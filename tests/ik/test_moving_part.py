@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import Verdict, inverse_kinematics, joint_rates, solve_ik, track
+from mafsil.ik import IKStatus, inverse_kinematics, joint_rates, solve_ik, track
 from mafsil.ik.moving_part import moving_part
 
 ARM = [
@@ -80,7 +80,7 @@ def test_a_continuum_is_told_in_coordinates_of_the_whole_robot(arms):
     places = [held.joint_names.index(name) for name in lone.joint_names]
     straight = np.array([0.3, 0.4, 0.5, 0.2, 0.0, 0.1])
     answer = inverse_kinematics(held, lone.forward_kinematics(straight))
-    assert answer.status is Verdict.CONTINUUM
+    assert answer.status is IKStatus.CONTINUUM
     family = answer.families[0]
     assert set(family.moving) == {"j4", "j6"}
     assert family.rates.shape == (7,)
@@ -105,7 +105,7 @@ def test_numerical_answers_leave_other_joints_where_they_are(arms):
     seeded = solve_ik(held, T[0], np.full(7, 0.013))
     assert seeded
     assert seeded.q[jaw] == 0.013
-    wished = solve_ik(held, T, posture=np.full(7, 0.007))
+    wished = solve_ik(held, T, q_preferred=np.full(7, 0.007))
     assert (wished.q[:, jaw] == 0.007).all()
     assert many.moving == 6
     with pytest.raises(mf.InputError):
@@ -183,4 +183,4 @@ def test_an_arm_folded_upon_its_shoulder_is_not_refused_in_a_batch(tmp_path):
     assert inverse_kinematics(robot, T)
     batch = inverse_kinematics(robot, np.stack([T, robot.forward_kinematics([0.1, 0.2, 0.3])]))
     assert batch
-    assert batch.status.tolist() == [inverse_kinematics(robot, T).status, Verdict.SOLVED]
+    assert batch.status.tolist() == [inverse_kinematics(robot, T).status, IKStatus.SOLVED]

@@ -90,7 +90,7 @@ WRONG = {
     "steps": (lambda r, q, T: integrate_rates(r, q, lambda t, x: np.ones(6), 1e300, 1e-300), "duration"),
     "newton's robot": (lambda r, q, T: newton_ik(7, T, q), "robot"),
     "newton's batch": (lambda r, q, T: newton_ik(r, np.stack([T, T]), q), "T_sd"),
-    "newton's start": (lambda r, q, T: newton_ik(r, T, np.stack([q, q])), "start"),
+    "newton's initial guess": (lambda r, q, T: newton_ik(r, T, np.stack([q, q])), "q0"),
     "newton's steps": (lambda r, q, T: newton_ik(r, T, q, max_steps=-1), "max_steps"),
     "newton's tolerance": (lambda r, q, T: newton_ik(r, T, q, rotation_tolerance=0.0), "rotation_tolerance"),
     "newton's damping": (lambda r, q, T: newton_ik(r, T, q, damping=-1.0), "damping"),
@@ -98,7 +98,7 @@ WRONG = {
     "one pose": (lambda r, q, T: track(r, T, q), "T_path"),
     "no number": (lambda r, q, T: track(r, np.stack([T, T * np.nan]), q), "T_path"),
     "no pose": (lambda r, q, T: track(r, np.stack([T, T * [2, 2, 2, 1]]), q), r"T_path\[1\]"),
-    "starts": (lambda r, q, T: track(r, T[None], np.stack([q, q])), "start"),
+    "starts": (lambda r, q, T: track(r, T[None], np.stack([q, q])), "q0"),
 }
 
 

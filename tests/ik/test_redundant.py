@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import Verdict, inverse_kinematics, redundancy
+from mafsil.ik import IKStatus, inverse_kinematics, redundancy
 
 TURN = 2 * np.pi
 
@@ -167,7 +167,7 @@ def test_the_value_is_given_through_inverse_kinematics(name, free):
     T, value = robot.forward_kinematics(q), float(form.value(q))
     for given in (value, {free: value}):
         answer = inverse_kinematics(robot, T, free=given)
-        assert answer.status is Verdict.CONTINUUM
+        assert answer.status is IKStatus.CONTINUUM
         assert answer.method == "closed form"
         assert apart(answer.q, q).min() < 1e-7
         assert answer.residual.max() < 1e-9

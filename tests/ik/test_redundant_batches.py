@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik import Verdict
+from mafsil.ik import IKStatus
 
 x, y, z = np.eye(3)
 
@@ -122,7 +122,7 @@ def test_singular_unreachable_and_no_poses_of_a_batch(name):
     agree(robot, task, np.concatenate([T, far]))
     bad = np.stack([T[5], np.full((4, 4), np.nan), np.diag([1.0, 1.0, -1.0, 1.0]), T[4]])
     many = mf.inverse_kinematics(robot, bad, task=task)
-    assert list(many.status[[1, 2]]) == [Verdict.NOT_A_POSE] * 2
+    assert list(many.status[[1, 2]]) == [IKStatus.NOT_A_POSE] * 2
     assert many.solved[[0, 3]].all()
     assert not many.valid[[1, 2]].any()
     for wrong in bad[1:3]:
@@ -173,7 +173,7 @@ def test_a_batch_of_an_arm_of_no_shape_says_what_the_single_calls_say():
     T = np.concatenate([T, far])
     many = agree(robot, "pose", T)
     assert many.solved[:5].all()
-    assert list(many.status[7:]) == [Verdict.OUT_OF_REACH] * 2
+    assert list(many.status[7:]) == [IKStatus.OUT_OF_REACH] * 2
     assert np.abs(robot.forward_kinematics(many.q[many.valid]) - T[np.nonzero(many.valid)[0]]).max() < 1e-8
 
 
@@ -184,7 +184,7 @@ def test_planar_arms_with_a_joint_more_than_the_task_needs_have_a_closed_form():
         q = configurations(robot, 1, 8)[0]
         answer = mf.inverse_kinematics(robot, robot.forward_kinematics(q), task=task, near=q)
         assert answer.method == "closed form"
-        assert answer.status is Verdict.CONTINUUM
+        assert answer.status is IKStatus.CONTINUUM
         assert len(answer.q) == 2
         assert np.abs(answer.q - q).max(axis=1).min() < 1e-9
         assert len({family.joint for family in answer.families}) == held
@@ -214,7 +214,7 @@ def test_what_a_planar_arm_cannot_do_is_said_alike():
     T[0, :3, :3] = T[0, :3, :3] @ np.diag([-1.0, -1.0, 1.0])
     T[2, 2, 3] = 0.1
     many = agree(robot, "pose", T)
-    assert list(many.status) == [Verdict.NOT_OF_THIS_ARM, Verdict.OUT_OF_REACH, Verdict.NOT_OF_THIS_ARM]
+    assert list(many.status) == [IKStatus.NOT_OF_THIS_ARM, IKStatus.OUT_OF_REACH, IKStatus.NOT_OF_THIS_ARM]
 
 
 @pytest.mark.capability("07-4", "07-3")
@@ -227,9 +227,9 @@ def test_beyond_the_limits_is_proven_pose_by_pose():
     q[:, 3] = [-0.3, -1.5, -2.0]
     T = whole.forward_kinematics(q)
     many = agree(robot, "pose", T)
-    assert set(many.status) <= {Verdict.BEYOND_LIMITS, Verdict.CONTINUUM}
-    assert Verdict.BEYOND_LIMITS in set(many.status)
-    proven = many.status_codes == list(Verdict).index(Verdict.BEYOND_LIMITS)
+    assert set(many.status) <= {IKStatus.BEYOND_LIMITS, IKStatus.CONTINUUM}
+    assert IKStatus.BEYOND_LIMITS in set(many.status)
+    proven = many.status_codes == list(IKStatus).index(IKStatus.BEYOND_LIMITS)
     assert many.valid[proven].any()
     assert not many.within[proven].any()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import IKStatus, Verdict, inverse_kinematics, redundancy, solve_ik
+from mafsil.ik import IKStatus, inverse_kinematics, redundancy, solve_ik
 from tests.model.urdf.real_files import robots as real_files
 
 AT_THE_SHOULDER = [
@@ -26,7 +26,7 @@ def test_a_pose_lifted_out_of_the_plane_is_a_matter_of_place(name, task):
     T[2, 3] += 0.1
     answer = inverse_kinematics(robot, T, task=task)
     told = answer.explain("en")
-    assert answer.status is (Verdict.OUT_OF_REACH if task == "position" else Verdict.NOT_OF_THIS_ARM)
+    assert answer.status is (IKStatus.OUT_OF_REACH if task == "position" else IKStatus.NOT_OF_THIS_ARM)
     assert "100 mm" in told
     assert "the place is off it" in told
     assert "orientation" not in told
@@ -38,9 +38,9 @@ def test_a_tilted_pose_at_a_place_within_reach_is_a_matter_of_orientation():
     T = robot.forward_kinematics([0.3, 0.5, 0.05, 0.2])
     T[:3, :3] = T[:3, :3] @ mf.geometry.rotation.rot_x(0.2)
     answer = inverse_kinematics(robot, T)
-    assert answer.status is Verdict.NOT_OF_THIS_ARM
+    assert answer.status is IKStatus.NOT_OF_THIS_ARM
     assert "the place can be reached, but not with this orientation" in answer.explain("en")
-    assert inverse_kinematics(robot, T[None]).status[0] is Verdict.NOT_OF_THIS_ARM
+    assert inverse_kinematics(robot, T[None]).status[0] is IKStatus.NOT_OF_THIS_ARM
 
 
 def test_the_nearest_posture_is_accepted_with_the_tolerance_that_is_named():
@@ -88,7 +88,7 @@ def test_a_place_just_beyond_reach_is_met_within_a_loose_tolerance():
     robot = mf.load("elbow6r")
     T = robot.forward_kinematics(np.zeros(6)).copy()
     T[0, 3] += 1e-3
-    assert inverse_kinematics(robot, T).status is Verdict.OUT_OF_REACH
+    assert inverse_kinematics(robot, T).status is IKStatus.OUT_OF_REACH
     loose = inverse_kinematics(robot, T, tolerance=5e-3)
     assert loose
     assert 5e-4 < loose.residual.max() <= 5e-3
@@ -107,17 +107,17 @@ def test_a_search_says_what_it_tried():
     assert four.n == robot.n + 1
     T = four.forward_kinematics([0.2, 0.3, 0.4, 0.5])
     T[0, 3], T[1, 3] = 5.0, 0.0
-    assert inverse_kinematics(four, T).status is Verdict.OUT_OF_REACH
+    assert inverse_kinematics(four, T).status is IKStatus.OUT_OF_REACH
     T[0, 3] = 2.59
     T[:3, :3] = mf.geometry.rotation.rot_z(np.pi)
     # With one joint held the others have a closed form: intervals of its values prove that there is no posture.
-    assert inverse_kinematics(four, T).status is Verdict.NOT_OF_THIS_ARM
+    assert inverse_kinematics(four, T).status is IKStatus.NOT_OF_THIS_ARM
     # Nothing but a search is known of six joints for a place and a direction.
     six = mf.load("ur5e")
     T = np.eye(4)
     T[:3, 3] = [0.02, 0.03, 0.1625]
     answer = inverse_kinematics(six, T, task="axis")
-    assert answer.status is Verdict.NOT_FOUND
+    assert answer.status is IKStatus.NOT_FOUND
     assert "starts within the limits" in answer.explain("en")
     assert answer.details["starts"] > 0
 
@@ -128,14 +128,14 @@ def test_beyond_the_limits_needs_a_complete_list():
     T = robot.forward_kinematics(q)
     answer = inverse_kinematics(robot, T)
     if not answer:
-        assert answer.status is Verdict.BEYOND_LIMITS
+        assert answer.status is IKStatus.BEYOND_LIMITS
         assert answer.complete
     arm = mf.load("panda")
     T = arm.forward_kinematics([0.1, 0.2, 0.3, -1.0, 0.2, 1.5, 0.4])
     T[:3, 3] *= 0.2
     # With a joint held the list is one of many: what is proven of the limits, intervals of its values prove.
     held = inverse_kinematics(arm, T)
-    assert held.status is Verdict.BEYOND_LIMITS
+    assert held.status is IKStatus.BEYOND_LIMITS
     form = redundancy(arm)
     assert form.families(T) == ()
     assert not form.sweep(T, 4001).within.any()
@@ -173,7 +173,7 @@ def test_answers_of_one_shape():
     batch = inverse_kinematics(robot, np.stack([good, far]))
     assert not batch
     assert inverse_kinematics(robot, good[None])
-    assert batch.status.tolist() == [Verdict.SOLVED, Verdict.OUT_OF_REACH]
+    assert batch.status.tolist() == [IKStatus.SOLVED, IKStatus.OUT_OF_REACH]
     assert "1 of 2 poses solved" in batch.explain(language="en")
     assert "out of reach: 1 pose," in batch.explain(language="en")
     assert "no joint coordinates" in batch.explain(1, language="en")
@@ -188,4 +188,4 @@ def test_three_slides_are_linear():
     answer = inverse_kinematics(robot, robot.forward_kinematics([0.1, 0.2, 0.3]))
     np.testing.assert_allclose(answer.q, [[0.1, 0.2, 0.3]], atol=1e-12)
     assert answer.complete
-    assert answer.status is Verdict.SOLVED
+    assert answer.status is IKStatus.SOLVED

@@ -85,7 +85,6 @@ TABLES: dict[str, tuple[Function, Function, mp.mpf, int]] = {
         6,
     ),
     "COS": (lambda z: _series(lambda k: mp.mpf(-1) ** k / mp.factorial(2 * k), z, 2), lambda z: z * z, QUARTER, 6),
-    "SINH": (lambda z: _series(lambda k: 1 / mp.factorial(2 * k + 1), z, 1), lambda z: z, mp.mpf("1.0001"), 8),
     "TANH": (
         lambda z: (mp.tanh(mp.sqrt(z)) / mp.sqrt(z) - 1) / z,
         lambda z: z,

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil.errors import KernelError
 from mafsil.ik.numerical import block_loops, pose_loops, search_loops, start_loops
+from mafsil.ik.numerical.fast_search import search_of
 from mafsil.ik.numerical.program import PROGRAM
-from mafsil.ik.numerical.quick import search_of
 from mafsil.kernels.loop_compiler import LoopProgram
 from tests.kernels import sample_loops
 

@@ -18,7 +18,7 @@ from mafsil.kernels.tape import BINARY, UNARY, Node, Tape, arguments, read
 
 CONSTANTS = [0.0, -0.0, 1.0, -1.0, 2.0, 0.5, -4.0, 3.7, 1e-300, math.inf]
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, math.inf, -math.inf, math.nan, 1e308, 5e-324]
-EXACT = sorted({*UNARY, *BINARY} - {"pow", "asinh", "acosh", "atanh", "log1p", "expm1"})
+EXACT = sorted({*UNARY, *BINARY} - {"pow"})
 
 
 def random_tape(rng: random.Random, size: int, ops: list[str], inputs: int = 4) -> Tape:
@@ -45,7 +45,7 @@ def test_random_programs_keep_their_values(seed: int) -> None:
     Signs of zeros may change, so operations that see them are left out.
     """
     rng = random.Random(seed)
-    plain = [op for op in EXACT if op not in ("div", "atan2", "copysign", "sign", "fmod", "remainder")]
+    plain = [op for op in EXACT if op not in ("div", "atan2", "copysign", "sign")]
     tape = random_tape(rng, 40, plain)
     samples = np.array(
         [[rng.choice(SPECIAL) if rng.random() < 0.3 else rng.gauss(0, 2) for _ in range(4)] for _ in range(200)]

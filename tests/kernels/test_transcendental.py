@@ -44,14 +44,14 @@ def samples(op: str, rng: np.random.Generator, count: int) -> np.ndarray:
         seams = around(*quarters, *(quarters / 2), 6381956970095103.0 * 2.0**797, 1e22, 2.0**20, 1e300, LARGEST)
         parts = [rng.uniform(-4, 4, count), rng.uniform(-1e6, 1e6, count // 2), spread(rng, 1e-10, 1e308, count // 2)]
         return np.concatenate([*parts, seams, around(*EXTREMES)])
-    if op in ("asin", "acos", "atanh"):
+    if op in ("asin", "acos"):
         parts = [
             rng.uniform(-1, 1, count),
             1 - np.abs(spread(rng, 1e-16, 0.5, count // 2)),
             spread(rng, 1e-300, 1, 200),
         ]
         return np.concatenate([*parts, around(0.5, 0.55, 1 / 3, np.nextafter(1, 0)), [1.0, -1.0, 0.0, SMALLEST]])
-    if op in ("log", "acosh"):
+    if op == "log":
         parts = [
             rng.uniform(0.5, 2, count),
             np.abs(spread(rng, SMALLEST * 10, 1e308, count)),
@@ -59,16 +59,8 @@ def samples(op: str, rng: np.random.Generator, count: int) -> np.ndarray:
         ]
         seams = [*around(math.sqrt(2), math.sqrt(0.5), 1.0, 2.0, 2.0**28), *EXTREMES]
         x = np.abs(np.concatenate([*parts, seams]))
-        return x[x >= 1] if op == "acosh" else x[x > 0]
-    if op == "log1p":
-        parts = [
-            rng.uniform(-0.9, 2, count),
-            spread(rng, 1e-300, 0.99, count),
-            np.abs(spread(rng, 1, 1e308, count // 4)),
-        ]
-        x = np.concatenate([*parts, around(math.sqrt(2) - 1, 1 - math.sqrt(0.5), 2.0**-53, 2.0**-54), EXTREMES])
-        return x[x > -1]
-    if op in ("exp", "expm1", "sinh", "cosh", "tanh"):
+        return x[x > 0]
+    if op in ("exp", "tanh"):
         halves = [math.log(2) * (k + 0.5) for k in (0, 1, 2, 10, 100)]
         seams = around(*halves, 0.55, 1.0, 36.7, 709.7, 708.4, 2.0**-54, *EXTREMES)
         x = np.concatenate(
@@ -106,10 +98,9 @@ def program(op: str, arity: int, level: str) -> Program:
 
 TRUTH = {
     "sin": mp.sin, "cos": mp.cos, "tan": mp.tan, "asin": mp.asin, "acos": mp.acos, "atan": mp.atan, "exp": mp.exp,
-    "expm1": mp.expm1, "log": mp.log, "log1p": mp.log1p, "sinh": mp.sinh, "cosh": mp.cosh, "tanh": mp.tanh,
-    "asinh": mp.asinh, "acosh": mp.acosh, "atanh": mp.atanh, "atan2": mp.atan2, "pow": mp.power, "hypot": mp.hypot,
+    "log": mp.log, "tanh": mp.tanh, "atan2": mp.atan2, "pow": mp.power,
 }  # fmt: skip
-BINARY = ("atan2", "pow", "hypot")
+BINARY = ("atan2", "pow")
 
 
 def truth(op: str, *x: float) -> mp.mpf:
@@ -153,18 +144,11 @@ def test_special_values_are_those_of_c() -> None:
         "cos": {inf: nan, nan: nan, 0.0: 1.0},
         "tan": {inf: nan, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST},
         "exp": {inf: inf, -inf: 0.0, nan: nan, 0.0: 1.0, 800.0: inf, -800.0: 0.0, 1e300: inf, -1e300: 0.0},
-        "expm1": {inf: inf, -inf: -1.0, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST, -1e300: -1.0, 800.0: inf},
         "log": {inf: inf, 0.0: -inf, -1.0: nan, -inf: nan, nan: nan, 1.0: 0.0},
-        "log1p": {inf: inf, -1.0: -inf, -2.0: nan, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST},
         "atan": {inf: math.pi / 2, -inf: -math.pi / 2, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST},
         "asin": {1.0: math.pi / 2, -1.0: -math.pi / 2, 1.0000001: nan, inf: nan, nan: nan, SMALLEST: SMALLEST},
         "acos": {1.0: 0.0, -1.0: math.pi, -1.0000001: nan, inf: nan, nan: nan, 0.0: math.pi / 2},
-        "sinh": {inf: inf, -inf: -inf, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST, 800.0: inf},
-        "cosh": {inf: inf, -inf: inf, nan: nan, 0.0: 1.0, 800.0: inf},
         "tanh": {inf: 1.0, -inf: -1.0, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST, 800.0: 1.0},
-        "asinh": {inf: inf, -inf: -inf, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST},
-        "acosh": {inf: inf, 1.0: 0.0, 0.5: nan, -inf: nan, nan: nan},
-        "atanh": {1.0: inf, -1.0: -inf, 1.5: nan, inf: nan, nan: nan, 0.0: 0.0, SMALLEST: SMALLEST},
     }
     for op, cases in table.items():
         for level in LEVELS:
@@ -173,7 +157,7 @@ def test_special_values_are_those_of_c() -> None:
 
 
 def test_odd_functions_keep_the_sign_of_zero() -> None:
-    for op in ("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "expm1", "log1p"):
+    for op in ("sin", "tan", "asin", "atan", "tanh"):
         (found,) = program(op, 1, "host").batch(np.array([[-0.0], [0.0]]))
         assert np.signbit(found[:, 0]).tolist() == [True, False], op
 
@@ -187,33 +171,14 @@ def test_two_arguments_at_the_edges_are_those_of_c(level: str) -> None:
         expected = {
             "pow": np.power(x[:, 0], x[:, 1]),
             "atan2": np.arctan2(x[:, 0], x[:, 1]),
-            "hypot": np.hypot(x[:, 0], x[:, 1]),
         }
-        exactly = {"fmod": np.fmod(x[:, 0], x[:, 1])}
-    for op, values in (expected | exactly).items():
+    for op, values in expected.items():
         (found,) = program(op, 2, level).batch(x)
         found = found[:, 0]
         assert np.array_equal(np.isnan(found), np.isnan(values)), (op, x[np.isnan(found) != np.isnan(values)])
         assert np.array_equal(np.signbit(found[~np.isnan(found)]), np.signbit(values[~np.isnan(found)])), op
-        near = np.isclose(found, values, rtol=0 if op in exactly else 1e-15, atol=0, equal_nan=True)
+        near = np.isclose(found, values, rtol=1e-15, atol=0, equal_nan=True)
         assert near.all(), (op, x[~near], found[~near], values[~near])
-
-
-@pytest.mark.parametrize("level", ["host", "sse2"])
-@pytest.mark.parametrize("op", ["fmod", "remainder"])
-def test_remainders_are_exact(op: str, level: str) -> None:
-    rng = np.random.default_rng(3)
-    spans = [
-        spread(rng, low, high, 300) for low, high in ((1e-3, 1e3), (1e-300, 1e300), (5e-324, 1e-300), (1e290, 1e308))
-    ]
-    x = np.stack([np.concatenate(spans), np.concatenate([rng.permutation(s) for s in spans])], axis=1)
-    x = np.concatenate(
-        [x, rng.integers(-9, 9, (400, 2)) / 2, np.stack([spread(rng, 1e10, 1e308, 200), spread(rng, 1e-3, 10, 200)], 1)]
-    )
-    x = x[x[:, 1] != 0]
-    (found,) = program(op, 2, level).batch(x)
-    expected = [(math.fmod if op == "fmod" else math.remainder)(a, b) for a, b in x.tolist()]
-    assert np.array_equal(found[:, 0], expected)
 
 
 def test_a_huge_angle_leaves_its_neighbours_alone() -> None:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import mafsil as mf
-from mafsil.ik import Verdict, inverse_kinematics
+from mafsil.ik import IKStatus, inverse_kinematics
 from mafsil.ik.moving_part import moving_part
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.library import names
@@ -39,7 +39,7 @@ SINGLE = 20
 WRONG = 1e-7
 """By how much a solution may miss its pose [m, or an element of the rotation], in units of the arm where it is long."""
 
-NO = {Verdict.OUT_OF_REACH, Verdict.BEYOND_LIMITS, Verdict.NOT_OF_THIS_ARM}
+NO = {IKStatus.OUT_OF_REACH, IKStatus.BEYOND_LIMITS, IKStatus.NOT_OF_THIS_ARM}
 """What must never be said of a reachable pose; NOT_FOUND is counted apart."""
 
 
@@ -81,7 +81,7 @@ def of_frame(robot: Robot, path: Path | None, frame: str, rng: np.random.Generat
     answer = inverse_kinematics(robot, T, frame=frame)
     status = answer.status
     refused = np.array([one in NO for one in status])
-    lost = np.array([one in (Verdict.NOT_FOUND, Verdict.NOT_FOUND_WITHIN_LIMITS) for one in status])
+    lost = np.array([one in (IKStatus.NOT_FOUND, IKStatus.NOT_FOUND_WITHIN_LIMITS) for one in status])
     rows = np.argwhere(answer.within)
     solutions = answer.q[answer.within]
     size = max(1.0, float(np.abs(T[:, :3, 3]).max(initial=0.0)))

@@ -24,9 +24,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.geometry import pose
-from mafsil.ik import Verdict, bounded_rates, inverse_kinematics, solve_ik
-from mafsil.ik.answers.batch import VERDICTS
+from mafsil.ik import IKStatus, bounded_rates, inverse_kinematics, solve_ik
 from mafsil.ik.chain import chain_of
+from mafsil.ik.status import CODES
 from mafsil.messages import say
 from mafsil.robot import Robot, load
 from tests.reliability import figures
@@ -35,9 +35,7 @@ from tests.reliability.arm_families import jacobian
 ALONE, SEARCHED = 100, 2000
 EXACT = 1e-7
 TURN = 2 * np.pi
-OUT, BEYOND, NOT_OF = (
-    VERDICTS.index(v) for v in (Verdict.OUT_OF_REACH, Verdict.BEYOND_LIMITS, Verdict.NOT_OF_THIS_ARM)
-)
+OUT, BEYOND, NOT_OF = (CODES[v] for v in (IKStatus.OUT_OF_REACH, IKStatus.BEYOND_LIMITS, IKStatus.NOT_OF_THIS_ARM))
 
 
 def work(seed: int, cases: int) -> dict[str, int]:
@@ -137,7 +135,7 @@ def _refused(robot: Robot, T: Floats, near: Floats, why: Floats, task: str) -> d
         moved = np.linalg.norm(one.T_nearest[:3, 3] - T[i, :3, 3])
         turned = 0.0 if task == "position" else np.abs(one.T_nearest[:3, :3] - T[i, :3, :3]).max()
         bad = {
-            "bad_verdict": one.status is not Verdict.OUT_OF_REACH or not one.complete,
+            "bad_verdict": one.status is not IKStatus.OUT_OF_REACH or not one.complete,
             "bad_reason": not any(why[i] & bit and text in words for bit, text in reasons.items()),
             "bad_distance": not abs(one.details["shortfall"] - near[i]) <= EXACT * size,
             "bad_nearest": not (abs(moved - near[i]) <= EXACT * size and turned <= EXACT),
@@ -197,7 +195,7 @@ def scara(rng: np.random.Generator, count: int) -> dict[str, int]:
             result["bad_value"] += not (abs(one.details["excess"] - least[i]) < 1e-7 and value < 1e-7)
         tilt = np.concatenate([rng.normal(size=2) * 10 ** rng.uniform(-5, 0), np.zeros(4)])
         no = inverse_kinematics(robot, T[i] @ pose.exp(tilt))
-        result["bad_tilted"] += no.status is not Verdict.NOT_OF_THIS_ARM
+        result["bad_tilted"] += no.status is not IKStatus.NOT_OF_THIS_ARM
     return result
 
 

@@ -77,7 +77,7 @@ def _calls(seed: int) -> list[tuple[Callable[[], object], float, Callable[[], np
     return [
         (lambda: robot.inverse_dynamics(q, q, q, threads=1), HEARD, lambda: robot.inverse_dynamics(few, few, few)),
         (lambda: robot.forward_kinematics(q), HEARD, lambda: robot.forward_kinematics(few)),
-        (lambda: mf.solve_ik(robot, poses, rng=1), HEARD, lambda: mf.solve_ik(robot, poses[:5], rng=1).q),
+        (lambda: mf.solve_ik(robot, poses, seed=1), HEARD, lambda: mf.solve_ik(robot, poses[:5], seed=1).q),
         (lambda: mf.inverse_kinematics(arm, arm_poses), HEARD, lambda: mf.inverse_kinematics(arm, arm_poses[:5]).q),
         (_compile_again, HEARD_COMPILING, lambda: specimens.kernel(3, 0)(*specimens.states(3, 3))[0]),
     ]

@@ -43,7 +43,7 @@ def test_every_quantity(quantity):
 
 def test_within_limits_says_so():
     verdict = check(rest([0.0], 1.0), bounds(1, velocity=1.0, lower=-1.0, upper=1.0))
-    assert verdict.ok
+    assert verdict
     assert verdict.explain("en") == "every joint keeps its limits"
     assert verdict.explain("ar")
 
@@ -62,8 +62,8 @@ def test_sampled_agrees_with_exact():
 def test_left_side_of_a_jump_counts():
     # The second blend decelerates at exactly the acceleration limit up to the very end, then rests.
     motion = sequence(trapezoid([0.0], [1.0], acceleration=1.0).value, rest([1.0], 1.0))
-    assert check(motion, bounds(1, acceleration=1.0)).ok
-    assert not check(motion, bounds(1, acceleration=0.999)).ok
+    assert check(motion, bounds(1, acceleration=1.0))
+    assert not check(motion, bounds(1, acceleration=0.999))
 
 
 def test_sequence_rests_between_parts():

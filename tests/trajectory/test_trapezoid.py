@@ -28,7 +28,7 @@ def test_limits_are_kept_and_ends_met(D, V, A, sync):
     outcome = trapezoid(start, start + D, velocity=V, acceleration=A, synchronise=sync)
     motion = outcome.value
     assert outcome.status is PlanStatus.PLANNED
-    assert check(motion, bounds(V, A)).ok
+    assert check(motion, bounds(V, A))
     begin, end = motion.at(0.0), motion.at(motion.duration)
     np.testing.assert_allclose(begin.u, start, atol=1e-12)
     np.testing.assert_allclose(end.u, start + D, atol=1e-12)
@@ -40,7 +40,7 @@ def test_one_joint_is_at_a_limit(D, V, A):
     motion = trapezoid(np.zeros(3), D, velocity=V, acceleration=A).value
     if np.abs(D).max() < 1e-9:
         return
-    assert not check(motion.stretched(0.99), bounds(V, A)).ok
+    assert not check(motion.stretched(0.99), bounds(V, A))
 
 
 @given(D=distances.map(np.array), V=limits, A=limits, slack=st.floats(1.0, 5.0))
@@ -51,7 +51,7 @@ def test_given_duration_is_taken(D, V, A, slack):
     outcome = trapezoid(np.zeros(3), D, velocity=V, acceleration=A, duration=fastest * slack)
     assert outcome.succeeded
     assert outcome.value.duration == pytest.approx(fastest * slack, rel=1e-15)
-    assert check(outcome.value, bounds(V, A)).ok
+    assert check(outcome.value, bounds(V, A))
 
 
 @pytest.mark.capability("11-26")

@@ -125,8 +125,7 @@ UNARY: dict[str, Rule] = {
     "cos": cos,
     "log": log,
     "not": not_,
-    **{op: _plain(op) for op in ("exp", "sin", "tan", "asin", "acos", "atan", "floor", "ceil", "sign")},
-    **{op: _plain(op) for op in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "log1p", "expm1")},
+    **{op: _plain(op) for op in ("exp", "sin", "tan", "asin", "acos", "atan", "tanh", "floor", "ceil", "sign")},
 }
 """Simplifying constructors of one operand, by operation."""
 
@@ -144,6 +143,6 @@ BINARY: dict[str, Rule] = {
     "fmin": fmin,
     "fmax": fmax,
     "if_else_zero": arithmetic.if_else_zero,
-    **{op: _plain(op, two=True) for op in ("or", "atan2", "hypot", "fmod", "remainder", "copysign")},
+    **{op: _plain(op, two=True) for op in ("or", "atan2", "copysign")},
 }
 """Simplifying constructors of two operands, by operation."""

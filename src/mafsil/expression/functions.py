@@ -55,44 +55,9 @@ def atan(x: Convertible) -> Expression:
     return elementwise(elementary.UNARY["atan"], x)
 
 
-def sinh(x: Convertible) -> Expression:
-    """Hyperbolic sine."""
-    return elementwise(elementary.UNARY["sinh"], x)
-
-
-def cosh(x: Convertible) -> Expression:
-    """Hyperbolic cosine."""
-    return elementwise(elementary.UNARY["cosh"], x)
-
-
 def tanh(x: Convertible) -> Expression:
     """Hyperbolic tangent."""
     return elementwise(elementary.UNARY["tanh"], x)
-
-
-def asinh(x: Convertible) -> Expression:
-    """Inverse hyperbolic sine."""
-    return elementwise(elementary.UNARY["asinh"], x)
-
-
-def acosh(x: Convertible) -> Expression:
-    """Inverse hyperbolic cosine."""
-    return elementwise(elementary.UNARY["acosh"], x)
-
-
-def atanh(x: Convertible) -> Expression:
-    """Inverse hyperbolic tangent."""
-    return elementwise(elementary.UNARY["atanh"], x)
-
-
-def log1p(x: Convertible) -> Expression:
-    """Logarithm of 1 + x."""
-    return elementwise(elementary.UNARY["log1p"], x)
-
-
-def expm1(x: Convertible) -> Expression:
-    """Exp(x) - 1."""
-    return elementwise(elementary.UNARY["expm1"], x)
 
 
 def fabs(x: Convertible) -> Expression:
@@ -153,21 +118,6 @@ def fmax(x: Convertible, y: Convertible) -> Expression:
 def atan2(y: Convertible, x: Convertible) -> Expression:
     """Angle of the point (x, y) in [-pi, pi]."""
     return combined(elementary.BINARY["atan2"], y, x, "atan2")
-
-
-def hypot(x: Convertible, y: Convertible) -> Expression:
-    """Square root of x^2 + y^2 without overflow."""
-    return combined(elementary.BINARY["hypot"], x, y, "hypot")
-
-
-def fmod(x: Convertible, y: Convertible) -> Expression:
-    """Remainder of x / y, of the sign of x."""
-    return combined(elementary.BINARY["fmod"], x, y, "fmod")
-
-
-def remainder(x: Convertible, y: Convertible) -> Expression:
-    """X less the nearest multiple of y."""
-    return combined(elementary.BINARY["remainder"], x, y, "remainder")
 
 
 def copysign(x: Convertible, y: Convertible) -> Expression:
@@ -373,8 +323,3 @@ def _cofactor(rows: list[list[Node]], i: int, j: int) -> Node:
     """The determinant without row i and column j, with its sign."""
     rest = [[x for c, x in enumerate(row) if c != j] for r, row in enumerate(rows) if r != i]
     return arithmetic.mul(MINUS_ONE if (i + j) % 2 else ONE, _determinant(rest))
-
-
-def densify(x: Convertible) -> Expression:
-    """A copy; zeros are stored."""
-    return Expression(x)

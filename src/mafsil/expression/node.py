@@ -85,8 +85,8 @@ def _identical(x: Node, y: Node) -> bool:
     return x is y or (x.op == CONSTANT and y.op == CONSTANT and x.value == y.value)
 
 
-COMMUTATIVE = frozenset(("add", "mul", "eq", "ne", "and", "or", "fmin", "fmax", "hypot"))
-NEVER_NEGATIVE = frozenset(("sqrt", "sq", "exp", "fabs", "lt", "le", "eq", "ne", "not", "and", "or", "hypot"))
+COMMUTATIVE = frozenset(("add", "mul", "eq", "ne", "and", "or", "fmin", "fmax"))
+NEVER_NEGATIVE = frozenset(("sqrt", "sq", "exp", "fabs", "lt", "le", "eq", "ne", "not", "and", "or"))
 """Operations whose value is not below zero."""
 
 
@@ -159,9 +159,10 @@ FOLDS: dict[str, Callable[..., float]] = {
     "copysign": math.copysign,
     "atan2": math.atan2,
     "pow": _guarded(math.pow),
-    **{name: _guarded(getattr(math, name)) for name in ("sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan")},
-    **{name: _guarded(getattr(math, name)) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
-    **{name: _guarded(getattr(math, name)) for name in ("log1p", "expm1", "hypot", "fmod", "remainder")},
+    **{
+        name: _guarded(getattr(math, name))
+        for name in ("sqrt", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "tanh")
+    },
 }
 """What each operation does to numbers, as IEEE says: no exception, but infinity and NaN."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
+from mafsil.arrays import Floats, Matrix4, Vector3, Vector6, gate
 from mafsil.geometry import pose, twist
 
 
@@ -36,7 +36,7 @@ def body_from_pose_rates(T: ArrayLike, Tdot: ArrayLike, Tddot: ArrayLike) -> Vec
     return pose.vee(pose.inverse(T) @ _without_last_row(Tddot) - W @ W)
 
 
-def pose_second_rate(T: ArrayLike, V_b: ArrayLike, dV_b: ArrayLike) -> PoseMatrix:
+def pose_second_rate(T: ArrayLike, V_b: ArrayLike, dV_b: ArrayLike) -> Matrix4:
     """(*batch, 4, 4) Tddot = T ([dV_b] + [V_b]^2).
 
     Args:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, Scalar, Truth, gate
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 
@@ -19,7 +19,7 @@ EDGE = 1e-12
 """How far n1 . R n3 may lie outside its range, by rounding."""
 
 
-def reached_cosines(axes: ArrayLike) -> tuple[Any, Any]:
+def reached_cosines(axes: ArrayLike) -> tuple[Scalar, Scalar]:
     """Lowest and highest n1 . R n3 that three turns reach: cos(d12 + d23) and cos(d12 - d23).
 
     Args:
@@ -33,7 +33,7 @@ def reached_cosines(axes: ArrayLike) -> tuple[Any, Any]:
     return np.cos(d12 + d23), np.cos(d12 - d23)
 
 
-def reaches(R: ArrayLike, axes: ArrayLike) -> Any:
+def reaches(R: ArrayLike, axes: ArrayLike) -> Truth:
     """(*batch) whether three turns about the axes make the rotation R (*batch, 3, 3)."""
     n = _directions(axes)
     low, high = reached_cosines(axes)
@@ -42,7 +42,7 @@ def reaches(R: ArrayLike, axes: ArrayLike) -> Any:
     return (cosine >= low - EDGE) & (cosine <= high + EDGE)
 
 
-def reaches_everything(axes: ArrayLike, tolerance: float = 1e-9) -> Any:
+def reaches_everything(axes: ArrayLike, tolerance: float = 1e-9) -> Truth:
     """(*batch) whether every rotation is reached: the middle axis is orthogonal to both others.
 
     Args:
@@ -53,7 +53,7 @@ def reaches_everything(axes: ArrayLike, tolerance: float = 1e-9) -> Any:
     return np.abs(np.einsum("...ki,...i->...k", n[..., ::2, :], n[..., 1, :])).max(-1) <= tolerance
 
 
-def middle_zero(axes: ArrayLike) -> Any:
+def middle_zero(axes: ArrayLike) -> Scalar:
     """(*batch) lambda [rad], the middle angle at which n1 and n3 fall together: cos = n1 . n3, sin = n2 . (n1 x n3).
 
     The angles of a triple are those of its proper (ZYZ-like) set with the middle angle moved by lambda; the

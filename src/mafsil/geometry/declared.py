@@ -1,18 +1,16 @@
-"""Functions of arrays, declared in one line each: an expression of `mafsil.algebra`, compiled at its first use."""
+"""Compiled functions of arrays, declared in one line each: an expression of `mafsil.algebra`, compiled at first use."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Any
 
-import numpy as np
-
 from mafsil import kernels
-from mafsil.geometry import membership
 from mafsil.kernels import Kernel, Port, Signature
 
 Ports = tuple[tuple[str, tuple[int, ...]], ...]
+"""(name, shape) of every input or output."""
 
 
 class Declared:
@@ -20,18 +18,18 @@ class Declared:
 
     Args:
         source: `module.function` of `mafsil.algebra`.
-        inputs: ports as text: `"R:3,3 t"` is a (3, 3) matrix R and a number t.
+        inputs: ports, or ports as text: `"R:3,3 t"` is a (3, 3) matrix R and a number t.
         outputs: likewise.
-        conditions: argument -> name of the condition it must meet (`membership`): an argument that does not is refused.
         constants: further arguments of the expression, such as the name of an Euler sequence.
     """
 
-    def __init__(
-        self, source: str, inputs: str, outputs: str, conditions: Mapping[str, str] | None = None, *constants: object
-    ) -> None:
+    conditions: dict[str, str]
+    """Argument -> name of the condition that the expression may take as met (`conditioned.Conditioned`)."""
+
+    def __init__(self, source: str, inputs: str | Ports, outputs: str | Ports, *constants: object) -> None:
         self.source = source
         self.inputs, self.outputs = _ports(inputs), _ports(outputs)
-        self.conditions = dict(conditions or {})
+        self.conditions = {}
         self.constants = constants
         self.at: Callable[..., Any] = self._first
 
@@ -45,27 +43,12 @@ class Declared:
 
     def _first(self, *args: Any) -> Any:
         """The first evaluation compiles, or loads, the kernel and takes this method's place."""
-        self.at = self._checked() if self.conditions else self.kernel.call
+        self.at = self.evaluation()
         return self.at(*args)
 
-    def _checked(self) -> Callable[..., Any]:
-        """The kernel's call, followed by a look for NaN: the mark of a condition that is not met, or of a NaN given."""
-        call, single_output, shape = self.kernel.call, len(self.outputs) == 1, self.outputs[0][1]
-        core_dimensions, first_number = len(shape), (..., *(0,) * len(shape))
-
-        def evaluate(*args: Any) -> Any:
-            result = call(*args)
-            first = result if single_output else result[0]
-            if first.ndim == core_dimensions:
-                number = first.item(0)
-                marked = number != number
-            else:
-                marked = np.isnan(first[first_number]).any()
-            if marked:
-                self._refuse(args)
-            return result
-
-        return evaluate
+    def evaluation(self) -> Callable[..., Any]:
+        """What evaluates from the second call on: the kernel's own."""
+        return self.kernel.call
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -79,21 +62,8 @@ class Declared:
             fingerprints=(kernels.fingerprint("mafsil.algebra"),),
         )
 
-    def _refuse(self, args: tuple[Any, ...]) -> None:
-        for (name, _), value in zip(self.inputs, args, strict=True):
-            if name in self.conditions:
-                membership.require(self.conditions[name], name, value)
-
     def __reduce__(self) -> tuple[Any, ...]:
-        return _declare, (self.source, self.inputs, self.outputs, self.conditions, self.constants)
-
-
-def _declare(
-    source: str, inputs: Ports, outputs: Ports, conditions: Mapping[str, str], constants: tuple[object, ...]
-) -> Declared:
-    declared = Declared(source, "", "", conditions, *constants)
-    declared.inputs, declared.outputs = inputs, outputs
-    return declared
+        return type(self), (self.source, self.inputs, self.outputs, *self.constants)
 
 
 def _build(
@@ -108,8 +78,10 @@ def _name(declared: Declared) -> str:
     return "_".join([declared.source.replace(".", "_"), *map(str, declared.constants)])
 
 
-def _ports(text: str) -> Ports:
-    parts = (entry.partition(":") for entry in text.split())
+def _ports(given: str | Ports) -> Ports:
+    if not isinstance(given, str):
+        return given
+    parts = (entry.partition(":") for entry in given.split())
     return tuple((name, tuple(map(int, shape.split(","))) if shape else ()) for name, _, shape in parts)
 
 

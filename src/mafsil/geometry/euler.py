@@ -8,28 +8,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Annotated, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
 from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Matrix3, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
 from mafsil.errors import InputError
+from mafsil.geometry.arguments import AxisTripleLike, RotationLike, Vector3Like
+from mafsil.geometry.conditioned import Conditioned, compiled
 from mafsil.geometry.declared import Declared
 
 LOCK = 1e-9
 """Angle [rad] to a gimbal lock within which `solutions` reports a family rather than two triples."""
 
-_R = {"R": "rotation"}
-_AXES = {"axes": "axis_triple"}
-_to_davenport = Declared("euler.davenport_angles", "R:3,3 axes:3,3", "angles:2,3", {**_R, **_AXES})
-_from_davenport = Declared("euler.davenport_matrix", "angles:3 axes:3,3", "R:3,3", _AXES)
-_distance = Declared("euler.gimbal_distance", "R:3,3 axes:3,3", "distance", {**_R, **_AXES})
+TwoTriples: TypeAlias = Annotated[Floats, Shape("*batch", 2, 3)]
+"""(*batch, 2, 3) both triples of angles of a rotation [rad]."""
 
 
-def from_euler(angles: ArrayLike, sequence: str) -> Floats:
+def from_euler(angles: ArrayLike, sequence: str) -> RotationMatrix:
     """Rotation of three angles.
 
     Args:
@@ -63,7 +62,7 @@ def to_euler(R: ArrayLike, sequence: str) -> Vector3:
     return _kernels(sequence).principal.at(R)
 
 
-def from_rpy(rpy: ArrayLike) -> Floats:
+def from_rpy(rpy: ArrayLike) -> RotationMatrix:
     """Rotation of roll, pitch, yaw about the fixed axes x, y, z: R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
 
     Args:
@@ -80,12 +79,13 @@ def to_rpy(R: ArrayLike) -> Vector3:
     return _kernels("xyz").principal.at(R)
 
 
-def quaternion_from_euler(angles: ArrayLike, sequence: str) -> Floats:
+def quaternion_from_euler(angles: ArrayLike, sequence: str) -> Quaternion:
     """(*batch, 4) unit quaternion of three angles (*batch, 3) [rad]."""
     return _kernels(sequence).quaternion.at(angles)
 
 
-def from_davenport(angles: ArrayLike, axes: ArrayLike) -> Floats:
+@compiled("euler.davenport_matrix")
+def from_davenport(angles: Vector3Like, axes: AxisTripleLike) -> RotationMatrix:
     """Rotation by three angles about general axes: R = Rot(n1, a) Rot(n2, b) Rot(n3, c).
 
     Args:
@@ -100,15 +100,16 @@ def from_davenport(angles: ArrayLike, axes: ArrayLike) -> Floats:
 
     Reference: Shuster & Markley, Generalization of the Euler angles, J. Astronautical Sciences 51, 2003.
     """
-    return _from_davenport.at(angles, axes)
+    ...
 
 
-def to_davenport(R: ArrayLike, axes: ArrayLike) -> Floats:
+@compiled("euler.davenport_angles")
+def to_davenport(R: RotationLike, axes: AxisTripleLike) -> TwoTriples:
     """Both angle triples (*batch, 2, 3) [rad] of rotations (*batch, 3, 3) about general axes; see `from_davenport`."""
-    return _to_davenport.at(R, axes)
+    ...
 
 
-def rates_to_angular_velocity(angles: ArrayLike, sequence: str) -> Floats:
+def rates_to_angular_velocity(angles: ArrayLike, sequence: str) -> Matrix3:
     """(*batch, 3, 3) E with omega_s = E (angle rates); its determinant vanishes at gimbal locks.
 
     Args:
@@ -128,15 +129,15 @@ class EulerSolutions:
         direction: (3,) the change of angles that changes nothing at the lock, per row: (*batch, 3), zero elsewhere.
     """
 
-    angles: Floats
-    locked: Any
-    direction: Floats
+    angles: TwoTriples
+    locked: Truth
+    direction: Vector3
 
-    def family(self, t: ArrayLike) -> Floats:
+    def family(self, t: ArrayLike) -> Vector3:
         """(*batch, 3) members of the family at the parameter t [rad]: principal + t direction."""
         return self.angles[..., 0, :] + np.asarray(t, dtype=np.float64)[..., None] * self.direction
 
-    def positive(self) -> Floats:
+    def positive(self) -> TwoTriples:
         """(*batch, 2, 3) the angles in [0, 2 pi)."""
         return wrap_positive(self.angles)
 
@@ -152,7 +153,7 @@ def solutions(R: ArrayLike, sequence: str, tolerance: float = LOCK) -> EulerSolu
     known = sequence_named(sequence)
     angles = _kernels(sequence).angles(R)
     axes = np.eye(3)[list(known.body_axes)]
-    locked = np.asarray(_distance.at(R, axes)) <= tolerance
+    locked = np.asarray(_gimbal_distance(R, axes)) <= tolerance
     # cos(b + lambda) = n1 . R n3 tells which lock it is: at +1 the axes agree and a + c is fixed, at -1 they oppose.
     agree = np.asarray(gate("R", R, (3, 3)))[..., known.body_axes[0], known.body_axes[2]] > 0
     third = np.where(agree, -1.0, 1.0)
@@ -180,7 +181,7 @@ def range_of_middle(sequence: str) -> tuple[float, float]:
     return (0.0, np.pi) if first == third else (-np.pi / 2, np.pi / 2)
 
 
-def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Any:
+def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Truth:
     """(*batch) whether angles are in their principal ranges: outer ones in (-pi, pi], the middle one in its half turn.
 
     Args:
@@ -195,7 +196,7 @@ def is_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> 
     return inside & (middle >= low - tolerance) & (middle <= high + tolerance)
 
 
-def require_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Floats:
+def require_principal(angles: ArrayLike, sequence: str, tolerance: float = 1e-12) -> Vector3:
     """The angles (*batch, 3) themselves, if `is_principal` holds for all rows.
 
     Args:
@@ -241,15 +242,20 @@ def sequence_named(name: str) -> EulerSequence:
     return SEQUENCES[name]
 
 
+@compiled("euler.gimbal_distance")
+def _gimbal_distance(R: RotationLike, axes: AxisTripleLike) -> Scalar: ...
+
+
 class _SequenceKernels:
     """The compiled functions of one sequence."""
 
     def __init__(self, name: str) -> None:
-        self.matrix = Declared("euler.matrix", "angles:3", "R:3,3", {}, name)
-        self.angles = Declared("euler.angles", "R:3,3", "angles:2,3", _R, name)
-        self.principal = Declared("euler.principal_angles", "R:3,3", "angles:3", _R, name)
-        self.quaternion = Declared("euler.to_quaternion", "angles:3", "q:4", {}, name)
-        self.rates = Declared("euler.rate_matrix", "angles:3", "E:3,3", {}, name)
+        of_rotation = {"R": "rotation"}
+        self.matrix = Declared("euler.matrix", "angles:3", "R:3,3", name)
+        self.angles = Conditioned("euler.angles", "R:3,3", "angles:2,3", name, conditions=of_rotation)
+        self.principal = Conditioned("euler.principal_angles", "R:3,3", "angles:3", name, conditions=of_rotation)
+        self.quaternion = Declared("euler.to_quaternion", "angles:3", "q:4", name)
+        self.rates = Declared("euler.rate_matrix", "angles:3", "E:3,3", name)
 
 
 @cache

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, single
+from mafsil.arrays import Vector3, Vector6, single
 from mafsil.geometry import membership, pose, screw
 
 
@@ -23,7 +23,7 @@ class Helix:
         lead: advance in one turn, 2 pi h [m]; infinite for translations.
     """
 
-    screw: Floats
+    screw: Vector6
     start: Vector3
     radius: float
     speed: float

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, gate, positive
+from mafsil.arrays import Matrix6, PoseMatrix, Vector6, gate, positive
 from mafsil.errors import InputError
 from mafsil.geometry.values.point import METRES
 
@@ -46,7 +46,7 @@ def wrench(F: ArrayLike, k: float) -> Vector6:
     return gate("F", F, (6,)) * np.repeat([positive("k", k), 1.0], 3)
 
 
-def adjoint(Ad: ArrayLike, k: float) -> Floats:
+def adjoint(Ad: ArrayLike, k: float) -> Matrix6:
     """(*batch, 6, 6) D Ad D^-1, which carries twists whose lengths are in the new unit."""
     D = np.repeat([1.0, positive("k", k)], 3)
     return gate("Ad", Ad, (6, 6)) * (D[:, None] / D)

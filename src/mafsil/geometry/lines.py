@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Truth, Vector3, gate
 from mafsil.errors import InputError
 
 PARALLEL = 1e-12
@@ -30,9 +30,9 @@ class CommonNormal:
     first: Vector3
     second: Vector3
     direction: Vector3
-    distance: Floats
-    angle: Floats
-    parallel: Floats
+    distance: Scalar
+    angle: Scalar
+    parallel: Truth
 
 
 def common_normal(

@@ -8,7 +8,7 @@ from math import ceil, floor, pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector6, single
+from mafsil.arrays import Floats, Vector3, Vector6, single
 from mafsil.errors import InputError
 from mafsil.geometry import membership, rotation, screw
 
@@ -29,7 +29,7 @@ class AxisAngle:
     angle: float
 
     @property
-    def coordinates(self) -> Floats:
+    def coordinates(self) -> Vector3:
         """(3,) exponential coordinates r = axis angle [rad]; along x where every axis serves."""
         return np.array(self.axis or (1.0, 0.0, 0.0)) * self.angle
 

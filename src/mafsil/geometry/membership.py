@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import LIMITS
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, Scalar, Truth, gate
 from mafsil.errors import InputError
-
-if TYPE_CHECKING:
-    from mafsil.geometry.declared import Declared
+from mafsil.geometry.declared import Declared
 
 CORES: dict[str, tuple[int, ...]] = {
     "rotation": (3, 3),
@@ -35,7 +33,18 @@ CORES: dict[str, tuple[int, ...]] = {
 """Core shape of every kind of member."""
 
 
-def measure(kind: str, value: ArrayLike) -> Any:
+@dataclass(frozen=True, slots=True)
+class Member:
+    """In an annotation: the argument is a member of a kind, any batch of them, and refused otherwise.
+
+    Attributes:
+        kind: one of CORES.
+    """
+
+    kind: str
+
+
+def measure(kind: str, value: ArrayLike) -> Scalar:
     """How far numbers are from a kind of member: zero, a distance, infinity, or NaN for NaN.
 
     Args:
@@ -51,7 +60,7 @@ def measure(kind: str, value: ArrayLike) -> Any:
     return np.where(unknown, np.nan, distance) if unknown.any() else distance
 
 
-def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Any:
+def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Truth:
     """Whether numbers are members of their kind: the measure within the tolerance; False for NaN.
 
     Args:
@@ -99,7 +108,5 @@ def _refusal(kind: str, name: str, row: Floats, index: tuple[int, ...], distance
 
 @cache
 def _measure(kind: str) -> Declared:
-    from mafsil.geometry.declared import Declared
-
     core = ",".join(map(str, CORES[kind]))
     return Declared(f"membership.{kind}", f"value:{core}", "distance")

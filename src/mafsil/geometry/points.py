@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, Scalar, gate
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
@@ -35,7 +35,7 @@ def pairwise_distances(points: ArrayLike) -> Floats:
     return np.linalg.norm(p[..., :, None, :] - p[..., None, :, :], axis=-1)
 
 
-def rigidity_residual(before: ArrayLike, after: ArrayLike) -> Any:
+def rigidity_residual(before: ArrayLike, after: ArrayLike) -> Scalar:
     """(*batch) largest change of a distance [m] between points (*batch, k, 3).
 
     Zero for a rigid body, but for its mirror image too: `rigid_motion` tells them apart.

@@ -6,40 +6,26 @@ T_ab is the pose of {b} in {a} (descriptive) and equally the displacement that c
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
-from mafsil.geometry import membership
-from mafsil.geometry.declared import Declared
-
-_T = {"T": "pose"}
-_BOTH = {"T_0": "pose", "T_1": "pose"}
-_COORDINATES = {"V": "exponential_coordinates"}
-
-_exp = Declared("se3.exp", "V:6", "T:4,4", _COORDINATES)
-_log = Declared("se3.log", "T:4,4", "V:6", _T)
-_inverse = Declared("se3.inverse", "T:4,4", "inverse:4,4", _T)
-_compose = Declared("se3.compose", "T_ab:4,4 T_bc:4,4", "T_ac:4,4", {"T_ab": "pose", "T_bc": "pose"})
-_pose = Declared("se3.pose", "R:3,3 p:3", "T:4,4", {"R": "rotation"})
-_act = Declared("se3.act", "T:4,4 x:3", "y:3", _T)
-_adjoint = Declared("se3.adjoint", "T:4,4", "Ad:6,6", _T)
-_error = Declared("se3.body_error", "T_sb:4,4 T_sd:4,4", "V_b:6", {"T_sb": "pose", "T_sd": "pose"})
-_space_error = Declared("se3.space_error", "T_sb:4,4 T_sd:4,4", "V_s:6", {"T_sb": "pose", "T_sd": "pose"})
-_left_jacobian = Declared("se3.left_jacobian", "V:6", "J:6,6", _COORDINATES)
-_left_jacobian_inverse = Declared("se3.left_jacobian_inverse", "V:6", "J:6,6", _COORDINATES)
-_right_jacobian = Declared("se3.right_jacobian", "V:6", "J:6,6", _COORDINATES)
-_right_jacobian_inverse = Declared("se3.right_jacobian_inverse", "V:6", "J:6,6", _COORDINATES)
-_interpolate_screw = Declared("se3.interpolate_screw", "T_0:4,4 T_1:4,4 t", "T:4,4", _BOTH)
-_interpolate_decoupled = Declared("se3.interpolate_decoupled", "T_0:4,4 T_1:4,4 t", "T:4,4", _BOTH)
-_hat = Declared("spatial.hat", "V:6", "M:4,4")
-_vee = Declared("spatial.vee", "M:4,4", "V:6")
+from mafsil.arrays import Matrix4, Matrix6, PoseMatrix, RotationMatrix, Truth, Vector3, Vector6, gate
+from mafsil.geometry import membership, rotation
+from mafsil.geometry.arguments import (
+    ExponentialCoordinatesLike,
+    Matrix4Like,
+    PoseLike,
+    RotationLike,
+    ScalarLike,
+    Vector3Like,
+    Vector6Like,
+)
+from mafsil.geometry.conditioned import compiled
 
 
-def exp(V: ArrayLike) -> PoseMatrix:
+@compiled("se3.exp")
+def exp(V: ExponentialCoordinatesLike) -> PoseMatrix:
     """Displacement of exponential coordinates V = (omega, v): T = (exp(omega), J(omega) v).
 
     Args:
@@ -50,10 +36,11 @@ def exp(V: ArrayLike) -> PoseMatrix:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.25.
     """
-    return _exp.at(V)
+    ...
 
 
-def log(T: ArrayLike) -> Vector6:
+@compiled("se3.log")
+def log(T: PoseLike) -> Vector6:
     """Exponential coordinates V = (omega, v) of a displacement, |omega| in [0, pi].
 
     Args:
@@ -65,26 +52,29 @@ def log(T: ArrayLike) -> Vector6:
     Raises:
         InputError: T is not a pose.
     """
-    return _log.at(T)
+    ...
 
 
-def inverse(T: ArrayLike) -> PoseMatrix:
+@compiled("se3.inverse")
+def inverse(T: PoseLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ab^-1 = T_ba = (R', -R'p)."""
-    return _inverse.at(T)
+    ...
 
 
-def compose(T_ab: ArrayLike, T_bc: ArrayLike) -> PoseMatrix:
+@compiled("se3.compose")
+def compose(T_ab: PoseLike, T_bc: PoseLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ac = T_ab T_bc."""
-    return _compose.at(T_ab, T_bc)
+    ...
 
 
-def from_rotation_translation(R: ArrayLike, p: ArrayLike) -> PoseMatrix:
+@compiled("se3.pose")
+def from_rotation_translation(R: RotationLike, p: Vector3Like) -> PoseMatrix:
     """(*batch, 4, 4) pose of a rotation (*batch, 3, 3) and an origin (*batch, 3) [m].
 
     Raises:
         InputError: R is not a rotation.
     """
-    return _pose.at(R, p)
+    ...
 
 
 def from_translation(p: ArrayLike) -> PoseMatrix:
@@ -92,7 +82,7 @@ def from_translation(p: ArrayLike) -> PoseMatrix:
     return from_rotation_translation(np.eye(3), p)
 
 
-def rotation_of(T: ArrayLike) -> Floats:
+def rotation_of(T: ArrayLike) -> RotationMatrix:
     """(*batch, 3, 3) R of a pose: a view."""
     return gate("T", T, (4, 4))[..., :3, :3]
 
@@ -102,7 +92,8 @@ def translation_of(T: ArrayLike) -> Vector3:
     return gate("T", T, (4, 4))[..., :3, 3]
 
 
-def act(T: ArrayLike, x: ArrayLike) -> Vector3:
+@compiled("se3.act")
+def act(T: PoseLike, x: Vector3Like) -> Vector3:
     """R x + p: a point x_b seen from {a} (T = T_ab), or a point displaced by T.
 
     Args:
@@ -112,15 +103,17 @@ def act(T: ArrayLike, x: ArrayLike) -> Vector3:
     Returns:
         (*batch, 3) [m].
     """
-    return _act.at(T, x)
+    ...
 
 
-def adjoint(T: ArrayLike) -> Floats:
+@compiled("se3.adjoint")
+def adjoint(T: PoseLike) -> Matrix6:
     """(*batch, 6, 6) Ad(T) = [[R, 0], [[p] R, R]]: V_a = Ad(T_ab) V_b, F_b = Ad(T_ab)' F_a."""
-    return _adjoint.at(T)
+    ...
 
 
-def error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
+@compiled("se3.body_error")
+def error(T_sb: PoseLike, T_sd: PoseLike) -> Vector6:
     """Body twist that takes {b} to {d} in unit time: log(T_sb^-1 T_sd), in {b}.
 
     Args:
@@ -130,12 +123,13 @@ def error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
     Returns:
         (*batch, 6) [rad, m].
     """
-    return _error.at(T_sb, T_sd)
+    ...
 
 
-def space_error(T_sb: ArrayLike, T_sd: ArrayLike) -> Vector6:
+@compiled("se3.space_error")
+def space_error(T_sb: PoseLike, T_sd: PoseLike) -> Vector6:
     """(*batch, 6) space twist that takes {b} to {d} in unit time: log(T_sd T_sb^-1), in {s}."""
-    return _space_error.at(T_sb, T_sd)
+    ...
 
 
 def displacement(T_01: ArrayLike, T_02: ArrayLike) -> PoseMatrix:
@@ -143,30 +137,35 @@ def displacement(T_01: ArrayLike, T_02: ArrayLike) -> PoseMatrix:
     return compose(T_02, inverse(T_01))
 
 
-def left_jacobian(V: ArrayLike) -> Floats:
+@compiled("se3.left_jacobian")
+def left_jacobian(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J with V_s = J(V) Vdot for T = exp(V).
 
     Reference: Barfoot, State Estimation for Robotics, eq. 7.85.
     """
-    return _left_jacobian.at(V)
+    ...
 
 
-def left_jacobian_inverse(V: ArrayLike) -> Floats:
+@compiled("se3.left_jacobian_inverse")
+def left_jacobian_inverse(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J(V)^-1, |omega| < 2 pi."""
-    return _left_jacobian_inverse.at(V)
+    ...
 
 
-def right_jacobian(V: ArrayLike) -> Floats:
+@compiled("se3.right_jacobian")
+def right_jacobian(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J(-V), with V_b = J_r(V) Vdot for T = exp(V)."""
-    return _right_jacobian.at(V)
+    ...
 
 
-def right_jacobian_inverse(V: ArrayLike) -> Floats:
+@compiled("se3.right_jacobian_inverse")
+def right_jacobian_inverse(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) inverse of the right Jacobian, |omega| < 2 pi."""
-    return _right_jacobian_inverse.at(V)
+    ...
 
 
-def interpolate_screw(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatrix:
+@compiled("se3.interpolate_screw")
+def interpolate_screw(T_0: PoseLike, T_1: PoseLike, t: ScalarLike) -> PoseMatrix:
     """T_0 exp(t log(T_0^-1 T_1)): one screw motion from T_0 (t = 0) to T_1 (t = 1).
 
     Args:
@@ -177,25 +176,28 @@ def interpolate_screw(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatri
     Returns:
         (*batch, 4, 4).
     """
-    return _interpolate_screw.at(T_0, T_1, t)
+    ...
 
 
-def interpolate_decoupled(T_0: ArrayLike, T_1: ArrayLike, t: ArrayLike) -> PoseMatrix:
+@compiled("se3.interpolate_decoupled")
+def interpolate_decoupled(T_0: PoseLike, T_1: PoseLike, t: ScalarLike) -> PoseMatrix:
     """(*batch, 4, 4) rotation at constant angular velocity, origin along the straight line; arguments as above."""
-    return _interpolate_decoupled.at(T_0, T_1, t)
+    ...
 
 
-def hat(V: ArrayLike) -> Floats:
+@compiled("spatial.hat")
+def hat(V: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) matrix [V] = [[ [omega], v ], [0, 0]] of twists (*batch, 6)."""
-    return _hat.at(V)
+    ...
 
 
-def vee(M: ArrayLike) -> Vector6:
+@compiled("spatial.vee")
+def vee(M: Matrix4Like) -> Vector6:
     """(*batch, 6) twist of matrices [V] (*batch, 4, 4); of the skew part where the upper left block is not skew."""
-    return _vee.at(M)
+    ...
 
 
-def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Any:
+def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether the rotation of T is one within the tolerance and its last row is (0, 0, 0, 1)."""
     return membership.is_member("pose", T, tolerance)
 
@@ -216,7 +218,5 @@ def check(T: ArrayLike, name: str = "T", tolerance: float = ROTATION) -> PoseMat
 
 def project(T: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) pose with the rotation nearest to the upper left block and the same origin; only when asked."""
-    from mafsil.geometry import rotation
-
     array = gate("T", T, (4, 4))
     return from_rotation_translation(rotation.project(array[..., :3, :3]), array[..., :3, 3])

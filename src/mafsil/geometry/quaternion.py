@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import UNIT
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
 from mafsil.errors import InputError
-from mafsil.geometry.declared import Declared
+from mafsil.geometry.arguments import (
+    NonzeroQuaternionLike,
+    QuaternionLike,
+    RotationLike,
+    RotationVectorLike,
+    ScalarLike,
+    UnitQuaternionLike,
+    Vector3Like,
+)
+from mafsil.geometry.conditioned import compiled
 
-_Q = {"q": "unit_quaternion"}
-_PQ = {"q": "unit_quaternion", "p": "unit_quaternion"}
-_R = {"R": "rotation"}
-
-_from_matrix = Declared("quaternion.from_matrix", "R:3,3", "q:4", _R)
-_to_matrix = Declared("quaternion.to_matrix", "q:4", "R:3,3", _Q)
-_normalized = Declared("quaternion.normalized", "q:4", "unit:4", {"q": "quaternion"})
-_canonical = Declared("quaternion.canonical", "q:4", "canonical:4")
-_multiply = Declared("quaternion.multiply", "q:4 p:4", "qp:4", _PQ)
-_conjugate = Declared("quaternion.conjugate", "q:4", "inverse:4")
-_rotate = Declared("quaternion.rotate", "q:4 x:3", "y:3", _Q)
-_exp = Declared("quaternion.exp", "r:3", "q:4", {"r": "rotation_vector"})
-_log = Declared("quaternion.log", "q:4", "r:3", _Q)
-_slerp = Declared("quaternion.slerp", "p:4 q:4 t", "r:4", _PQ)
-_to_su2 = Declared("quaternion.to_su2", "q:4", "parts:8", _Q)
-_from_su2 = Declared("quaternion.from_su2", "parts:8", "q:4 distance")
-_to_gibbs = Declared("quaternion.to_gibbs", "q:4", "g:3", _Q)
-_from_gibbs = Declared("quaternion.from_gibbs", "g:3", "q:4")
-_to_mrp = Declared("quaternion.to_modified_rodrigues", "q:4", "m:3", _Q)
-_from_mrp = Declared("quaternion.from_modified_rodrigues", "m:3", "q:4")
+EIGHT = Shape("*batch", 8)
+"""Real and imaginary parts of a (2, 2) complex matrix, row by row."""
 
 
-def to_quaternion(R: ArrayLike) -> Floats:
+@compiled("quaternion.from_matrix")
+def to_quaternion(R: RotationLike) -> Quaternion:
     """Unit quaternion of a rotation; of q and -q the one with w >= 0 (at half turns: first non-zero number positive).
 
     Args:
@@ -48,10 +40,11 @@ def to_quaternion(R: ArrayLike) -> Floats:
 
     Reference: Shepperd, J. Guidance and Control 1, 1978.
     """
-    return _from_matrix.at(R)
+    ...
 
 
-def from_quaternion(q: ArrayLike) -> Floats:
+@compiled("quaternion.to_matrix")
+def from_quaternion(q: UnitQuaternionLike) -> RotationMatrix:
     """Rotation of a unit quaternion; q and -q give the same.
 
     Args:
@@ -61,69 +54,85 @@ def from_quaternion(q: ArrayLike) -> Floats:
         (*batch, 3, 3).
 
     Raises:
-        InputError: not of unit length: nothing is scaled unasked (`normalize_quaternion`).
+        InputError: not of unit length: nothing is scaled unasked (`normalise_quaternion`).
     """
-    return _to_matrix.at(q)
+    ...
 
 
-def normalize_quaternion(q: ArrayLike) -> Floats:
+@compiled("quaternion.normalised")
+def normalise_quaternion(q: NonzeroQuaternionLike) -> Quaternion:
     """(*batch, 4) q / |q|, of any length but zero.
 
     Raises:
         InputError: a quaternion is zero.
     """
-    return _normalized.at(q)
+    ...
 
 
-def canonical(q: ArrayLike) -> Floats:
+@compiled("quaternion.canonical")
+def canonical(q: QuaternionLike) -> Quaternion:
     """(*batch, 4) of q and -q the one whose first non-zero number is positive."""
-    return _canonical.at(q)
+    ...
 
 
-def multiply(q: ArrayLike, p: ArrayLike) -> Floats:
+@compiled("quaternion.multiply")
+def multiply(q: UnitQuaternionLike, p: UnitQuaternionLike) -> Quaternion:
     """(*batch, 4) q p of unit quaternions: R(q p) = R(q) R(p)."""
-    return _multiply.at(q, p)
+    ...
 
 
-def conjugate(q: ArrayLike) -> Floats:
+@compiled("quaternion.conjugate")
+def conjugate(q: QuaternionLike) -> Quaternion:
     """(*batch, 4) (w, -x, -y, -z), the inverse of a unit quaternion."""
-    return _conjugate.at(q)
+    ...
 
 
-def rotate(q: ArrayLike, x: ArrayLike) -> Vector3:
+@compiled("quaternion.rotate")
+def rotate(q: UnitQuaternionLike, x: Vector3Like) -> Vector3:
     """(*batch, 3) R(q) x, without forming the matrix."""
-    return _rotate.at(q, x)
+    ...
 
 
-def exp(r: ArrayLike) -> Floats:
+@compiled("quaternion.exp")
+def exp(r: RotationVectorLike) -> Quaternion:
     """(*batch, 4) (cos(theta/2), omega sin(theta/2)) of exponential coordinates r = omega theta (*batch, 3) [rad]."""
-    return _exp.at(r)
+    ...
 
 
-def log(q: ArrayLike) -> Vector3:
+@compiled("quaternion.log")
+def log(q: UnitQuaternionLike) -> Vector3:
     """(*batch, 3) exponential coordinates [rad], theta in [0, pi]; the same for q and -q."""
-    return _log.at(q)
+    ...
 
 
-def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
+@compiled("quaternion.slerp")
+def slerp(p: UnitQuaternionLike, q: UnitQuaternionLike, t: ScalarLike) -> Quaternion:
     """(*batch, 4) p exp(t log(p* q)): constant angular velocity, the short way from p (t = 0) to +-q (t = 1)."""
-    return _slerp.at(p, q, t)
+    ...
 
 
-def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Any:
+def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = 1e-12) -> Truth:
     """(*batch) whether unit quaternions p and q are one rotation: equal up to sign within `tolerance`, by entries."""
     a, b = gate("p", p, (4,)), gate("q", q, (4,))
     return np.minimum(np.abs(a - b).max(-1), np.abs(a + b).max(-1)) <= tolerance
 
 
+@compiled("quaternion.to_su2")
+def _parts_of_su2(q: UnitQuaternionLike) -> Annotated[Floats, EIGHT]: ...
+
+
+@compiled("quaternion.from_su2")
+def _of_parts_of_su2(parts: Annotated[ArrayLike, EIGHT]) -> tuple[Quaternion, Scalar]: ...
+
+
 def to_su2(q: ArrayLike) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """(*batch, 2, 2) complex matrix [[w + ix, y + iz], [-y + iz, w - ix]]; products go over into products."""
-    parts = np.asarray(_to_su2.at(q))
+    parts = _parts_of_su2(q)
     pairs = parts.reshape(*parts.shape[:-1], 2, 2, 2)
     return pairs[..., 0] + 1j * pairs[..., 1]
 
 
-def from_su2(U: ArrayLike) -> Floats:
+def from_su2(U: ArrayLike) -> Quaternion:
     """(*batch, 4) unit quaternion of SU(2) matrices (*batch, 2, 2).
 
     Raises:
@@ -132,27 +141,34 @@ def from_su2(U: ArrayLike) -> Floats:
     matrix = np.asarray(U, dtype=np.complex128)
     shape = matrix.shape[:-2]
     parts = np.stack([matrix.real, matrix.imag], axis=-1).reshape(*shape, 8)
-    q, distance = _from_su2.at(parts)
+    q, distance = _of_parts_of_su2(parts)
     if np.any(distance > UNIT):
         raise InputError("geometry.su2", name="U", distance=float(np.max(distance)), limit=UNIT)
     return q
 
 
-def to_gibbs(q: ArrayLike) -> Vector3:
+@compiled("quaternion.to_gibbs")
+def to_gibbs(q: UnitQuaternionLike) -> Vector3:
     """(*batch, 3) Rodrigues (Cayley, Gibbs) parameters omega tan(theta/2); infinite at half turns."""
-    return _to_gibbs.at(q)
+    ...
 
 
-def from_gibbs(g: ArrayLike) -> Floats:
+@compiled("quaternion.from_gibbs")
+def from_gibbs(g: Vector3Like) -> Quaternion:
     """(*batch, 4) unit quaternion (1, g) / sqrt(1 + g.g)."""
-    return _from_gibbs.at(g)
+    ...
+
+
+@compiled("quaternion.to_modified_rodrigues")
+def _to_modified_rodrigues(q: UnitQuaternionLike) -> Vector3: ...
 
 
 def to_modified_rodrigues(q: ArrayLike) -> Vector3:
     """(*batch, 3) omega tan(theta/4), in the closed unit ball, of unit quaternions (-q is taken where w < 0)."""
-    return _to_mrp.at(canonical(q))
+    return _to_modified_rodrigues(canonical(q))
 
 
-def from_modified_rodrigues(m: ArrayLike) -> Floats:
+@compiled("quaternion.from_modified_rodrigues")
+def from_modified_rodrigues(m: Vector3Like) -> Quaternion:
     """(*batch, 4) unit quaternion (1 - m.m, 2 m) / (1 + m.m)."""
-    return _from_mrp.at(m)
+    ...

@@ -5,16 +5,17 @@ R_ab holds the axes of {b} as columns, in {a}. Angles in radians; quaternions (w
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Matrix3, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
 from mafsil.errors import InputError
 from mafsil.geometry import membership
-from mafsil.geometry.declared import Declared
+from mafsil.geometry.arguments import AxisLike, Matrix3Like, RotationLike, RotationVectorLike, ScalarLike, Vector3Like
+from mafsil.geometry.conditioned import compiled
 from mafsil.geometry.euler import from_davenport as from_davenport
 from mafsil.geometry.euler import from_euler as from_euler
 from mafsil.geometry.euler import from_rpy as from_rpy
@@ -22,39 +23,15 @@ from mafsil.geometry.euler import to_davenport as to_davenport
 from mafsil.geometry.euler import to_euler as to_euler
 from mafsil.geometry.euler import to_rpy as to_rpy
 from mafsil.geometry.quaternion import from_quaternion as from_quaternion
-from mafsil.geometry.quaternion import normalize_quaternion as normalize_quaternion
+from mafsil.geometry.quaternion import normalise_quaternion as normalise_quaternion
 from mafsil.geometry.quaternion import to_quaternion as to_quaternion
-
-_R = {"R": "rotation"}
-_BOTH = {"R_0": "rotation", "R_1": "rotation"}
-_VECTOR = {"r": "rotation_vector"}
-
-_exp = Declared("so3.exp", "r:3", "R:3,3", _VECTOR)
-_log = Declared("so3.log", "R:3,3", "r:3", _R)
-_compose = Declared("so3.compose", "R_ab:3,3 R_bc:3,3", "R_ac:3,3", {"R_ab": "rotation", "R_bc": "rotation"})
-_inverse = Declared("so3.inverse", "R:3,3", "inverse:3,3", _R)
-_act = Declared("so3.act", "R:3,3 x:3", "y:3", _R)
-_angle = Declared("so3.angle", "R:3,3", "angle", _R)
-_angle_between = Declared("so3.angle_between", "R_0:3,3 R_1:3,3", "angle", _BOTH)
-_axis_angle = Declared("so3.axis_angle", "axis:3 angle", "R:3,3", {"axis": "axis"})
-_to_axis_angle = Declared("so3.to_axis_angle", "R:3,3", "axis:3 angle", _R)
-_elementary = [Declared("euler.elementary_rotation", "angle", "R:3,3", {}, axis) for axis in range(3)]
-_slerp = Declared("so3.slerp", "R_0:3,3 R_1:3,3 t", "R:3,3", _BOTH)
-_project = Declared("so3.project", "M:3,3", "R:3,3")
-_residuals = Declared("so3.residuals", "M:3,3", "residuals:7")
-_hat = Declared("so3.hat", "w:3", "W:3,3")
-_vee = Declared("so3.vee", "W:3,3", "w:3")
-_left_jacobian = Declared("so3.left_jacobian", "r:3", "J:3,3", _VECTOR)
-_left_jacobian_inverse = Declared("so3.left_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
-_right_jacobian = Declared("so3.right_jacobian", "r:3", "J:3,3", _VECTOR)
-_right_jacobian_inverse = Declared("so3.right_jacobian_inverse", "r:3", "J:3,3", _VECTOR)
-
 
 SKEWNESS = 1e-6
 """By how much W + W' may differ from zero, as a share of the largest entry: rounding, and differences of poses."""
 
 
-def exp(r: ArrayLike) -> Floats:
+@compiled("so3.exp")
+def exp(r: RotationVectorLike) -> RotationMatrix:
     """Rotation of exponential coordinates: R = I + sin(theta)/theta [r] + (1 - cos(theta))/theta^2 [r]^2.
 
     Args:
@@ -68,10 +45,11 @@ def exp(r: ArrayLike) -> Floats:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.11.
     """
-    return _exp.at(r)
+    ...
 
 
-def log(R: ArrayLike) -> Vector3:
+@compiled("so3.log")
+def log(R: RotationLike) -> Vector3:
     """Principal exponential coordinates r = omega theta of a rotation, theta in [0, pi].
 
     At a half turn r and -r are equally right; the one whose largest component is positive is returned. All answers:
@@ -86,20 +64,23 @@ def log(R: ArrayLike) -> Vector3:
     Raises:
         InputError: R is not a rotation within `tolerance.ROTATION`.
     """
-    return _log.at(R)
+    ...
 
 
-def angle(R: ArrayLike) -> Any:
+@compiled("so3.angle")
+def angle(R: RotationLike) -> Scalar:
     """(*batch) angle theta in [0, pi] [rad] of a rotation (*batch, 3, 3)."""
-    return _angle.at(R)
+    ...
 
 
-def angle_between(R_0: ArrayLike, R_1: ArrayLike) -> Any:
+@compiled("so3.angle_between")
+def angle_between(R_0: RotationLike, R_1: RotationLike) -> Scalar:
     """(*batch) angle in [0, pi] [rad] of R_0' R_1, the shortest turn between two rotations (*batch, 3, 3)."""
-    return _angle_between.at(R_0, R_1)
+    ...
 
 
-def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Floats:
+@compiled("so3.axis_angle")
+def from_axis_angle(axis: AxisLike, angle: ScalarLike) -> RotationMatrix:
     """Rotation about an axis by the right-hand rule.
 
     Args:
@@ -112,30 +93,35 @@ def from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Floats:
     Raises:
         InputError: an axis is zero.
     """
-    return _axis_angle.at(axis, angle)
+    ...
 
 
-def to_axis_angle(R: ArrayLike) -> tuple[Vector3, Any]:
+@compiled("so3.to_axis_angle")
+def to_axis_angle(R: RotationLike) -> tuple[Vector3, Scalar]:
     """Unit axis (*batch, 3) and angle (*batch) in [0, pi] [rad]; the identity has angle 0 and axis x."""
-    return _to_axis_angle.at(R)
+    ...
 
 
-def rot_x(angle: ArrayLike) -> Floats:
+@compiled("euler.elementary_rotation", 0)
+def rot_x(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about x by (*batch) angles [rad]."""
-    return _elementary[0].at(angle)
+    ...
 
 
-def rot_y(angle: ArrayLike) -> Floats:
+@compiled("euler.elementary_rotation", 1)
+def rot_y(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about y by (*batch) angles [rad]."""
-    return _elementary[1].at(angle)
+    ...
 
 
-def rot_z(angle: ArrayLike) -> Floats:
+@compiled("euler.elementary_rotation", 2)
+def rot_z(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about z by (*batch) angles [rad]."""
-    return _elementary[2].at(angle)
+    ...
 
 
-def slerp(R_0: ArrayLike, R_1: ArrayLike, t: ArrayLike) -> Floats:
+@compiled("so3.slerp")
+def slerp(R_0: RotationLike, R_1: RotationLike, t: ScalarLike) -> RotationMatrix:
     """R_0 exp(t log(R_0' R_1)): from R_0 (t = 0) to R_1 (t = 1) at constant angular velocity, the short way.
 
     Args:
@@ -146,10 +132,11 @@ def slerp(R_0: ArrayLike, R_1: ArrayLike, t: ArrayLike) -> Floats:
     Returns:
         (*batch, 3, 3).
     """
-    return _slerp.at(R_0, R_1, t)
+    ...
 
 
-def project(M: ArrayLike) -> Floats:
+@compiled("so3.project")
+def project(M: Matrix3Like) -> RotationMatrix:
     """The rotation nearest to a matrix in the Frobenius norm; never done unless asked for here.
 
     Args:
@@ -160,20 +147,21 @@ def project(M: ArrayLike) -> Floats:
 
     Reference: Horn, J. Opt. Soc. Am. A 4, 1987.
     """
-    return _project.at(M)
+    ...
 
 
-def residuals(M: ArrayLike) -> Floats:
+@compiled("so3.residuals")
+def residuals(M: Matrix3Like) -> Annotated[Floats, Shape("*batch", 7)]:
     """(*batch, 7): entries 11, 22, 33, 12, 13, 23 of M'M - I, then det M - 1, of (*batch, 3, 3) matrices."""
-    return _residuals.at(M)
+    ...
 
 
-def is_rotation(M: ArrayLike, tolerance: float = ROTATION) -> Any:
+def is_rotation(M: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether the Frobenius norm of M'M - I is within the tolerance and det M > 0."""
     return membership.is_member("rotation", M, tolerance)
 
 
-def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> Floats:
+def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> RotationMatrix:
     """The array (*batch, 3, 3) itself, if all of it are rotations.
 
     Args:
@@ -187,17 +175,20 @@ def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> Floats:
     return membership.require("rotation", name, R, tolerance)
 
 
-def inverse(R: ArrayLike) -> Floats:
+@compiled("so3.inverse")
+def inverse(R: RotationLike) -> RotationMatrix:
     """(*batch, 3, 3) transpose: R_ab^-1 = R_ba."""
-    return _inverse.at(R)
+    ...
 
 
-def compose(R_ab: ArrayLike, R_bc: ArrayLike) -> Floats:
+@compiled("so3.compose")
+def compose(R_ab: RotationLike, R_bc: RotationLike) -> RotationMatrix:
     """(*batch, 3, 3) R_ac = R_ab R_bc."""
-    return _compose.at(R_ab, R_bc)
+    ...
 
 
-def apply(R: ArrayLike, x: ArrayLike) -> Vector3:
+@compiled("so3.act")
+def apply(R: RotationLike, x: Vector3Like) -> Vector3:
     """R x: a free vector x_b seen from {a} (R = R_ab), or a vector turned by R.
 
     Args:
@@ -207,10 +198,10 @@ def apply(R: ArrayLike, x: ArrayLike) -> Vector3:
     Returns:
         (*batch, 3).
     """
-    return _act.at(R, x)
+    ...
 
 
-def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Floats:
+def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> RotationMatrix:
     """R_ab from the unit axes of {b} seen from {a}: its columns.
 
     Args:
@@ -226,9 +217,14 @@ def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Floats:
     return check(np.stack(axes, axis=-1), "axes")
 
 
-def hat(w: ArrayLike) -> Floats:
+@compiled("so3.hat")
+def hat(w: Vector3Like) -> Matrix3:
     """(*batch, 3, 3) skew matrix [w] with [w] x = w x x, of (*batch, 3)."""
-    return _hat.at(w)
+    ...
+
+
+@compiled("so3.vee")
+def _vee(W: Matrix3Like) -> Vector3: ...
 
 
 def vee(W: ArrayLike) -> Vector3:
@@ -248,7 +244,7 @@ def vee(W: ArrayLike) -> Vector3:
             distance=float(off[index]),
             limit=SKEWNESS,
         )
-    return _vee.at(matrices)
+    return _vee(matrices)
 
 
 def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:
@@ -263,32 +259,37 @@ def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:
     return vee(W_1 @ W_2 - W_2 @ W_1)
 
 
-def left_jacobian(r: ArrayLike) -> Floats:
+@compiled("so3.left_jacobian")
+def left_jacobian(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J with omega_s = J(r) rdot for R = exp(r), of (*batch, 3) [rad]."""
-    return _left_jacobian.at(r)
+    ...
 
 
-def left_jacobian_inverse(r: ArrayLike) -> Floats:
+@compiled("so3.left_jacobian_inverse")
+def left_jacobian_inverse(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J(r)^-1, |r| < 2 pi."""
-    return _left_jacobian_inverse.at(r)
+    ...
 
 
-def right_jacobian(r: ArrayLike) -> Floats:
+@compiled("so3.right_jacobian")
+def right_jacobian(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J(-r), with omega_b = J_r(r) rdot for R = exp(r)."""
-    return _right_jacobian.at(r)
+    ...
 
 
-def right_jacobian_inverse(r: ArrayLike) -> Floats:
+@compiled("so3.right_jacobian_inverse")
+def right_jacobian_inverse(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) inverse of the right Jacobian, |r| < 2 pi."""
-    return _right_jacobian_inverse.at(r)
+    ...
 
 
-def random(rng: np.random.Generator, batch: int | tuple[int, ...] = ()) -> Floats:
+def random(seed: int | np.random.Generator, batch: int | tuple[int, ...] = ()) -> RotationMatrix:
     """(*batch, 3, 3) rotations, uniform over SO(3): normal quaternions have no preferred direction.
 
     Args:
-        rng: NumPy generator.
+        seed: of the random numbers: a whole number, or a NumPy generator, which moves on.
         batch: leading shape.
     """
     shape = (batch,) if isinstance(batch, int) else batch
-    return from_quaternion(normalize_quaternion(rng.standard_normal((*shape, 4))))
+    rng = np.random.default_rng(seed)
+    return from_quaternion(normalise_quaternion(rng.standard_normal((*shape, 4))))

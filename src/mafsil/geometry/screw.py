@@ -5,26 +5,24 @@ A unit screw has |omega| = 1 (amount: an angle [rad]) or omega = 0 and |v| = 1 (
 
 from __future__ import annotations
 
-from typing import Any
-
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
-from mafsil.geometry.declared import Declared
+from mafsil.arrays import Matrix3, PoseMatrix, Scalar, Vector3, Vector6
+from mafsil.geometry.arguments import (
+    AmountLike,
+    AxisLike,
+    PartTurnLike,
+    PoseLike,
+    ScalarLike,
+    UnitScrewLike,
+    Vector3Like,
+    Vector6Like,
+)
+from mafsil.geometry.conditioned import compiled
 
-_from_axis = Declared("screw.from_axis", "direction:3 point:3 pitch", "S:6", {"direction": "axis"})
-_pitch = Declared("screw.pitch", "S:6", "pitch")
-_nearest_point = Declared("screw.nearest_point", "S:6", "point:3")
-_normalized = Declared("screw.normalized", "V:6", "S:6")
-_magnitude = Declared("screw.magnitude", "V:6", "magnitude")
-_motion = Declared("screw.motion", "S:6 amount", "T:4,4", {"S": "unit_screw", "amount": "amount"})
-_chasles = Declared("screw.chasles", "T:4,4", "S:6 amount", {"T": "pose"})
-_integral = Declared("screw.integral", "omega:3 theta", "G:3,3", {"theta": "amount"})
-_integral_inverse = Declared("screw.integral_inverse", "omega:3 theta", "G:3,3", {"theta": "part_turn"})
-_reciprocal = Declared("spatial.reciprocal_product", "S:6 Z:6", "product")
 
-
-def from_axis(direction: ArrayLike, point: ArrayLike, pitch: ArrayLike = 0.0) -> Vector6:
+@compiled("screw.from_axis")
+def from_axis(direction: AxisLike, point: Vector3Like, pitch: ScalarLike = 0.0) -> Vector6:
     """Unit screw of an axis: S = (s, -s x q + h s).
 
     Args:
@@ -40,7 +38,7 @@ def from_axis(direction: ArrayLike, point: ArrayLike, pitch: ArrayLike = 0.0) ->
 
     Reference: Lynch & Park, Modern Robotics, sec. 3.3.2.2.
     """
-    return _from_axis.at(direction, point, pitch)
+    ...
 
 
 def from_direction(direction: ArrayLike) -> Vector6:
@@ -51,27 +49,32 @@ def from_direction(direction: ArrayLike) -> Vector6:
     return S
 
 
-def pitch(S: ArrayLike) -> Any:
+@compiled("screw.pitch")
+def pitch(S: Vector6Like) -> Scalar:
     """(*batch) pitch omega.v / |omega|^2 [m/rad] of (*batch, 6); infinite where omega is zero."""
-    return _pitch.at(S)
+    ...
 
 
-def nearest_point(S: ArrayLike) -> Vector3:
+@compiled("screw.nearest_point")
+def nearest_point(S: Vector6Like) -> Vector3:
     """(*batch, 3) point of the axis nearest to the origin, omega x v / |omega|^2 [m]; NaN where omega is zero."""
-    return _nearest_point.at(S)
+    ...
 
 
-def normalized(V: ArrayLike) -> Vector6:
+@compiled("screw.normalised")
+def normalised(V: Vector6Like) -> Vector6:
     """(*batch, 6) unit screw of twists (*batch, 6); zero for the zero twist."""
-    return _normalized.at(V)
+    ...
 
 
-def magnitude(V: ArrayLike) -> Any:
-    """(*batch) |omega| of twists (*batch, 6), or |v| where omega is zero: the factor that `normalized` divides out."""
-    return _magnitude.at(V)
+@compiled("screw.magnitude")
+def magnitude(V: Vector6Like) -> Scalar:
+    """(*batch) |omega| of twists (*batch, 6), or |v| where omega is zero: the factor that `normalised` divides out."""
+    ...
 
 
-def displacement(S: ArrayLike, amount: ArrayLike) -> PoseMatrix:
+@compiled("screw.motion")
+def displacement(S: UnitScrewLike, amount: AmountLike) -> PoseMatrix:
     """exp([S] amount): rotation by, or translation along, a unit screw.
 
     Args:
@@ -86,10 +89,11 @@ def displacement(S: ArrayLike, amount: ArrayLike) -> PoseMatrix:
 
     Reference: Lynch & Park, Modern Robotics, prop. 3.25.
     """
-    return _motion.at(S, amount)
+    ...
 
 
-def chasles(T: ArrayLike) -> tuple[Vector6, Any]:
+@compiled("screw.chasles")
+def chasles(T: PoseLike) -> tuple[Vector6, Scalar]:
     """The one screw that makes a displacement: T = exp([S] amount) (Chasles and Mozzi).
 
     Rotations below `tolerance.TRANSLATION` count as none. The identity has S = 0 and amount 0; its axis is any line.
@@ -100,22 +104,25 @@ def chasles(T: ArrayLike) -> tuple[Vector6, Any]:
     Returns:
         S (*batch, 6) unit screw, amount (*batch) angle in [0, pi] [rad] or distance [m].
     """
-    return _chasles.at(T)
+    ...
 
 
-def integral(omega: ArrayLike, theta: ArrayLike) -> Floats:
+@compiled("screw.integral")
+def integral(omega: Vector3Like, theta: AmountLike) -> Matrix3:
     """(*batch, 3, 3) G(theta) of a unit axis: exp([S] theta) has p = G v.
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.87.
     """
-    return _integral.at(omega, theta)
+    ...
 
 
-def integral_inverse(omega: ArrayLike, theta: ArrayLike) -> Floats:
+@compiled("screw.integral_inverse")
+def integral_inverse(omega: Vector3Like, theta: PartTurnLike) -> Matrix3:
     """(*batch, 3, 3) G(theta)^-1; whole turns are refused, where det G = 2 theta (1 - cos theta) vanishes."""
-    return _integral_inverse.at(omega, theta)
+    ...
 
 
-def reciprocal_product(S: ArrayLike, Z: ArrayLike) -> Any:
+@compiled("spatial.reciprocal_product")
+def reciprocal_product(S: Vector6Like, Z: Vector6Like) -> Scalar:
     """(*batch) omega_S . v_Z + v_S . omega_Z: zero for screws that do no work on each other."""
-    return _reciprocal.at(S, Z)
+    ...

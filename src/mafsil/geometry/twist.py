@@ -12,35 +12,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import SKEW
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6
+from mafsil.arrays import Floats, Matrix4, Matrix6, Scalar, Vector3, Vector6
 from mafsil.errors import InputError
-from mafsil.geometry.declared import Declared
-
-_T = {"T": "pose"}
-_R = {"R": "rotation"}
-
-_angular_space = Declared("velocity.angular_space", "R:3,3 Rdot:3,3", "omega_s:3 defect", _R)
-_angular_body = Declared("velocity.angular_body", "R:3,3 Rdot:3,3", "omega_b:3 defect", _R)
-_space = Declared("velocity.space_twist", "T:4,4 Tdot:4,4", "V_s:6 defect", _T)
-_body = Declared("velocity.body_twist", "T:4,4 Tdot:4,4", "V_b:6 defect", _T)
-_rate_body = Declared("velocity.pose_rate_of_body_twist", "T:4,4 V_b:6", "Tdot:4,4", _T)
-_rate_space = Declared("velocity.pose_rate_of_space_twist", "T:4,4 V_s:6", "Tdot:4,4", _T)
-_mean_angular = Declared(
-    "velocity.mean_angular_velocity",
-    "R_0:3,3 R_1:3,3 duration",
-    "omega_s:3",
-    {"R_0": "rotation", "R_1": "rotation", "duration": "duration"},
+from mafsil.geometry.arguments import (
+    DurationLike,
+    Matrix3Like,
+    Matrix4Like,
+    PoseLike,
+    RotationLike,
+    Vector3Like,
+    Vector6Like,
 )
-_mean = Declared(
-    "velocity.mean_space_twist",
-    "T_0:4,4 T_1:4,4 duration",
-    "V_s:6",
-    {"T_0": "pose", "T_1": "pose", "duration": "duration"},
-)
-_transform = Declared("spatial.transform_twist", "T_ab:4,4 V_b:6", "V_a:6", {"T_ab": "pose"})
-_point_velocity = Declared("spatial.point_velocity", "V:6 point:3", "velocity:3")
-_ad = Declared("spatial.ad", "V:6", "ad:6,6")
-_bracket = Declared("spatial.bracket", "V:6 W:6", "bracket:6")
+from mafsil.geometry.conditioned import compiled
+
+
+@compiled("velocity.angular_space")
+def _angular_space(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
+
+
+@compiled("velocity.angular_body")
+def _angular_body(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
+
+
+@compiled("velocity.space_twist")
+def _space(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
+
+
+@compiled("velocity.body_twist")
+def _body(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
 
 
 def angular_velocity_space(R: ArrayLike, Rdot: ArrayLike) -> Vector3:
@@ -56,12 +55,12 @@ def angular_velocity_space(R: ArrayLike, Rdot: ArrayLike) -> Vector3:
     Raises:
         InputError: Rdot is no velocity of R: the symmetric part of R'Rdot exceeds `tolerance.SKEW`.
     """
-    return _skew_checked(_angular_space.at(R, Rdot))
+    return _skew_checked(_angular_space(R, Rdot))
 
 
 def angular_velocity_body(R: ArrayLike, Rdot: ArrayLike) -> Vector3:
     """(*batch, 3) omega_b with [omega_b] = R' Rdot, in {b}; arguments as `angular_velocity_space`."""
-    return _skew_checked(_angular_body.at(R, Rdot))
+    return _skew_checked(_angular_body(R, Rdot))
 
 
 def space_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
@@ -74,35 +73,40 @@ def space_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     Raises:
         InputError: Tdot is no velocity of T.
     """
-    return _skew_checked(_space.at(T, Tdot))
+    return _skew_checked(_space(T, Tdot))
 
 
 def body_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     """(*batch, 6) V_b with [V_b] = T^-1 Tdot: (omega_b, R' pdot); arguments as `space_from_pose_rate`."""
-    return _skew_checked(_body.at(T, Tdot))
+    return _skew_checked(_body(T, Tdot))
 
 
-def pose_rate_from_body(T: ArrayLike, V_b: ArrayLike) -> PoseMatrix:
+@compiled("velocity.pose_rate_of_body_twist")
+def pose_rate_from_body(T: PoseLike, V_b: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = T [V_b]."""
-    return _rate_body.at(T, V_b)
+    ...
 
 
-def pose_rate_from_space(T: ArrayLike, V_s: ArrayLike) -> PoseMatrix:
+@compiled("velocity.pose_rate_of_space_twist")
+def pose_rate_from_space(T: PoseLike, V_s: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = [V_s] T."""
-    return _rate_space.at(T, V_s)
+    ...
 
 
-def mean_angular_velocity(R_0: ArrayLike, R_1: ArrayLike, duration: ArrayLike) -> Vector3:
+@compiled("velocity.mean_angular_velocity")
+def mean_angular_velocity(R_0: RotationLike, R_1: RotationLike, duration: DurationLike) -> Vector3:
     """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s], which is not zero."""
-    return _mean_angular.at(R_0, R_1, duration)
+    ...
 
 
-def mean_space_twist(T_0: ArrayLike, T_1: ArrayLike, duration: ArrayLike) -> Vector6:
+@compiled("velocity.mean_space_twist")
+def mean_space_twist(T_0: PoseLike, T_1: PoseLike, duration: DurationLike) -> Vector6:
     """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s], which is not zero."""
-    return _mean.at(T_0, T_1, duration)
+    ...
 
 
-def transform(T_ab: ArrayLike, V_b: ArrayLike) -> Vector6:
+@compiled("spatial.transform_twist")
+def transform(T_ab: PoseLike, V_b: Vector6Like) -> Vector6:
     """V_a = Ad(T_ab) V_b = (R omega, R v + p x R omega).
 
     Args:
@@ -114,22 +118,25 @@ def transform(T_ab: ArrayLike, V_b: ArrayLike) -> Vector6:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.83.
     """
-    return _transform.at(T_ab, V_b)
+    ...
 
 
-def point_velocity(V: ArrayLike, point: ArrayLike) -> Vector3:
+@compiled("spatial.point_velocity")
+def point_velocity(V: Vector6Like, point: Vector3Like) -> Vector3:
     """(*batch, 3) omega x r + v [m/s] of the body point at r (*batch, 3) [m], in the frame of the twist."""
-    return _point_velocity.at(V, point)
+    ...
 
 
-def ad(V: ArrayLike) -> Floats:
+@compiled("spatial.ad")
+def ad(V: Vector6Like) -> Matrix6:
     """(*batch, 6, 6) [[ [omega], 0 ], [ [v], [omega] ]]."""
-    return _ad.at(V)
+    ...
 
 
-def bracket(V: ArrayLike, W: ArrayLike) -> Vector6:
+@compiled("spatial.bracket")
+def bracket(V: Vector6Like, W: Vector6Like) -> Vector6:
     """(*batch, 6) Lie bracket ad(V) W."""
-    return _bracket.at(V, W)
+    ...
 
 
 def _skew_checked(answer: tuple[Floats, Any]) -> Floats:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6, gate
+from mafsil.arrays import RotationMatrix, Vector3, Vector6, gate
 
 _TURN = np.array([1.0, -1.0, -1.0])
 
@@ -19,7 +19,7 @@ def vector(x: ArrayLike) -> Vector3:
     return gate("x", x, (3,)) * _TURN
 
 
-def rotation(R: ArrayLike) -> Floats:
+def rotation(R: ArrayLike) -> RotationMatrix:
     """(*batch, 3, 3) attitude of the vehicle when both its frame and the ground's are exchanged; its own inverse."""
     return gate("R", R, (3, 3)) * (_TURN[:, None] * _TURN)
 

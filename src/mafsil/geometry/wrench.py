@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Vector3, Vector6, gate
+from mafsil.arrays import Scalar, Vector3, Vector6, gate
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.geometry.declared import Declared
-
-_from_force = Declared("spatial.wrench_of_force", "point:3 force:3", "F:6")
-_transform = Declared("spatial.transform_wrench", "T_ab:4,4 F_a:6", "F_b:6", {"T_ab": "pose"})
-_power = Declared("spatial.power", "V:6 F:6", "power")
-_dual_bracket = Declared("spatial.dual_bracket", "V:6 F:6", "rate:6")
-_pitch = Declared("screw.wrench_pitch", "F:6", "pitch")
-_axis_point = Declared("screw.wrench_axis_point", "F:6", "point:3")
+from mafsil.geometry.arguments import PoseLike, Vector3Like, Vector6Like
+from mafsil.geometry.conditioned import compiled
 
 
-def from_force(point: ArrayLike, force: ArrayLike) -> Vector6:
+@compiled("spatial.wrench_of_force")
+def from_force(point: Vector3Like, force: Vector3Like) -> Vector6:
     """Wrench (r x f, f) of a force at a point.
 
     Args:
@@ -30,7 +23,7 @@ def from_force(point: ArrayLike, force: ArrayLike) -> Vector6:
     Returns:
         (*batch, 6) [N m, N].
     """
-    return _from_force.at(point, force)
+    ...
 
 
 def from_couple(moment: ArrayLike) -> Vector6:
@@ -39,7 +32,8 @@ def from_couple(moment: ArrayLike) -> Vector6:
     return np.concatenate([m, np.zeros_like(m)], axis=-1)
 
 
-def transform(T_ab: ArrayLike, F_a: ArrayLike) -> Vector6:
+@compiled("spatial.transform_wrench")
+def transform(T_ab: PoseLike, F_a: Vector6Like) -> Vector6:
     """F_b = Ad(T_ab)' F_a = (R' (m - p x f), R' f): the same wrench seen from {b}.
 
     Note the subscripts: a twist goes from {b} to {a} with Ad(T_ab), a wrench from {a} to {b} with its transpose.
@@ -53,7 +47,7 @@ def transform(T_ab: ArrayLike, F_a: ArrayLike) -> Vector6:
 
     Reference: Lynch & Park, Modern Robotics, eq. 3.98.
     """
-    return _transform.at(T_ab, F_a)
+    ...
 
 
 def resultant(wrenches: ArrayLike, poses: ArrayLike | None = None) -> Vector6:
@@ -75,21 +69,25 @@ def resultant(wrenches: ArrayLike, poses: ArrayLike | None = None) -> Vector6:
     return np.asarray(transform(pose.inverse(T), F)).sum(axis=0)
 
 
-def power(V: ArrayLike, F: ArrayLike) -> Any:
+@compiled("spatial.power")
+def power(V: Vector6Like, F: Vector6Like) -> Scalar:
     """(*batch) V . F [W] of a twist and a wrench in one frame; the same in every frame."""
-    return _power.at(V, F)
+    ...
 
 
-def dual_bracket(V: ArrayLike, F: ArrayLike) -> Vector6:
+@compiled("spatial.dual_bracket")
+def dual_bracket(V: Vector6Like, F: Vector6Like) -> Vector6:
     """(*batch, 6) ad(V)' F, the change of a wrench seen from a frame that moves with the twist V."""
-    return _dual_bracket.at(V, F)
+    ...
 
 
-def pitch(F: ArrayLike) -> Any:
+@compiled("screw.wrench_pitch")
+def pitch(F: Vector6Like) -> Scalar:
     """(*batch) moment along the force over the force, m.f / |f|^2 [m] (Poinsot); infinite for a pure couple."""
-    return _pitch.at(F)
+    ...
 
 
-def axis_point(F: ArrayLike) -> Vector3:
+@compiled("screw.wrench_axis_point")
+def axis_point(F: Vector6Like) -> Vector3:
     """(*batch, 3) point of the wrench's axis nearest to the origin, f x m / |f|^2 [m]; NaN for a pure couple."""
-    return _axis_point.at(F)
+    ...

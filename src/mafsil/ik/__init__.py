@@ -7,11 +7,12 @@ from mafsil.ik.answers import LimitExcess as LimitExcess
 from mafsil.ik.answers import SolutionBatch as SolutionBatch
 from mafsil.ik.answers import SolutionFamily as SolutionFamily
 from mafsil.ik.answers import SolutionSet as SolutionSet
-from mafsil.ik.answers import Verdict as Verdict
 from mafsil.ik.calibrated import Continuation as Continuation
 from mafsil.ik.calibrated import continued_branches as continued_branches
 from mafsil.ik.closed_form import Branches as Branches
 from mafsil.ik.closed_form import ClosedForm as ClosedForm
+from mafsil.ik.desired_motion import twist_of_motion as twist_of_motion
+from mafsil.ik.desired_motion import twists_between as twists_between
 from mafsil.ik.general import GeneralSix as GeneralSix
 from mafsil.ik.general import GeneralSolutions as GeneralSolutions
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
@@ -39,12 +40,12 @@ from mafsil.ik.redundant import Postures as Postures
 from mafsil.ik.redundant import Redundancy as Redundancy
 from mafsil.ik.redundant import redundancy as redundancy
 from mafsil.ik.result import IKResult as IKResult
-from mafsil.ik.result import IKStatus as IKStatus
 from mafsil.ik.root_finding import Course as Course
 from mafsil.ik.root_finding import RootRecord as RootRecord
 from mafsil.ik.root_finding import find_root as find_root
 from mafsil.ik.singular_rates import BoundedRates as BoundedRates
 from mafsil.ik.singular_rates import bounded_rates as bounded_rates
+from mafsil.ik.status import IKStatus as IKStatus
 from mafsil.ik.subproblems import distances as distances
 from mafsil.ik.subproblems import heights as heights
 from mafsil.ik.subproblems import linked_circles as linked_circles
@@ -59,5 +60,3 @@ from mafsil.ik.tracking import Switch as Switch
 from mafsil.ik.tracking import Track as Track
 from mafsil.ik.tracking import TrackStatus as TrackStatus
 from mafsil.ik.tracking import track as track
-from mafsil.ik.wanted_motion import twist_of_motion as twist_of_motion
-from mafsil.ik.wanted_motion import twists_between as twists_between

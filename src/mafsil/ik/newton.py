@@ -69,7 +69,7 @@ class NewtonRecord:
 def newton_ik(
     robot: RobotLike,
     T_sd: ArrayLike,
-    start: ArrayLike,
+    q0: ArrayLike,
     *,
     form: NewtonForm = "body",
     rotation_tolerance: float = 1e-10,
@@ -88,7 +88,7 @@ def newton_ik(
     Args:
         robot: any arm; least-norm steps where it has more joints than six, least-squares steps where fewer.
         T_sd: (4, 4) wanted pose in {s}.
-        start: (n,) first iterate [rad | m].
+        q0: (n,) initial guess, the first iterate [rad | m].
         form: in which frame the twist and the Jacobian are expressed.
         rotation_tolerance: [rad].
         position_tolerance: [m].
@@ -109,7 +109,7 @@ def newton_ik(
     if form not in ("body", "space"):
         raise InputError("input.choice", name="form", value=form, known="body, space")
     robot = as_robot(robot)
-    T_goal, q = single("T_sd", T_sd, (4, 4)), single("start", start, (robot.n,)).copy()
+    T_goal, q = single("T_sd", T_sd, (4, 4)), single("q0", q0, (robot.n,)).copy()
     turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
     most, least = whole("max_steps", max_steps), float(single("damping", damping, ()))
     if least < 0.0:

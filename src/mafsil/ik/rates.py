@@ -186,7 +186,7 @@ def prioritised_rates(robot: RobotLike, q: ArrayLike, tasks: Sequence[tuple[Arra
 
 def integrate_rates(
     robot: RobotLike,
-    start: ArrayLike,
+    q0: ArrayLike,
     twist: Callable[[float, JointVector], ArrayLike],
     duration: float,
     step: float,
@@ -201,7 +201,7 @@ def integrate_rates(
 
     Args:
         robot: any arm.
-        start: (n,) coordinates at t = 0.
+        q0: (n,) coordinates at t = 0 [rad | m].
         twist: V of time [s] and coordinates, (m,).
         duration: of the motion [s].
         step: dt [s].
@@ -217,7 +217,7 @@ def integrate_rates(
     count = min(positive("duration", duration) / positive("step", step), 2.0 * MOST_STEPS)
     if count > MOST_STEPS:
         raise InputError("input.range", name="duration / step", value=count, low=0, high=MOST_STEPS)
-    q = single("start", start, (robot.n,))
+    q = single("q0", q0, (robot.n,))
     path = [q]
     for k in range(round(count)):
         q = q + step * joint_rates(robot, q, twist(k * step, q), form=form, rows=rows, cost=cost).qd

@@ -8,31 +8,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import Answer, Status
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
+from mafsil.ik.status import CODES, STATUSES, IKStatus
 from mafsil.messages import say
 
-
-class IKStatus(Status):
-    """How the search for one pose ended. Only OUT_OF_REACH is proven; the other kinds of no are what was not found."""
-
-    SOLVED = ("ik.solved", True)
-    OUT_OF_REACH = ("ik.out_of_reach", False)
-    BEYOND_LIMITS = ("ik.beyond_limits", False)
-    FEW_JOINTS = ("ik.few_joints", False)
-    BUDGET_SPENT = ("ik.budget_spent", False)
-    TIME_SPENT = ("ik.time_spent", False)
-    NOT_A_POSE = ("ik.not_a_pose", False)
-
-
-STATUSES = tuple(IKStatus)
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 FIELDS = (
     "nearest", "codes", "T_reached", "position_error", "rotation_error", "iterations", "attempts", "reach", "distance",
     "worst_joint", "moving",
 )  # fmt: skip
 """Names of what an answer holds."""
+
+SENTENCES = {
+    IKStatus.SOLVED: "ik.solved",
+    IKStatus.OUT_OF_REACH: "ik.out_of_reach",
+    IKStatus.BEYOND_LIMITS: "ik.beyond_limits",
+    IKStatus.FEW_JOINTS: "ik.few_joints",
+    IKStatus.BUDGET_SPENT: "ik.budget_spent",
+    IKStatus.TIME_SPENT: "ik.time_spent",
+    IKStatus.NOT_A_POSE: "ik.not_a_pose",
+}
+"""How a search explains a status, with its numbers."""
 
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
@@ -143,7 +141,7 @@ class IKResult(Answer):
     @property
     def solved(self) -> NDArray[np.bool_]:
         """(*batch,) whether q reaches the pose within the tolerance and the limits."""
-        return self.codes == STATUSES.index(IKStatus.SOLVED)
+        return self.codes == CODES[IKStatus.SOLVED]
 
     @property
     def all_solved(self) -> bool:
@@ -185,8 +183,9 @@ class IKResult(Answer):
             for row in np.argwhere(~part.solved)[:LISTED].tolist():
                 lines.append(f"{row}: {part.explain(*row, language=language)}")
             return "\n".join(lines)
-        return STATUSES[int(self.codes[index])].sentence(
-            language,
+        return say(
+            SENTENCES[STATUSES[int(self.codes[index])]],
+            language=language,
             position_error=float(self.position_error[index]),
             rotation_error=float(self.rotation_error[index]),
             attempts=int(self.attempts[index]),

@@ -101,7 +101,7 @@ def orders(iterates: Floats) -> Floats:
 
 def find_root(
     f: Callable[[Floats], ArrayLike],
-    start: ArrayLike,
+    x0: ArrayLike,
     jacobian: Callable[[Floats], ArrayLike] | None = None,
     *,
     variant: Variant = "newton",
@@ -112,7 +112,7 @@ def find_root(
 
     Args:
         f: of x (n,), to (n,).
-        start: (n,) first iterate.
+        x0: (n,) initial guess, the first iterate.
         jacobian: of x, to (n, n); central differences if None.
         variant: `newton`, `damped`, `broyden` or `levenberg`.
         tolerance: norm of f that ends the iteration.
@@ -127,9 +127,9 @@ def find_root(
     require_kind("f", f, "function", "__call__")
     if variant not in VARIANTS:
         raise InputError("input.choice", name="variant", value=variant, known=", ".join(VARIANTS))
-    first = real_array("start", start)
+    first = real_array("x0", x0)
     x, most, near = (
-        single("start", first, (first.size,)).copy(),
+        single("x0", first, (first.size,)).copy(),
         whole("max_steps", max_steps),
         positive("tolerance", tolerance),
     )

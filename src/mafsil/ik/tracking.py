@@ -176,7 +176,7 @@ class Track(Answer):
 def track(
     robot: RobotLike,
     T_path: ArrayLike,
-    start: ArrayLike,
+    q0: ArrayLike,
     *,
     times: ArrayLike | None = None,
     tolerance: float = 1e-9,
@@ -191,9 +191,9 @@ def track(
     its time, its reason and both branches.
 
     Args:
-        robot: any arm; joints that do not move its tip stay where `start` has them.
+        robot: any arm; joints that do not move its tip stay where `q0` has them.
         T_path: (k, 4, 4) poses of the tip in {s}.
-        start: (n,) coordinates near the first pose.
+        q0: (n,) initial guess, near the first pose [rad | m].
         times: (k,) increasing; 0, 1, 2, ... if None.
         tolerance: largest residual [m | rad].
         largest_step: largest change of a coordinate in one step [rad | m].
@@ -208,7 +208,7 @@ def track(
     poses, rigid = clean_poses(poses)
     if not rigid.all():
         raise InputError("ik.no_pose", name=f"T_path[{int(rigid.argmin())}]", limit=ORTHOGONALITY)
-    begin = single("start", start, (robot.n,))
+    begin = single("q0", q0, (robot.n,))
     clock = np.arange(len(poses), dtype=np.float64) if times is None else gate("times", times, (), finite=True)
     if clock.shape != (len(poses),):
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")

@@ -6,6 +6,8 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.trajectory.laws import LawName
+
 Positive: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-9)]
 NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
@@ -94,7 +96,7 @@ class Move(Part, frozen=True, kw_only=True):
     pose: Goal | None = None
     path: Literal["joint", "line"] = "joint"
     via: tuple[tuple[float, ...], ...] = ()
-    profile: Literal["quintic", "trapezoid"] | None = None
+    profile: LawName | None = None
     duration: Positive | None = None
     speed: Share = 1.0
     pick: Grasp | None = None

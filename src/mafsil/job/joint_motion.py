@@ -12,12 +12,11 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, quintic, rest, trapezoid
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
+from mafsil.trajectory.laws import QUINTIC, time_law
 
-QUINTIC_SPEED = 15 / 8
-"""Peak speed of a quintic from rest to rest over its mean speed."""
-QUINTIC_ACCELERATION = 10 / 3**0.5
-"""Peak acceleration of a quintic from rest to rest, times duration^2 over distance."""
+PEAK_MARGIN = 1e-9
+"""Share of time on top of the shortest: a peak equals its limit only up to rounding."""
 STILL = 1e-9
 """A joint motion that goes less far is a rest [rad | m]."""
 
@@ -41,17 +40,18 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
         shortest = _through(_without_repeats(np.array(points)), limits)
     elif np.abs(goal - start).max(initial=0.0) < STILL:
         return rest(goal, move.duration or SHORTEST)
-    elif move.profile == "trapezoid":
-        shortest = trapezoid(start, goal, velocity=speed, acceleration=acceleration).value
     else:
-        shortest = quintic(start, goal, max(quintic_duration(goal - start, speed, acceleration), SHORTEST))
+        law = time_law(move.profile or "quintic")
+        shortest = law.fastest(
+            start, goal, velocity=speed, acceleration=acceleration, margin=PEAK_MARGIN, least=SHORTEST
+        )
     motion = shortest
     if move.duration is not None:
         if move.duration < shortest.duration * (1 - 1e-9):
             raise too_fast(where, shortest.duration)
         motion = shortest.stretched(move.duration / shortest.duration)
     verdict = check(motion, limits, tolerance=1e-6)
-    if not verdict.ok:
+    if not verdict:
         raise _beyond(robot, verdict.violations[0], where)
     return motion
 
@@ -68,19 +68,6 @@ def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
     return Refused("job.leaves_range", move=where, joint=visible(robot.joint_names[joint]), **details)
 
 
-def quintic_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> float:
-    """Shortest duration of a quintic from rest to rest of all joints [s].
-
-    Args:
-        distance: (n,) to go [rad | m].
-        velocity, acceleration: (n,) largest magnitudes.
-    """
-    way = np.abs(distance)
-    each = np.maximum(QUINTIC_SPEED * way / velocity, np.sqrt(QUINTIC_ACCELERATION * way / acceleration))
-    # The peak equals the limit only up to rounding: stay a hair below it.
-    return float(each.max(initial=0.0)) * (1 + 1e-9)
-
-
 def _without_repeats(points: Floats) -> Floats:
     """Points (k, n) less those that do not differ from the one before; two are always left."""
     moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-12
@@ -91,7 +78,8 @@ def _without_repeats(points: Floats) -> Floats:
 def _through(points: Floats, limits: JointLimits) -> PiecewisePolynomial:
     """A smooth curve through points, stretched until it keeps the limits."""
     steps = np.diff(points, axis=0)
-    durations = [max(quintic_duration(step, limits.velocity, limits.acceleration), 1e-3) for step in steps]
+    shortest = [QUINTIC.shortest_duration(step, limits.velocity, limits.acceleration) for step in steps]
+    durations = [max(each * (1.0 + PEAK_MARGIN), 1e-3) for each in shortest]
     curve = cubic_through(points, durations)
     t = np.linspace(0.0, curve.duration, 2000)
     motion = curve.at(t)

@@ -11,8 +11,9 @@ from mafsil.job.description import Bounds, Move
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, quintic, rest, trapezoid
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, rest
 from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.laws import time_law
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.path_timing import Slowest, dilated, slowest
@@ -114,6 +115,5 @@ def _tip_bounds(path: CartesianPath, bounds: Bounds, move: Move) -> tuple[float,
 
 def _time_law(rate: float, growth: float, move: Move) -> PiecewisePolynomial:
     """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
-    if move.profile == "trapezoid":
-        return trapezoid(0.0, 1.0, velocity=rate, acceleration=growth).value
-    return quintic(0.0, 1.0, max(15 / 8 / rate, float(np.sqrt(10 / 3**0.5 / growth))))
+    law = time_law(move.profile or "quintic")
+    return law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth)

@@ -1,4 +1,4 @@
-"""Exponential, logarithm and power on all lanes.
+"""Exponential, logarithm, power and hyperbolic tangent on all lanes.
 
 References: Muller, Elementary Functions, 2016, chapter 5; Cody and Waite 1980, Software Manual for the Elementary
 Functions.
@@ -22,17 +22,30 @@ TWO_THIRDS = (2 / 3, 3.700743415417188e-17)
 
 def exp(lanes: Lanes, x: str) -> str:
     """e^x."""
-    return exp_scaled(lanes, x, 0)
-
-
-def exp_scaled(lanes: Lanes, x: str, power: int) -> str:
-    """2^power e^x: the power joins the exponent, so nothing overflows early."""
+    # Outside this interval the result is 0 or infinite anyway; inside it n fits two halves of an exponent.
     n, r, lo = _exp_reduced(lanes, _clamped(lanes, x, -747.0, 712.0))
-    mantissa = lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo))
-    whole = lanes.integer_op("add", n, lanes.whole(power))
-    half = lanes.integer_op("ashr", whole, lanes.whole(1))
+    return _scaled(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
+
+
+def tanh(lanes: Lanes, x: str) -> str:
+    """Hyperbolic tangent: a polynomial up to 0.55, 1 - 2/(e^2x + 1) beyond."""
+    # 1. Near zero: x + x^3 P(x^2); the closed form would cancel there.
+    size = lanes.fabs(x)
+    z = lanes.mul(x, x)
+    near = lanes.fma(lanes.mul(x, z), polynomial(lanes, table.TANH, z, lanes.mul(z, z)), x)
+    # 2. Beyond 0.55 (tanh > 1/2) the difference from 1 is at most a half, so its rounding is not magnified.
+    doubled = exp(lanes, lanes.add(size, size))
+    far = lanes.sub(lanes.const(1.0), lanes.div(lanes.const(2.0), lanes.add(doubled, lanes.const(1.0))))
+    # 3. Both sides were computed for every lane; the sign comes last, so that minus zero stays.
+    small = lanes.compare("olt", size, lanes.const(0.55))
+    return lanes.copysign(lanes.select(small, near, far), x)
+
+
+def _scaled(lanes: Lanes, mantissa: str, n: str) -> str:
+    """mantissa 2^n for |n| < 2044: in two factors, since 2^n itself may lie outside the range of doubles."""
+    half = lanes.integer_op("ashr", n, lanes.whole(1))
     once = lanes.mul(mantissa, _power_of_two(lanes, half))
-    return lanes.mul(once, _power_of_two(lanes, lanes.integer_op("sub", whole, half)))
+    return lanes.mul(once, _power_of_two(lanes, lanes.integer_op("sub", n, half)))
 
 
 def _clamped(lanes: Lanes, x: str, low: float, high: float) -> str:
@@ -66,19 +79,10 @@ def _power_of_two(lanes: Lanes, n: str) -> str:
     return lanes.from_bits(lanes.integer_op("shl", biased, lanes.whole(52)))
 
 
-def expm1(lanes: Lanes, x: str) -> str:
-    """e^x - 1 without cancellation at 0."""
-    n, r, lo = _exp_reduced(lanes, _clamped(lanes, x, -50.0, 710.0))
-    half = _power_of_two(lanes, lanes.integer_op("sub", n, lanes.whole(1)))
-    sum_ = lanes.fma(half, _exp_minus_one(lanes, r, lo), lanes.sub(half, lanes.const(0.5)))
-    tiny = lanes.compare("olt", lanes.fabs(x), lanes.const(2.0**-54))
-    return lanes.select(tiny, x, lanes.mul(lanes.const(2.0), sum_))
-
-
 def log(lanes: Lanes, x: str) -> str:
     """Natural logarithm; -inf at 0, NaN below."""
     k, f = _log_reduced(lanes, x)
-    return _log_special(lanes, x, _log_sum(lanes, k, f, lanes.const(0.0)))
+    return _log_special(lanes, x, _log_sum(lanes, k, f))
 
 
 def _log_reduced(lanes: Lanes, x: str) -> tuple[str, str]:
@@ -94,13 +98,13 @@ def _log_reduced(lanes: Lanes, x: str) -> tuple[str, str]:
     return lanes.to_real(lanes.integer_op("sub", k, shift)), f
 
 
-def _log_sum(lanes: Lanes, k: str, f: str, extra: str) -> str:
-    """K ln 2 + log(1 + f) + extra, the small parts first; log(1 + f) = f - f^2/2 + s (f^2/2 + R), s = f/(2 + f)."""
+def _log_sum(lanes: Lanes, k: str, f: str) -> str:
+    """k ln 2 + log(1 + f), the small parts first; log(1 + f) = f - f^2/2 + s (f^2/2 + R), s = f/(2 + f)."""
     s = lanes.div(f, lanes.add(f, lanes.const(2.0)))
     z = lanes.mul(s, s)
     rest = lanes.mul(z, polynomial(lanes, table.LOG, z, lanes.mul(z, z)))
     half = lanes.mul(lanes.const(0.5), lanes.mul(f, f))
-    low = lanes.add(lanes.mul(k, lanes.const(LN2[1])), extra)
+    low = lanes.mul(k, lanes.const(LN2[1]))
     inner = lanes.add(lanes.mul(s, lanes.add(half, rest)), low)
     high = lanes.mul(k, lanes.const(LN2[0]))
     return lanes.sub(high, lanes.sub(lanes.sub(half, inner), f))
@@ -111,19 +115,6 @@ def _log_special(lanes: Lanes, x: str, usual: str) -> str:
     usual = lanes.select(lanes.compare("olt", x, lanes.const(math.inf)), usual, x)
     usual = lanes.select(lanes.compare("olt", x, lanes.const(0.0)), lanes.const(math.nan), usual)
     return lanes.select(lanes.compare("oeq", x, lanes.const(0.0)), lanes.const(-math.inf), usual)
-
-
-def log1p(lanes: Lanes, x: str) -> str:
-    """log(1 + x) without cancellation at 0."""
-    u = lanes.add(lanes.const(1.0), x)
-    large = lanes.compare("ogt", lanes.fabs(x), lanes.const(1.0))
-    lost = lanes.select(
-        large, lanes.sub(lanes.const(1.0), lanes.sub(u, x)), lanes.sub(x, lanes.sub(u, lanes.const(1.0)))
-    )
-    k, f = _log_reduced(lanes, u)
-    sum_ = _log_special(lanes, u, _log_sum(lanes, k, f, lanes.div(lost, u)))
-    tiny = lanes.compare("olt", lanes.fabs(x), lanes.const(2.0**-54))
-    return lanes.select(tiny, x, sum_)
 
 
 def pow(lanes: Lanes, x: str, y: str) -> str:
@@ -176,10 +167,7 @@ def _exp_long(lanes: Lanes, x: str, low: str) -> str:
     low = lanes.select(lanes.compare("oeq", clamped, x), low, lanes.const(0.0))
     n, r, lo = _exp_reduced(lanes, clamped)
     r, lo = two_sum(lanes, r, lanes.add(lo, low))
-    mantissa = lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo))
-    half = lanes.integer_op("ashr", n, lanes.whole(1))
-    once = lanes.mul(mantissa, _power_of_two(lanes, half))
-    return lanes.mul(once, _power_of_two(lanes, lanes.integer_op("sub", n, half)))
+    return _scaled(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
 
 
 def _pow_special(lanes: Lanes, x: str, y: str, size: str) -> str:

@@ -10,7 +10,6 @@ from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.emitter import Text
 from mafsil.kernels.layout import ALONE, BATCH, SINGLE, Signature
 from mafsil.kernels.program import Program
-from mafsil.kernels.remainder import far_function
 from mafsil.kernels.rows import blocks
 from mafsil.kernels.segments import Segment, segments
 from mafsil.kernels.staging import BODY, staging
@@ -48,8 +47,6 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
         huge, found = huge_function(target.fma, "#0")
         declared |= found
         lines.append(huge)
-    if operations & {"fmod", "remainder"}:
-        lines.append(far_function("#0"))
     bits = 64 * target.lanes
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
     weights = '!0 = !{!"branch_weights", i32 1, i32 1000000}'
@@ -101,7 +98,6 @@ def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline
         [
             *sorted(text.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
             huge if operations & {"sin", "cos", "tan"} else "",
-            far_function("#1") if operations & {"fmod", "remainder"} else "",
             f"{head} void @{name}({', '.join(_single_ports(signature))}) {'alwaysinline ' * inline}#1 {{",
             "entry:",
             *text.entry,

@@ -17,7 +17,6 @@ _ORDER: dict[str, Comparison] = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "u
 _PLAIN = "add sub mul div neg fma fms fnma fnms sqrt fabs copysign floor ceil sign fmin fmax"
 _EMIT: dict[str, Callable[..., str]] = {
     **{op: getattr(Lanes, op) for op in _PLAIN.split()},
-    **{op: transcendental.FUNCTIONS[op] for op in ("hypot", "fmod", "remainder")},
 }
 
 

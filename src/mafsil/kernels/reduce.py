@@ -212,8 +212,8 @@ _RULES: dict[str, Callable[..., int | None]] = {
     "div": _div,
     "not": _not,
     "if_else_zero": _if_else_zero,
-    **{op: _odd(op) for op in ["sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh"]},
-    **{op: _even(op) for op in ("cos", "cosh", "fabs")},
+    **{op: _odd(op) for op in ["sin", "tan", "asin", "atan", "tanh"]},
+    **{op: _even(op) for op in ("cos", "fabs")},
 }
 
 _FOLDS: dict[str, Callable[..., float]] = {
@@ -242,8 +242,6 @@ _FOLDS: dict[str, Callable[..., float]] = {
             "asin",
             "acos",
             "atan",
-            "sinh",
-            "cosh",
             "tanh",
             "atan2",
             "floor",

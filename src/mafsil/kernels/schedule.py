@@ -18,14 +18,7 @@ EXPENSIVE = TRIGONOMETRIC | frozenset(
         "acos",
         "atan",
         "atan2",
-        "sinh",
-        "cosh",
         "tanh",
-        "asinh",
-        "acosh",
-        "atanh",
-        "log1p",
-        "expm1",
     ]
 )
 """Operations made of many instructions; independent ones of a kind are computed side by side."""

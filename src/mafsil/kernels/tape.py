@@ -24,19 +24,12 @@ UNARY = frozenset(
         "asin",
         "acos",
         "atan",
-        "sinh",
-        "cosh",
         "tanh",
-        "asinh",
-        "acosh",
-        "atanh",
         "floor",
         "ceil",
         "fabs",
         "sign",
         "not",
-        "log1p",
-        "expm1",
     ]
 )
 BINARY = frozenset(
@@ -52,14 +45,11 @@ BINARY = frozenset(
         "ne",
         "and",
         "or",
-        "fmod",
-        "remainder",
         "copysign",
         "if_else_zero",
         "fmin",
         "fmax",
         "atan2",
-        "hypot",
     ]
 )
 FUSED = frozenset(("fma", "fms", "fnma", "fnms"))

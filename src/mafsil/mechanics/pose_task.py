@@ -1,4 +1,4 @@
-"""Iterations towards a pose as functions: the twist that is left, one bounded damped step, one step with a wish."""
+"""Iterations towards a pose as functions: the twist that is left, a bounded damped step, one with self-motion."""
 
 from __future__ import annotations
 
@@ -59,17 +59,17 @@ def step(
     return ex.Function("pose_step", goal.inputs, [ex.cse(ex.vertcat(goal.clipped(dq), goal.twist))])
 
 
-def step_with_wish(
+def step_with_self_motion(
     mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
 ) -> ex.Function:
-    """As `step`, of (q, T_sd, task, z): what the task leaves free moves as wished; then n numbers of that motion.
+    """As `step`, of (q, T_sd, task, z): what the task leaves free moves along z; then n numbers of that motion.
 
     dq = z + J# (e - J z),  self-motion = z - J# J z
 
     Reference: Liegeois, Automatic supervisory control of the configuration and behavior of multibody mechanisms, 1977.
 
     Args:
-        mechanism, frame, one_axis, relative, least, length: as of the step without a wish.
+        mechanism, frame, one_axis, relative, least, length: as of `step`.
     """
     goal = _Goal(mechanism, frame, one_axis)
     z = ex.symbol("z", goal.n)
@@ -84,7 +84,7 @@ def step_with_wish(
         free = ex.vertcat(*(ex.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
     free = free - _damped(J, J @ free, ex.Expression(least))
     moved = goal.clipped(towards + free)
-    return ex.Function("pose_step_with_wish", [*goal.inputs, z], [ex.cse(ex.vertcat(moved, goal.twist, free))])
+    return ex.Function("pose_step_with_self_motion", [*goal.inputs, z], [ex.cse(ex.vertcat(moved, goal.twist, free))])
 
 
 class _Goal:

@@ -2,6 +2,9 @@
 
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.laws import LAWS as LAWS
+from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
+from mafsil.trajectory.laws import TimeLaw as TimeLaw
 from mafsil.trajectory.limit_check import LimitCheck as LimitCheck
 from mafsil.trajectory.limit_check import Violation as Violation
 from mafsil.trajectory.limit_check import check as check
@@ -16,5 +19,6 @@ from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
 from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
+from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid

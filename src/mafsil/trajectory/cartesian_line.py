@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, gate, positive, require_finite
@@ -11,18 +9,11 @@ from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.cartesian_path import CartesianPath, Interpolation
+from mafsil.trajectory.laws import LawName, time_law
 from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import quintic
 from mafsil.trajectory.status import PlanStatus
-from mafsil.trajectory.trapezoid import trapezoid
-
-TimeLaw = Literal["quintic", "trapezoid"]
-
-BLEND = 0.25
-"""Share of the duration that each blend of the trapezoidal law takes."""
 
 
 @of_robot
@@ -32,7 +23,7 @@ def cartesian_line(
     T_goal: ArrayLike,
     *,
     duration: float | None = None,
-    law: TimeLaw = "quintic",
+    law: LawName = "quintic",
     interpolation: Interpolation = "straight",
     stretch: bool = False,
     frame: str | None = None,
@@ -45,7 +36,7 @@ def cartesian_line(
         q_start: (n,) [rad | m].
         T_goal: (4, 4) in {s}.
         duration: [s]; the shortest that the joints' velocities, accelerations and jerks allow if None.
-        law: time law along the path, `quintic` or `trapezoid`.
+        law: time law along the path, a name of `mafsil.trajectory.LAWS`.
         interpolation: `straight` (line, turning about one axis) or `screw`.
         stretch: take more time than `duration` if the limits need it.
         frame: name of a link; the tip if None.
@@ -63,7 +54,7 @@ def cartesian_line(
     if q.ndim != 1 or goal.ndim != 2:
         name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
         raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")
-    unit = _unit_law(law)
+    unit = time_law(law).unit()
     start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
     joints = follow(robot, CartesianPath(start, goal, interpolation), q, frame=frame, tolerance=tolerance)
     if joints.value is None or not joints.succeeded:
@@ -79,7 +70,7 @@ def timed(
     Args:
         robot: whose limits hold.
         unit: the motion, one second long.
-        duration: wanted [s], or None for the shortest.
+        duration: requested [s], or None for the shortest.
         stretch: take more time if the limits need it.
         residual: handed on: the deviation from the path.
     """
@@ -88,24 +79,13 @@ def timed(
         if shortest == 0.0:
             raise InputError("trajectory.no_duration")
         return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
-    wanted = positive("duration", duration)
-    motion = unit.stretched(wanted)
-    if wanted >= shortest * (1.0 - 1e-9):
-        return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": wanted})
+    requested = positive("duration", duration)
+    motion = unit.stretched(requested)
+    if requested >= shortest * (1.0 - 1e-9):
+        return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": requested})
     worst = check(motion, robot.limits, robot.joint_names).violations[0]
-    details = {"joint": worst.joint, "quantity": worst.quantity_name(), "wanted": wanted, "duration": shortest}
+    details = {"joint": worst.joint, "quantity": worst.quantity_name(), "requested": requested, "duration": shortest}
     if stretch:
         return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, details=details)
     details |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
     return Outcome(motion, PlanStatus.RATE_LIMIT, residual, details=details)
-
-
-def _unit_law(law: TimeLaw) -> PiecewisePolynomial:
-    """From 0 to 1 within one second."""
-    match law:
-        case "quintic":
-            return quintic(0.0, 1.0, 1.0)
-        case "trapezoid":
-            return trapezoid(0.0, 1.0, acceleration=1.0 / (BLEND * (1.0 - BLEND)), duration=1.0).value
-        case _:
-            raise InputError("input.choice", name="law", value=law, known="quintic, trapezoid")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
+from mafsil.answer import Answer
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.model import JointLimits
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.status import LimitStatus
 
 SAMPLES_PER_PIECE = 128
 
@@ -45,22 +49,42 @@ class Violation:
         return say("trajectory.exceeded", language=language, quantity=quantity, **details)
 
 
-@dataclass(frozen=True, slots=True)
-class LimitCheck:
-    """The verdict: `violations` is empty if the trajectory keeps every limit."""
+@dataclass(frozen=True, slots=True, repr=False)
+class LimitCheck(Answer):
+    """True if the trajectory keeps every limit; iterable over the violations.
+
+    Attributes:
+        violations: one for each limit that is exceeded, at its worst.
+    """
 
     violations: tuple[Violation, ...]
 
-    @property
-    def ok(self) -> bool:
-        """Whether every limit is kept."""
+    def __bool__(self) -> bool:
         return not self.violations
+
+    def __len__(self) -> int:
+        return len(self.violations)
+
+    def __iter__(self) -> Iterator[Violation]:
+        return iter(self.violations)
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    @property
+    def status(self) -> LimitStatus:
+        """Whether every limit is kept."""
+        return LimitStatus.EXCEEDED if self.violations else LimitStatus.KEPT
 
     def explain(self, language: str | None = None) -> str:
         """One line per violation, or a sentence that there is none."""
-        if self.ok:
-            return say("trajectory.within_limits", language=language)
+        if not self.violations:
+            return self.status.sentence(language)
         return "\n".join(violation.explain(language) for violation in self.violations)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Status and violations as plain data."""
+        return {"status": self.status.name, "violations": [asdict(violation) for violation in self.violations]}
 
 
 def check(

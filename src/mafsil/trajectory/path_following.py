@@ -71,7 +71,7 @@ def follow(
             continue
         deviation = tracker.deviation(outcome.value)
         if deviation <= tolerance + slack:
-            return Outcome(outcome.value, PlanStatus.PLANNED, deviation, pieces)
+            return Outcome(outcome.value, PlanStatus.FOLLOWED, deviation, pieces)
         if pieces >= MOST_PIECES:
             return Outcome(
                 outcome.value, PlanStatus.DEVIATES, deviation, pieces, details={"tolerance": tolerance + slack}
@@ -109,7 +109,7 @@ class _Tracker:
             knots.append((q, *self._slopes(end, q)))
         h = 1.0 / pieces
         coefficients = [quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for a, b in pairwise(knots)]
-        return Outcome(PiecewisePolynomial.from_pieces([h] * pieces, coefficients), PlanStatus.PLANNED)
+        return Outcome(PiecewisePolynomial.from_pieces([h] * pieces, coefficients), PlanStatus.FOLLOWED)
 
     def deviation(self, joints: PiecewisePolynomial) -> float:
         """Largest pose error in the middle of the pieces, where it is greatest."""

@@ -11,11 +11,12 @@ from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.limit_check import derivative, extreme_times
 from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
 
-@dataclass(frozen=True, eq=False)
-class PathMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class PathMotion(Printed):
     """u(t) = path(s(t)).
 
     Attributes:

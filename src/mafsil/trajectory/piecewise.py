@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, moving_at, times
+from mafsil.trajectory.overview import Printed
 
 
-@dataclass(frozen=True, eq=False)
-class PiecewisePolynomial:
+@dataclass(frozen=True, eq=False, repr=False)
+class PiecewisePolynomial(Printed):
     """u(t) = sum_k coefficients[i, k] (t - knots[i])^k for knots[i] <= t < knots[i + 1].
 
     Attributes:

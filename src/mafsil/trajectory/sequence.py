@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, Trajectory, moving_at, times
+from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.polynomial import rest
 
 
-@dataclass(frozen=True, eq=False)
-class Sequence:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sequence(Printed):
     """Parts one after the other.
 
     Attributes:

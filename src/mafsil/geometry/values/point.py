@@ -7,7 +7,7 @@ from typing import Any, ClassVar, cast, overload
 
 import numpy as np
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, Scalar, gate
 from mafsil.errors import InputError
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.linear import Linear
@@ -39,11 +39,11 @@ class Vector(Linear):
         """The same vector with components in another length unit."""
         return replace(self, array=self.array * _factor(self.unit, unit), unit=unit)
 
-    def length(self) -> Any:
+    def length(self) -> Scalar:
         """(*batch) length, in the unit."""
         return np.linalg.norm(self.array, axis=-1)
 
-    def dot(self, other: Vector) -> Any:
+    def dot(self, other: Vector) -> Scalar:
         """(*batch) inner product, in the unit of this vector squared."""
         right = self.matched("dot", other)
         labels.same("dot", self.frame, right.frame)
@@ -89,7 +89,7 @@ class Point(Value):
         """The same point with coordinates in another length unit."""
         return replace(self, array=self.array * _factor(self.unit, unit), unit=unit)
 
-    def distance(self, other: Point) -> Any:
+    def distance(self, other: Point) -> Scalar:
         """(*batch) distance, in the unit of this point."""
         if not isinstance(cast(object, other), Point):
             raise operands("distance", self, other)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6
+from mafsil.arrays import Floats, Matrix6, Vector3, Vector6
 from mafsil.geometry import pose as functions
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.labels import Frames
@@ -81,7 +81,7 @@ class Pose(Value):
         """T_ba."""
         return Pose(functions.inverse(self.array), labels.reversed_frames(self.frames))
 
-    def adjoint(self) -> Floats:
+    def adjoint(self) -> Matrix6:
         """(*batch, 6, 6) Ad(T_ab)."""
         return functions.adjoint(self.array)
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, real_array
+from mafsil.arrays import Floats, Quaternion, Scalar, Vector3, real_array
 from mafsil.errors import InputWarning, warn
 from mafsil.geometry import euler, quaternion
 from mafsil.geometry import rotation as functions
@@ -83,19 +83,19 @@ class Rotation(Value):
         return cls(functions.project(M), frames)
 
     @classmethod
-    def random(cls, rng: np.random.Generator, batch: int | tuple[int, ...] = ()) -> Rotation:
-        """Uniform over SO(3)."""
-        return cls(functions.random(rng, batch))
+    def random(cls, seed: int | np.random.Generator, batch: int | tuple[int, ...] = ()) -> Rotation:
+        """Uniform over SO(3); the seed is a whole number, or a NumPy generator, which moves on."""
+        return cls(functions.random(seed, batch))
 
     def log(self) -> Vector3:
         """(*batch, 3) principal exponential coordinates [rad]."""
         return functions.log(self.array)
 
-    def axis_angle(self) -> tuple[Vector3, Any]:
+    def axis_angle(self) -> tuple[Vector3, Scalar]:
         """Unit axis (*batch, 3) and angle (*batch) in [0, pi] [rad]."""
         return functions.to_axis_angle(self.array)
 
-    def quaternion(self) -> Floats:
+    def quaternion(self) -> Quaternion:
         """(*batch, 4) unit quaternion, w >= 0."""
         return quaternion.to_quaternion(self.array)
 
@@ -136,7 +136,7 @@ class Rotation(Value):
         """(*batch, 3) the operator's reading: vectors (*batch, 3) turned within one frame."""
         return functions.apply(self.array, x)
 
-    def angle_to(self, other: Rotation) -> Any:
+    def angle_to(self, other: Rotation) -> Scalar:
         """(*batch) angle [rad] of the shortest turn to another rotation."""
         return functions.angle_between(self.array, other.array)
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3
+from mafsil.arrays import Floats, Scalar, Vector3
 from mafsil.errors import InputError
 from mafsil.geometry import membership
 from mafsil.geometry import screw as functions
@@ -47,19 +47,19 @@ class ScrewAxis(Value):
         return cls(functions.from_direction(direction), frame)
 
     @classmethod
-    def of_twist(cls, V: Twist) -> tuple[ScrewAxis, Any]:
+    def of_twist(cls, V: Twist) -> tuple[ScrewAxis, Scalar]:
         """Instantaneous screw of a twist and its rate (*batch): V = S rate.
 
         Raises:
             InputError: the zero twist has no axis.
         """
-        S, rate = functions.normalized(V.array), functions.magnitude(V.array)
+        S, rate = functions.normalised(V.array), functions.magnitude(V.array)
         if np.any(np.asarray(rate) == 0):
             raise InputError("geometry.identity_log", name="V")
         return cls(S, V.frame), rate
 
     @classmethod
-    def of_displacement(cls, T: Pose) -> tuple[ScrewAxis, Any]:
+    def of_displacement(cls, T: Pose) -> tuple[ScrewAxis, Scalar]:
         """Screw of a displacement and its amount (*batch) [rad], or [m] of a translation: T = exp([S] amount).
 
         Raises:
@@ -82,7 +82,7 @@ class ScrewAxis(Value):
         return functions.nearest_point(self.array)
 
     @property
-    def pitch(self) -> Any:
+    def pitch(self) -> Scalar:
         """(*batch) pitch [m/rad]; infinite for translations."""
         return functions.pitch(self.array)
 

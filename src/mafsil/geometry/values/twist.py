@@ -8,7 +8,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Vector3, gate
 from mafsil.geometry import twist as functions
 from mafsil.geometry import wrench as wrench_functions
 from mafsil.geometry.values import labels
@@ -58,7 +58,7 @@ class Twist(Linear):
         """(*batch, 3) velocity [m/s] of the body point at (*batch, 3) [m]."""
         return functions.point_velocity(self.array, point)
 
-    def power(self, wrench: Wrench) -> Any:
+    def power(self, wrench: Wrench) -> Scalar:
         """(*batch) V . F [W]; both must be in one frame."""
         if not isinstance(cast(object, wrench), Wrench):
             raise operands("power", self, wrench)

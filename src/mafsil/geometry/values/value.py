@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from mafsil.arrays import Floats, frozen, real_array
+from mafsil.arrays import Floats, Truth, frozen, real_array
 from mafsil.errors import OperandError
 
 
@@ -112,7 +112,7 @@ class Value(ABC):
     def __rmul__(self, other: Any) -> Any:
         raise operands("*", other, self)
 
-    def close_to(self, other: Self, tolerance: float = 1e-12) -> Any:
+    def close_to(self, other: Self, tolerance: float = 1e-12) -> Truth:
         """(*batch) whether all numbers agree within the tolerance."""
         difference = np.abs(self.array - other.array)
         return difference.max(axis=tuple(range(-self.core, 0))) <= tolerance

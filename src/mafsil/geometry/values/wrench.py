@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Vector3, gate
 from mafsil.geometry import wrench as functions
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.linear import Linear
@@ -58,7 +58,7 @@ class Wrench(Linear):
         return self.array[..., 3:]
 
     @property
-    def pitch(self) -> Any:
+    def pitch(self) -> Scalar:
         """(*batch) m.f / |f|^2 [m]."""
         return functions.pitch(self.array)
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
-from mafsil.ik.answers.batch import VERDICTS, Columns, finite_poses
+from mafsil.ik.answers.batch import Columns, finite_poses
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.eliminated import Eliminated, eliminated
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.fixed import answered
+from mafsil.ik.status import CODES, IKStatus
 
 PROBE = 8
 """Poses after which it is known whether elimination proves the lists of an arm."""
@@ -53,13 +53,13 @@ def one_by_one(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: fl
         codes[:, : proven.q.shape[1]] = UNNAMED if proven.codes is None else proven.codes
     good = residual <= tolerance
     within = good & ((q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)).all(axis=-1)
-    status = np.where(within.any(axis=1), VERDICTS.index(Verdict.SOLVED), VERDICTS.index(Verdict.BEYOND_LIMITS))
-    status[~good.any(axis=1)] = VERDICTS.index(Verdict.OUT_OF_REACH)
-    status[~valid] = VERDICTS.index(Verdict.NOT_A_POSE)
+    status = np.where(within.any(axis=1), CODES[IKStatus.SOLVED], CODES[IKStatus.BEYOND_LIMITS])
+    status[~good.any(axis=1)] = CODES[IKStatus.OUT_OF_REACH]
+    status[~valid] = CODES[IKStatus.NOT_A_POSE]
     for i, one in answers.items():
         k = len(one)
         q[i, :k], residual[i, :k], within[i, :k], codes[i, :k] = one.own, one.residual, one.within, one.codes
-        loose[i, :k], good[i, :k], status[i] = one.own_free, True, VERDICTS.index(one.status)
+        loose[i, :k], good[i, :k], status[i] = one.own_free, True, CODES[one.status]
     return Columns(q, good, within, residual, codes, loose, status.astype(np.int8))
 
 

@@ -15,13 +15,12 @@ from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import FARTHEST, clean_poses
+from mafsil.ik.status import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 
-VERDICTS = tuple(Verdict)
-_MEMBERS = np.array(VERDICTS, dtype=np.object_)
+_MEMBERS = np.array(STATUSES, dtype=np.object_)
 
 
 class Columns(NamedTuple):
@@ -110,7 +109,7 @@ class SolutionBatch(Answer):
 
     @lazy
     def status_codes(self) -> NDArray[np.int8]:
-        """(*batch,) index into `Verdict`'s members, in order."""
+        """(*batch,) index into `IKStatus`'s members, in order."""
         return self._certified.status.reshape(self.q.shape[:-2])
 
     def __len__(self) -> int:
@@ -158,7 +157,7 @@ class SolutionBatch(Answer):
 
     @property
     def status(self) -> NDArray[np.object_]:
-        """(*batch,) what can be said about each pose, members of `Verdict`."""
+        """(*batch,) what can be said about each pose, members of `IKStatus`."""
         return _MEMBERS[self.status_codes]
 
     def explain(self, *index: int, language: str | None = None) -> str:
@@ -171,16 +170,16 @@ class SolutionBatch(Answer):
             return self[index].explain(language)
         lines = [say("ik.batch", language=language, solved=int(self.solved.sum()), count=self.solved.size)]
         for code in np.unique(self.status_codes):
-            verdict, count = VERDICTS[int(code)], int((self.status_codes == code).sum())
+            count = int((self.status_codes == code).sum())
             first = ", ".join(str(int(i[0])) for i in np.nonzero(self.status_codes == code))
-            name = say(f"ik.name_{verdict.name.lower()}", language=language)
-            lines.append(say("ik.batch_status", language=language, status=name, count=count, first=first))
+            status = STATUSES[int(code)].sentence(language)
+            lines.append(say("ik.batch_status", language=language, status=status, count=count, first=first))
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
         return {
-            "status": [verdict.name.lower() for verdict in self.status.ravel()],
+            "status": [status.name.lower() for status in self.status.ravel()],
             "solved": self.solved,
             "q": self.q,
             "valid": self.valid,

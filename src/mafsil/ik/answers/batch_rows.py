@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import FARTHEST
-
-VERDICTS = tuple(Verdict)
+from mafsil.ik.status import CODES, IKStatus
 
 
 class BatchRows:
@@ -24,7 +22,7 @@ class BatchRows:
         residual: (k, rows) by how much they miss.
         codes: (k, rows) branches as numbers.
         free: (k, rows) sum of 2^i over the coordinates that may be chosen.
-        status: (k,) index of the verdict; at first that of no poses.
+        status: (k,) index of the status; at first that of no poses.
     """
 
     def __init__(self, count: int, rows: int, n: int) -> None:
@@ -33,18 +31,18 @@ class BatchRows:
         self.residual: Floats = np.full(shape, np.nan)
         self.valid, self.within = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
         self.codes, self.free = np.zeros(shape, dtype=np.int16), np.zeros(shape, dtype=np.int32)
-        self.status = np.full(count, VERDICTS.index(Verdict.NOT_A_POSE), dtype=np.int8)
+        self.status = np.full(count, CODES[IKStatus.NOT_A_POSE], dtype=np.int8)
 
-    def verdicts(self, which: NDArray[np.bool_] | NDArray[np.intp], verdict: Verdict) -> None:
-        """The verdict of some poses."""
-        self.status[which] = VERDICTS.index(verdict)
+    def set_status(self, which: NDArray[np.bool_] | NDArray[np.intp], status: IKStatus) -> None:
+        """Set the status of some poses."""
+        self.status[which] = CODES[status]
 
     def write(self, i: int, answer: SolutionSet) -> None:
         """A careful answer into the rows of its pose, as far as there are any."""
         k = min(len(answer), self.q.shape[1])
         self.q[i, :k], self.residual[i, :k], self.codes[i, :k] = answer.own[:k], answer.residual[:k], answer.codes[:k]
         self.valid[i, :k], self.within[i, :k], self.free[i, :k] = True, answer.within[:k], answer.own_free[:k]
-        self.status[i] = VERDICTS.index(answer.status)
+        self.status[i] = CODES[answer.status]
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:

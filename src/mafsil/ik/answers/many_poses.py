@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
-from mafsil.ik.answers.batch import VERDICTS, Columns, SolutionBatch
+from mafsil.ik.answers.batch import Columns, SolutionBatch
 from mafsil.ik.answers.continua import moving_joints
 from mafsil.ik.answers.details import Decision, Facts
 from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
@@ -25,11 +25,11 @@ from mafsil.ik.answers.refusal import beyond_reach, missed_step, out_of_plane, r
 from mafsil.ik.answers.search_batch import search_batch, searched
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import Missed
 from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
@@ -42,8 +42,6 @@ FEW = 256
 
 _WORK: list[Floats] = []
 """Room for details, one for each thread that asks: fresh memory takes the system longer than the kernel its numbers."""
-
-_CODE = {verdict: code for code, verdict in enumerate(VERDICTS)}
 
 
 def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance: float) -> SolutionBatch:
@@ -157,7 +155,7 @@ class _Judged:
         np.logical_and(columns.within, columns.valid, out=columns.within)
         with np.errstate(invalid="ignore"):
             columns.codes[...] = details.code
-        np.multiply(_no_row(columns.within), _CODE[Verdict.BEYOND_LIMITS], out=columns.status, casting="unsafe")
+        np.multiply(_no_row(columns.within), CODES[IKStatus.BEYOND_LIMITS], out=columns.status, casting="unsafe")
 
     def mark_moving(self) -> None:
         """Free coordinates and statuses of exact solutions that may move though no joint of the closed form is free."""
@@ -177,7 +175,7 @@ class _Judged:
         columns.codes[rest.at] = np.nan_to_num(rest.details.code)
         none = rest.at[rest.decision == Decision.NO_POSE]
         columns.valid[none], columns.within[none] = False, False
-        columns.status[none] = _CODE[Verdict.NOT_A_POSE]
+        columns.status[none] = CODES[IKStatus.NOT_A_POSE]
         self._refuse(columns, rest.where(rest.decision == Decision.NONE))
         exact = rest.where((rest.decision == Decision.REPEATED) | (rest.decision == Decision.MEETING))
         if len(exact.at):
@@ -207,22 +205,22 @@ class _Judged:
         self._judge(columns, at)
         # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
         decided = ~lists.within.any(axis=1) & (lists.free > 0).any(axis=1)
-        columns.status[at[decided]] = _CODE[Verdict.BEYOND_LIMITS]
+        columns.status[at[decided]] = CODES[IKStatus.BEYOND_LIMITS]
         self._refuse(columns, rest.where(_no_row(lists.valid)))
 
     def _judge(self, columns: Columns, at: NDArray[np.intp]) -> None:
         """The statuses of poses with solutions."""
         none, moving = _no_row(columns.within[at]), (columns.free[at] > 0).any(axis=1)
-        status = np.where(none, _CODE[Verdict.BEYOND_LIMITS], _CODE[Verdict.SOLVED])
-        status[~none & moving] = _CODE[Verdict.CONTINUUM]
-        status[none & moving] = _CODE[Verdict.NOT_FOUND_WITHIN_LIMITS]
+        status = np.where(none, CODES[IKStatus.BEYOND_LIMITS], CODES[IKStatus.SOLVED])
+        status[~none & moving] = CODES[IKStatus.CONTINUUM]
+        status[none & moving] = CODES[IKStatus.NOT_FOUND_WITHIN_LIMITS]
         columns.status[at] = status
 
     def _refuse(self, columns: Columns, rest: _Rest) -> None:
         """The statuses of poses without a solution: what the closed form proves."""
         setting, at = self.setting, rest.at
         columns.valid[at], columns.within[at] = False, False
-        columns.status[at] = _CODE[Verdict.OUT_OF_REACH]
+        columns.status[at] = CODES[IKStatus.OUT_OF_REACH]
         if not setting.few or setting.task != "pose" or not len(at):
             return
         elsewhere = np.zeros(len(at), dtype=np.bool_)
@@ -233,7 +231,7 @@ class _Judged:
         open_poses = np.flatnonzero(~elsewhere)
         if len(open_poses):
             elsewhere[open_poses] = reached_places(setting, rest.T[open_poses])
-        columns.status[at[elsewhere]] = _CODE[Verdict.NOT_OF_THIS_ARM]
+        columns.status[at[elsewhere]] = CODES[IKStatus.NOT_OF_THIS_ARM]
 
 
 def _empty(q: JointVector) -> Columns:
@@ -267,4 +265,4 @@ def _place(columns: Columns, i: int, answer: SolutionSet) -> None:
     for family in answer.families:
         columns.free[i, rows[kept == family.solution]] |= 1 << answer.own_names.index(family.joint)
     columns.valid[i, rows], columns.within[i, rows] = True, answer.within[kept]
-    columns.status[i] = _CODE[answer.status]
+    columns.status[i] = CODES[answer.status]

@@ -24,10 +24,10 @@ from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.start import Start, start_of
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_missing, refined
+from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
 
@@ -297,7 +297,7 @@ class Question:
         return self.search.tried
 
     @lazy
-    def verdict(self) -> Verdict:
+    def verdict(self) -> IKStatus:
         """What is said where there is no solution; the nearest pose is sought only where it matters for that."""
         setting = self.setting
         if setting.few or not setting.decisive:

@@ -13,10 +13,10 @@ from mafsil.ik.answers.question import LOOSE
 from mafsil.ik.answers.redundant_single import careful_question
 from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, parameter_values
 from mafsil.ik.redundant.parametric_form import parametric_form
+from mafsil.ik.status import IKStatus
 
 CHUNK = 4096
 """Poses whose details are held at once."""
@@ -64,12 +64,12 @@ def redundant_batch(setting: Setting, T: PoseMatrix, near: JointVector, toleranc
         out.q[rows], out.residual[rows], out.valid[rows] = q, details[..., 0], good
         out.within[rows] = good & (details[..., 3] <= INSIDE)
         out.codes[rows], out.free[rows] = np.nan_to_num(details[..., 1]), np.where(good, bits, 0)
-        out.verdicts(begin + regular, Verdict.CONTINUUM)
-        out.verdicts(begin + regular[~starts.allowed[regular]], Verdict.BEYOND_LIMITS)
+        out.set_status(begin + regular, IKStatus.CONTINUUM)
+        out.set_status(begin + regular[~starts.allowed[regular]], IKStatus.BEYOND_LIMITS)
         # 4.
         left = np.setdiff1d(np.flatnonzero(valid), regular, assume_unique=True)
         proven = np.array([_proven(setting, poses[i], starts, int(i), tolerance) for i in left], dtype=np.bool_)
-        out.verdicts(begin + left[proven], Verdict.OUT_OF_REACH)
+        out.set_status(begin + left[proven], IKStatus.OUT_OF_REACH)
         # 5.
         for i in left[~proven]:
             question = careful_question(setting, form, poses[i], near, tolerance, None, starts, int(i))

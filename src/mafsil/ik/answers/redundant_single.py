@@ -11,10 +11,10 @@ from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
+from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import preset
 
 
@@ -98,7 +98,7 @@ def regular_answer(
         complete=False,
         isolated=False,
     )
-    preset(answer, status=Verdict.CONTINUUM)
+    preset(answer, status=IKStatus.CONTINUUM)
     return answer
 
 

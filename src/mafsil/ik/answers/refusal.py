@@ -13,10 +13,10 @@ from mafsil.geometry import pose
 from mafsil.ik.answers.branch import missed
 from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_missing, misses, residuals
 from mafsil.ik.result import IKResult, rounded_up
+from mafsil.ik.status import IKStatus
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, Missed
 from mafsil.messages import say
 
@@ -51,7 +51,7 @@ class Refusal:
         steps: keys of the sentences about what misses: place or orientation, and which step of the closed form.
     """
 
-    verdict: Verdict
+    verdict: IKStatus
     details: Mapping[str, object]
     q: JointVector
     residual: float
@@ -131,11 +131,11 @@ def refusal(
         allowed = _PLACE if position > tolerance else (Missed.ORIENTATION,)
         return Refusal(verdict, known, q, residual, _reasons(kind, allowed))
     if len(places):
-        return Refusal(Verdict.NOT_OF_THIS_ARM, known, q, residual, ("ik.part_orientation",))
+        return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, ("ik.part_orientation",))
     if kind in _PLACE:
-        return Refusal(Verdict.OUT_OF_REACH, known, q, residual, _reasons(kind, _PLACE))
+        return Refusal(IKStatus.OUT_OF_REACH, known, q, residual, _reasons(kind, _PLACE))
     part = "ik.part_place" if rotation <= tolerance else "ik.part_both"
-    return Refusal(Verdict.NOT_OF_THIS_ARM, known, q, residual, (part,))
+    return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, (part,))
 
 
 def _reasons(kind: Missed, allowed: Container[Missed]) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ def _reasons(kind: Missed, allowed: Container[Missed]) -> tuple[str, ...]:
     return (STEPS[kind],) if kind in allowed else ()
 
 
-def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -> Verdict:
+def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -> IKStatus:
     """What is said of a pose without a solution, but that an arm of few joints may reach the place alone.
 
     Args:
@@ -152,10 +152,10 @@ def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -
         proven: whether it is proven that there is none.
     """
     if beyond_reach(setting, T):
-        return Verdict.OUT_OF_REACH
+        return IKStatus.OUT_OF_REACH
     if out_of_plane(setting, T):
-        return Verdict.OUT_OF_REACH if setting.task == "position" else Verdict.NOT_OF_THIS_ARM
-    return Verdict.OUT_OF_REACH if proven else Verdict.NOT_FOUND
+        return IKStatus.OUT_OF_REACH if setting.task == "position" else IKStatus.NOT_OF_THIS_ARM
+    return IKStatus.OUT_OF_REACH if proven else IKStatus.NOT_FOUND
 
 
 def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:

@@ -46,7 +46,7 @@ class Search:
         if setting.task == "pose":
             self.tried["free_starts"] += SEARCHES * (FREE_RESTARTS + 1)
             some = [
-                solve_ik(setting.robot, self.T, limits=False, restarts=FREE_RESTARTS, rng=k) for k in range(SEARCHES)
+                solve_ik(setting.robot, self.T, limits=False, restarts=FREE_RESTARTS, seed=k) for k in range(SEARCHES)
             ]
             q = np.array([one.q for one in some if one.all_solved]).reshape(-1, setting.robot.n)
         else:
@@ -65,10 +65,10 @@ class Search:
         from mafsil.ik.numerical import solve_ik
 
         setting = self.setting
-        for rng in range(SEARCHES // 2):
+        for seed in range(SEARCHES // 2):
             self.tried["starts"] += RESTARTS + 1
             one = solve_ik(
-                setting.robot, self.T, task=setting.task, tolerance=self.tolerance, restarts=RESTARTS, rng=rng
+                setting.robot, self.T, task=setting.task, tolerance=self.tolerance, restarts=RESTARTS, seed=seed
             )
             if one.all_solved:
                 return self._polished(one.q[None])

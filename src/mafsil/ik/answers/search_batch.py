@@ -15,9 +15,9 @@ from mafsil.ik.answers.question import SELF_MOTION, Question
 from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.refine import misses, refined, residuals
+from mafsil.ik.status import IKStatus
 
 SAMPLES = 16
 """Random configurations from which the rank of the Jacobian at regular ones is read."""
@@ -55,7 +55,7 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
     """
     clean, valid = clean_poses(finite_poses(T))
     n = setting.robot.n
-    verdict = Verdict.CONTINUUM if regular_rank(setting) < n else Verdict.SOLVED
+    verdict = IKStatus.CONTINUUM if regular_rank(setting) < n else IKStatus.SOLVED
     q, residual, sure = np.full((len(T), n), np.nan), np.full(len(T), np.nan), np.zeros(len(T), dtype=np.bool_)
     for begin in range(0, len(T), CHUNK):
         part = begin + np.flatnonzero(valid[begin : begin + CHUNK])
@@ -72,7 +72,7 @@ def search_batch(setting: Setting, T: PoseMatrix, near: JointVector, tolerance: 
     if sure.any():
         out.q[sure, 0], out.residual[sure, 0] = q[sure], residual[sure]
         out.valid[sure, 0] = out.within[sure, 0] = True
-        out.verdicts(sure, verdict)
+        out.set_status(sure, verdict)
     for i, answer in careful.items():
         out.write(i, answer)
     return out.columns
@@ -93,11 +93,11 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
 
     robot, mask = setting.robot, setting.mask
     q, residual = np.full((len(T), robot.n), np.nan), np.full(len(T), np.nan)
-    for rng in range(SEARCHES // 2):
+    for seed in range(SEARCHES // 2):
         rows = np.flatnonzero(np.isnan(residual))
         if not len(rows):
             break
-        found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, rng=rng)
+        found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
         before = residuals(misses(robot, start, T[rows], mask, None))
         better, after = refined(robot, start, T[rows], mask, None)

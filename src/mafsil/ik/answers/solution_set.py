@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.details import Facts
 from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.verdict import Verdict
+from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import INSIDE
 from mafsil.messages import say
@@ -31,6 +31,18 @@ TOLERANCE = 1e-9
 
 DEPENDENT = 1e-6
 """Singular values, relative to the largest, below which joint axes depend on each other."""
+
+
+SENTENCES = {
+    IKStatus.SOLVED: "ik.set_solved",
+    IKStatus.CONTINUUM: "ik.set_continuum",
+    IKStatus.BEYOND_LIMITS: "ik.set_beyond_limits",
+    IKStatus.OUT_OF_REACH: "ik.set_out_of_reach",
+    IKStatus.NOT_OF_THIS_ARM: "ik.set_not_of_this_arm",
+    IKStatus.NOT_FOUND: "ik.set_not_found",
+    IKStatus.NOT_FOUND_WITHIN_LIMITS: "ik.set_not_found_within_limits",
+}
+"""How the answer to one pose explains a status, with its numbers."""
 
 
 @dataclass(frozen=True)
@@ -174,17 +186,17 @@ class SolutionSet(Answer):
         return iter(self.q)
 
     @lazy
-    def status(self) -> Verdict:
+    def status(self) -> IKStatus:
         """What can be said."""
         if not len(self.q):
             return self._question.verdict
         moving = bool(self.own_free.any()) or (not self._isolated and len(self.families) > 0)
         if self.within.any():
-            return Verdict.CONTINUUM if moving else Verdict.SOLVED
+            return IKStatus.CONTINUUM if moving else IKStatus.SOLVED
         # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.
         decided = "_details" in vars(self) and bool((Facts.of(self._details).free[self._chosen] > 0).any())
         proven = (self.complete and not moving) or decided or self._question.refuted
-        return Verdict.BEYOND_LIMITS if proven else Verdict.NOT_FOUND_WITHIN_LIMITS
+        return IKStatus.BEYOND_LIMITS if proven else IKStatus.NOT_FOUND_WITHIN_LIMITS
 
     @lazy
     def details(self) -> Mapping[str, object]:
@@ -279,7 +291,7 @@ class SolutionSet(Answer):
         details = dict(self.details)
         if not len(self.q):
             details |= self._question.refusal.words(language)
-        lines = [self.status.sentence(language, **details)]
+        lines = [say(SENTENCES[self.status], language=language, **details)]
         if not len(self.q):
             lines += [say(key, language=language, **details) for key in self._question.refusal.steps]
         alike: dict[tuple[str, str], list[int]] = {}

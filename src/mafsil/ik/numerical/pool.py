@@ -47,15 +47,15 @@ class Pool:
         return len(self.begins) - 1
 
 
-def pool_of(problem: PoseProblem, task: PoseTask, rng: int) -> Pool:
+def pool_of(problem: PoseProblem, task: PoseTask, seed: int) -> Pool:
     """The samples of a generator's seed, in cells around some of them.
 
     Args:
         problem: the frame and its bounds.
         task: what counts of a pose.
-        rng: seed.
+        seed: of the random samples.
     """
-    q = problem.sample(np.random.default_rng(rng), SAMPLES)
+    q = problem.sample(np.random.default_rng(seed), SAMPLES)
     T = problem.poses(q)
     # |R - R'| ~ sqrt(2) angle, |a - a'| ~ angle.
     turning = float(task.turns) * (1.0 if task.one_axis else np.sqrt(0.5))

@@ -94,9 +94,9 @@ class PoseProblem:
         """Of (q, T_sd, task) to (q_next, e): one bounded damped step."""
         return _kernel("step", self.robot.mechanism, self.frame, one_axis)
 
-    def step_with_wish(self, one_axis: bool) -> Kernel:
+    def step_with_self_motion(self, one_axis: bool) -> Kernel:
         """Of (q, T_sd, task, z) to (q_next, e, self-motion)."""
-        return _kernel("step_with_wish", self.robot.mechanism, self.frame, one_axis)
+        return _kernel("step_with_self_motion", self.robot.mechanism, self.frame, one_axis)
 
     def check(self, one_axis: bool) -> Kernel:
         """Of (q, T_sd, task) to (T_sf, e)."""
@@ -137,8 +137,8 @@ def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
 def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) -> Kernel:
     n = mechanism.n
     inputs = (Port("q", (n,)), Port("T_sd", (4, 4)), Port("task", (9 + 2 * n,)))
-    size = {"check": 22, "step": n + 6, "step_with_wish": 2 * n + 6}[what]
-    if what == "step_with_wish":
+    size = {"check": 22, "step": n + 6, "step_with_self_motion": 2 * n + 6}[what]
+    if what == "step_with_self_motion":
         inputs = (*inputs, Port("z", (n,)))
     numbers = () if what == "check" else (RELATIVE_DAMPING, SMALLEST_DAMPING, unit_length(mechanism, frame))
     return kernels.compile(
@@ -156,5 +156,5 @@ def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, n
 
     if what == "check":
         return pose_task.check(mechanism, frame, one_axis)
-    build = {"step": pose_task.step, "step_with_wish": pose_task.step_with_wish}[what]
+    build = {"step": pose_task.step, "step_with_self_motion": pose_task.step_with_self_motion}[what]
     return build(mechanism, frame, one_axis, *numbers)

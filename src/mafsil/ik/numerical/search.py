@@ -134,15 +134,15 @@ class Plan:
         return out, distance
 
 
-def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
+def plan_of(problem: PoseProblem, task: PoseTask, seed: int) -> Plan:
     """The plan of a search.
 
     Args:
         problem: the frame and its bounds.
         task: what counts.
-        rng: seed of the starts.
+        seed: of the sampled starts.
     """
-    pool = pool_of(problem, task, rng)
+    pool = pool_of(problem, task, seed)
     centre, radius = problem.reach
     head = np.zeros(places.TASK)
     head[places.JOINTS], head[places.SAMPLES], head[places.CELLS] = problem.robot.n, len(pool.samples), pool.cells
@@ -158,11 +158,11 @@ def plan_of(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
 
 
 @lru_cache(maxsize=32)
-def cached_plan(problem: PoseProblem, task: PoseTask, rng: int) -> Plan:
+def cached_plan(problem: PoseProblem, task: PoseTask, seed: int) -> Plan:
     """As `plan_of`, made once.
 
     Args:
         problem, task: for which the plan is made.
-        rng: source of seeds.
+        seed: of the sampled starts.
     """
-    return plan_of(problem, task, rng)
+    return plan_of(problem, task, seed)

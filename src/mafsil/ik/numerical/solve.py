@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_finite, require_kind, whole
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError, MafsilWarning, ModelError, warn
 from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.block_loops import ATTEMPTS
-from mafsil.ik.numerical.careful import CarefulSearch
-from mafsil.ik.numerical.posture import posture_goal
-from mafsil.ik.numerical.quick import SOLVED, QuickSearch, Report, hashable, search_of
+from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
+from mafsil.ik.numerical.full_search import FullSearch
+from mafsil.ik.numerical.preferred import preferred_configuration
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -31,15 +32,19 @@ MOST_KNOWN = 64
 MOST_RESTARTS = 2**31 - 1
 """As for all whole numbers of a user."""
 
-_known: dict[tuple[Any, ...], QuickSearch] = {}
-_NOT_A_POSE = STATUSES.index(IKStatus.NOT_A_POSE)
+_known: dict[tuple[Any, ...], FastSearch] = {}
+_NOT_A_POSE = CODES[IKStatus.NOT_A_POSE]
 _POSE, _DOUBLE = (4, 4), np.dtype(np.float64)
+
+
+class RenamedArgument(MafsilWarning, DeprecationWarning):
+    """An argument is given under the name that it had before."""
 
 
 def solve_ik(
     robot: RobotLike,
     T_sd: ArrayLike,
-    seed: ArrayLike | None = None,
+    q0: ArrayLike | None = None,
     *,
     frame: str | None = None,
     task: TaskKind = "pose",
@@ -47,12 +52,12 @@ def solve_ik(
     weights: ArrayLike | None = None,
     tolerance: float = 1e-10,
     rotation_tolerance: float | None = None,
-    posture: ArrayLike | None = None,
-    posture_weights: ArrayLike | None = None,
+    q_preferred: ArrayLike | None = None,
+    preferred_weights: ArrayLike | None = None,
     restarts: int = 255,
     seconds: float | None = None,
     limits: bool = True,
-    rng: int = 0,
+    seed: int = 0,
 ) -> IKResult:
     """Joint vectors that bring a frame to wanted poses.
 
@@ -67,8 +72,8 @@ def solve_ik(
         robot: whose tip or `frame` is to be moved: a Robot, a Mechanism, a name of the library or a file. Joints that
             do not move the frame, such as those of a gripper, are no unknowns.
         T_sd: (*batch, 4, 4) wanted poses in {s}; rotations printed to six digits or more are repaired.
-        seed: (*batch, n) where to start first [rad | m], and where joints that do not move the frame stay (else at the
-            posture, else in the middle of their limits); sampled starts if None.
+        q0: (*batch, n) initial guess [rad | m], and where joints that do not move the frame stay (else at
+            `q_preferred`, else in the middle of their limits); sampled starts if None.
         frame: name of a link; the tip if None.
         task: what of the pose counts: `pose`; `position`; `orientation`; `axis`: position, and direction of one axis;
             `direction` of one axis alone.
@@ -77,13 +82,14 @@ def solve_ik(
             errors where not all can vanish. Ones if None.
         tolerance: largest position error [m], and rotation error [rad] where that has none of its own.
         rotation_tolerance: largest rotation error [rad].
-        posture: (*batch, n) what joints should be near to as far as the task leaves them free, such as
-            `robot.limits.middle`; sought in the self-motion of the first solution found.
-        posture_weights: (n,) how much each joint's distance counts; ones if None.
+        q_preferred: (*batch, n) preferred configuration [rad | m], such as the middle of the limits, approached as far
+            as the task leaves joints free: sought in the self-motion of the first solution found.
+        preferred_weights: (n,) how much each joint's distance counts; ones if None.
         restarts: how many more starts are tried after the first.
         seconds: time after which poses still open are left; no limit if None.
         limits: whether the joints' position limits hold.
-        rng: seed of the sampled starts; equal seeds give equal results.
+        seed: random seed of the sampled starts; equal seeds give equal results. An array is taken as `q0`, with a
+            warning: so it was called.
 
     Returns:
         Solutions with a status for each pose. Rows of a batch that are no poses are marked and hold NaN.
@@ -93,10 +99,12 @@ def solve_ik(
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
-    single = posture is None and seconds is None and type(restarts) is int
-    if single and type(tolerance) is float and type(rng) is int and _plain(T_sd, _POSE):
-        named = (robot, frame, limits, rng, task, axis, weights, tolerance, rotation_tolerance)
-        found = _again(named, T_sd, seed, restarts)
+    if q0 is None and (guess := _array_seed(seed)) is not None:
+        q0, seed = guess, 0
+    single = q_preferred is None and seconds is None and type(restarts) is int
+    if single and type(tolerance) is float and type(seed) is int and _plain(T_sd, _POSE):
+        named = (robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance)
+        found = _again(named, T_sd, q0, restarts)
         if found is not None:
             return found
     begun = perf_counter()
@@ -112,46 +120,58 @@ def solve_ik(
     direction = axis if axis is AXIS else hashable("axis", axis)
     factors = None if weights is None else hashable("weights", weights)
     exact = positive("tolerance", tolerance), turn
-    search = search_of(robot, frame, bool(limits), whole("rng", rng), str(task), direction, factors, *exact)
-    _remember((robot, frame, limits, rng, task, axis, weights, tolerance, rotation_tolerance), search)
+    search = search_of(robot, frame, bool(limits), whole("seed", seed), str(task), direction, factors, *exact)
+    _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
     plan, part, batch = search.plan, search.part, wanted.shape[:-2]
-    first = None if seed is None else _rows("seed", seed, robot.n, batch)
-    if not batch and posture is None and seconds is None:
+    first = None if q0 is None else _rows("q0", q0, robot.n, batch)
+    if not batch and q_preferred is None and seconds is None:
         found = _single(search, wanted, None if first is None else first[0], restarts)
         if found is not None:
             return found
-    liked = _rows("posture", posture, robot.n, batch)
-    weights_left = None if posture_weights is None else part.own(gate("posture_weights", posture_weights, (robot.n,)))
+    preferred = _rows("q_preferred", q_preferred, robot.n, batch)
+    scales = None if preferred_weights is None else part.own(gate("preferred_weights", preferred_weights, (robot.n,)))
     start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
-    goal = posture_goal(plan.problem, part.own(liked), weights_left)
+    goal = preferred_configuration(plan.problem, part.own(preferred), scales)
     rows = np.ascontiguousarray(wanted).reshape(-1, 16)
     if goal is None and seconds is None:
         report = _reported(search, rows, start, restarts)
     else:
-        careful = CarefulSearch(plan, rows, start, goal, restarts, deadline)
-        careful.run()
-        report = Report(careful.report, plan, careful.codes, careful.worst)
+        full = FullSearch(plan, rows, start, goal, restarts, deadline)
+        full.run()
+        report = Report(full.report, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     result = IKResult(report.shaped(batch).field)
-    return result if part.places is None else _lifted(result, part, first, liked)
+    return result if part.places is None else _lifted(result, part, first, preferred)
 
 
-def _reported(search: QuickSearch, wanted: Floats, seeds: JointVector, restarts: int) -> Report:
-    """All poses by the short way, and those that it leaves open by the careful one."""
-    numbers = search.rows(wanted, seeds, restarts)
+def _array_seed(seed: object) -> ArrayLike | None:
+    """The initial guess where an array is given as `seed`, as it was once called.
+
+    Warns:
+        RenamedArgument: it is one.
+    """
+    if type(seed) is int or not isinstance(seed, list | tuple | np.ndarray) or not np.ndim(seed):
+        return None
+    warn(RenamedArgument("ik.array_seed"))
+    return np.asarray(seed)
+
+
+def _reported(search: FastSearch, wanted: Floats, starts: JointVector, restarts: int) -> Report:
+    """All poses by the fast search, and those that it leaves open by the full one."""
+    numbers = search.rows(wanted, starts, restarts)
     missed = np.flatnonzero(numbers[:, ATTEMPTS] < 0.0)
     if not len(missed):
         return Report(numbers, search.plan)
-    some = np.ascontiguousarray(seeds[missed] if len(seeds) else seeds)
-    careful = CarefulSearch(search.plan, wanted[missed], some, None, restarts, np.inf)
-    careful.run()
+    some = np.ascontiguousarray(starts[missed] if len(starts) else starts)
+    full = FullSearch(search.plan, wanted[missed], some, None, restarts, np.inf)
+    full.run()
     codes = np.full(len(wanted), SOLVED, np.int8)
-    numbers[missed], codes[missed] = careful.report, careful.codes
-    return Report(numbers, search.plan, codes, {int(missed[row]): name for row, name in careful.worst.items()})
+    numbers[missed], codes[missed] = full.report, full.codes
+    return Report(numbers, search.plan, codes, {int(missed[row]): name for row, name in full.worst.items()})
 
 
-def _again(named: tuple[Any, ...], T_sd: PoseMatrix, seed: ArrayLike | None, restarts: int) -> IKResult | None:
+def _again(named: tuple[Any, ...], T_sd: PoseMatrix, q0: ArrayLike | None, restarts: int) -> IKResult | None:
     """The answer for one more pose of a robot and task that were asked for before; None for the general way."""
     try:
         search = _known[named]
@@ -159,11 +179,11 @@ def _again(named: tuple[Any, ...], T_sd: PoseMatrix, seed: ArrayLike | None, res
         return None
     if not 0 <= restarts <= MOST_RESTARTS:
         return None
-    if seed is None:
+    if q0 is None:
         return _single(search, T_sd, None, restarts)
-    if not _plain(seed, (search.part.whole.n,)) or not np.isfinite(seed).all():
+    if not _plain(q0, (search.part.whole.n,)) or not np.isfinite(q0).all():
         return None
-    return _single(search, T_sd, seed, restarts)
+    return _single(search, T_sd, q0, restarts)
 
 
 def _plain(given: ArrayLike, shape: tuple[int, ...]) -> TypeGuard[Floats]:
@@ -171,13 +191,13 @@ def _plain(given: ArrayLike, shape: tuple[int, ...]) -> TypeGuard[Floats]:
     return type(given) is np.ndarray and given.shape == shape and given.dtype == _DOUBLE
 
 
-def _single(search: QuickSearch, T_sd: PoseMatrix, seed: JointVector | None, restarts: int) -> IKResult | None:
+def _single(search: FastSearch, T_sd: PoseMatrix, q0: JointVector | None, restarts: int) -> IKResult | None:
     part = search.part
-    found = search.single(T_sd, seed if seed is None or part.places is None else part.own(seed), restarts)
-    return found if found is None or part.places is None else _lifted(found, part, seed, None)
+    found = search.single(T_sd, q0 if q0 is None or part.places is None else part.own(q0), restarts)
+    return found if found is None or part.places is None else _lifted(found, part, q0, None)
 
 
-def _remember(named: tuple[Any, ...], search: QuickSearch) -> None:
+def _remember(named: tuple[Any, ...], search: FastSearch) -> None:
     """Find the search by what the user gave; what was given as arrays is not remembered."""
     with suppress(TypeError):
         _known[named] = search
@@ -186,7 +206,7 @@ def _remember(named: tuple[Any, ...], search: QuickSearch) -> None:
 
 
 def _lifted(result: IKResult, part: MovingPart, first: JointVector | None, goal: JointVector | None) -> IKResult:
-    """The answer in coordinates of the whole robot; the other joints at the start, the posture or the middle."""
+    """The answer in coordinates of the whole robot; its other joints at q0, at q_preferred, or in the middle."""
     chosen = [rows for rows in (first, goal) if rows is not None and len(rows)]
     others = chosen[0].reshape(*result.nearest.shape[:-1], part.whole.n) if chosen else part.middle
     return result.with_joints(part.lifted(result.nearest, others))

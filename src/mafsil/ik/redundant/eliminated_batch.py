@@ -15,12 +15,12 @@ from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.fixed import BESIDE, SLACK, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
+from mafsil.ik.status import IKStatus
 
 ROWS = 16
 """Most solutions of six joints."""
@@ -140,9 +140,9 @@ def _answer(
     out.q[places], out.residual[places] = found.q[settled], found.residual[settled]
     out.valid[places] = np.isfinite(found.residual[settled])
     out.within[places] = out.valid[places] & setting.allowed(found.q[settled])
-    out.verdicts(places, Verdict.CONTINUUM)
-    out.verdicts(places[~found.within[settled]], Verdict.NOT_FOUND_WITHIN_LIMITS)
-    out.verdicts(part[beyond], Verdict.OUT_OF_REACH)
+    out.set_status(places, IKStatus.CONTINUUM)
+    out.set_status(places[~found.within[settled]], IKStatus.NOT_FOUND_WITHIN_LIMITS)
+    out.set_status(part[beyond], IKStatus.OUT_OF_REACH)
     for i in np.flatnonzero(alone):
         out.write(int(part[i]), answered(Question(setting, poses[i], near, tolerance)))
 

@@ -16,11 +16,11 @@ from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
 from mafsil.ik.answers.start import Start
-from mafsil.ik.answers.verdict import Verdict
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
+from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import preset
 
 TRIED = 24
@@ -105,7 +105,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         isolated=False,
     )
     if excess <= 1e-12:
-        preset(answer, status=Verdict.CONTINUUM)
+        preset(answer, status=IKStatus.CONTINUUM)
     return answer
 
 

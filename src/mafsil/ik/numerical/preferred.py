@@ -1,4 +1,4 @@
-"""Null-space goals: what the task leaves free is used to come near a posture."""
+"""Null-space goals: what the task leaves free is used to come near a preferred configuration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEPS = 300
 """Most steps of self-motion."""
 
 STILL = 1e-8
-"""Self-motion [rad | m] at which a posture counts as settled."""
+"""Self-motion [rad | m] at which the approach counts as ended."""
 
 LONGEST = 0.2
 """Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
@@ -28,48 +28,55 @@ LEAST_GAIN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PostureGoal:
-    """Minimise the sum of w_i (q_i - posture_i)^2 over the self-motion.
+class PreferredConfiguration:
+    """Minimise the sum of w_i (q_i - q_preferred_i)^2 over the self-motion.
 
     Attributes:
-        posture: (k, n) or (1, n).
+        q: (k, n) or (1, n) [rad | m].
         weights: (n,) the largest is one.
     """
 
-    posture: JointVector
+    q: JointVector
     weights: Floats
 
-    def of(self, rows: slice) -> PostureGoal:
+    def of(self, rows: slice) -> PreferredConfiguration:
         """The goal for some rows."""
-        return self if len(self.posture) == 1 else PostureGoal(self.posture[rows], self.weights)
+        return self if len(self.q) == 1 else PreferredConfiguration(self.q[rows], self.weights)
 
     def cost(self, q: JointVector) -> Floats:
         """(k,) the sum."""
-        return ((q - self.posture) ** 2 * self.weights).sum(axis=1)
+        return ((q - self.q) ** 2 * self.weights).sum(axis=1)
 
 
-def posture_goal(problem: PoseProblem, posture: JointVector, weights: ArrayLike | None) -> PostureGoal | None:
+def preferred_configuration(
+    problem: PoseProblem, q: JointVector, weights: ArrayLike | None
+) -> PreferredConfiguration | None:
     """The goal of a user, or None.
 
     Args:
         problem: the frame.
-        posture: (k, n), or (0, n) for none.
+        q: (k, n) preferred, or (0, n) for none.
         weights: (n,) or None.
 
     Raises:
         InputError: weights that are negative or all zero.
     """
-    if not len(posture):
+    if not len(q):
         return None
     n = problem.robot.n
-    given = np.ones(n) if weights is None else gate("posture_weights", weights, (n,), finite=True)
+    given = np.ones(n) if weights is None else gate("preferred_weights", weights, (n,), finite=True)
     if (given < 0.0).any() or not given.any():
-        raise InputError("ik.weight", name="posture_weights", value=float(given.min()))
-    return PostureGoal(posture, given / given.max())
+        raise InputError("ik.weight", name="preferred_weights", value=float(given.min()))
+    return PreferredConfiguration(q, given / given.max())
 
 
-def settled(
-    plan: Plan, best: Floats, T_sd: Floats, goal: PostureGoal, good: NDArray[np.bool_], deadline: float = np.inf
+def approached(
+    plan: Plan,
+    best: Floats,
+    T_sd: Floats,
+    goal: PreferredConfiguration,
+    good: NDArray[np.bool_],
+    deadline: float = np.inf,
 ) -> None:
     """Move solutions along their self-motion towards the goal; those that gain by it replace the first ones.
 
@@ -77,17 +84,17 @@ def settled(
         plan: of the search.
         best: (k, n + 1) solutions, changed.
         T_sd: (k, 16).
-        goal: what to be near to.
+        goal: the preferred configuration.
         good: (k,) which rows are solutions.
         deadline: of `perf_counter`.
     """
     rows = np.flatnonzero(good)
     if not len(rows):
         return
-    local = goal if len(goal.posture) == 1 else PostureGoal(goal.posture[rows], goal.weights)
-    posture = np.broadcast_to(local.posture, (len(rows), best.shape[1] - 1))
+    local = goal if len(goal.q) == 1 else PreferredConfiguration(goal.q[rows], goal.weights)
+    q_preferred = np.broadcast_to(local.q, (len(rows), best.shape[1] - 1))
     start = best[rows, :-1].copy()
-    q = _descended(plan, start, T_sd[rows], posture, goal.weights, deadline)
+    q = _descended(plan, start, T_sd[rows], q_preferred, goal.weights, deadline)
     once = np.ones(len(rows), np.int64)
     back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
     fine = plan.checked(back, T_sd[rows])[3] == 1
@@ -96,14 +103,14 @@ def settled(
 
 
 def _descended(
-    plan: Plan, start: JointVector, T_sd: Floats, posture: JointVector, weights: Floats, deadline: float
+    plan: Plan, start: JointVector, T_sd: Floats, q_preferred: JointVector, weights: Floats, deadline: float
 ) -> JointVector:
-    """(k, n) where the self-motion towards the posture comes to rest."""
+    """(k, n) where the self-motion towards the preferred configuration comes to rest."""
     n = start.shape[1]
-    q, step = start.copy(), plan.problem.step_with_wish(plan.task.one_axis).ufunc
+    q, step = start.copy(), plan.problem.step_with_self_motion(plan.task.one_axis).ufunc
     moving, gain, cost = np.arange(len(q)), np.ones(len(q)), np.full(len(q), np.inf)
     for _ in range(STEPS):
-        gap = posture[moving] - q[moving]
+        gap = q_preferred[moving] - q[moving]
         now = (weights * gap * gap).sum(axis=1)
         # A step that did not pay was too long for the curvature of the self-motion.
         gain[moving] = np.where(now < cost[moving], np.minimum(1.0, 1.3 * gain[moving]), 0.5 * gain[moving])

@@ -1,4 +1,4 @@
-"""The short way to an answer: everything but the poses prepared once, one compiled call, fields when asked for."""
+"""The fast search: everything but the poses prepared once, one compiled call, fields made when they are read."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from mafsil.ik.numerical.search import LANES, Plan, cached_plan
 from mafsil.ik.numerical.search_loops import GROUP, RECORD
 from mafsil.ik.numerical.start_loops import LANE
 from mafsil.ik.numerical.task import PoseTask, pose_task
-from mafsil.ik.result import STATUSES, IKResult, IKStatus
+from mafsil.ik.result import IKResult
+from mafsil.ik.status import CODES, IKStatus
 from mafsil.robot import Robot
 
 MOST_ATTEMPTS = 32
-"""Attempts of the short way; what resists them is begun again by the way that can be stopped and says why."""
+"""Attempts of the fast search; poses that resist them are begun again by the full search, which says why it fails."""
 
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
 
-SOLVED = STATUSES.index(IKStatus.SOLVED)
+SOLVED = CODES[IKStatus.SOLVED]
 _SOLVED = np.array(SOLVED, np.int8)
 _SOLVED.setflags(write=False)
 
 
-class QuickSearch:
+class FastSearch:
     """The search for the poses of one call after another.
 
     Args:
@@ -43,31 +44,31 @@ class QuickSearch:
         self._entry = PROGRAM["block"]
         self._idle: list[_Work] = []
 
-    def single(self, T_sd: PoseMatrix, seed: JointVector | None, restarts: int) -> IKResult | None:
+    def single(self, T_sd: PoseMatrix, q0: JointVector | None, restarts: int) -> IKResult | None:
         """The answer for one pose; None where there is none by this way.
 
         Args:
             T_sd: (4, 4).
-            seed: (n,) where to start, of the joints that move the frame.
+            q0: (n,) where to start, of the joints that move the frame.
             restarts: how many more starts are tried after the first.
         """
         # Taking from and adding to a list is one step of the interpreter: no two threads get the same work.
         work = self._idle.pop() if self._idle else _Work(self.plan, self.n)
         work.wanted[...] = T_sd
-        if seed is not None:
-            work.seed[...] = seed
+        if q0 is not None:
+            work.q0[...] = q0
         attempts = restarts + 1 if restarts < MOST_ATTEMPTS else MOST_ATTEMPTS
-        solved = self._entry(*work.given, 0 if seed is None else 1, 1, 1, attempts, *work.own)
+        solved = self._entry(*work.given, 0 if q0 is None else 1, 1, 1, attempts, *work.own)
         numbers = work.report.copy() if solved else None
         self._idle.append(work)
         return None if numbers is None else IKResult(Report(numbers, self.plan).field)
 
-    def rows(self, wanted: Floats, seeds: JointVector, restarts: int) -> Floats:
+    def rows(self, wanted: Floats, starts: JointVector, restarts: int) -> Floats:
         """(k, CONFIGURATION + n) report of many poses, see `block_loops`: attempts are -1 where there is no answer.
 
         Args:
             wanted: (k, 16) contiguous.
-            seeds: (k, n) contiguous, or (0, n).
+            starts: (k, n) contiguous, or (0, n).
             restarts: how many more starts are tried after the first.
         """
         report = np.empty((len(wanted), columns.CONFIGURATION + self.n))
@@ -75,13 +76,13 @@ class QuickSearch:
 
         def block(index: int) -> None:
             rows = slice(index * BLOCK, min((index + 1) * BLOCK, len(wanted)))
-            self._block(wanted[rows], seeds[rows], attempts, report[rows])
+            self._block(wanted[rows], starts[rows], attempts, report[rows])
 
         blocks = -(-len(wanted) // BLOCK)
         threads.run(block, blocks, threads.available() if blocks > 1 else 1)
         return report
 
-    def _block(self, wanted: Floats, seeds: JointVector, attempts: int, report: Floats) -> None:
+    def _block(self, wanted: Floats, starts: JointVector, attempts: int, report: Floats) -> None:
         k, n = len(wanted), self.n
         lanes = 1 if k == 1 else min(LANES, -(-k // GROUP) * GROUP)
         work, whole = (
@@ -89,9 +90,9 @@ class QuickSearch:
             np.empty(RECORD * k + LANE * lanes + 3, np.int64),
         )
         record, features, step = self.plan.head
-        given = record, features, step, self.plan.check.addresses.batch, wanted.ctypes.data, seeds.ctypes.data
+        given = record, features, step, self.plan.check.addresses.batch, wanted.ctypes.data, starts.ctypes.data
         made = work.ctypes.data, whole.ctypes.data, report.ctypes.data
-        self._entry(*given, int(len(seeds) > 0), k, lanes, attempts, *made)
+        self._entry(*given, int(len(starts) > 0), k, lanes, attempts, *made)
 
 
 class _Work:
@@ -101,7 +102,7 @@ class _Work:
         size = columns.CONFIGURATION + n
         self.numbers = np.zeros(16 + n + size + (17 + n) + n + 28 + 2 * n)
         self.whole = np.zeros(RECORD + LANE + 3, np.int64)
-        self.wanted, self.seed = self.numbers[:16].reshape(4, 4), self.numbers[16 : 16 + n]
+        self.wanted, self.q0 = self.numbers[:16].reshape(4, 4), self.numbers[16 : 16 + n]
         self.report = self.numbers[16 + n : 16 + n + size]
         at = self.numbers.ctypes.data
         tables = plan.record.ctypes.data, plan.pool.features.ctypes.data
@@ -178,21 +179,21 @@ def search_of(
     robot: Robot,
     frame: str | None,
     limits: bool,
-    rng: int,
+    seed: int,
     kind: str,
     axis: tuple[float, ...],
     weights: tuple[float, ...] | None,
     tolerance: float,
     rotation_tolerance: float | None,
-) -> QuickSearch:
+) -> FastSearch:
     """The search for the poses of a robot and a task; made once.
 
     Args:
-        robot, frame, limits, rng: as for `solve_ik`.
+        robot, frame, limits, seed: as for `solve_ik`.
         kind, axis, weights, tolerance, rotation_tolerance: of the task.
     """
     task = task_of(kind, axis, weights, tolerance, rotation_tolerance)
-    return QuickSearch(cached_plan(problem_of(robot, frame, limits), task, rng))
+    return FastSearch(cached_plan(problem_of(robot, frame, limits), task, seed))
 
 
 @lru_cache(maxsize=64)

@@ -1,4 +1,4 @@
-"""The careful way to an answer, block by block: search, check, second looks, posture goals, and a status for all."""
+"""The full search, block by block: attempts, check, second attempts, preferred configurations, and a status for all."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical import block_loops as columns
 from mafsil.ik.numerical import search_loops as loops
 from mafsil.ik.numerical.exact_starts import exact_starts
-from mafsil.ik.numerical.posture import PostureGoal, settled
+from mafsil.ik.numerical.fast_search import BLOCK
+from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.quick import BLOCK
 from mafsil.ik.numerical.search import Plan, cached_plan
-from mafsil.ik.result import STATUSES, IKStatus
+from mafsil.ik.status import CODES, IKStatus
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -25,10 +25,8 @@ EXACT_FROM = 8
 """Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
 asked for by those who want the solution near their own start, or none."""
 
-_CODE = {status: code for code, status in enumerate(STATUSES)}
 
-
-class CarefulSearch:
+class FullSearch:
     """Poses, and the report that their answers go to: second looks, posture goals, time limits, and reasons.
 
     Args:
@@ -45,7 +43,7 @@ class CarefulSearch:
         plan: Plan,
         wanted: Floats,
         first: JointVector,
-        goal: PostureGoal | None,
+        goal: PreferredConfiguration | None,
         restarts: int,
         deadline: float,
     ) -> None:
@@ -83,7 +81,7 @@ class CarefulSearch:
             self._wind(best, rows)
             found = self.plan.checked(best, T)
         if self.goal is not None:
-            settled(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
+            approached(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
             found = self.plan.checked(best, T)
         out, rotation, position, good = found
         report = self.report[rows]
@@ -96,10 +94,10 @@ class CarefulSearch:
         self._verdicts(rows, T, good == 1, beyond, valid, records)
 
     def _near(self, rows: slice) -> JointVector:
-        """(k, n) or (1, n) what solutions are wound to: the user's start, the posture or zero."""
+        """(k, n) or (1, n) what solutions are wound to: the initial guess, the preferred configuration or zero."""
         if len(self.first):
             return self.first[rows]
-        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).posture
+        return np.zeros((1, self.plan.problem.robot.n)) if self.goal is None else self.goal.of(rows).q
 
     def _wind(self, best: Floats, rows: slice) -> None:
         """Whole turns of the joints."""
@@ -161,22 +159,22 @@ class CarefulSearch:
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
-        codes[:] = _CODE[IKStatus.SOLVED]
+        codes[:] = CODES[IKStatus.SOLVED]
         if good.all():
             return
         begun = records[:, loops.STARTED]
-        codes[~good] = _CODE[IKStatus.BUDGET_SPENT]
+        codes[~good] = CODES[IKStatus.BUDGET_SPENT]
         if perf_counter() >= self.deadline:
-            codes[~good & (begun <= self.restarts)] = _CODE[IKStatus.TIME_SPENT]
-        codes[~good & beyond] = _CODE[IKStatus.OUT_OF_REACH]
-        codes[~valid] = _CODE[IKStatus.NOT_A_POSE]
+            codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]
+        codes[~good & beyond] = CODES[IKStatus.OUT_OF_REACH]
+        codes[~valid] = CODES[IKStatus.NOT_A_POSE]
         self._beyond_limits(rows.start, T, codes)
         if self.plan.task.dimension > self.plan.problem.robot.n:
-            codes[codes == _CODE[IKStatus.BUDGET_SPENT]] = _CODE[IKStatus.FEW_JOINTS]
+            codes[codes == CODES[IKStatus.BUDGET_SPENT]] = CODES[IKStatus.FEW_JOINTS]
 
     def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
         """For poses not found: whether they can be reached without limits, and which joint leaves them most."""
-        rows = np.flatnonzero(codes == _CODE[IKStatus.BUDGET_SPENT])
+        rows = np.flatnonzero(codes == CODES[IKStatus.BUDGET_SPENT])
         problem = self.plan.problem
         if not len(rows) or not problem.bounded or perf_counter() >= self.deadline:
             return
@@ -188,5 +186,5 @@ class CarefulSearch:
         good = free.checked(best, T)[3] == 1
         excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
         for row, q_excess in zip(rows[good], excess[good], strict=True):
-            codes[row] = _CODE[IKStatus.BEYOND_LIMITS]
+            codes[row] = CODES[IKStatus.BEYOND_LIMITS]
             self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]

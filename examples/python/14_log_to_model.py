@@ -1,7 +1,7 @@
 """From a log of motion and torques to a better model: masses, friction, and how much the prediction improves.
 
 The log comes from a simulated arm that differs from its description; a file from your controller stands in its place.
-Run: python examples/python/log_to_model.py
+Run: python examples/python/14_log_to_model.py
 """
 
 from dataclasses import replace

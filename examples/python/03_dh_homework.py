@@ -1,6 +1,6 @@
 """Homework on a two-link arm: a Denavit-Hartenberg table, its frames, its formulas, and a check of one's own table.
 
-Run: python examples/python/dh_homework.py
+Run: python examples/python/03_dh_homework.py
 """
 
 from math import pi

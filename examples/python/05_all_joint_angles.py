@@ -1,6 +1,6 @@
 """From the URDF of an arm to answers: where the tip is, which joint angles bring it elsewhere, what that costs.
 
-Run: python examples/python/urdf_to_answer.py
+Run: python examples/python/05_all_joint_angles.py
 """
 
 from pathlib import Path

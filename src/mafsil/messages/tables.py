@@ -1,0 +1,58 @@
+"""Tables that fit a screen, for what is printed: names to the left, numbers to the right, at most so many rows."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from html import escape
+from math import isnan
+
+from mafsil.messages.catalogue import say
+from mafsil.messages.isolates import in_cell
+
+MOST_ROWS = 20
+"""With head, sentence and remarks a table then stays below 25 lines."""
+LONGEST_NAME = 24
+"""Longer names are cut [columns]: seven columns of numbers stand beside them in 100."""
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], language: str | None = None) -> list[str]:
+    """Lines of a table, the first column to the left, the others to the right.
+
+    Args:
+        head: one cell for each column.
+        rows: cells; what is beyond MOST_ROWS is counted in a last line.
+        language: `en` or `ar`; the current one if None.
+    """
+    cells = [list(head), *([_cut(row[0]), *row[1:]] for row in rows[:MOST_ROWS])]
+    sizes = [max(map(_width, column)) for column in zip(*cells, strict=True)]
+    lines = ["  " + "  ".join(_padded(row, sizes, language)).rstrip() for row in cells]
+    if len(rows) > MOST_ROWS:
+        lines.append("  " + say("messages.more_rows", language=language, count=len(rows) - MOST_ROWS))
+    return lines
+
+
+def number(value: float) -> str:
+    """Four digits; a dash for what is not known."""
+    return "-" if isnan(value) else f"{value + 0.0:.4g}"
+
+
+def in_notebook(text: str) -> str:
+    """A printed table as HTML that keeps its columns."""
+    return f'<pre dir="auto">{escape(text)}</pre>'
+
+
+def _cut(name: str) -> str:
+    return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
+
+
+def _width(text: str) -> int:
+    return sum(not (unicodedata.combining(c) or unicodedata.category(c) == "Cf") for c in text)
+
+
+def _padded(row: Sequence[str], sizes: Sequence[int], language: str | None) -> list[str]:
+    pieces: list[str] = []
+    for k, (cell, size) in enumerate(zip(row, sizes, strict=True)):
+        space, shown = " " * (size - _width(cell)), in_cell(cell, language)
+        pieces.append(space + shown if k else shown + space)
+    return pieces
