@@ -36,9 +36,9 @@ from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.grasp import Contact, Grasp, closure, contact_closures  # noqa: E402
-from mafsil.grasp.ball import finite_ball, hull_ball, inscribed_ball  # noqa: E402
-from mafsil.grasp.batch import closures  # noqa: E402
-from mafsil.grasp.cone import RoundSet  # noqa: E402
+from mafsil.grasp.cone import ConeWrenches  # noqa: E402
+from mafsil.grasp.quality import quality_by_facets, quality_of_discs, quality_of_wrenches  # noqa: E402
+from mafsil.grasp.wrench_batch import wrench_closures  # noqa: E402
 
 SIZES = ((3, 8), (4, 8), (5, 8), (5, 16), (8, 8))
 TARGET = 100.0
@@ -129,7 +129,7 @@ def public_row(points: Floats, normals: Floats, facets: int) -> dict[str, float]
         "anew": lambda: bool(Grasp(made(*second())).closure()),
         "batch": lambda: contact_closures(points, normals, FRICTION),
         "margin": lambda: Grasp(third()).closure(facets).margin,
-        "qhull": lambda: hull_ball(Grasp(fourth()).matrix(facets)).radius,
+        "qhull": lambda: quality_by_facets(Grasp(fourth()).matrix(facets)).epsilon,
     }
     row = {name: 1e6 * timing.least for name, timing in race(tasks, repeats=7).items()}
     row["batch"] /= len(points)
@@ -168,11 +168,11 @@ def balls(rng: np.random.Generator) -> list[dict[str, float]]:
         holds = [
             Grasp([Contact(p, n, 0.5) for p, n in zip(*g, strict=True)]) for g in zip(points, normals, strict=True)
         ]
-        sets = [RoundSet.of(g.contacts, np.eye(6)).discs for g in holds if g.closure(margins=False)][:12]
-        mine = _median(finite_ball, W)
-        theirs = _median(hull_ball, W, 1)
-        exact = _median(inscribed_ball, sets)
-        gap = max(abs(finite_ball(A).radius / hull_ball(A).radius - 1) for A in W)
+        sets = [ConeWrenches.of(g.contacts, np.eye(6)).discs for g in holds if g.closure(margins=False)][:12]
+        mine = _median(quality_of_wrenches, W)
+        theirs = _median(quality_by_facets, W, 1)
+        exact = _median(quality_of_discs, sets)
+        gap = max(abs(quality_of_wrenches(A).epsilon / quality_by_facets(A).epsilon - 1) for A in W)
         rows.append({"contacts": contacts, "edges": edges, "q1_us": mine, "qhull_us": theirs, "round_us": exact})
         print(
             f"{contacts:>12} x{edges:>2}  {mine:9.0f}  {theirs:10.0f}  {theirs / mine:7.0f}  {exact:16.0f}  {gap:.1e}"
@@ -221,12 +221,12 @@ def main() -> None:
     )
     for contacts, edges in SIZES:
         W = grasps(given.grasps, contacts, edges, 0.5, rng)
-        closures(W[:10])
-        mine = min(_seconds(closures, W) for _ in range(3)) / len(W)
+        wrench_closures(W[:10])
+        mine = min(_seconds(wrench_closures, W) for _ in range(3)) / len(W)
         single = _median(lambda A: closure(A, margins=False), W[:100])
         klampt = 1e6 * klampt_seconds(given.klampt, contacts, 100) if given.klampt else float("nan")
         tracemalloc.start()
-        found = closures(W)
+        found = wrench_closures(W)
         peak = tracemalloc.get_traced_memory()[1] / 2**20
         tracemalloc.stop()
         some = W[: given.rival]

@@ -54,3 +54,27 @@ class Answer(ABC):
         own: Any = self
         lines = str(own.explain()).split("\n")
         return "".join(f'<div dir="auto">{escape(line)}</div>' for line in lines)
+
+
+class SingleAnswer(Answer):
+    """One answer, of length 1: true if its `status` succeeded, printed as its sentence."""
+
+    __slots__ = ()
+
+    def __bool__(self) -> bool:
+        own: Any = self
+        return bool(own.status.succeeded)
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self,))
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    def explain(self, language: str | None = None) -> str:
+        """The sentence of the status, in `en` or `ar` or the current language."""
+        own: Any = self
+        return str(own.status.sentence(language))

@@ -10,7 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.grasp import Contact, ContactMotion, Grasp, line_contact, three_fingers, two_fingers, wiggle
+from mafsil.grasp import (
+    Contact,
+    ContactMotion,
+    Grasp,
+    line_contact,
+    motion_within_clearance,
+    three_fingers,
+    two_fingers,
+)
 
 READ: set[tuple[str, ...]] = set()
 ABOUT = {"id", "section", "what", "how"}
@@ -56,7 +64,7 @@ def close(case, got, expected):
 def test_wiggle_with_a_gap_of_its_own_at_each_contact():
     case = CASES["ch03-101-wiggle-unequal-clearances"]
     A = np.roll(np.array(case["inputs"]["A"]), 1, axis=0)
-    found = wiggle(A, case["inputs"]["clearances"])
+    found = motion_within_clearance(A, case["inputs"]["clearances"])
     want = case["expected"]
     assert found.bounded
     for row, name in ((1, "vx"), (2, "vy"), (0, "wz")):

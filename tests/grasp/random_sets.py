@@ -10,11 +10,11 @@ import argparse
 import numpy as np
 
 from mafsil.grasp import Contact, Grasp, three_fingers
-from mafsil.grasp.batch import closures
 from mafsil.grasp.closure import closure
-from mafsil.grasp.routes import all_routes
+from mafsil.grasp.closure_methods import closure_by_all_methods
 from mafsil.grasp.two_fingers import nguyen
-from mafsil.solvers.rational import Place, judge
+from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.solvers.rational import Location, locate_origin
 
 
 def wrench_set(rng: np.random.Generator) -> np.ndarray:
@@ -31,13 +31,13 @@ def wrench_set(rng: np.random.Generator) -> np.ndarray:
 
 def check(A: np.ndarray) -> bool:
     """All routes, the single test, the batch and exact arithmetic on one set; proofs are verified. Was it closed?"""
-    exact = judge(A.T.tolist())
-    want = exact.place is Place.INSIDE
+    exact = locate_origin(A.T.tolist())
+    want = exact.place is Location.INSIDE
     found = closure(A, margins=False)
-    answers = {name: route.closed for name, route in all_routes(A).items()}
+    answers = {name: route.closed for name, route in closure_by_all_methods(A).items()}
     assert set(answers.values()) == {want}, (answers, exact.place, A.tolist())
     assert found.force_closure == want, (found, exact.place, A.tolist())
-    assert bool(closures(A[None]).force_closure[0]) == want, A.tolist()
+    assert bool(wrench_closures(A[None]).force_closure[0]) == want, A.tolist()
     size = np.abs(A).max()
     if want:
         assert found.combination.min() > 0
@@ -51,7 +51,7 @@ def check(A: np.ndarray) -> bool:
 def check_nguyen(theta: np.ndarray) -> bool:
     """The theorem against exact arithmetic on the same four edges."""
     found = nguyen(theta)
-    assert found.force_closure == (judge(found.matrix.T.tolist()).place is Place.INSIDE), theta.tolist()
+    assert found.force_closure == (locate_origin(found.matrix.T.tolist()).place is Location.INSIDE), theta.tolist()
     return found.force_closure
 
 
@@ -63,7 +63,9 @@ def check_three(rng: np.random.Generator) -> bool:
     grasp = Grasp([Contact(p, n, rng.uniform(0.3, 1.0)) for p, n in zip(points, normals, strict=True)])
     closed = three_fingers(grasp.contacts).force_closure
     assert closed == grasp.closure(margins=False).force_closure, grasp
-    inner, outer = (bool(closures(grasp.matrix(12, outer=side)[None]).force_closure[0]) for side in (False, True))
+    inner, outer = (
+        bool(wrench_closures(grasp.matrix(12, outer=side)[None]).force_closure[0]) for side in (False, True)
+    )
     assert inner <= closed <= outer, grasp
     return closed
 

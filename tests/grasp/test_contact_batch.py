@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.arrays import Floats
-from mafsil.grasp import Contact, Grasp, Verdict, contact_closures, force_wrench
+from mafsil.grasp import ClosureStatus, Contact, Grasp, contact_closures, force_wrench
 
 PLANE, SPACE = 2, 3
 
@@ -40,7 +40,7 @@ def test_batches_agree_with_single_grasps(d: int, contacts: int) -> None:
     given_ = drawn(contacts, d, contacts)
     batch = contact_closures(*given_)
     single = [grasp.closure(margins=False) for grasp in grasps(*given_)]
-    assert batch.verdicts.tolist() == [one.verdict for one in single]
+    assert [one.verdict for one in batch.status] == [one.verdict for one in single]
     assert len(batch) == len(single)
     assert bool(batch) == all(single)
 
@@ -53,7 +53,7 @@ def test_every_verdict_is_proven(seed: int, d: int, contacts: int) -> None:
     given_ = drawn(seed, d, contacts, count=10)
     batch = contact_closures(*given_)
     for i, grasp in enumerate(grasps(*given_)):
-        if batch.verdicts[i] is Verdict.YES:
+        if batch.status[i] is ClosureStatus.CLOSED:
             wrench = grasp.resultant(batch.forces[i])
             for c, force, torsion in zip(grasp.contacts, batch.forces[i], batch.torsions[i], strict=True):
                 push = float(force @ c.normal)
@@ -80,7 +80,7 @@ def test_marginal_grasps_are_asked_again_and_keep_their_sentence() -> None:
     points = np.array([[[-1.0, 0, 0], [1, 0, 0]], [[-1, 0, 0], [1, 0, 0]]])
     normals = -points
     batch = contact_closures(points, normals, 0.5, [[0.0, 0.0], [0.1, 0.1]])
-    assert batch.verdicts.tolist() == [Verdict.NO, Verdict.YES]
+    assert [status.verdict for status in batch.status] == ["no", "yes"]
     assert (
         batch[0].explain()
         == Grasp([Contact(p, n, 0.5) for p, n in zip(points[0], normals[0], strict=True)]).closure().explain()
@@ -89,10 +89,10 @@ def test_marginal_grasps_are_asked_again_and_keep_their_sentence() -> None:
     assert "2" in batch.explain()
     assert batch.explain(language="ar") != batch.explain()
     assert batch.explain(1) == batch[1].explain()
-    assert batch.to_dict()["verdicts"] == ["no", "yes"]
+    assert batch.to_dict()["verdict"] == ["no", "yes"]
     assert [bool(one) for one in batch] == [False, True]
     edge = contact_closures([[-1, 0], [1, 0]], [[1, 0.5], [-1, 0]], 0.5)
-    assert edge.verdicts.item() is Verdict.MARGINAL
+    assert edge.status.item().verdict == "marginal"
     assert edge.asked_again == 1
 
 
@@ -105,11 +105,11 @@ def test_two_opposed_fingers_and_others_on_one_side_are_a_no_that_small_changes_
     points = np.array([[-1.0, 0, 0], [1, 0, 0], [0.3, 1.0, 0.5]])
     normals = np.array([[1.0, 0, 0], [-1, 0, 0], [0, -1, 0]])
     found = Grasp([Contact(p, n, 0.3) for p, n in zip(points, normals, strict=True)]).closure()
-    assert found.verdict is Verdict.NO
+    assert found.verdict == "no"
     assert abs(found.certificate) == pytest.approx([1, 0, 0, 0, 0, 0])
     assert found.margin == 0.0
     near = contact_closures(points + 0.01 * rng.normal(size=(50, 3, 3)), normals + 0.01 * rng.normal(size=(3, 3)), 0.3)
-    assert all(verdict is Verdict.NO for verdict in near.verdicts)
+    assert all(status.verdict == "no" for status in near.status)
     assert near.asked_again == 0
 
 
@@ -139,9 +139,9 @@ def test_no_grasps_and_other_shapes_of_batches() -> None:
     points, normals, mu, gamma = drawn(3, SPACE, 4, count=6)
     flat = contact_closures(points, normals, mu, gamma)
     shaped = contact_closures(points.reshape(2, 3, 4, 3), normals.reshape(2, 3, 4, 3), mu.reshape(2, 3, 4), 0 * 0.0)
-    assert shaped.verdicts.shape == (2, 3)
-    assert shaped[1].verdicts.shape == (3,)
-    assert contact_closures(points[:0], normals[:0]).verdicts.shape == (0,)
+    assert shaped.status.shape == (2, 3)
+    assert shaped[1].status.shape == (3,)
+    assert contact_closures(points[:0], normals[:0]).status.shape == (0,)
     assert (flat.force_closure >= contact_closures(points, normals, mu).force_closure).all()
 
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.grasp import Contact, Grasp, Verdict, closure, compare, eliminate, three_fingers, two_fingers
-from mafsil.grasp.batch import closures
+from mafsil.grasp import ClosureStatus, Contact, Grasp, closure, compare, eliminate, three_fingers, two_fingers
+from mafsil.grasp.free_motions import point_velocity
 from mafsil.grasp.friction import angle_to_normal
-from mafsil.grasp.motion import point_velocity
-from mafsil.solvers.rational import Place, judge
+from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.solvers.rational import Location, locate_origin
 
 _spec = spec_from_file_location("random_sets", Path(__file__).with_name("random_sets.py"))
 random_sets = module_from_spec(_spec)
@@ -29,7 +29,7 @@ def pinwheel(a=0.5, shift=(0.0, 0.0)):
 @pytest.mark.row("R12")
 @pytest.mark.capability("03-38", "03-40", "03-42", "03-46", "03-47", "03-48", "03-50")
 @pytest.mark.parametrize("seed", range(4))
-def test_all_routes_agree(seed):
+def test_all_methods_agree(seed):
     rng = np.random.default_rng(seed)
     closed = sum(random_sets.check(random_sets.wrench_set(rng)) for _ in range(500))
     assert 100 < closed < 400
@@ -79,10 +79,10 @@ def test_round_cones_carry_their_proofs():
 def test_line_on_the_edge_of_a_cone_is_marginal(mu):
     tilted = Grasp([Contact((-1, 0), (1, mu), mu), Contact((1, 0), (-1, 0), mu)])
     found = tilted.closure()
-    assert (found.verdict, found.exact) == (Verdict.MARGINAL, Place.BOUNDARY)
+    assert (found.status, found.exact) == (ClosureStatus.MARGINAL, Location.BOUNDARY)
     assert (tilted.matrix().T @ found.certificate).min() >= -1e-12
-    assert Grasp([Contact((-1, 0), (1, mu - 1e-6), mu), tilted.contacts[1]]).closure().verdict is Verdict.YES
-    assert Grasp([Contact((-1, 0), (1, mu + 1e-6), mu), tilted.contacts[1]]).closure().verdict is Verdict.NO
+    assert Grasp([Contact((-1, 0), (1, mu - 1e-6), mu), tilted.contacts[1]]).closure().status is ClosureStatus.CLOSED
+    assert Grasp([Contact((-1, 0), (1, mu + 1e-6), mu), tilted.contacts[1]]).closure().verdict == "no"
 
 
 @pytest.mark.capability("03-2")
@@ -90,7 +90,7 @@ def test_frame_changes_the_radius_and_not_the_verdict():
     moved = pinwheel(shift=(3.0, 0.0))
     assert pinwheel().closure().margin == pytest.approx(0.353553390593, abs=1e-9)
     assert moved.closure().margin == pytest.approx(0.121268, abs=1e-6)
-    assert moved.quality(about=(3, 0)).radius == pytest.approx(0.353553390593, abs=1e-9)
+    assert moved.quality(about=(3, 0)).epsilon == pytest.approx(0.353553390593, abs=1e-9)
     assert moved.volume() == pytest.approx(pinwheel().volume())
     T = np.array([[0.6, -0.8, 3], [0.8, 0.6, -7], [0, 0, 1]])
     assert pinwheel().moved(T).closure().force_closure
@@ -123,14 +123,14 @@ def test_batch_agrees_and_keeps_its_proofs():
     rng = np.random.default_rng(2)
     for m, n in ((3, 4), (3, 12), (6, 7), (6, 40)):
         A = rng.normal(size=(300, m, n)) - 0.15
-        found = closures(A)
+        found = wrench_closures(A)
         for k in range(0, 300, 10):
-            assert found.force_closure[k] == (judge(A[k].T.tolist()).place is Place.INSIDE)
+            assert found.force_closure[k] == (locate_origin(A[k].T.tolist()).place is Location.INSIDE)
         x, y = found.combination[found.force_closure], found.certificate[~found.force_closure]
         assert (x > 0).all()
         assert np.abs(np.einsum("bmn,bn->bm", A[found.force_closure], x)).max(initial=0) < 1e-8
         assert np.einsum("bmn,bm->bn", A[~found.force_closure], y).min(initial=0) > -1e-8
-    assert closures(np.zeros((0, 3, 4))).force_closure.shape == (0,)
+    assert wrench_closures(np.zeros((0, 3, 4))).force_closure.shape == (0,)
 
 
 @pytest.mark.capability("03-6", "03-53", "03-55", "03-56")
@@ -160,8 +160,8 @@ def test_degenerate_input_is_named():
         (lambda: Grasp([]), "none given"),
         (lambda: Grasp([Contact((0, 0), (1, 0)), Contact((0, 0, 0), (1, 0, 0))]), "contact 1"),
         (lambda: two_fingers(Contact((0, 0), (1, 0)), Contact((0, 0), (1, 0))), "one point"),
-        (lambda: closures(np.ones((3, 4))), "expected shape"),
-        (lambda: pinwheel().wiggle(0.0), "positive"),
+        (lambda: wrench_closures(np.ones((3, 4))), "expected shape"),
+        (lambda: pinwheel().motion_within_clearance(0.0), "positive"),
     ]
     for call, words in cases:
         with pytest.raises(InputError, match=words):
@@ -194,12 +194,12 @@ def test_cone_edges_and_contact_velocities():
 @pytest.mark.capability("03-38", "03-41")
 def test_read_only_strided_and_one_dimensional_wrenches():
     A = np.random.default_rng(0).normal(size=(40, 6, 24))
-    want = [judge(W.T.tolist()).place is Place.INSIDE for W in A[:, :, ::2]]
+    want = [locate_origin(W.T.tolist()).place is Location.INSIDE for W in A[:, :, ::2]]
     A.setflags(write=False)
-    assert closures(A[:, :, ::2]).force_closure.tolist() == want
+    assert wrench_closures(A[:, :, ::2]).force_closure.tolist() == want
     assert [closure(W, margins=False).force_closure for W in A[:, :, ::2]] == want
     assert [closure(np.asfortranarray(W)).force_closure for W in A[:, :, ::2]] == want
-    assert closures([[[1, -1]], [[1, 2]]]).force_closure.tolist() == [True, False]
+    assert wrench_closures([[[1, -1]], [[1, 2]]]).force_closure.tolist() == [True, False]
     assert closure([[1, -1]], margins=False).force_closure
     with pytest.raises(InputError, match="nan"):
-        closures(np.full((2, 3, 5), np.nan))
+        wrench_closures(np.full((2, 3, 5), np.nan))

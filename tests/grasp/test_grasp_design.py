@@ -11,8 +11,8 @@ from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.grasp import Body, Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
+from mafsil.grasp.grasp_file import read_grasp_file
 from mafsil.grasp.regions import frictionless_regions, two_finger_regions
-from mafsil.grasp.sketch import read
 from mafsil.grasp.synthesis import (
     best_next_finger,
     box_fixture,
@@ -20,7 +20,7 @@ from mafsil.grasp.synthesis import (
     least_friction,
     polygon_contacts,
 )
-from mafsil.grasp.task import ellipsoid_scale, smallest_singular_value, task_scale
+from mafsil.grasp.task_quality import ellipsoid_scale, smallest_singular_value, task_scale
 
 
 def pinch(mu=0.5):
@@ -113,7 +113,7 @@ def test_synthesis():
     outline = [(-2, -1), (2, -1), (2, 1), (-2, 1)]
     three = Grasp([Contact((0.5, 1), (0, -1)), Contact((2, 0.5), (-1, 0)), Contact((-0.5, -1), (0, 1))])
     placed = best_next_finger(three, polygon_contacts(outline, 9))
-    assert placed.radius > 0
+    assert placed.epsilon > 0
     assert Grasp([*three.contacts, placed.contact]).closure()
     locators, clamp = box_fixture((1, 1, 1))
     assert fixture(locators, clamp).holds
@@ -146,15 +146,15 @@ def test_task_quality():
     assert ellipsoid_scale(pinch(), np.eye(3)) == pytest.approx(1 / 3)
     assert smallest_singular_value(pinch(0.0)) == 0.0
     together = pinch().quality(together=True)
-    assert together.upper >= pinch().quality().radius
+    assert together.upper >= pinch().quality().epsilon
 
 
 @pytest.mark.capability("03-1", "03-15", "03-30")
-def test_command_reads_sketches_and_draws(tmp_path):
-    sketch = tmp_path / "pinch.json"
-    sketch.write_text(json.dumps({**pinch().to_dict(), "load": {"force": [0, -9.81]}}))
+def test_command_reads_grasp_files_and_draws(tmp_path):
+    described = tmp_path / "pinch.json"
+    described.write_text(json.dumps({**pinch().to_dict(), "load": {"force": [0, -9.81]}}))
     picture = tmp_path / "pinch.png"
-    answer = operation("grasp")(file=str(sketch), facets=None, steps=True, picture=str(picture))
+    answer = operation("grasp")(file=str(described), facets=None, steps=True, picture=str(picture))
     assert answer.refusal is None
     assert answer.data["load"]["total_push"] == pytest.approx(19.62)
     assert picture.stat().st_size > 10_000
@@ -162,7 +162,7 @@ def test_command_reads_sketches_and_draws(tmp_path):
     assert "all bodies are taken as rigid" in answer.lines
     assert answer.data["closure"]["assumes"] == "rigid bodies"
     with pytest.raises(InputError, match="--facets"):
-        operation("grasp")(file=str(sketch), facets="x", steps=False, picture=None)
+        operation("grasp")(file=str(described), facets="x", steps=False, picture=None)
 
 
 def test_wrong_files_are_named(tmp_path):
@@ -176,13 +176,13 @@ def test_wrong_files_are_named(tmp_path):
         "expected real numbers": {"contact": [{"point": [0, 0], "normal": [1, 0], "mu": "much"}]},
         "table is expected": {**good, "load": 3},
     }
-    path = tmp_path / "sketch.json"
+    path = tmp_path / "described.json"
     for words, data in wrong.items():
         path.write_text(json.dumps(data))
         with pytest.raises(MafsilError, match=words):
-            read(path)
+            read_grasp_file(path)
     path.write_text("{")
     with pytest.raises(FileError, match="well formed"):
-        read(path)
+        read_grasp_file(path)
     with pytest.raises(FileError, match="cannot be read"):
-        read(tmp_path / "none.toml")
+        read_grasp_file(tmp_path / "none.toml")

@@ -46,7 +46,7 @@ def test_ten_real_meshes_are_grasped_by_two_and_by_three_fingers() -> None:
             for proposal in plan.grasps:
                 assert len(proposal.grasp) == fingers
                 assert proposal.grasp.closure(margins=False).force_closure
-                assert proposal.radius > 0
+                assert proposal.epsilon > 0
                 assert max(body.distance(c.point) for c in proposal.grasp.contacts) < 1e-9 * body.size
 
 
@@ -87,8 +87,8 @@ def test_inside_out_meshes_are_turned_and_holes_are_counted() -> None:
 
 def test_the_same_seed_plans_the_same_grasps() -> None:
     one, two = (plan_grasps(Body.from_triangles(CUBE, FACES), fingers=4, seed=5) for _ in range(2))
-    assert [p.radius for p in one.grasps] == [p.radius for p in two.grasps]
-    assert one.grasps[0].radius >= one.grasps[-1].radius
+    assert [p.epsilon for p in one.grasps] == [p.epsilon for p in two.grasps]
+    assert one.grasps[0].epsilon >= one.grasps[-1].epsilon
 
 
 @pytest.mark.parametrize(
@@ -157,16 +157,16 @@ def test_pictures_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert again.closure(margins=False).force_closure
     with pytest.raises(InputError, match="steps"):
         operation("grasp")(file=str(mesh), picture=None, **empty | {"steps": True})
-    sketch = tmp_path / "held.toml"
+    described = tmp_path / "held.toml"
     contact = "[[contact]]\npoint = [{0}, 0.5, 0.5]\nnormal = [{1}, 0, 0]\nmu = 0.5\ngamma = 0.01\n"
-    sketch.write_text(contact.format(0.0, 1) + contact.format(1.0, -1) + '[body]\nmesh = "cube.obj"\n')
+    described.write_text(contact.format(0.0, 1) + contact.format(1.0, -1) + '[body]\nmesh = "cube.obj"\n')
     with pytest.raises(InputError, match="fingers"):
-        operation("grasp")(file=str(sketch), picture=None, **empty | {"fingers": 3})
-    held = operation("grasp")(file=str(sketch), picture=str(tmp_path / "held.png"), **empty)
+        operation("grasp")(file=str(described), picture=None, **empty | {"fingers": 3})
+    held = operation("grasp")(file=str(described), picture=str(tmp_path / "held.png"), **empty)
     assert held.data["closure"]["force_closure"]
-    sketch.write_text(contact.format(0.2, 1) + contact.format(1.0, -1) + '[body]\nmesh = "cube.obj"\n')
+    described.write_text(contact.format(0.2, 1) + contact.format(1.0, -1) + '[body]\nmesh = "cube.obj"\n')
     with pytest.raises(InputError, match="contact 0"):
-        operation("grasp")(file=str(sketch), picture=None, **empty)
+        operation("grasp")(file=str(described), picture=None, **empty)
 
 
 def test_a_plan_is_drawn_small_by_small() -> None:
@@ -178,14 +178,14 @@ def test_a_plan_is_drawn_small_by_small() -> None:
 def test_among_equal_radii_the_grasp_through_the_middle_comes_first() -> None:
     block = Body.from_triangles(CUBE * (0.06, 0.04, 0.1), FACES)
     plan = plan_grasps(block, mu=0.4, tries=800, best=8, seed=3)
-    middle, limit = plan.body.centre, 0.95 * max(p.radius for p in plan.grasps)
-    equal = [p for p in plan.grasps if p.radius >= limit]
-    assert [p.hold for p in equal] == sorted((p.hold for p in equal), reverse=True)
-    assert plan.grasps[0].hold > 1.2 * equal[-1].hold
+    middle, limit = plan.body.centre, 0.95 * max(p.epsilon for p in plan.grasps)
+    equal = [p for p in plan.grasps if p.epsilon >= limit]
+    assert [p.weight for p in equal] == sorted((p.weight for p in equal), reverse=True)
+    assert plan.grasps[0].weight > 1.2 * equal[-1].weight
 
     def miss(p):
         a, b = (c.point for c in p.grasp.contacts)
         return np.linalg.norm(np.cross(b - a, middle - a)) / np.linalg.norm(b - a)
 
     assert miss(plan.grasps[0]) < np.median([miss(p) for p in plan.grasps])
-    assert all(p.hold is None for p in plan_grasps(block, fingers=3, tries=100, best=3).grasps)
+    assert all(p.weight is None for p in plan_grasps(block, fingers=3, tries=100, best=3).grasps)

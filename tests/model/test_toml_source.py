@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import FileError
-from mafsil.grasp.sketch import read as read_grasp
+from mafsil.grasp import read_grasp_file
 from mafsil.job.reading import parse as parse_job
 from mafsil.toml_source import LONGEST_KEY, parsed_toml
 
@@ -29,7 +29,7 @@ ENDLESS = {
 def test_keys_without_end_are_refused_at_once_by_every_reader(text: str, tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(text)
-    for read in (lambda: mf.load(path), lambda: parse_job(text, "a.toml"), lambda: read_grasp(path)):
+    for read in (lambda: mf.load(path), lambda: parse_job(text, "a.toml"), lambda: read_grasp_file(path)):
         began = time.process_time()
         with pytest.raises(FileError):
             read()

@@ -14,10 +14,10 @@ from itertools import combinations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp import Contact, Grasp, Verdict
-from mafsil.grasp.ball import inscribed_ball, point_discs
-from mafsil.grasp.batch import closures
-from mafsil.solvers.rational import Place, judge
+from mafsil.grasp import Contact, Grasp
+from mafsil.grasp.quality import point_discs, quality_of_discs
+from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.solvers.rational import Location, locate_origin
 from tests.reliability import figures
 
 CHUNK = 20_000
@@ -81,7 +81,7 @@ def _proofs(W: Floats, found) -> int:
 
 def _plane(rng: np.random.Generator, count: int) -> dict[str, int]:
     W = plane_grasps(rng, count)
-    found = closures(W)
+    found = wrench_closures(W)
     differ = found.force_closure != exactly_closed(W)
     return {"closed": int(found.force_closure.sum()), "bad_plane": int(differ.sum()), "bad_proofs": _proofs(W, found)}
 
@@ -93,13 +93,15 @@ def _spatial(rng: np.random.Generator, count: int) -> dict[str, int]:
         points, normals = np.round(points), np.round(2 * normals)
         normals[~normals.any(axis=-1)] = (1, 0, 0)
     W = np.ascontiguousarray(np.concatenate([np.cross(points, normals), normals], axis=-1).swapaxes(1, 2))
-    found = closures(W)
+    found = wrench_closures(W)
     differ = 0
     for k in range(len(W)):
-        ball = inscribed_ball(point_discs(W[k]), tolerance=0.0)
+        ball = quality_of_discs(point_discs(W[k]), tolerance=0.0)
         size = np.abs(W[k]).max()
-        sure = ball is not None and (ball.radius > 1e-6 * size or ball.upper == 0.0)
-        closed = ball.radius > 0 if ball is not None and sure else judge(W[k].T.tolist()).place is Place.INSIDE
+        sure = ball is not None and (ball.epsilon > 1e-6 * size or ball.upper == 0.0)
+        closed = (
+            ball.epsilon > 0 if ball is not None and sure else locate_origin(W[k].T.tolist()).place is Location.INSIDE
+        )
         differ += int(closed != found.force_closure[k])
     return {"closed": int(found.force_closure.sum()), "bad_spatial": differ, "bad_proofs": _proofs(W, found)}
 
@@ -112,7 +114,7 @@ def _marginal(rng: np.random.Generator) -> bool:
     mu = float(rng.choice([0.25, 0.5, 1.0]))
     d = (q - p).astype(float)
     normal = d + rng.choice([-1, 1]) * mu * np.array([-d[1], d[0]])
-    return Grasp([Contact(p, normal, mu), Contact(q, -d, mu)]).closure(margins=False).verdict is Verdict.MARGINAL
+    return Grasp([Contact(p, normal, mu), Contact(q, -d, mu)]).closure(margins=False).verdict == "marginal"
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from mafsil.arrays import Floats
-from mafsil.grasp.batch import closures
+from mafsil.grasp.wrench_batch import wrench_closures
 from tests.reliability import figures
 
 CHUNK = 10_000
@@ -54,7 +54,7 @@ def degenerate_programs(rng: np.random.Generator, count: int) -> Floats:
 
 
 def _judge(W: Floats) -> dict[str, int]:
-    found = closures(W)
+    found = wrench_closures(W)
     size = np.maximum(np.abs(W).max(axis=(1, 2)), 1e-300)
     yes, no = found.force_closure, ~found.force_closure
     x, y = found.combination[yes], found.certificate[no]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mafsil.grasp.batch import closures
-from mafsil.solvers.rational import Place, judge
+from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.solvers.rational import Location, locate_origin
 from tests.reliability import grasps, programs
 
 
@@ -22,7 +22,7 @@ def test_three_methods_agree_on_grasps_and_boundaries_are_marginal() -> None:
 @pytest.mark.row("R12")
 def test_the_integer_method_is_exact() -> None:
     W = grasps.plane_grasps(np.random.default_rng(0), 300)
-    exact = [judge(A.T.tolist()).place is Place.INSIDE for A in W]
+    exact = [locate_origin(A.T.tolist()).place is Location.INSIDE for A in W]
     assert grasps.exactly_closed(W).tolist() == exact
 
 
@@ -37,5 +37,5 @@ def test_programs_are_optimal_and_agree_with_highs() -> None:
 @pytest.mark.row("R14")
 def test_repeated_and_opposite_columns_do_not_confuse_the_program() -> None:
     W = programs.degenerate_programs(np.random.default_rng(4), 300)
-    exact = [judge(A.T.tolist()).place is Place.INSIDE for A in W]
-    assert closures(W).force_closure.tolist() == exact
+    exact = [locate_origin(A.T.tolist()).place is Location.INSIDE for A in W]
+    assert wrench_closures(W).force_closure.tolist() == exact

@@ -1,4 +1,4 @@
-"""`mafsil grasp`: verdicts on a grasp sketch, with their proofs and the forces against its load; grasps of a mesh."""
+"""`mafsil grasp`: verdicts on a grasp file, with their proofs and the forces against its load; grasps of a mesh."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from mafsil.cli.numerals import number as typed
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
-from mafsil.grasp import Ball, Grasp, GraspPlan, Wiggle, plan_grasps
+from mafsil.grasp import ClearanceMotion, Grasp, GraspPlan, GraspQuality, plan_grasps
 from mafsil.grasp.closure import Closure, vector
 from mafsil.grasp.elimination import eliminate
 from mafsil.grasp.forces import ContactForces
-from mafsil.grasp.sketch import Sketch, read
+from mafsil.grasp.grasp_file import GraspFile, read_grasp_file
 from mafsil.grasp.two_fingers import two_fingers
 from mafsil.messages import say
 
@@ -39,10 +39,10 @@ def grasp(
     opening: str | float | None = None,
     length: str | float | None = None,
     about: Sequence[str | float] | None = None,
-    wiggle: str | float | None = None,
+    clearance: str | float | None = None,
     push: str | float | None = None,
 ) -> Answer:
-    """Verdicts on a sketch, or the best grasps of a mesh.
+    """Verdicts on a grasp file, or the best grasps of a mesh.
 
     Args:
         file: .toml or .json; or .stl, .obj, .dae.
@@ -51,7 +51,7 @@ def grasp(
         picture: file to draw into.
         fingers, mu, gamma, opening: of the grasps of a mesh.
         length, about: moments of the quality are divided by the one [m] and taken about the other point [m].
-        wiggle: clearance of every finger [m].
+        clearance: of every finger [m], for the motion that it leaves.
         push: greatest normal force of each contact against the load [N].
 
     Raises:
@@ -68,14 +68,14 @@ def grasp(
         "opening": None if opening is None else typed("--opening", str(opening)),
     }
     if mesh:
-        asked = {"length": length, "about": about, "wiggle": wiggle, "push": push}
+        asked = {"length": length, "about": about, "clearance": clearance, "push": push}
         _refuse({"facets": facets, "steps": steps or None, **asked}, "grasp.not_for_mesh", file)
         return _plan(file, {name: value for name, value in plan.items() if value is not None}, picture)
-    _refuse(plan, "grasp.not_for_sketch", file)
+    _refuse(plan, "grasp.not_for_grasp_file", file)
     wanted = _Wanted(
         1.0 if length is None else typed("--length", str(length)),
         None if about is None else [typed("--about", str(v)) for v in about],
-        None if wiggle is None else typed("--wiggle", str(wiggle)),
+        None if clearance is None else typed("--clearance", str(clearance)),
         None if push is None else typed("--push", str(push)),
     )
     return _judge(file, facets, steps, picture, wanted)
@@ -101,27 +101,20 @@ def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
     """The best grasps of a mesh."""
     with Progress() as progress:
         progress.enter("plan_grasps")
-        found = plan_grasps(file, progress=lambda done, all_: progress.update(done / all_), **options)
+        found = plan_grasps(file, progress=progress.update, **options)
     rows = [
-        (number(p.radius, 5), *("-" if v is None else number(v, 4) for v in (p.hold, p.opening)),
+        (number(p.epsilon, 5), *("-" if v is None else number(v, 4) for v in (p.weight, p.opening)),
          " ".join(vector(c.point) for c in p.grasp.contacts))
         for p in found.grasps
     ]  # fmt: skip
-    head = (say("grasp.radius_head"), say("grasp.hold_head"), say("grasp.finger_head"), say("grasp.contacts_head"))
+    head = (say("grasp.epsilon_head"), say("grasp.weight_head"), say("grasp.finger_head"), say("grasp.contacts_head"))
     lines = [found.explain()]
     if rows:
         lines += [say("grasp.plan_head", name=Path(file).name), *table(head, rows)]
     if picture is not None and found.grasps:
         _draw(partial(_plan_picture, found), Path(picture))
         lines.append(say("cli.picture_written", path=picture))
-    data = {
-        "tried": found.tried, "closing": found.closing, "length": found.body.size, "centre": found.body.centre,
-        "open_edges": found.body.open_edges,
-        "grasps": [
-            {"radius": p.radius, "hold": p.hold, "opening": p.opening, **p.grasp.to_dict()} for p in found.grasps
-        ],
-    }  # fmt: skip
-    return Answer(data, tuple(lines), None if found.grasps else found.explain())
+    return Answer(found.to_dict(), tuple(lines), None if found.grasps else found.explain())
 
 
 def _plan_picture(plan: GraspPlan, path: Path) -> None:
@@ -132,31 +125,32 @@ def _plan_picture(plan: GraspPlan, path: Path) -> None:
 
 def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None, wanted: _Wanted) -> Answer:
     """Force closure, form closure, free motions, quality, and contact forces if the file has a load."""
-    sketch = read(Path(file))
-    held, edges = sketch.grasp, None if facets is None else _count(facets, "facets")
-    found, form, free = held.closure(edges), held.form_closure(), held.free_motions()
-    forces = None if sketch.load is None else held.resist(sketch.load, push=wanted.push)
-    ball = held.quality(wanted.length, about=wanted.about) if found.force_closure else None
-    wiggled = None if wanted.clearance is None else held.wiggle(wanted.clearance)
+    given = read_grasp_file(Path(file))
+    grasp_, edges = given.grasp, None if facets is None else _count(facets, "facets")
+    found, form, free = grasp_.closure(edges), grasp_.form_closure(), grasp_.free_motions()
+    forces = None if given.load is None else grasp_.resist(given.load, push=wanted.push)
+    quality = grasp_.quality(wanted.length, about=wanted.about) if found.force_closure else None
+    moved = None if wanted.clearance is None else grasp_.motion_within_clearance(wanted.clearance)
     data: dict[str, Any] = {
-        "grasp": held.to_dict(),
+        "grasp": grasp_.to_dict(),
         "closure": found.to_dict(),
         "form_closure": form.to_dict(),
-        "second_order": held.second_order().to_dict(),
+        "second_order": grasp_.second_order().to_dict(),
         "free_motions": {"both_ways": free.reversible, "one_way": free.rays},
-        "quality": None if ball is None else _ball_data(ball, wanted),
-        "wiggle": None if wiggled is None else {"bounded": wiggled.bounded, "range": wiggled.range},
-        "load": None if forces is None else _load_data(sketch, forces),
+        "quality": None if quality is None else _quality_data(quality, wanted),
+        "clearance": None if moved is None else moved.to_dict(),
+        "load": None if forces is None else {"wrench": given.load, **forces.to_dict()},
     }
-    lines = [*_head(held), *_verdict(held, found, ball, wanted), *held.explain()[1:]]
-    if wiggled is not None:
-        lines += _wiggle_lines(wiggled)
+    remarks = grasp_.explain().split("\n")[1:]
+    lines = [*_head(grasp_), *_verdict(grasp_, found, quality, wanted), *remarks]
+    if moved is not None:
+        lines += _clearance_lines(moved)
     if forces is not None:
         lines += _load_lines(forces)
     if steps:
-        lines += [say("grasp.steps"), *("  " + line for line in eliminate(held.matrix(edges or 16)).lines())]
+        lines += [say("grasp.steps"), *("  " + line for line in eliminate(grasp_.matrix(edges or 16)).lines())]
     if picture is not None:
-        _draw(partial(_picture, sketch, found), Path(picture))
+        _draw(partial(_picture, given, found), Path(picture))
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     refusal = forces.explain() if forces is not None and not forces.holds else None
@@ -182,15 +176,12 @@ def _head(held: Grasp) -> list[str]:
     return [say("grasp.title", name=held.name or "-", count=len(held), place=place), *table(head, rows)]
 
 
-def _ball_data(ball: Ball, wanted: _Wanted) -> dict[str, Any]:
-    return {
-        "radius": ball.radius, "upper": ball.upper, "met": ball.met, "weakest": ball.weakest,
-        "length": wanted.length, "about": wanted.about,
-    }  # fmt: skip
+def _quality_data(quality: GraspQuality, wanted: _Wanted) -> dict[str, Any]:
+    return {**quality.to_dict(), "length": wanted.length, "about": wanted.about}
 
 
-def _wiggle_lines(found: Wiggle) -> list[str]:
-    key = "grasp.wiggle_bounded" if found.bounded else "grasp.wiggle_open"
+def _clearance_lines(found: ClearanceMotion) -> list[str]:
+    key = "grasp.clearance_table" if found.bounded else "grasp.clearance_table_unbounded"
     names = ("theta", "x", "y") if len(found.range) == 3 else ("rx", "ry", "rz", "x", "y", "z")
     rows = [
         (name, number(low, 6), number(high, 6)) for name, (low, high) in zip(names, found.range.tolist(), strict=True)
@@ -199,28 +190,18 @@ def _wiggle_lines(found: Wiggle) -> list[str]:
     return [say(key, clearance=found.clearance), *table(head, rows)]
 
 
-def _verdict(held: Grasp, found: Closure, ball: Ball | None, wanted: _Wanted) -> list[str]:
+def _verdict(held: Grasp, found: Closure, quality: GraspQuality | None, wanted: _Wanted) -> list[str]:
     lines = [found.explain()]
-    if ball is not None:
-        exact = ball.upper <= ball.radius * (1 + 1e-9)
-        key = "grasp.ball" if exact else "grasp.ball_between" if ball.met else "grasp.ball_gap"
+    if quality is not None:
+        exact = quality.upper <= quality.epsilon * (1 + 1e-9)
+        key = "grasp.quality" if exact else "grasp.quality_between" if quality.converged else "grasp.quality_gap"
         point = vector(np.zeros(held.dimension) if wanted.about is None else np.array(wanted.about))
-        lines.append(say(key, radius=ball.radius, upper=ball.upper, length=wanted.length, point=point))
-        if found.weakest is not None:
-            lines.append(say("grasp.weakest", wrench=vector(found.weakest)))
+        lines.append(say(key, epsilon=quality.epsilon, upper=quality.upper, length=wanted.length, point=point))
+        if found.weakest_direction is not None:
+            lines.append(say("grasp.weakest_direction", wrench=vector(found.weakest_direction)))
     if held.dimension == 2 and len(held) == 2 and all(c.mu > 0 for c in held.contacts):
-        lines.append(two_fingers(*held.contacts).case.sentence())
+        lines.append(two_fingers(*held.contacts).status.sentence())
     return lines
-
-
-def _load_data(sketch: Sketch, forces: ContactForces) -> dict[str, Any]:
-    return {
-        "wrench": sketch.load,
-        "holds": forces.holds,
-        "forces": forces.forces if forces.holds else None,
-        "total_push": forces.total_push if forces.holds else None,
-        "certificate": forces.certificate,
-    }
 
 
 def _load_lines(forces: ContactForces) -> list[str]:
@@ -231,14 +212,14 @@ def _load_lines(forces: ContactForces) -> list[str]:
     return lines
 
 
-def _picture(sketch: Sketch, found: Closure, path: Path) -> None:
+def _picture(given: GraspFile, found: Closure, path: Path) -> None:
     from mafsil.figures.grasp import save_grasp
     from mafsil.figures.grasp_motion import save_free_motions
 
     if path.suffix.lower() == _MOVING:
-        save_free_motions(sketch.grasp, path, outline=sketch.outline)
+        save_free_motions(given.grasp, path, outline=given.outline)
     else:
-        save_grasp(sketch.grasp, path, closure=found, outline=sketch.outline, body=sketch.body)
+        save_grasp(given.grasp, path, closure=found, outline=given.outline, body=given.body)
 
 
 def _draw(task: Callable[[Path], None], path: Path) -> None:

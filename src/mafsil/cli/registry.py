@@ -170,7 +170,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("opening", "number"),
             Parameter("length", "number"),
             Parameter("about", "number", many=True),
-            Parameter("wiggle", "number"),
+            Parameter("clearance", "number"),
             Parameter("push", "number"),
             Parameter("picture", "path"),
         ),

@@ -9,9 +9,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
-from mafsil.grasp import Body, Closure, Contact, Grasp, Verdict
-from mafsil.grasp.ball import hull_facets
+from mafsil.grasp import Body, Closure, Contact, Grasp
 from mafsil.grasp.displacement import free_twists, moved
+from mafsil.grasp.quality import hull_facets
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -19,7 +19,7 @@ _INK, _BODY, _CONE, _NORMAL = "#39424a", "#e8ecef", "#2f6fd0", "#1d4488"
 _YES, _NO, _MARGINAL = "#2e8b57", "#d33f3a", "#d9902a"
 MOST_TRIANGLES = 6000
 _LIGHT = np.array([0.4, -0.5, 0.77])
-_COLOURS = {Verdict.YES: _YES, Verdict.NO: _NO, Verdict.MARGINAL: _MARGINAL}
+_COLOURS = {"yes": _YES, "no": _NO, "marginal": _MARGINAL}
 
 
 def save_grasp(
@@ -74,7 +74,7 @@ def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, bo
             draw_body(axes, body)
         draw_contacts(axes, grasp)
         frame_space(axes, np.array([c.point for c in grasp.contacts]) if body is None else body.corners.reshape(-1, 3))
-    verdict = say(f"grasp.verdict_{closure.verdict.value}")
+    verdict = say(f"grasp.verdict_{closure.verdict}")
     sentence = f"{grasp.name}: {verdict}" if grasp.name else verdict
     flat = all(c.curvature_given for c in grasp.contacts)
     if flat and not closure.force_closure and grasp.second_order().immobile:

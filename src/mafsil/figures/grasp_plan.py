@@ -52,6 +52,6 @@ def draw_plan(plan: GraspPlan) -> Any:
         draw_contacts(axes, proposal.grasp, labels=False, scale=0.2 * plan.body.size)
         frame_space(axes, np.asarray(plan.body.corners).reshape(-1, 3))
         axes.set_axis_off()
-        axes.set_title(visible(f"{k + 1}: {say('grasp.radius_head')} {proposal.radius:.3g}"))
+        axes.set_title(visible(f"{k + 1}: {say('grasp.epsilon_head')} {proposal.epsilon:.3g}"))
     figure.tight_layout()
     return figure

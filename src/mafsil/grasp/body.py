@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, gate
 from mafsil.errors import InputError
+from mafsil.grasp import loops
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.tolerances import ON_MESH, SAME_PLACE, TYPED
 from mafsil.model.mesh import read
 from mafsil.model.mesh.surface import cleaned
-
-ON_SURFACE = 1e-4
-"""Contacts further than this share of the body's size from its surface are off it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +104,8 @@ class Body:
             rng: source of randomness.
         """
         face = rng.choice(len(self.areas), size=count, p=self.areas / self.areas.sum())
-        u, v = rng.uniform(size=(2, count))
-        u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+        drawn: Floats = rng.uniform(size=(2, count))
+        u, v = np.where(drawn.sum(axis=0) > 1, 1 - drawn, drawn)
         a, b, c = np.swapaxes(self.corners[face], 0, 1)
         return a + u[:, None] * (b - a) + v[:, None] * (c - a), face
 
@@ -117,17 +116,9 @@ class Body:
             points: (r, 3) starts on the surface [m].
             directions: (r, 3) unit vectors into the body.
         """
-        from mafsil.solvers.ray_loops import exits
-
         distance, face = np.empty(len(points)), np.empty(len(points), np.int64)
-        exits(
-            self.corners,
-            np.ascontiguousarray(points),
-            np.ascontiguousarray(directions),
-            1e-9 * self.size,
-            distance,
-            face,
-        )
+        rays = np.ascontiguousarray(points), np.ascontiguousarray(directions)
+        loops.ray_loops.exits(self.corners, *rays, TYPED * self.size, distance, face)
         return distance, face
 
     def distance(self, point: Floats) -> float:
@@ -157,7 +148,7 @@ class Body:
         """
         for index, contact in enumerate(contacts):
             off = self.distance(contact.point)
-            if off > ON_SURFACE * self.size:
+            if off > ON_MESH * self.size:
                 raise InputError("grasp.off_surface", index=index, distance=off)
 
 
@@ -171,7 +162,7 @@ def _body(points: Floats, faces: NDArray[np.int64]) -> Body:
     length = np.linalg.norm(cross, axis=1)
     size = 0.5 * float(np.linalg.norm(np.ptp(points[faces].reshape(-1, 3), axis=0)))
     opened = _open_edges(points, faces, size)
-    if opened or volumes.sum() <= 1e-9 * size**3:
+    if opened or volumes.sum() <= TYPED * size**3:
         centre = np.average(corners.mean(axis=1), axis=0, weights=length)
     else:
         centre = np.average(0.75 * corners.mean(axis=1) + 0.25 * origin, axis=0, weights=volumes)
@@ -183,7 +174,7 @@ def _body(points: Floats, faces: NDArray[np.int64]) -> Body:
 
 def _open_edges(points: Floats, faces: NDArray[np.int64], size: float) -> int:
     """Edges of one triangle only, corners at one place counting as one (STL repeats them)."""
-    _, same = np.unique(np.round(points / (1e-7 * size)), axis=0, return_inverse=True)
+    _, same = np.unique(np.round(points / (SAME_PLACE * size)), axis=0, return_inverse=True)
     joined = same.reshape(-1)[faces]
     ends = np.sort(np.concatenate([joined[:, [0, 1]], joined[:, [1, 2]], joined[:, [2, 0]]]), axis=1)
     _, uses = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0, return_counts=True)

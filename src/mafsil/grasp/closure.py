@@ -4,38 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.grasp.ball import Ball, agree, distance_to_hull, finite_ball, inscribed_ball, point_discs
-from mafsil.grasp.cone import RoundSet
-from mafsil.grasp.enclosure import Quick, enclose, quick
+from mafsil.grasp import loops
+from mafsil.grasp.cone import ConeWrenches
+from mafsil.grasp.enclosure import SimplexVerdict, enclose, positive_combination
+from mafsil.grasp.quality import (
+    GraspQuality,
+    agree,
+    distance_to_hull,
+    point_discs,
+    quality_of_discs,
+    quality_of_wrenches,
+)
+from mafsil.grasp.tolerances import NEGLIGIBLE, RANK, ROUNDOFF
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
-from mafsil.solvers.rational import Columns, Judgement, Place, judge
+from mafsil.solvers.rational import Columns, Location, OriginLocation, locate_origin
 
-ROUNDING = 1e-12
-"""A margin below this share of the largest wrench is rounding of the input: marginal."""
 Exact: TypeAlias = Columns | Callable[[], Columns | None]
 """Exact columns, or what gives them when they are asked for."""
-NOISE = 1e-14
-"""Rows below this share of the largest are rounding."""
-RANK = 1e-10
-"""Singular values below this share of the largest count as zero."""
 
 
-class Verdict(Enum):
-    """The three answers."""
+class ClosureStatus(Status):
+    """Whether contacts resist every external wrench, and why not."""
 
-    YES = "yes"
-    NO = "no"
-    MARGINAL = "marginal"
+    CLOSED = ("grasp.closed", True)
+    OPEN = ("grasp.open", False)
+    TOO_FEW = ("grasp.too_few", False)
+    FLAT = ("grasp.flat", False)
+    COUNTED_OUT = ("grasp.counted_out", False)
+    MARGINAL = ("grasp.marginal", False)
+    ROUND_MARGINAL = ("grasp.round_marginal", False)
+
+    @property
+    def verdict(self) -> Literal["yes", "no", "marginal"]:
+        """The status in a word: marginal, if the origin lies on the boundary and the smallest change decides."""
+        if self in (ClosureStatus.MARGINAL, ClosureStatus.ROUND_MARGINAL):
+            return "marginal"
+        return "yes" if self.succeeded else "no"
 
 
 class Margin(NamedTuple):
@@ -43,25 +57,27 @@ class Margin(NamedTuple):
 
     Attributes:
         lower, upper: bounds of the margin, as `Closure.margin` has it.
-        weakest: (m,) direction of the external wrench that is hardest to resist; None where there is none.
+        weakest_direction: (m,) of the external wrench that is hardest to resist; None where there is none.
     """
 
     lower: float
     upper: float
-    weakest: Floats | None = None
+    weakest_direction: Floats | None = None
 
 
-NOT_ASKED = Margin(float("nan"), float("nan"))
-AT_THE_EDGE = Margin(0.0, 0.0)
+NOT_REQUESTED = Margin(float("nan"), float("nan"))
+ON_BOUNDARY = Margin(0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Closure:
-    """A verdict on force closure with its proof; the margin, many times dearer than the verdict, at the first look.
+@dataclass(frozen=True, eq=False, repr=False)
+class Closure(SingleAnswer):
+    """A verdict on force closure with its proof, true if every external wrench is resisted.
+
+    The margin, many times dearer than the verdict, is found when it is looked at first.
 
     Attributes:
-        verdict: yes, no, or marginal: the origin lies on the boundary, the smallest change decides.
-        reason: key of the sentence that explains it.
+        status: closed, open for one of several reasons, or marginal: the origin lies on the boundary, the smallest
+            change decides.
         rank: of the wrenches.
         rows: m, 3 in the plane and 6 in space.
         measured: the margin, or what finds it.
@@ -73,15 +89,14 @@ class Closure:
         details: further numbers of the sentence.
     """
 
-    verdict: Verdict
-    reason: str
+    status: ClosureStatus
     rank: int
     rows: int
     measured: Margin | Callable[[], Margin]
     columns: Floats
     combination: Floats | None = None
     certificate: Floats | None = None
-    exact: Place | None = None
+    exact: Location | None = None
     details: tuple[tuple[str, int], ...] = ()
 
     @lazy
@@ -89,8 +104,13 @@ class Closure:
         return self.measured if isinstance(self.measured, Margin) else self.measured()
 
     @property
+    def verdict(self) -> Literal["yes", "no", "marginal"]:
+        """The status in a word."""
+        return self.status.verdict
+
+    @property
     def margin(self) -> float:
-        """Radius of the largest ball about the origin inside the hull of the wrenches of unit push if yes.
+        """Epsilon quality (radius of the largest ball inside the hull of the wrenches of unit push) if yes.
 
         Minus the distance of the hull if no; 0 if marginal. Moments are divided by the length scale.
         """
@@ -102,29 +122,26 @@ class Closure:
         return self._margin.upper
 
     @property
-    def weakest(self) -> Floats | None:
+    def weakest_direction(self) -> Floats | None:
         """(m,) direction of the external wrench that is hardest to resist, if yes."""
-        return self._margin.weakest
+        return self._margin.weakest_direction
 
     @property
     def force_closure(self) -> bool:
         """Whether every external wrench is resisted; a marginal grasp does not."""
-        return self.verdict is Verdict.YES
+        return self.status.succeeded
 
     @property
-    def met(self) -> bool:
-        """Whether `margin` and `upper` are within a millionth of each other; False too if they were not asked for."""
+    def converged(self) -> bool:
+        """Whether `margin` and `upper` are within a millionth of each other; False too if they were not requested."""
         return agree(self.margin, self.upper)
-
-    def __bool__(self) -> bool:
-        return self.force_closure
 
     def explain(self, language: str | None = None) -> str:
         """The verdict and its reason in one sentence."""
         shown = "-" if self.certificate is None else vector(self.certificate)
-        between = self.reason == "grasp.closed" and self.margin < self.upper and not self.met
+        between = self.status.succeeded and self.margin < self.upper and not self.converged
         return say(
-            "grasp.closed_between" if between else self.reason, language=language,
+            "grasp.closed_between" if between else self.status.key, language=language,
             rank=self.rank, rows=self.rows, margin=self.margin, upper=self.upper,
             count=self.columns.shape[1], least=self.rows + 1, certificate=shown, **dict(self.details),
         )  # fmt: skip
@@ -132,16 +149,16 @@ class Closure:
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
-            "verdict": self.verdict.value,
+            "status": self.status.name.lower(),
+            "verdict": self.verdict,
             "force_closure": self.force_closure,
-            "reason": self.reason.partition(".")[2],
             "rank": self.rank,
             "margin": self.margin,
             "margin_upper": self.upper,
-            "margin_met": self.met,
+            "margin_converged": self.converged,
             "combination": self.combination,
             "certificate": self.certificate,
-            "weakest": self.weakest,
+            "weakest_direction": self.weakest_direction,
             "assumes": "rigid bodies",
             "exact": None if self.exact is None else self.exact.value,
         }
@@ -151,20 +168,25 @@ def closure(
     A: ArrayLike,
     *,
     exact: Exact | None = None,
-    whole: RoundSet | None = None,
+    cones: ConeWrenches | None = None,
     transform: Floats | None = None,
     margins: bool = True,
 ) -> Closure:
     """Do the columns span the whole space with positive weights?
 
+    1. The compiled simplex method decides all but those that are nearly on the boundary.
+    2. Columns that are flat, or at most as many as rows, are a no with a certificate from their singular values.
+    3. Linear programs of HiGHS bound how far beyond the origin the hull reaches (`enclosure`).
+    4. What they leave open is judged by exact arithmetic, or is marginal for round cones.
+
     Args:
         A: (m, n) wrenches in columns; any order of rows.
         exact: the same columns, each up to a positive factor, as exact numbers; floats are taken as the decimals they
             print as. Asked (or called for) when the origin is too near the boundary. The columns of A if None and
-            `whole` is None.
-        whole: all wrenches, if the columns are only some of them (round cones).
+            `cones` is None.
+        cones: all wrenches, if the columns are only some of them (round cones).
         transform: (m, m) better conditioned coordinates in which to compute; rows scaled to equal size if None.
-        margins: False: the margin is not wanted, and NaN.
+        margins: False: the margin is not requested, and NaN.
 
     Raises:
         InputError: no matrix of finite numbers.
@@ -173,22 +195,27 @@ def closure(
     W = W.copy() if W is A else W
     if W.ndim != 2 or not W.size:
         raise InputError("input.shape", name="A", expected="(m, n)", got=W.shape, hint="")
-    if W.shape[1] > len(W):
+    if W.shape[1] > len(W):  # 1
         M = transform
-        found = quick(W if M is None else M @ W, whole if whole is None or M is None else whole.changed(M))
+        found = positive_combination(
+            W if M is None else M @ W, cones if cones is None or M is None else cones.changed(M)
+        )
         if found.closed is not None:
-            return _decided(found, W, whole, M, margins)
-    return _careful(W, exact, whole, transform, margins)
+            return _closure_of_simplex(found, W, cones, M, margins)
+    return _closure_near_boundary(W, exact, cones, transform, margins)
 
 
-def _decided(found: Quick, W: Floats, whole: RoundSet | None, M: Floats | None, margins: bool) -> Closure:
+def _closure_of_simplex(
+    found: SimplexVerdict, W: Floats, cones: ConeWrenches | None, M: Floats | None, margins: bool
+) -> Closure:
     """The verdict of the compiled program in coordinates M, in those of the wrenches."""
     if not found.closed:
-        return _no(W, found.y if M is None else unit(M.T @ found.y), "grasp.open", whole, margins)
+        y = found.y if M is None else unit(M.T @ found.y)
+        return _not_closed(W, y, ClosureStatus.OPEN, cones, margins)
     columns = found.columns
     if M is not None:
-        columns = W if whole is None else np.asarray(np.linalg.solve(M, columns), float)
-    return _yes(W, columns, found.x, whole, margins)
+        columns = W if cones is None else np.asarray(np.linalg.solve(M, columns), float)
+    return _closed(W, columns, found.x, cones, margins)
 
 
 def counted_out(found: Closure, open_directions: Floats, pushes: Floats, details: dict[str, int]) -> Closure:
@@ -200,102 +227,104 @@ def counted_out(found: Closure, open_directions: Floats, pushes: Floats, details
         pushes: (m, k) wrenches of the frictionless contacts, k <= q.
         details: numbers for the sentence.
     """
-    inside = open_directions.T @ pushes
-    y = _separating(inside) if pushes.shape[1] and np.abs(inside).max() > 0 else np.eye(len(inside))[0]
-    measured = AT_THE_EDGE if found.verdict is Verdict.MARGINAL else found.measured
+    within = open_directions.T @ pushes
+    y = _separating(within) if pushes.shape[1] and np.abs(within).max() > 0 else np.eye(len(within))[0]
+    measured = ON_BOUNDARY if found.verdict == "marginal" else found.measured
     return Closure(
-        Verdict.NO, "grasp.counted_out", found.rank, found.rows, measured, found.columns,
+        ClosureStatus.COUNTED_OUT, found.rank, found.rows, measured, found.columns,
         certificate=unit(open_directions @ y), exact=found.exact, details=tuple(details.items()),
     )  # fmt: skip
 
 
-def _careful(
-    W: Floats, exact: Exact | None, whole: RoundSet | None, transform: Floats | None, margins: bool
+def _closure_near_boundary(
+    W: Floats, exact: Exact | None, cones: ConeWrenches | None, transform: Floats | None, margins: bool
 ) -> Closure:
-    """Few columns, flat sets, and sets near whose boundary the origin lies."""
+    """Steps 2 to 4 of `closure`: few columns, flat sets, and sets near whose boundary the origin lies."""
     m, n = W.shape
     M = np.diag(1.0 / _row_sizes(W)) if transform is None else transform
-    scaled = _unit_columns(M @ W) if whole is None else M @ W
-    rank, null = _rank(scaled)
+    scaled = _unit_columns(M @ W) if cones is None else M @ W
+    rank, null = _rank(scaled)  # 2
     if rank < m:
-        reason = "grasp.too_few" if n <= m and whole is None else "grasp.flat"
-        return _no(W, unit(M.T @ null), reason, whole, margins, rank)
-    if n <= m and whole is None:
-        return _no(W, unit(_separating(W)), "grasp.too_few", whole, margins)
-    found = enclose(scaled, None if whole is None else whole.changed(M))
+        status = ClosureStatus.TOO_FEW if n <= m and cones is None else ClosureStatus.FLAT
+        return _not_closed(W, unit(M.T @ null), status, cones, margins, rank)
+    if n <= m and cones is None:
+        return _not_closed(W, unit(_separating(W)), ClosureStatus.TOO_FEW, cones, margins)
+    found = enclose(scaled, None if cones is None else cones.changed(M))  # 3
     if found.decided and found.lower < 0:
-        return _no(W, unit(M.T @ found.certificate), "grasp.open", whole, margins)
+        return _not_closed(W, unit(M.T @ found.certificate), ClosureStatus.OPEN, cones, margins)
     if found.decided:
-        columns: Floats = W if whole is None else np.asarray(np.linalg.solve(M, found.columns), float)
-        sizes = np.linalg.norm(M @ columns, axis=0) if whole is None else np.ones(columns.shape[1])
+        columns: Floats = W if cones is None else np.asarray(np.linalg.solve(M, found.columns), float)
+        sizes = np.linalg.norm(M @ columns, axis=0) if cones is None else np.ones(columns.shape[1])
         x = found.combination / np.where(sizes > 0, sizes, 1.0)
-        return _yes(W, columns, x / x.sum(), whole, margins)
-    if whole is None:
+        return _closed(W, columns, x / x.sum(), cones, margins)
+    if cones is None:  # 4
         columns_ = exact() if callable(exact) else exact
-        return _judged(W, judge(W.T.tolist() if columns_ is None else columns_), margins)
+        return _closure_of_exact_arithmetic(W, locate_origin(W.T.tolist() if columns_ is None else columns_), margins)
     y = unit(M.T @ found.certificate)
-    return Closure(Verdict.MARGINAL, "grasp.round_marginal", rank, m, AT_THE_EDGE, W, certificate=y)
+    return Closure(ClosureStatus.ROUND_MARGINAL, rank, m, ON_BOUNDARY, W, certificate=y)
 
 
-def _yes(W: Floats, columns: Floats, x: Floats, whole: RoundSet | None, margins: bool) -> Closure:
+def _closed(W: Floats, columns: Floats, x: Floats, cones: ConeWrenches | None, margins: bool) -> Closure:
     m = len(W)
-    measured = partial(inside, W, whole) if margins else NOT_ASKED
-    return Closure(Verdict.YES, "grasp.closed", m, m, measured, columns, x)
+    measured = partial(margin_inside, W, cones) if margins else NOT_REQUESTED
+    return Closure(ClosureStatus.CLOSED, m, m, measured, columns, x)
 
 
-def inside(W: Floats, whole: RoundSet | None) -> Margin:
+def margin_inside(W: Floats, cones: ConeWrenches | None) -> Margin:
     """The margin of a yes.
 
     Args:
         W: (m, n) wrenches.
-        whole: all of them, if the columns are only some.
+        cones: all of them, if the columns are only some.
     """
-    ball = _ball(W, whole)
-    return Margin(ball.radius, ball.upper, -ball.weakest)
+    found = _quality(W, cones)
+    return Margin(found.epsilon, found.upper, -found.weakest_direction)
 
 
-def _ball(W: Floats, whole: RoundSet | None) -> Ball:
-    found = None if whole is None else inscribed_ball(whole.discs)
-    return finite_ball(W) if found is None else found
+def _quality(W: Floats, cones: ConeWrenches | None) -> GraspQuality:
+    found = None if cones is None else quality_of_discs(cones.discs)
+    return quality_of_wrenches(W) if found is None else found
 
 
-def _no(W: Floats, y: Floats, reason: str, whole: RoundSet | None, margins: bool, rank: int | None = None) -> Closure:
-    measured = partial(outside, W, whole) if margins else NOT_ASKED
+def _not_closed(
+    W: Floats, y: Floats, status: ClosureStatus, cones: ConeWrenches | None, margins: bool, rank: int | None = None
+) -> Closure:
+    measured = partial(margin_outside, W, cones) if margins else NOT_REQUESTED
     m = len(W)
-    return Closure(Verdict.NO, reason, m if rank is None else rank, m, measured, W, certificate=y)
+    return Closure(status, m if rank is None else rank, m, measured, W, certificate=y)
 
 
-def outside(W: Floats, whole: RoundSet | None) -> Margin:
-    """The margin of a no; arguments as of `inside`."""
-    lower, upper, _ = distance_to_hull(point_discs(W) if whole is None else whole.discs)
+def margin_outside(W: Floats, cones: ConeWrenches | None) -> Margin:
+    """The margin of a no; arguments as of `margin_inside`."""
+    lower, upper, _ = distance_to_hull(point_discs(W) if cones is None else cones.discs)
     return Margin(-upper, -lower)
 
 
 def _separating(W: Floats) -> Floats:
     """A y with W' y >= 0 for at most m columns: the hull's nearest point, or a null vector if that is the origin."""
     _, distance, y = distance_to_hull(point_discs(W))
-    if distance > ROUNDING * float(np.abs(W).max()):
+    if distance > ROUNDOFF * float(np.abs(W).max()):
         return y
-    return np.array([float(v) for v in judge(W.T.tolist()).certificate or ()])
+    return np.array([float(v) for v in locate_origin(W.T.tolist()).certificate or ()])
 
 
-def _judged(W: Floats, found: Judgement, margins: bool) -> Closure:
+def _closure_of_exact_arithmetic(W: Floats, found: OriginLocation, margins: bool) -> Closure:
     """The verdict of exact arithmetic; a margin that the rounding of the input can undo stays marginal."""
     m, size = len(W), float(np.linalg.norm(W, axis=0).max())
     x = None if found.combination is None else np.array([float(v) for v in found.combination])
     y = None if found.certificate is None else unit(np.array([float(v) for v in found.certificate]))
-    if found.place is Place.INSIDE:
-        ball = finite_ball(W)
-        if ball.radius > ROUNDING * size:
+    if found.place is Location.INSIDE:
+        quality = quality_of_wrenches(W)
+        if quality.epsilon > ROUNDOFF * size:
             assert x is not None
-            measured = Margin(ball.radius, ball.upper, -ball.weakest if margins else None)
-            return Closure(Verdict.YES, "grasp.closed", m, m, measured, W, x / x.sum(), exact=found.place)
-    if found.place is Place.OUTSIDE:
+            measured = Margin(quality.epsilon, quality.upper, -quality.weakest_direction if margins else None)
+            return Closure(ClosureStatus.CLOSED, m, m, measured, W, x / x.sum(), exact=found.place)
+    if found.place is Location.OUTSIDE:
         _, distance, _ = distance_to_hull(point_discs(W))
-        if distance > ROUNDING * size:
+        if distance > ROUNDOFF * size:
             measured = Margin(-distance, -distance)
-            return Closure(Verdict.NO, "grasp.open", m, m, measured, W, certificate=y, exact=found.place)
-    return Closure(Verdict.MARGINAL, "grasp.marginal", m, m, AT_THE_EDGE, W, certificate=y, exact=found.place)
+            return Closure(ClosureStatus.OPEN, m, m, measured, W, certificate=y, exact=found.place)
+    return Closure(ClosureStatus.MARGINAL, m, m, ON_BOUNDARY, W, certificate=y, exact=found.place)
 
 
 def conditioning(points: Sequence[Floats]) -> Floats:
@@ -304,18 +333,16 @@ def conditioning(points: Sequence[Floats]) -> Floats:
     Args:
         points: (d,) contact points.
     """
-    from mafsil.solvers import contact_loops
-
     where = np.array(points)
     M = np.empty((3 * (where.shape[1] - 1),) * 2)
-    contact_loops.conditioning(where, M)
+    loops.contact_loops.conditioning(where, M)
     return M
 
 
 def vector(values: Floats) -> str:
-    """Numbers in round brackets, dust as zero."""
+    """Numbers in round brackets, roundoff as zero."""
     size = float(np.abs(values).max()) or 1.0
-    return "(" + ", ".join(f"{0.0 if abs(v) < 1e-12 * size else v:.4g}" for v in values) + ")"
+    return "(" + ", ".join(f"{0.0 if abs(v) < ROUNDOFF * size else v:.4g}" for v in values) + ")"
 
 
 def _rank(W: Floats) -> tuple[int, Floats]:
@@ -331,7 +358,7 @@ def unit(y: Floats) -> Floats:
 
 def _row_sizes(W: Floats) -> Floats:
     sizes = np.abs(W).max(axis=1)
-    return np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
+    return np.where(sizes > NEGLIGIBLE * sizes.max(), sizes, sizes.max() or 1.0)
 
 
 def _unit_columns(W: Floats) -> Floats:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.grasp import loops
 from mafsil.grasp.contact import Contact
 
 
@@ -34,7 +35,7 @@ def furthest(contact: Contact, g: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class RoundSet:
+class ConeWrenches:
     """Wrenches of unit push at each contact, a disc (in the plane a segment) for each.
 
     Their hull is what total push 1 can give.
@@ -46,20 +47,18 @@ class RoundSet:
     discs: Floats
 
     @staticmethod
-    def of(contacts: Sequence[Contact], transform: Floats) -> RoundSet:
+    def of(contacts: Sequence[Contact], transform: Floats) -> ConeWrenches:
         """The set of some contacts.
 
         Args:
             contacts: of the grasp.
             transform: (m, m) applied to the wrenches: change of frame and units.
         """
-        from mafsil.solvers.contact_loops import contact_discs
-
         found = np.empty((len(contacts), 4, len(transform)))
         points, normals = np.array([c.point for c in contacts]), np.array([c.normal for c in contacts])
         coefficients = np.array([(c.mu, c.gamma) for c in contacts])
-        contact_discs(points, normals, coefficients, np.ascontiguousarray(transform), found)
-        return RoundSet(found)
+        loops.contact_loops.contact_discs(points, normals, coefficients, np.ascontiguousarray(transform), found)
+        return ConeWrenches(found)
 
     def rim(self, edges: int) -> Floats:
         """(m, contacts edges) points on the rims of the discs, torsion to and fro in turn.
@@ -67,19 +66,17 @@ class RoundSet:
         Args:
             edges: points of each disc.
         """
-        from mafsil.solvers.contact_loops import rim_columns
-
         columns = np.empty((self.discs.shape[2], len(self.discs) * edges))
-        rim_columns(self.discs, edges, columns)
+        loops.contact_loops.rim_columns(self.discs, edges, columns)
         return columns
 
-    def changed(self, M: Floats) -> RoundSet:
+    def changed(self, M: Floats) -> ConeWrenches:
         """The set in other coordinates.
 
         Args:
             M: (m, m) applied to the wrenches.
         """
-        return RoundSet(self.discs @ M.T)
+        return ConeWrenches(self.discs @ M.T)
 
     def furthest(self, u: Floats) -> tuple[float, Floats]:
         """h(u) = max u . w over the set, and the wrench of each contact that goes furthest.

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
 from mafsil.errors import InputError
+from mafsil.grasp.tolerances import TYPED
 
 Model: TypeAlias = Literal["frictionless", "hard", "soft"]
 MOST_FACETS = 4096
@@ -269,6 +270,21 @@ def _cross(a: Sequence[float], b: Sequence[float]) -> list[float]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
+def require_one_dimension(contacts: Sequence[Contact]) -> None:
+    """Refuse contacts of which some are in the plane and others in space.
+
+    Args:
+        contacts: at least one.
+
+    Raises:
+        InputError: of mixed dimension.
+    """
+    first = contacts[0].dimension
+    for index, contact in enumerate(contacts):
+        if contact.dimension != first:
+            raise InputError("grasp.mixed_dimensions", index=index, got=contact.dimension, expected=first)
+
+
 def line_contact(start: ArrayLike, end: ArrayLike, normal: ArrayLike, mu: float = 0.0, name: str = "") -> list[Contact]:
     """A straight line contact as its two end points: the same wrenches, because pressure along it is a mean of them.
 
@@ -302,7 +318,7 @@ def patch_contact(
     points = np.array([c.point for c in contacts])
     heights = (points - points[0]) @ contacts[0].normal
     size = float(np.abs(points - points[0]).max())
-    if np.abs(heights).max() > 1e-9 * max(size, 1e-300):
+    if np.abs(heights).max() > TYPED * max(size, 1e-300):
         raise InputError(
             "grasp.patch_not_flat", index=int(np.argmax(np.abs(heights))), off=float(np.abs(heights).max())
         )
@@ -365,7 +381,7 @@ def _curvature(name: str, value: float | ArrayLike, n: Floats, pointed: bool = F
     K = single(name, value, (3, 3)) if len(n) == 3 else single(name, value, ())
     size = float(np.abs(K).max())
     along = float(np.abs(K @ n).max() / np.linalg.norm(n))
-    if np.abs(K - K.T).max() > 1e-9 * size or along > 1e-9 * size:
+    if np.abs(K - K.T).max() > TYPED * size or along > TYPED * size:
         raise InputError("grasp.curvature_tensor", name=name, along=along)
     return frozen(K)
 

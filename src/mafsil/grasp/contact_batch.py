@@ -13,26 +13,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.grasp.closure import Closure, Verdict
+from mafsil.grasp import loops
+from mafsil.grasp.closure import Closure, ClosureStatus
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.contact_closure import START, circle
-from mafsil.grasp.enclosure import UNSURE, positive_weights
+from mafsil.grasp.enclosure import positive_weights
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.tolerances import SOLVER
 from mafsil.messages import say
 
 PART = 64
 """Grasps handed to a core at once."""
-_MEMBERS: NDArray[np.object_] = np.array([Verdict.NO, Verdict.YES], dtype=np.object_)
+_MEMBERS: NDArray[np.object_] = np.array([ClosureStatus.OPEN, ClosureStatus.CLOSED], dtype=np.object_)
 
 
-@dataclass(frozen=True, eq=False)
-class ClosureBatch:
-    """Verdicts on the force closure of many grasps with as many contacts each.
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosureBatch(Answer):
+    """Verdicts on the force closure of many grasps with as many contacts each; true if all are closed.
 
     Attributes:
-        verdicts: (*batch,) members of `Verdict`.
+        status: (*batch,) members of `ClosureStatus`.
         forces: (*batch, k, d) where yes, the proof: forces strictly inside the cones that balance, total push 1, in the
             axes of the body; NaN elsewhere.
         torsions: (*batch, k) the moments about the normals that belong to them, of soft fingers.
@@ -42,7 +45,7 @@ class ClosureBatch:
         contacts: (*batch, k, 2 d + 2) point, normal, mu and gamma of each contact.
     """
 
-    verdicts: NDArray[np.object_]
+    status: NDArray[np.object_]
     forces: Floats
     torsions: Floats
     certificate: Floats
@@ -52,21 +55,24 @@ class ClosureBatch:
     @property
     def force_closure(self) -> NDArray[np.bool_]:
         """(*batch,) whether every external wrench is resisted; marginal grasps do not."""
-        return np.asarray(self.verdicts == Verdict.YES, dtype=np.bool_)
+        return np.asarray(self.status == ClosureStatus.CLOSED, dtype=np.bool_)
+
+    def __repr__(self) -> str:
+        return self.explain()
 
     def __bool__(self) -> bool:
         return bool(self.force_closure.all())
 
     def __len__(self) -> int:
-        return len(self.verdicts)
+        return len(self.status)
 
     def __iter__(self) -> Iterator[Closure | ClosureBatch]:
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: int | tuple[int, ...] | slice) -> Closure | ClosureBatch:
         """One grasp's verdict with columns, weights and margin; or some of the batch."""
-        chosen: Any = self.verdicts[index]
-        if isinstance(chosen, Verdict):
+        chosen: Any = self.status[index]
+        if isinstance(chosen, ClosureStatus):
             return Grasp(_contacts_of(self.contacts[index])).closure()
         forces, torsions, certificate = self.forces[index], self.torsions[index], self.certificate[index]
         return ClosureBatch(chosen, forces, torsions, certificate, self.asked_again, self.contacts[index])
@@ -75,13 +81,15 @@ class ClosureBatch:
         """The verdict on one grasp as a sentence; without an index how many grasps are closed."""
         if index:
             return Grasp(_contacts_of(self.contacts[index])).closure().explain(language)
-        closed, count = int(self.force_closure.sum()), self.verdicts.size
+        closed, count = int(self.force_closure.sum()), self.status.size
         return say("grasp.batch", language=language, closed=closed, count=count)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
+        statuses: list[ClosureStatus] = self.status.ravel().tolist()
         return {
-            "verdicts": [verdict.value for verdict in self.verdicts.ravel()],
+            "status": [status.name.lower() for status in statuses],
+            "verdict": [status.verdict for status in statuses],
             "force_closure": self.force_closure,
             "forces": self.forces,
             "torsions": self.torsions,
@@ -111,18 +119,18 @@ def contact_closures(
     forces, torsions = np.full((count, k, d), np.nan), np.full((count, k), np.nan)
     certificate, state = np.full((count, m), np.nan), np.empty(count, dtype=np.int8)
     _spans(flat, forces, torsions, certificate, state)
-    verdicts = _MEMBERS[(state == 1).astype(np.intp)]
+    statuses = _MEMBERS[(state == 1).astype(np.intp)]
     doubtful = np.flatnonzero(state < 0)
     for i in doubtful:
         contacts = _contacts_of(flat[i])
         found = Grasp(contacts).closure(margins=False)
-        verdicts[i] = found.verdict
+        statuses[i] = found.status
         if found.combination is not None:
             forces[i], torsions[i] = _forces_of(contacts, found)
         certificate[i] = np.nan if found.certificate is None else found.certificate
     forces, torsions = forces.reshape(*batch, k, d), torsions.reshape(*batch, k)
     return ClosureBatch(
-        verdicts.reshape(batch), forces, torsions, certificate.reshape(*batch, m), len(doubtful), given
+        statuses.reshape(batch), forces, torsions, certificate.reshape(*batch, m), len(doubtful), given
     )  # fmt: skip
 
 
@@ -158,16 +166,14 @@ def _gathered(points: ArrayLike, normals: ArrayLike, mu: ArrayLike, gamma: Array
 
 def _spans(flat: Floats, forces: Floats, torsions: Floats, certificate: Floats, state: NDArray[np.int8]) -> None:
     """Verdicts 1, 0 or -1 (doubtful), and the proofs."""
-    from mafsil.solvers import contact_span_loops as loops
-
     k, m = flat.shape[1], certificate.shape[1]
     edges = 2 if m == 3 else START
-    weights = positive_weights(edges * k)
+    weights, spans = positive_weights(edges * k), loops.contact_span_loops.contact_spans
 
     def part(i: int) -> None:
         s = slice(i * PART, (i + 1) * PART)
         out = forces[s], torsions[s], certificate[s], state[s]
-        loops.contact_spans((0,) * m, flat[s], circle(edges), weights, UNSURE, *out)
+        spans((0,) * m, flat[s], circle(edges), weights, SOLVER, *out)
 
     threads.run(part, -(-len(flat) // PART), threads.available())
 
@@ -184,12 +190,12 @@ def _forces_of(contacts: Sequence[Contact], found: Closure) -> tuple[Floats, Flo
     d = contacts[0].dimension
     forces, torsions = np.zeros((len(contacts), d)), np.zeros(len(contacts))
     for x, w in zip(found.combination, found.columns.T, strict=True):
-        parts = [np.linalg.lstsq(c.basis, w, rcond=None)[0] for c in contacts]
-        misses = [
+        parts: list[Floats] = [np.linalg.lstsq(c.basis, w, rcond=None)[0] for c in contacts]
+        residuals = [
             float(np.linalg.norm(c.basis @ z - w)) + max(0.0, -c.margin(z))
             for c, z in zip(contacts, parts, strict=True)
         ]
-        i = int(np.argmin(misses))
+        i = int(np.argmin(residuals))
         forces[i] += x * w[-d:]
         torsions[i] += x * (parts[i][3] if contacts[i].model == "soft" else 0.0)
     return forces, torsions

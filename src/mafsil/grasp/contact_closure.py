@@ -8,10 +8,21 @@ from functools import cache, partial
 import numpy as np
 
 from mafsil.arrays import Floats, frozen
-from mafsil.grasp.closure import NOT_ASKED, Closure, Margin, Verdict, closure, conditioning, inside, outside
-from mafsil.grasp.cone import RoundSet
+from mafsil.grasp import loops
+from mafsil.grasp.closure import (
+    NOT_REQUESTED,
+    Closure,
+    ClosureStatus,
+    Margin,
+    closure,
+    conditioning,
+    margin_inside,
+    margin_outside,
+)
+from mafsil.grasp.cone import ConeWrenches
 from mafsil.grasp.contact import Contact
-from mafsil.grasp.enclosure import UNSURE, positive_weights
+from mafsil.grasp.enclosure import positive_weights
+from mafsil.grasp.tolerances import SOLVER
 
 START = 6
 """Points on the rim of a round cone with which the search for a proof begins."""
@@ -22,22 +33,20 @@ def round_closure(contacts: Sequence[Contact], *, margins: bool = True) -> Closu
 
     Args:
         contacts: in space, some with friction.
-        margins: False: the margin is not wanted, and NaN.
+        margins: False: the margin is not requested, and NaN.
     """
-    from mafsil.solvers import contact_span_loops as loops
-
-    k = len(contacts)
-    weights, most = positive_weights(START * k), k * (START + loops.ROUNDS)
+    program, k = loops.contact_span_loops, len(contacts)
+    weights, most = positive_weights(START * k), k * (START + program.ROUNDS)
     columns, x, y = np.empty((most, 6)), np.empty(most), np.empty(6)
-    state, count = loops.contact_span((0,) * 6, rows(contacts), circle(START), weights, UNSURE, columns, x, y)
-    closed, columns = state == loops.SPANS, columns[:count].T
-    measured = partial(_margin, tuple(contacts), closed) if margins else NOT_ASKED
+    state, count = program.contact_span((0,) * 6, rows(contacts), circle(START), weights, SOLVER, columns, x, y)
+    closed, columns = state == program.SPANS, columns[:count].T
+    measured = partial(_margin, tuple(contacts), closed) if margins else NOT_REQUESTED
     if closed:
-        return Closure(Verdict.YES, "grasp.closed", 6, 6, measured, columns, x[:count])
-    if state == loops.OPEN:
-        return Closure(Verdict.NO, "grasp.open", 6, 6, measured, columns, certificate=y)
-    whole = RoundSet.of(contacts, np.eye(6))
-    return closure(whole.rim(START), whole=whole, transform=conditioning([c.point for c in contacts]), margins=margins)
+        return Closure(ClosureStatus.CLOSED, 6, 6, measured, columns, x[:count])
+    if state == program.OPEN:
+        return Closure(ClosureStatus.OPEN, 6, 6, measured, columns, certificate=y)
+    cones = ConeWrenches.of(contacts, np.eye(6))
+    return closure(cones.rim(START), cones=cones, transform=conditioning([c.point for c in contacts]), margins=margins)
 
 
 def rows(contacts: Sequence[Contact]) -> Floats:
@@ -53,5 +62,5 @@ def circle(edges: int) -> Floats:
 
 
 def _margin(contacts: Sequence[Contact], closed: bool) -> Margin:
-    whole = RoundSet.of(contacts, np.eye(6))
-    return (inside if closed else outside)(whole.rim(START), whole)
+    cones = ConeWrenches.of(contacts, np.eye(6))
+    return (margin_inside if closed else margin_outside)(cones.rim(START), cones)

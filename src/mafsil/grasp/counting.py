@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp.closure import RANK, conditioning
+from mafsil.grasp.closure import conditioning
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.tolerances import RANK
 
 
 @dataclass(frozen=True, eq=False)

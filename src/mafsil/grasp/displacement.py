@@ -13,10 +13,9 @@ from mafsil.arrays import Floats
 from mafsil.grasp.closure import conditioning
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.tolerances import TYPED
 from mafsil.solvers.linear_program import minimise
 
-TOUCHING = 1e-9
-"""Penetration below this share of the size counts as contact."""
 ROUNDS = 20
 UNDONE = 0.5
 """Shifts beyond this share of the step undo the motion."""
@@ -28,13 +27,13 @@ def free_twists(grasp: Grasp) -> list[tuple[Floats, bool]]:
     Args:
         grasp: in the plane.
     """
-    held = grasp.second_order()
-    if held.immobile:
+    immobility = grasp.second_order()
+    if immobility.immobile:
         return []
     free = grasp.free_motions()
     found = [(y, True) for y in free.reversible] + [(y, False) for y in free.rays]
-    if held.motion is not None:
-        found.append((held.motion, False))
+    if immobility.motion is not None:
+        found.append((immobility.motion, False))
     steps = [(y, both, size_of(grasp) * 0.05) for y, both in found]
     kept: list[tuple[Floats, bool]] = []
     for y, both, step in steps:
@@ -72,7 +71,7 @@ def moved(grasp: Grasp, twist: Floats, step: float) -> Floats | None:
     pose, shifted = _exp(share * twist), np.zeros(3)
     for _ in range(ROUNDS):
         gaps = np.array([_gap(pose, c) for c in grasp.contacts])
-        if gaps.min() >= -TOUCHING * size:
+        if gaps.min() >= -TYPED * size:
             return pose
         rows = np.column_stack([_row(pose, c) for c in grasp.contacts])
         shift = _least_shift(rows, gaps, to_scaled)

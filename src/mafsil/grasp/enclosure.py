@@ -15,14 +15,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import MafsilError
-from mafsil.grasp.cone import RoundSet
+from mafsil.grasp import loops
+from mafsil.grasp.cone import ConeWrenches
+from mafsil.grasp.tolerances import SOLVER
 from mafsil.solvers.linear_program import minimise
 
-UNSURE = 1e-7
-"""|lambda| below it is not decided here: HiGHS's own tolerance."""
 ROUNDS = 100
 ANSWER = {1: True, 0: False, -1: None}
 """Meaning of the verdicts of `solvers.positive_span_loops`."""
@@ -56,39 +57,39 @@ class Enclosure:
     @property
     def decided(self) -> bool:
         """Whether the sign of lambda is certain."""
-        return self.lower > UNSURE or self.upper < -UNSURE
+        return self.lower > SOLVER or self.upper < -SOLVER
 
 
-def enclose(W: Floats, whole: RoundSet | None = None) -> Enclosure:
-    """Bounds of lambda that decide its sign, or place it within UNSURE of zero.
+def enclose(W: Floats, cones: ConeWrenches | None = None) -> Enclosure:
+    """Bounds of lambda that decide its sign, or place it within SOLVER of zero.
 
     Args:
         W: (m, n) columns of rank m, of comparable size.
-        whole: the set of which the columns are some; the columns are all if None.
+        cones: the set of which the columns are some; the columns are all if None.
 
     Raises:
         MafsilError: the bounds did not meet.
     """
     weights = positive_weights(W.shape[1])
     weights = weights / weights.sum()
-    c = W @ weights
+    c = W @ weights  # the point inside from which the program looks
     grown = W
     upper, lower = np.inf, -np.inf
     for rounds in range(1, ROUNDS + 1):
         x, lower, z = _shoot(grown, c)
-        if whole is None:
+        if cones is None:
             upper, fresh = lower, grown[:, :0]
         else:
-            upper, fresh = whole.furthest(z)
+            upper, fresh = cones.furthest(z)
         found = Enclosure(lower, upper, grown, x, -z, rounds)
-        if found.decided or upper - lower <= UNSURE:
+        if found.decided or upper - lower <= SOLVER:
             return _strict(found, weights)
         grown = np.hstack([grown, fresh])
     raise MafsilError("solvers.budget_spent", iterations=ROUNDS, residual=upper - lower)
 
 
 @dataclass(frozen=True, eq=False)
-class Quick:
+class SimplexVerdict:
     """What the compiled program says.
 
     Attributes:
@@ -104,27 +105,25 @@ class Quick:
     y: Floats
 
 
-def quick(W: Floats, whole: RoundSet | None = None) -> Quick:
+def positive_combination(W: Floats, cones: ConeWrenches | None = None) -> SimplexVerdict:
     """The verdict of the compiled program, a few microseconds; near the boundary it doubts.
 
     Args:
         W: (m, n) columns of any size, n > m.
-        whole: the set of which the columns are some; the columns are all if None.
+        cones: the set of which the columns are some; the columns are all if None.
     """
-    from mafsil.solvers import positive_span_loops as program
-
-    (m, n), y = W.shape, np.empty(len(W))
+    program, (m, n), y = loops.positive_span_loops, W.shape, np.empty(len(W))
     weights = positive_weights(n)
-    if whole is None:
+    if cones is None:
         x = np.empty(n)
-        verdict = program.positive_span((0,) * m, np.ascontiguousarray(W), weights, UNSURE, x, y)
-        return Quick(ANSWER[verdict], W, x, y)
-    more = np.empty((m, len(whole.discs) * program.ROUNDS))
+        verdict = program.positive_span((0,) * m, np.ascontiguousarray(W), weights, SOLVER, x, y)
+        return SimplexVerdict(ANSWER[verdict], W, x, y)
+    more = np.empty((m, len(cones.discs) * program.ROUNDS))
     x = np.empty(n + more.shape[1])
-    verdict, count = program.positive_span_of_discs((0,) * m, whole.discs, W, more, weights, UNSURE, x, y)
+    verdict, count = program.positive_span_of_discs((0,) * m, cones.discs, W, more, weights, SOLVER, x, y)
     columns = np.hstack([W, more[:, : count - n]])
-    used = np.flatnonzero(x[:count] > 0) if verdict == program.SPANS else np.arange(n)
-    return Quick(ANSWER[verdict], columns[:, used], x[used], y)
+    used: NDArray[np.intp] = np.flatnonzero(x[:count] > 0) if verdict == program.SPANS else np.arange(n)
+    return SimplexVerdict(ANSWER[verdict], columns[:, used], x[used], y)
 
 
 def _shoot(W: Floats, c: Floats) -> tuple[Floats, float, Floats]:

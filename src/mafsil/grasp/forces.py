@@ -11,37 +11,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
-from mafsil.messages import say
+from mafsil.grasp.tolerances import MULTIPLIER, OPTIMUM, UNLOADED
 from mafsil.solvers.linear_program import minimise
 
-GAP = 1e-9
 ROUNDS = 60
+"""Linear programs at most; each adds the best force of every cone, and few are needed."""
 
 
-class HoldStatus(Enum):
-    """Whether the load is held; the values are keys of sentences."""
+class HoldStatus(Status):
+    """Whether the load is held."""
 
-    HOLDS = "grasp.holds"
-    DROPS = "grasp.drops"
-
-    def sentence(self, language: str | None = None, **details: object) -> str:
-        """The status in words."""
-        return say(self.value, language=language, **details)
+    HOLDS = ("grasp.holds", True)
+    DROPS = ("grasp.drops", False)
 
 
-@dataclass(frozen=True, eq=False)
-class ContactForces:
-    """Forces that hold a load, or the proof that none do.
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactForces(SingleAnswer):
+    """Forces that hold a load, or the proof that none do; true if it is held.
 
     Attributes:
         status: holds or drops.
@@ -54,7 +50,7 @@ class ContactForces:
         residual: |G f + wrench| recomputed.
         certificate: (m,) y with y . w >= 0 for every wrench that the contacts can give and y . (-wrench) < 0, or None
             where limits of the hand (not the cones) are what fails.
-        shortfall: least part of the wrench that is left over if it drops.
+        unbalanced: least part of the wrench that is left over if it drops [N m, N].
     """
 
     status: HoldStatus
@@ -66,7 +62,7 @@ class ContactForces:
     torques: Floats | None
     residual: float
     certificate: Floats | None
-    shortfall: float
+    unbalanced: float
 
     def moments(self, points: ArrayLike) -> Floats:
         """Moments of the contact forces about the origin [N m]: (contacts,) in the plane, (contacts, 3) in space.
@@ -86,7 +82,18 @@ class ContactForces:
 
     def explain(self, language: str | None = None) -> str:
         """The answer in one sentence."""
-        return self.status.sentence(language, push=self.total_push, shortfall=self.shortfall)
+        return self.status.sentence(language, push=self.total_push, unbalanced=self.unbalanced)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(),
+            "holds": self.holds,
+            "forces": self.forces if self.holds else None,
+            "total_push": self.total_push if self.holds else None,
+            "torques": self.torques,
+            "certificate": self.certificate,
+        }
 
 
 def resist(
@@ -98,6 +105,10 @@ def resist(
     torque: ArrayLike | None = None,
 ) -> ContactForces:
     """Smallest contact forces that balance an external wrench.
+
+    1. An elastic program finds the least part of the wrench that no forces balance; if there is one, it drops.
+    2. Else the program of least total push starts from the columns of the first.
+    3. In both, the multipliers price the forces of every cone; the best ones join until none improves the optimum.
 
     Args:
         contacts: of the grasp.
@@ -111,10 +122,10 @@ def resist(
         InputError: shapes do not fit, or a jacobian without torques.
     """
     program = _Program(contacts, wrench, push, jacobian, torque)
-    nearest = program.solve(elastic=True)
-    if nearest.value > 1e-8 * max(float(np.abs(program.b).max()), 1e-300):
+    nearest = program.solve(elastic=True)  # 1
+    if nearest.value > UNLOADED * max(float(np.abs(program.b).max()), 1e-300):
         return program.refusal(nearest)
-    return program.answer(program.solve(elastic=False, start=nearest.columns))
+    return program.answer(program.solve(elastic=False, start=nearest.columns))  # 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,12 +182,12 @@ class _Program:
         rounds = 0
         while True:
             found = self._program(columns, elastic)
-            fresh, worst = self._price(found, elastic)
+            fresh, worst = self._price(found, elastic)  # 3
             bound = found.value if not fresh else self._lower(found, elastic, worst)
             best_lower = max(best_lower, bound)
             solved = _Solved(found.value, best_lower, found.x, columns, found.prices, found.limit_prices)
             rounds += 1
-            if not fresh or rounds == ROUNDS or found.value - best_lower <= GAP * max(1e-12, abs(found.value)):
+            if not fresh or rounds == ROUNDS or found.value - best_lower <= OPTIMUM * max(1e-12, abs(found.value)):
                 return solved
             columns = columns + fresh
 
@@ -203,7 +214,7 @@ class _Program:
             e = furthest(contact, g)
             price = float(g @ e)
             worst = max(worst, price)
-            if price > cost + 1e-10:
+            if price > cost + MULTIPLIER:
                 fresh.append((i, e))
         return fresh, worst
 
@@ -234,7 +245,7 @@ class _Program:
 
     def refusal(self, nearest: _Solved) -> ContactForces:
         d = self.contacts[0].dimension
-        by_limits = bool(len(self.h)) and bool(np.abs(nearest.limit_prices).max() > 1e-10)
+        by_limits = bool(len(self.h)) and bool(np.abs(nearest.limit_prices).max() > MULTIPLIER)
         return ContactForces(
             HoldStatus.DROPS,
             tuple(np.zeros(c.basis.shape[1]) for c in self.contacts),

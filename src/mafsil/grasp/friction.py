@@ -4,41 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from math import atan, exp, log, tan
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Status
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.tolerances import ROUNDOFF
 from mafsil.messages import say
 
 TYPICAL = (0.1, 1.0)
 """Friction coefficients of common pairs of hard dry materials."""
-ON_THE_EDGE = 1e-12
-"""A margin below this fraction of the force counts as zero: impending slip."""
 
 
-class ContactState(Enum):
-    """What a contact force does; the values are keys of sentences."""
+class ContactState(Status):
+    """What a contact force does; it succeeds where a resting contact can carry the force."""
 
-    STICK = "grasp.stick"
-    IMPENDING = "grasp.impending"
-    SLIP = "grasp.slip"
-    NO_LOAD = "grasp.no_load"
-    TENSION = "grasp.tension"
+    STICK = ("grasp.stick", True)
+    IMPENDING = ("grasp.impending", True)
+    SLIP = ("grasp.slip", False)
+    NO_LOAD = ("grasp.no_load", True)
+    TENSION = ("grasp.tension", False)
 
     @property
     def admissible(self) -> bool:
         """Whether a resting contact can carry the force."""
-        return self not in (ContactState.SLIP, ContactState.TENSION)
-
-    def sentence(self, language: str | None = None) -> str:
-        """The state in words."""
-        return say(self.value, language=language)
+        return self.succeeded
 
 
 def friction_angle(mu: ArrayLike) -> Any:
@@ -51,7 +46,7 @@ def friction_angle(mu: ArrayLike) -> Any:
 
 
 def coefficient(alpha: float) -> float:
-    """Mu = tan(alpha).
+    """mu = tan(alpha).
 
     Args:
         alpha: friction angle [rad], from 0 to below pi/2.
@@ -134,7 +129,7 @@ def contact_state(force: ArrayLike, mu: float, normal: ArrayLike = (0.0, 0.0, 1.
     if float(f @ n) < 0.0:
         return ContactState.TENSION
     left = float(margin(f, mu, n))
-    if abs(left) <= ON_THE_EDGE * size:
+    if abs(left) <= ROUNDOFF * size:
         return ContactState.IMPENDING
     return ContactState.STICK if left > 0 else ContactState.SLIP
 
@@ -165,7 +160,7 @@ def soft_finger_admits(force: ArrayLike, torsion: ArrayLike, mu: float, gamma: f
     """
     f, tau = np.asarray(force, float), np.asarray(torsion, float)
     pushed, sideways = f[..., 2], np.hypot(f[..., 0], f[..., 1])
-    slack = ON_THE_EDGE * np.maximum(1.0, np.abs(pushed))
+    slack = ROUNDOFF * np.maximum(1.0, np.abs(pushed))
     if not elliptic:
         return (pushed >= 0) & (sideways <= mu * pushed + slack) & (np.abs(tau) <= gamma * pushed + slack)
     if mu == 0.0 or gamma == 0.0:

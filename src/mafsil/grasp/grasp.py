@@ -5,34 +5,32 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from html import escape
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError, MafsilError
-from mafsil.grasp.ball import Ball, finite_ball, hull_volume, inscribed_ball
+from mafsil.grasp import loops
+from mafsil.grasp.clearance import ClearanceMotion, RestPosition, motion_within_clearance, rest_position
 from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
-from mafsil.grasp.cone import RoundSet, has_round_cones
-from mafsil.grasp.contact import MOST_FACETS, Contact
+from mafsil.grasp.cone import ConeWrenches, has_round_cones
+from mafsil.grasp.contact import MOST_FACETS, Contact, force_wrench, require_one_dimension
 from mafsil.grasp.contact_closure import round_closure
 from mafsil.grasp.counting import count_contacts
+from mafsil.grasp.description import contact_data, described
 from mafsil.grasp.forces import ContactForces, resist
+from mafsil.grasp.free_motions import ContactMotion, FreeMotions, contact_motion, free_motions
 from mafsil.grasp.friction import friction_remarks
-from mafsil.grasp.motion import (
-    ContactMotion,
-    FreeMotions,
-    Rest,
-    Wiggle,
-    contact_motion,
-    free_motions,
-    rest_position,
-    wiggle,
-)
-from mafsil.grasp.second_order import Immobility, SecondOrder, second_order
+from mafsil.grasp.quality import GraspQuality, hull_volume, quality_of_discs, quality_of_wrenches
+from mafsil.grasp.second_order import ImmobilityStatus, SecondOrder, second_order
 from mafsil.messages import say
 from mafsil.solvers.rational import exact
+
+MOST_SHOWN = 20
+"""Contacts that are printed."""
 
 
 class Grasp:
@@ -63,16 +61,17 @@ class Grasp:
             flat.extend(_members(item, index))
         if not flat:
             raise InputError("grasp.no_contacts")
-        for index, contact in enumerate(flat):
-            if contact.dimension != flat[0].dimension:
-                raise InputError(
-                    "grasp.mixed_dimensions", index=index, got=contact.dimension, expected=flat[0].dimension
-                )
+        require_one_dimension(flat)
         self.contacts = tuple(flat)
         self.name = name
 
     def __repr__(self) -> str:
-        return f"Grasp({self.name + ': ' if self.name else ''}{', '.join(map(repr, self.contacts))})"
+        """The contacts, one a line where there are several; the first twenty."""
+        shown = [repr(contact) for contact in self.contacts[:MOST_SHOWN]]
+        if len(self) > MOST_SHOWN:
+            shown.append(f"... {len(self)} contacts")
+        name = f"{self.name}: " if self.name else ""
+        return f"Grasp({name}{shown[0]})" if len(shown) == 1 else f"Grasp({name}\n  " + ",\n  ".join(shown) + ")"
 
     def __len__(self) -> int:
         return len(self.contacts)
@@ -111,7 +110,7 @@ class Grasp:
         """The columns of all contacts; of hard fingers in space with inscribed cones by one compiled call."""
         plain = self.dimension == 3 and not (outer or unit) and 3 <= facets <= MOST_FACETS
         if plain and all(contact.model == "hard" for contact in self.contacts):
-            return RoundSet.of(self.contacts, np.eye(self.rows)).rim(facets)
+            return ConeWrenches.of(self.contacts, np.eye(self.rows)).rim(facets)
         return np.hstack([c.wrenches(facets, outer=outer, unit=unit) for c in self.contacts])
 
     @cached_property
@@ -130,8 +129,6 @@ class Grasp:
         Args:
             forces: (contacts, d) in the frame of the body [N].
         """
-        from mafsil.grasp.contact import force_wrench
-
         given = gate("forces", forces, (len(self), self.dimension), finite=True)
         return np.sum([force_wrench(c.point, f) for c, f in zip(self.contacts, given, strict=True)], axis=0)
 
@@ -157,7 +154,7 @@ class Grasp:
         Args:
             facets: edges of polyhedral cones; None for the true cones.
             outer: circumscribed polyhedral cones.
-            margins: False: the margin is not wanted, and NaN; else it is found when it is looked at.
+            margins: False: the margin is not requested, and NaN; else it is found when it is looked at.
         """
         if facets is None and has_round_cones(self.contacts):
             found = round_closure(self.contacts, margins=margins)
@@ -212,15 +209,15 @@ class Grasp:
         y = gate("twist", twist, (self.rows,), finite=True)
         return tuple(contact_motion(y, c.point, c.normal) for c in self.contacts)
 
-    def wiggle(self, clearance: ArrayLike) -> Wiggle:
+    def motion_within_clearance(self, clearance: ArrayLike) -> ClearanceMotion:
         """How far the body moves if every finger stands off a little.
 
         Args:
             clearance: [m], one for all or (contacts,).
         """
-        return wiggle(self.normals_matrix, clearance)
+        return motion_within_clearance(self.normals_matrix, clearance)
 
-    def rest_position(self, wrench: ArrayLike, clearance: ArrayLike) -> Rest:
+    def rest_position(self, wrench: ArrayLike, clearance: ArrayLike) -> RestPosition:
         """Where the body comes to rest between fingers that stand off, under a load and without friction.
 
         Args:
@@ -238,22 +235,22 @@ class Grasp:
         """
         return resist(self.contacts, wrench, **limits)
 
-    def quality(self, length: float = 1.0, *, about: ArrayLike | None = None, together: bool = False) -> Ball:
-        """Radius of the largest ball of external wrenches that unit pushes resist (Ferrari and Canny).
+    def quality(self, length: float = 1.0, *, about: ArrayLike | None = None, together: bool = False) -> GraspQuality:
+        """Epsilon: radius of the largest ball of external wrenches that unit pushes resist (Ferrari and Canny).
 
         Args:
-            length: moments are divided by it [m]; the radius depends on it.
-            about: (d,) point about which moments are taken [m]; the origin if None. The radius depends on it.
+            length: moments are divided by it [m]; epsilon depends on it.
+            about: (d,) point about which moments are taken [m]; the origin if None. Epsilon depends on it.
             together: every contact pushes up to 1 (L-infinity) instead of 1 in total (L1).
         """
         M = self.measure(length, about)
         if not self.closure(margins=False):
-            return Ball(0.0, 0.0, np.zeros(self.rows), 0)
+            return GraspQuality(0.0, 0.0, np.zeros(self.rows), 0)
         if not together and not has_round_cones(self.contacts):
-            return finite_ball(M @ self.matrix())
-        found = inscribed_ball(RoundSet.of(self.contacts, M).discs, together=together)
+            return quality_of_wrenches(M @ self.matrix())
+        found = quality_of_discs(ConeWrenches.of(self.contacts, M).discs, together=together)
         if found is None:
-            raise MafsilError("grasp.no_ball")
+            raise MafsilError("grasp.no_quality")
         return found
 
     def volume(self, length: float = 1.0, facets: int = 16) -> float:
@@ -272,13 +269,11 @@ class Grasp:
             length: [m].
             about: (d,) point [m]; the origin if None.
         """
-        from mafsil.solvers import contact_loops
-
         if not (np.isfinite(length) and length > 0):
             raise InputError("grasp.length", value=length)
         origin = np.zeros(self.dimension) if about is None else gate("about", about, (self.dimension,), finite=True)
         M = np.empty((self.rows, self.rows))
-        contact_loops.about(origin, float(length), M)
+        loops.contact_loops.about(origin, float(length), M)
         return M
 
     def _exact_columns(self) -> list[list[Any]] | None:
@@ -302,8 +297,8 @@ class Grasp:
                 columns.append([x * fy - y * fx, fx, fy])
         return columns
 
-    def explain(self, language: str | None = None) -> list[str]:
-        """The verdicts, sentence by sentence."""
+    def explain(self, language: str | None = None) -> str:
+        """The verdicts on force closure, form closure and second order, free motions and remarks: a sentence a line."""
         force, form = self.closure(), self.form_closure()
         lines = [force.explain(language)]
         lines.append(say("grasp.form_yes" if form else "grasp.form_no", language=language))
@@ -314,12 +309,16 @@ class Grasp:
         lines += [say("grasp.free_one_way", language=language, twist=vector(y)) for y in free.rays]
         lines += friction_remarks(self.contacts, language)
         lines.append(say("grasp.rigid", language=language))
-        return lines
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """In a notebook the contacts as a table's text."""
+        return f"<pre>{escape(repr(self))}</pre>"
 
     def _second_order_sentence(self, language: str | None) -> str:
         """What second order says, and on which condition where the curvature of the body was not given."""
         found = self.second_order()
-        if found.immobility is Immobility.NO_EQUILIBRIUM or all(c.curvature_given for c in self.contacts):
+        if found.status is ImmobilityStatus.NO_EQUILIBRIUM or all(c.curvature_given for c in self.contacts):
             return found.explain(language)
         return say("grasp.if_flat", language=language, finding=found.explain(language))
 
@@ -336,18 +335,18 @@ class Grasp:
         """A grasp from plain data.
 
         Args:
-            data: as `to_dict` gives, or as in a sketch file.
+            data: as `to_dict` gives, or as in a grasp file.
         """
-        from mafsil.grasp.sketch import parse
-
-        return parse(data, source="data").grasp
+        found = described(data, source="data")
+        return Grasp(found.contacts, found.name)
 
 
 def _members(item: Any, index: int) -> list[Contact]:
     """The contacts that one entry stands for."""
     if isinstance(item, Contact):
         return [item]
-    entries = list(item) if isinstance(item, Sequence | np.ndarray) and not isinstance(item, str) else []
+    several = isinstance(item, Sequence | np.ndarray) and not isinstance(item, str)
+    entries: list[Any] = list(cast("Sequence[Any]", item)) if several else []
     if entries and all(isinstance(entry, Contact) for entry in entries):
         return [entry for entry in entries if isinstance(entry, Contact)]
     if not 2 <= len(entries) <= 4 or any(np.ndim(v) != 1 for v in entries[:2]):
@@ -355,25 +354,10 @@ def _members(item: Any, index: int) -> list[Contact]:
     return [Contact(*entries)]
 
 
-def contact_data(contact: Contact) -> dict[str, Any]:
-    """One contact as plain data.
-
-    Args:
-        contact: what to write.
-    """
-    data: dict[str, Any] = {"point": contact.point.tolist(), "normal": contact.direction.tolist()}
-    for key in ("mu", "gamma"):
-        if getattr(contact, key):
-            data[key] = getattr(contact, key)
-    if contact.curvature_given:
-        data["curvature"] = np.asarray(contact.curvature).tolist()
-    if contact.finger_shape is not None:
-        data["finger_curvature"] = np.asarray(contact.finger_curvature).tolist()
-    return data | ({"name": contact.name} if contact.name else {})
-
-
-def compare(grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | None = None) -> list[tuple[Grasp, Ball]]:
-    """Grasps of one body, the most robust first, each with its ball and weakest wrench.
+def compare(
+    grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | None = None
+) -> list[tuple[Grasp, GraspQuality]]:
+    """Grasps of one body, the most robust first, each with its quality.
 
     Args:
         grasps: written in one frame.
@@ -381,10 +365,12 @@ def compare(grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | Non
         about: (d,) point of the moments; the origin if None.
     """
     rated = [(grasp, grasp.quality(length, about=about)) for grasp in grasps]
-    return sorted(rated, key=lambda pair: -pair[1].radius)
+    return sorted(rated, key=lambda pair: -pair[1].epsilon)
 
 
-def compare_under_load(grasps: Sequence[Grasp], wrench: ArrayLike, clearance: ArrayLike) -> list[tuple[Grasp, Rest]]:
+def compare_under_load(
+    grasps: Sequence[Grasp], wrench: ArrayLike, clearance: ArrayLike
+) -> list[tuple[Grasp, RestPosition]]:
     """Fixtures of one body, the one that yields least under a load first: by the work the load does until it rests.
 
     Args:

@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, require_finite
 from mafsil.errors import InputError
-
-FLAT = 1e-10
-"""Extents below this share of the largest count as none."""
+from mafsil.grasp.tolerances import RANK
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +40,11 @@ class Hull:
         p = np.asarray(point, float) - self.points[0]
         size = float(np.abs(self.points - self.points[0]).max()) or 1.0
         z = self.basis @ p
-        if np.abs(p - z @ self.basis).max() > FLAT * size or (strictly and self.dimension < len(p)):
+        if np.abs(p - z @ self.basis).max() > RANK * size or (strictly and self.dimension < len(p)):
             return False
         heights = self.facets[:, :-1] @ z + self.facets[:, -1]
         worst = float(heights.max()) if len(heights) else 0.0
-        return worst < -FLAT * size if strictly else worst <= FLAT * size
+        return worst < -RANK * size if strictly else worst <= RANK * size
 
 
 def convex_hull(points: ArrayLike) -> Hull:
@@ -63,7 +61,7 @@ def convex_hull(points: ArrayLike) -> Hull:
         raise InputError("grasp.no_hull", got=P.shape)
     offsets = P - P[0]
     _, s, Vt = np.linalg.svd(offsets)
-    rank = int((s > FLAT * s[0]).sum()) if s[0] > 0 else 0
+    rank = int((s > RANK * s[0]).sum()) if s[0] > 0 else 0
     basis = Vt[:rank]
     z = offsets @ basis.T
     if rank == 0:

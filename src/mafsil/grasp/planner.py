@@ -1,35 +1,35 @@
 """Grasps of a given body: fingertips are tried all over its surface, what closes is rated, the best are returned.
 
 Two soft fingers are sought along lines through the body (they close iff the line lies inside both cones); three and
-more by random sets, closed or not in one batch, and rated by the ball of wrenches about the centre of mass.
+more by random sets, closed or not in one batch, and rated by their epsilon quality about the centre of mass.
 
-Two soft fingers resist a torsion of gamma about their line wherever they are, so for small gamma the ball has one
-radius for nearly all of them. Among equals the one counts that holds weight best: the same ball with moments divided by
-gamma instead of the body's size. It shrinks as the line misses the centre of mass and as it nears the edge of a cone.
+Two soft fingers resist a torsion of gamma about their line wherever they are, so for small gamma epsilon is
+the same for nearly all of them. Among equals the one counts that carries weight best: epsilon with moments divided by
+gamma instead of the body's size. It shrinks as the line leaves the centre of mass and as it nears the edge of a cone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
-from mafsil.grasp.ball import finite_ball
-from mafsil.grasp.batch import closures
 from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
-from mafsil.messages import say
+from mafsil.grasp.quality import quality_of_wrenches
+from mafsil.grasp.wrench_batch import wrench_closures
 
-Progress = Callable[[int, int], None]
-"""Called with the number of grasps rated and the number to rate."""
+Progress = Callable[[float], None]
+"""Called with the share of the closing sets that are rated, up to 1."""
 EDGES = 6
 """Of the cones while sets are sorted out; the best are rated with round cones."""
 EQUAL = 0.05
-"""Radii within this share of the largest count as equal."""
+"""Qualities within this share of the largest count as equal."""
 INSIDE = 0.98
 """Lines are tilted up to this share of the friction angle."""
 
@@ -40,43 +40,78 @@ class PlannedGrasp:
 
     Attributes:
         grasp: the contacts.
-        radius: of the ball of wrenches about the body's centre, moments divided by its size; proven to fit.
+        epsilon: quality about the body's centre, moments divided by its size; proven.
         opening: distance of the two fingers [m]; None for more.
-        hold: two fingers: the weight, in any direction, that a total push of 1 holds together with its moment at a
+        weight: two fingers: the weight, in any direction, that a total push of 1 holds together with its moment at a
             lever of gamma about the body's centre; None for more.
     """
 
     grasp: Grasp
-    radius: float
+    epsilon: float
     opening: float | None
-    hold: float | None = None
+    weight: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class GraspPlan:
-    """What was found.
+class PlanStatus(Status):
+    """Whether grasps were found."""
+
+    FOUND = ("grasp.plan_found", True)
+    FOUND_ON_OPEN_MESH = ("grasp.plan_open_mesh", True)
+    NOT_FOUND = ("grasp.plan_none", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GraspPlan(Answer):
+    """The grasps that a search found, best first; true if there are any.
 
     Attributes:
         grasps: the best, best first; empty if none closes.
         tried: sets of contacts that were looked at.
         closing: how many of them close.
-        body: that was held.
-        reason: key of the sentence that says what was found, or why nothing.
+        body: that is to be grasped.
+        status: found, on a closed or an open mesh, or not found.
     """
 
     grasps: tuple[PlannedGrasp, ...]
     tried: int
     closing: int
     body: Body
-    reason: str
+    status: PlanStatus
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.grasps)
+
+    def __iter__(self) -> Iterator[PlannedGrasp]:
+        return iter(self.grasps)
+
+    def __repr__(self) -> str:
+        return self.explain()
 
     def explain(self, language: str | None = None) -> str:
         """The finding in words."""
-        best = self.grasps[0].radius if self.grasps else 0.0
-        return say(
-            self.reason, language=language, tried=self.tried, closing=self.closing, radius=best,
+        best = self.grasps[0].epsilon if self.grasps else 0.0
+        return self.status.sentence(
+            language, tried=self.tried, closing=self.closing, epsilon=best,
             length=self.body.size, edges=self.body.open_edges,
         )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(),
+            "tried": self.tried,
+            "closing": self.closing,
+            "length": self.body.size,
+            "centre": self.body.centre,
+            "open_edges": self.body.open_edges,
+            "grasps": [
+                {"epsilon": p.epsilon, "weight": p.weight, "opening": p.opening, **p.grasp.to_dict()}
+                for p in self.grasps
+            ],
+        }
 
 
 def plan_grasps(
@@ -84,6 +119,10 @@ def plan_grasps(
     tries: int = 2000, best: int = 10, seed: int = 0, progress: Progress | None = None,
 ) -> GraspPlan:  # fmt: skip
     """The most robust grasps of a body that a random search finds.
+
+    1. Random lines through the body (two fingers) or random sets of surface points are tried; those that close stay.
+    2. Each is rated by its epsilon quality with few cone edges.
+    3. The best are rated again with round cones, and ordered.
 
     Args:
         body: mesh file, or anything with `vertices` and `faces` [m].
@@ -94,35 +133,34 @@ def plan_grasps(
         tries: sets of contacts looked at.
         best: how many are returned.
         seed: of the search; the same seed gives the same grasps.
-        progress: told how many of the closing sets are rated.
+        progress: called with the share of the closing sets that are rated.
 
     Raises:
         FileError: the mesh cannot be read.
         InputError: fewer than 2 fingers, numbers out of range, two fingers without torsional friction.
     """
-    held = Body.of(body)
-    soft = (0.01 * held.size if fingers == 2 else 0.0) if gamma is None else gamma
+    solid = Body.of(body)
+    soft = (0.01 * solid.size if fingers == 2 else 0.0) if gamma is None else gamma
     _require(fingers, mu, soft, opening, tries, best)
     rng = np.random.default_rng(seed)
-    sets = _pairs(held, mu, soft, opening, tries, rng) if fingers == 2 else _sets(held, fingers, mu, soft, tries, rng)
-    if not sets:
-        return GraspPlan((), tries, 0, held, "grasp.plan_none")
+    sets = _pairs(solid, mu, soft, opening, tries, rng) if fingers == 2 else _sets(solid, fingers, mu, soft, tries, rng)
+    if not sets:  # 1
+        return GraspPlan((), tries, 0, solid, PlanStatus.NOT_FOUND)
     rated: list[tuple[float, float]] = []
-    for k, contacts in enumerate(sets):
-        rated.append(
-            (_rough_radius(contacts, held, held.size), _rough_radius(contacts, held, soft) if fingers == 2 else 0.0)
-        )
+    for k, contacts in enumerate(sets):  # 2
+        weight = _rough_quality(contacts, solid, soft) if fingers == 2 else 0.0
+        rated.append((_rough_quality(contacts, solid, solid.size), weight))
         if progress is not None:
-            progress(k + 1, len(sets))
-    top = [_planned(sets[k], held) for k in _order(rated)[:best]]
-    order = _order([(p.radius, p.hold or 0.0) for p in top])
-    reason = "grasp.plan_open_mesh" if held.open_edges else "grasp.plan_found"
-    return GraspPlan(tuple(top[k] for k in order), tries, len(sets), held, reason)
+            progress((k + 1) / len(sets))
+    top = [_planned(sets[k], solid) for k in _order(rated)[:best]]  # 3
+    order = _order([(p.epsilon, p.weight or 0.0) for p in top])
+    status = PlanStatus.FOUND_ON_OPEN_MESH if solid.open_edges else PlanStatus.FOUND
+    return GraspPlan(tuple(top[k] for k in order), tries, len(sets), solid, status)
 
 
 def _order(rated: list[tuple[float, float]]) -> list[int]:
-    """Indices, best first: radii nearly as large as the largest count as equal to it, then what is held decides."""
-    equal = (1.0 - EQUAL) * max(radius for radius, _ in rated)
+    """Indices, best first: qualities nearly as large as the largest count as equal to it, then the weight decides."""
+    equal = (1.0 - EQUAL) * max(epsilon for epsilon, _ in rated)
     return sorted(range(len(rated)), key=lambda k: (min(rated[k][0], equal), rated[k][1], rated[k][0]), reverse=True)
 
 
@@ -171,18 +209,18 @@ def _sets(
     wrenches = np.array([c.wrenches(EDGES) for c in contacts])
     chosen = rng.permuted(np.broadcast_to(np.arange(candidates), (tries, candidates)), axis=1)[:, :fingers]
     W = wrenches[chosen].swapaxes(1, 2).reshape(tries, wrenches.shape[1], -1)
-    return [[contacts[i] for i in chosen[k]] for k in np.flatnonzero(closures(W).force_closure)]
+    return [[contacts[i] for i in chosen[k]] for k in np.flatnonzero(wrench_closures(W).force_closure)]
 
 
-def _rough_radius(contacts: list[Contact], body: Body, length: float) -> float:
+def _rough_quality(contacts: list[Contact], body: Body, length: float) -> float:
     grasp = Grasp(contacts)
-    return finite_ball(grasp.measure(length, body.centre) @ grasp.matrix(EDGES)).radius
+    return quality_of_wrenches(grasp.measure(length, body.centre) @ grasp.matrix(EDGES)).epsilon
 
 
 def _planned(contacts: list[Contact], body: Body) -> PlannedGrasp:
     grasp = Grasp(contacts)
-    radius = grasp.quality(body.size, about=body.centre).radius
+    epsilon = grasp.quality(body.size, about=body.centre).epsilon
     if len(contacts) > 2:
-        return PlannedGrasp(grasp, radius, None)
+        return PlannedGrasp(grasp, epsilon, None)
     opening = float(np.linalg.norm(contacts[0].point - contacts[1].point))
-    return PlannedGrasp(grasp, radius, opening, grasp.quality(contacts[0].gamma, about=body.centre).radius)
+    return PlannedGrasp(grasp, epsilon, opening, grasp.quality(contacts[0].gamma, about=body.centre).epsilon)

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
-from mafsil.grasp.ball import hull_facets
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.quality import hull_facets
+from mafsil.grasp.tolerances import ROUNDOFF, TYPED
 from mafsil.solvers.linear_program import minimise
 
 
@@ -50,7 +51,8 @@ def two_finger_regions(first: ArrayLike, second: ArrayLike, mu: float) -> PairRe
     if not p > 0 or not q > 0:
         raise InputError("grasp.same_point", indices="0, 1")
     u, v = u / p, v / q
-    rows, right = [], []
+    rows: list[Floats] = []
+    right: list[float] = []
     for tangent, sign in ((u, 1.0), (v, -1.0)):
         n = np.array([-tangent[1], tangent[0]])
         for side in (-1.0, 1.0):
@@ -63,10 +65,10 @@ def two_finger_regions(first: ArrayLike, second: ArrayLike, mu: float) -> PairRe
             row[s[1]], row[t[1]] = -by_s, -by_t
             rows.append(row)
             right.append(constant)
-    rows += [[1, -1, 0, 0, 1], [0, 0, 1, -1, 1], [0, 1, 0, 0, 0], [0, 0, 0, 1, 0]]
+    rows += list(np.array([[1, -1, 0, 0, 1], [0, 0, 1, -1, 1], [0, 1, 0, 0, 0], [0, 0, 0, 1, 0]], float))
     right += [0.0, 0.0, p, q]
     best = minimise(np.array([0, 0, 0, 0, -1.0]), None, None, np.array(rows, float), np.array(right))
-    if best is None or best.x[4] <= 1e-9 * max(p, q):
+    if best is None or best.x[4] <= TYPED * max(p, q):
         return None
     s0, s1, t0, t1, length = best.x
     return PairRegions(
@@ -75,7 +77,7 @@ def two_finger_regions(first: ArrayLike, second: ArrayLike, mu: float) -> PairRe
 
 
 def frictionless_regions(grasp: Grasp, radius: float | None = None) -> Floats:
-    """How far each frictionless plane finger may slide along its edge, all independently, keeping a ball of wrenches.
+    """How far each frictionless plane finger may slide along its edge, all independently, keeping a quality.
 
     Moving wrench w_i keeps the ball of that radius if u . w_i(s) >= radius for every facet normal u of the seed's hull
     that w_i carries: any direction is a positive combination of such normals of total at least 1.
@@ -103,10 +105,10 @@ def frictionless_regions(grasp: Grasp, radius: float | None = None) -> Floats:
     keep = 0.5 * float(-facets[:, -1].max()) if radius is None else radius
     answer = np.empty((len(grasp), 2))
     for i in range(len(grasp)):
-        mine = facets[np.abs(facets[:, :-1] @ A[:, i] + facets[:, -1]) <= 1e-9 * np.abs(A).max()]
+        mine = facets[np.abs(facets[:, :-1] @ A[:, i] + facets[:, -1]) <= TYPED * np.abs(A).max()]
         # Sliding by s along the tangent adds s (t x n) to the moment: t x n = -1.
         slope, level = -mine[:, 0], mine[:, :-1] @ A[:, i] - keep
-        low = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] > 1e-12]
-        high = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] < -1e-12]
+        low = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] > ROUNDOFF]
+        high = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] < -ROUNDOFF]
         answer[i] = max(low, default=-np.inf), min(high, default=np.inf)
     return answer

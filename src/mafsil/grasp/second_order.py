@@ -19,23 +19,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any, Protocol
 
 import numpy as np
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.grasp.closure import Closure, conditioning, vector
 from mafsil.grasp.contact import Contact
-from mafsil.grasp.motion import extreme_rays
+from mafsil.grasp.free_motions import extreme_rays
+from mafsil.grasp.tolerances import OPTIMUM, TYPED
 from mafsil.messages import say
 from mafsil.solvers.linear_program import minimise
 
-NEGATIVE = 1e-9
-"""Of the largest term: what is nearer to zero proves nothing."""
-DUST = 1e-9
-"""Singular values and rates below this share come from rounding of typed numbers."""
 ROUNDS = 60
 MOST_WEIGHT = 1e4
 """Of the products of rates, in units of the largest form."""
@@ -45,39 +42,30 @@ MOST_EQUILIBRIA = 16
 """Loaded contacts up to which the corner points of the equilibria are listed."""
 
 
-class Immobility(Enum):
-    """What holds the body; the values are keys of sentences."""
+class ImmobilityStatus(Status):
+    """What makes the body immobile, if it is proven to be so."""
 
-    FIRST_ORDER = "grasp.first_order"
-    SECOND_ORDER = "grasp.second_order"
-    NOT_SHOWN = "grasp.not_immobile"
-    NO_EQUILIBRIUM = "grasp.no_equilibrium"
-
-    @property
-    def immobile(self) -> bool:
-        """Whether the body is proven to be held."""
-        return self in (Immobility.FIRST_ORDER, Immobility.SECOND_ORDER)
-
-    def sentence(self, language: str | None = None) -> str:
-        """The finding in words."""
-        return say(self.value, language=language)
+    FIRST_ORDER = ("grasp.first_order", True)
+    SECOND_ORDER = ("grasp.second_order", True)
+    NOT_SHOWN = ("grasp.not_immobile", False)
+    NO_EQUILIBRIUM = ("grasp.no_equilibrium", False)
 
 
-@dataclass(frozen=True, eq=False)
-class SecondOrder:
-    """The finding and its numbers.
+@dataclass(frozen=True, eq=False, repr=False)
+class SecondOrder(SingleAnswer):
+    """Immobility to first or second order and its proof; true if the body is proven to be immobile.
 
     Attributes:
-        immobility: first order, second order, or not shown.
+        status: first order, second order, or not shown.
         pushes: (n,) equilibrium of pushes of the proof, sum 1; zero if there is none.
         motions: (k, m) orthonormal basis of the twists that keep every contact which some equilibrium loads.
         form: (k, k) quadratic form sum x_i d_i'' on that basis.
         products: (n, n) symmetric weights >= 0 of products of the rates at contacts that no equilibrium loads: form
-            plus sum products_pq (w_p . y)(w_q . y) is negative definite if held to second order.
+            plus sum products_pq (w_p . y)(w_q . y) is negative definite if immobile to second order.
         motion: (m,) a twist that both orders leave free, if one was found: the body is proven to be movable.
     """
 
-    immobility: Immobility
+    status: ImmobilityStatus
     pushes: Floats
     motions: Floats
     form: Floats
@@ -86,26 +74,26 @@ class SecondOrder:
 
     @property
     def immobile(self) -> bool:
-        """Whether the body is proven to be held."""
-        return self.immobility.immobile
+        """Whether the body is proven to be immobile."""
+        return self.status.succeeded
 
     def explain(self, language: str | None = None) -> str:
         """The finding in one sentence, with the motion that is left if one is known."""
-        if self.immobility is Immobility.NOT_SHOWN and self.motion is not None:
+        if self.status is ImmobilityStatus.NOT_SHOWN and self.motion is not None:
             return say("grasp.second_order_free", language=language, twist=vector(self.motion))
-        return self.immobility.sentence(language)
+        return self.status.sentence(language)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
-            "immobility": self.immobility.name.lower(),
+            "status": self.status.name.lower(),
             "immobile": self.immobile,
             "pushes": self.pushes,
             "motion": self.motion,
         }
 
 
-class Held(Protocol):
+class HasContacts(Protocol):
     """What second order asks of a grasp."""
 
     contacts: tuple[Contact, ...]
@@ -115,8 +103,14 @@ class Held(Protocol):
         ...
 
 
-def second_order(grasp: Held) -> SecondOrder:
-    """Is a body held without friction, if not to first order then by curvature? In the plane and in space.
+def second_order(grasp: HasContacts) -> SecondOrder:
+    """Is a body immobile without friction, if not to first order then by curvature? In the plane and in space.
+
+    1. First order: form closure.
+    2. A linear program finds the contacts that some equilibrium of pushes loads, and the twists that keep them.
+    3. Opening rates of second order are symmetric forms on these twists.
+    4. Linear programs with cutting planes look for pushes and weights that make the form negative definite: the proof.
+    5. Without one, a motion that both orders leave free is looked for.
 
     Adding a contact never frees a body: it adds equilibria or takes motions away, and the old proof stays one.
 
@@ -132,21 +126,21 @@ def second_order(grasp: Held) -> SecondOrder:
     contacts = grasp.contacts
     n, m = len(contacts), 3 * (contacts[0].dimension - 1)
 
-    def unloaded(immobility: Immobility) -> SecondOrder:
-        return SecondOrder(immobility, np.zeros(n), np.zeros((0, m)), np.zeros((0, 0)), np.zeros((n, n)))
+    def unloaded(status: ImmobilityStatus) -> SecondOrder:
+        return SecondOrder(status, np.zeros(n), np.zeros((0, m)), np.zeros((0, 0)), np.zeros((n, n)))
 
-    if grasp.form_closure():
-        return unloaded(Immobility.FIRST_ORDER)
-    loads = _loads(contacts)
+    if grasp.form_closure():  # 1
+        return unloaded(ImmobilityStatus.FIRST_ORDER)
+    loads = _loads(contacts)  # 2
     if not loads.loaded.any():
-        return unloaded(Immobility.NO_EQUILIBRIUM)
+        return unloaded(ImmobilityStatus.NO_EQUILIBRIUM)
     if not len(loads.motions):
-        return unloaded(Immobility.FIRST_ORDER)
+        return unloaded(ImmobilityStatus.FIRST_ORDER)
     pressed = [c for c, on in zip(contacts, loads.loaded, strict=True) if on]
-    sizes, twists = loads.sizes[loads.loaded], loads.motions @ loads.frame
+    sizes, twists = loads.sizes[loads.loaded], loads.motions @ loads.frame  # 3
     forms = np.array([opening(c, twists) / size for c, size in zip(pressed, sizes, strict=True)])
     scale = max(_term_size(c, twists) / size for c, size in zip(pressed, sizes, strict=True))
-    proof = _proof(loads, forms / scale if scale > 0 else forms)
+    proof = _proof(loads, forms / scale if scale > 0 else forms)  # 4
     x, weights = (loads.even, None) if proof is None else proof
     share = 1.0 / float((x / sizes).sum())
     pushes = np.zeros(n)
@@ -157,9 +151,9 @@ def second_order(grasp: Held) -> SecondOrder:
     if weights is not None:
         rest = np.flatnonzero(~loads.loaded)
         products[np.ix_(rest, rest)] = share * scale * weights / np.outer(loads.sizes[rest], loads.sizes[rest])
-        return SecondOrder(Immobility.SECOND_ORDER, pushes, basis, form, products)
-    motion = _motion_left(loads, forms / scale) if scale > 0 else None
-    return SecondOrder(Immobility.NOT_SHOWN, pushes, basis, form, products, motion)
+        return SecondOrder(ImmobilityStatus.SECOND_ORDER, pushes, basis, form, products)
+    motion = _motion_left(loads, forms / scale) if scale > 0 else None  # 5
+    return SecondOrder(ImmobilityStatus.NOT_SHOWN, pushes, basis, form, products, motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +186,7 @@ def _loads(contacts: Sequence[Contact]) -> _Loads:
     W = W / sizes
     m, n = W.shape
     U, s, _ = np.linalg.svd(W)
-    rank = int((s > DUST * s[0]).sum())
+    rank = int((s > TYPED * s[0]).sum())
     S = U[:, :rank].T @ W
     # max sum t with S x = 0, 0 <= t <= 1, t <= x: t is 1 where some equilibrium pushes and 0 elsewhere.
     eye, none = np.eye(n), np.zeros((n, n))
@@ -205,11 +199,11 @@ def _loads(contacts: Sequence[Contact]) -> _Loads:
     x = best.x[:n][loaded]
     if not loaded.any():
         return _Loads(T, sizes, loaded, np.zeros((0, 0)), x, np.zeros((0, m)), np.zeros((n, 0)))
-    V, held, Zt = np.linalg.svd(W[:, loaded], full_matrices=True)
-    kept = int((held > DUST * held[0]).sum())
+    V, rates_kept, Zt = np.linalg.svd(W[:, loaded], full_matrices=True)
+    kept = int((rates_kept > TYPED * rates_kept[0]).sum())
     motions = V[:, kept:].T
     rates = W[:, ~loaded].T @ motions.T
-    return _Loads(T, sizes, loaded, Zt[kept:].T, x / x.sum(), motions, np.where(np.abs(rates) < DUST, 0.0, rates))
+    return _Loads(T, sizes, loaded, Zt[kept:].T, x / x.sum(), motions, np.where(np.abs(rates) < TYPED, 0.0, rates))
 
 
 def _proof(loads: _Loads, forms: Floats) -> tuple[Floats, Floats] | None:
@@ -234,13 +228,13 @@ def _proof(loads: _Loads, forms: Floats) -> tuple[Floats, Floats] | None:
             np.einsum("cj,pjk,ck->cp", v, by_product, v), np.einsum("cj,qjk,ck->cq", v, by_z, v), np.ones(len(v)),
         ])  # fmt: skip
         best = minimise(cost, equal, np.ones(1), np.vstack([*bounds, rows]), np.append(limits, np.zeros(len(v))), q + 1)
-        if best is None or best.x[-1] <= NEGATIVE:
+        if best is None or best.x[-1] <= OPTIMUM:
             return None
         weights, z = best.x[: len(p)], best.x[len(p) : -1]
         x = np.maximum(Z @ z, 0.0)
         form = np.einsum("i,ijk->jk", x, forms) + np.einsum("p,pjk->jk", weights, by_product)
         values, directions = np.linalg.eigh(form)
-        if values[-1] < -NEGATIVE and values[-1] < -0.1 * best.x[-1]:
+        if values[-1] < -OPTIMUM and values[-1] < -0.1 * best.x[-1]:
             table = np.zeros((len(R), len(R)))
             table[p, r] += 0.5 * weights
             table[r, p] += 0.5 * weights
@@ -270,7 +264,7 @@ def _motion_left(loads: _Loads, forms: Floats) -> Floats | None:
     if not len(looked):
         return None
     opens = (np.einsum("cj,ijk,ck->ci", looked, forms, looked) @ corners.T).min(axis=1)
-    if not opens.max() > NEGATIVE:
+    if not opens.max() > OPTIMUM:
         return None
     twist = looked[int(np.argmax(opens))] @ loads.motions @ loads.frame
     return twist / np.linalg.norm(twist)

@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact, single
-
-ON_SURFACE = 1e-6
-"""Of the equation's value 1: points further off are refused."""
+from mafsil.grasp.tolerances import ON_OUTLINE
 
 
 def level_set_curvature(gradient: ArrayLike, hessian: ArrayLike) -> Floats:
@@ -55,7 +53,7 @@ def ellipsoid_contact(
     if not (a > 0).all():
         raise InputError("input.positive", name="axes", value=float(a.min()))
     level = float(((p / a) ** 2).sum())
-    if abs(level - 1.0) > ON_SURFACE:
+    if abs(level - 1.0) > ON_OUTLINE:
         raise InputError("grasp.off_ellipsoid", level=level)
     gradient, hessian = 2 * p / a**2, np.diag(2 / a**2)
     K = level_set_curvature(gradient, hessian)

@@ -9,15 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.grasp.tolerances import SYMMETRIC
 
-SAME = 1e-9
-"""Discs this near to each other, relative to the largest, are images."""
 SLANT = 1e-3
 """Sine of the angle between two normals, from which they make a frame."""
 
 
 def symmetries(discs: Floats) -> tuple[Floats, float]:
-    """Orthogonal maps of wrenches that permute the discs, closed under products, and by how much they miss.
+    """Orthogonal maps of wrenches that permute the discs, closed under products, and by how much they deviate.
 
     A rotation or mirror R about the point of the moments takes a wrench (m, f) to (det R R m, R f).
 
@@ -37,15 +36,15 @@ def symmetries(discs: Floats) -> tuple[Floats, float]:
     frame, size = _frame(normals[i], normals[j]), float(np.linalg.norm(discs, axis=2).max())
     found: list[Floats] = []
     worst = 0.0
-    for k, n in zip(*np.nonzero(np.abs(cosines - cosines[i, j]) < SAME), strict=True):
+    for k, n in zip(*np.nonzero(np.abs(cosines - cosines[i, j]) < SYMMETRIC), strict=True):
         for side in (1.0, -1.0):
             R = _frame(normals[k], normals[n]) @ np.diag([1.0, 1.0, side]) @ frame.T
             Q = np.zeros((6, 6))
             Q[:3, :3], Q[3:, 3:] = side * R, R
-            miss = _miss(discs, discs @ Q.T)
-            if miss < SAME * size:
+            deviation = _deviation(discs, discs @ Q.T)
+            if deviation < SYMMETRIC * size:
                 found.append(Q)
-                worst = max(worst, miss)
+                worst = max(worst, deviation)
     group = np.array(found)
     return (group, worst) if len(group) > 1 and _closed(group) else alone
 
@@ -56,8 +55,8 @@ def walls(group: Floats) -> Floats:
     Args:
         group: (n, m, m) with the identity.
     """
-    z = np.random.default_rng(0).normal(size=group.shape[1])
-    x = z - group @ z
+    z: Floats = np.random.default_rng(0).normal(size=group.shape[1])
+    x: Floats = z - group @ z
     return np.ascontiguousarray(x[np.linalg.norm(x, axis=1) > SLANT])
 
 
@@ -68,7 +67,7 @@ def _frame(a: Floats, b: Floats) -> Floats:
     return np.column_stack([a, y, np.cross(a, y)])
 
 
-def _miss(discs: Floats, images: Floats) -> float:
+def _deviation(discs: Floats, images: Floats) -> float:
     """How far images are from the discs that they permute; infinite if they do not permute them."""
     apart = np.linalg.norm(images[:, None, 0] - discs[None, :, 0], axis=2)
     order = np.argmin(apart, axis=1)
@@ -86,4 +85,4 @@ def _closed(group: Floats) -> bool:
     """Whether every product of two maps is one of them."""
     products = np.einsum("aij,bjk->abik", group, group)
     apart = np.abs(products[:, :, None] - group[None, None]).max(axis=(3, 4))
-    return bool((apart.min(axis=2) < 1e3 * SAME).all())
+    return bool((apart.min(axis=2) < 1e3 * SYMMETRIC).all())

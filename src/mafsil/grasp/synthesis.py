@@ -4,38 +4,77 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
-from mafsil.grasp.batch import closures
 from mafsil.grasp.closure import closure
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.description import contact_data
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.tolerances import ROUNDOFF
+from mafsil.grasp.wrench_batch import wrench_closures
 
 MOST_FRICTION = 10.0
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """A finger that was added.
+class NextFingerStatus(Status):
+    """Whether some candidate closes the grasp."""
+
+    FOUND = ("grasp.next_finger", True)
+    NOT_FOUND = ("grasp.no_next_finger", False)
+
+
+class FixtureStatus(Status):
+    """Whether locators and a clamp fix a body."""
+
+    HOLDS = ("grasp.fixture_holds", True)
+    UNLOADED = ("grasp.fixture_unloaded", False)
+    UNDETERMINED = ("grasp.fixture_undetermined", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NextFinger(SingleAnswer):
+    """A finger that was added; true if some candidate closes the grasp.
 
     Attributes:
         contact: where it is best; None if no candidate closes the grasp.
-        radius: ball radius of the grasp with it; 0 if none closes.
+        epsilon: quality of the grasp with it; 0 if none closes.
         closing: indices of the candidates that close the grasp.
     """
 
     contact: Contact | None
-    radius: float
+    epsilon: float
     closing: tuple[int, ...]
 
+    @property
+    def status(self) -> NextFingerStatus:
+        """Found or not."""
+        return NextFingerStatus.NOT_FOUND if self.contact is None else NextFingerStatus.FOUND
 
-@dataclass(frozen=True, eq=False)
-class Fixture:
-    """Six locators and a clamp.
+    def explain(self, language: str | None = None) -> str:
+        """How many candidates close the grasp, and which is best."""
+        best = "-" if self.contact is None else repr(self.contact)
+        return self.status.sentence(language, closing=len(self.closing), contact=best, epsilon=self.epsilon)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        contact = None if self.contact is None else contact_data(self.contact)
+        return {
+            "status": self.status.name.lower(),
+            "contact": contact,
+            "epsilon": self.epsilon,
+            "closing": self.closing,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fixture(SingleAnswer):
+    """Six locators and a clamp; true if they fix the body.
 
     Attributes:
         determined: the locators fix the body: their matrix is regular.
@@ -48,6 +87,27 @@ class Fixture:
     reactions: Floats
     holds: bool
     unloaded: tuple[int, ...]
+
+    @property
+    def status(self) -> FixtureStatus:
+        """Whether it holds, or what is missing."""
+        if not self.determined:
+            return FixtureStatus.UNDETERMINED
+        return FixtureStatus.HOLDS if self.holds else FixtureStatus.UNLOADED
+
+    def explain(self, language: str | None = None) -> str:
+        """Whether it holds, and which locators are not loaded."""
+        return self.status.sentence(language, locators=", ".join(map(str, self.unloaded)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(),
+            "determined": self.determined,
+            "holds": self.holds,
+            "reactions": self.reactions,
+            "unloaded": self.unloaded,
+        }
 
 
 def polygon_contacts(outline: ArrayLike, per_edge: int = 9, mu: float = 0.0) -> list[Contact]:
@@ -81,11 +141,11 @@ def polygon_contacts(outline: ArrayLike, per_edge: int = 9, mu: float = 0.0) -> 
 
 def best_next_finger(
     grasp: Grasp, candidates: Sequence[Contact], length: float = 1.0, facets: int = 8, rate: int = 24
-) -> Placed:
+) -> NextFinger:
     """Where one more finger makes the grasp most robust.
 
     Closure of all candidates is tested in one batch; of those that close, at most `rate`, evenly chosen, are rated by
-    their ball radius.
+    their epsilon quality.
 
     Args:
         grasp: the fingers that are there.
@@ -98,17 +158,19 @@ def best_next_finger(
     added = [c.wrenches(facets) for c in candidates]
     widest = max(W.shape[1] for W in added)
     filled = [np.hstack([there, W, np.repeat(W[:, :1], widest - W.shape[1], axis=1)]) for W in added]
-    closing = np.flatnonzero(closures(np.array(filled)).force_closure)
+    closing = np.flatnonzero(wrench_closures(np.array(filled)).force_closure)
     if not len(closing):
-        return Placed(None, 0.0, ())
-    picked = closing[np.unique(np.linspace(0, len(closing) - 1, min(rate, len(closing))).astype(int))]
-    rated = [(closure_radius(grasp, candidates[k], length, facets), int(k)) for k in picked]
-    radius, best = max(rated)
-    return Placed(candidates[best], radius, tuple(int(k) for k in closing))
+        return NextFinger(None, 0.0, ())
+    picked: list[int] = closing[
+        np.unique(np.linspace(0, len(closing) - 1, min(rate, len(closing))).astype(int))
+    ].tolist()
+    rated = [(epsilon_with_contact(grasp, candidates[k], length, facets), k) for k in picked]
+    epsilon, best = max(rated)
+    return NextFinger(candidates[best], epsilon, tuple(int(k) for k in closing))
 
 
-def closure_radius(grasp: Grasp, contact: Contact, length: float, facets: int) -> float:
-    """Ball radius of a grasp with one more contact, polyhedral cones.
+def epsilon_with_contact(grasp: Grasp, contact: Contact, length: float, facets: int) -> float:
+    """GraspQuality radius of a grasp with one more contact, polyhedral cones.
 
     Args:
         grasp: the fingers that are there.
@@ -139,7 +201,7 @@ def fixture(locators: Sequence[Contact], clamp: Contact) -> Fixture:
     if np.linalg.matrix_rank(A / np.linalg.norm(A, axis=0)) < m:
         return Fixture(False, np.full(m, np.nan), False, tuple(range(m)))
     reactions: Floats = np.asarray(np.linalg.solve(A, -push), float)
-    unloaded = tuple(int(i) for i in np.flatnonzero(reactions <= 1e-12 * np.abs(reactions).max()))
+    unloaded = tuple(int(i) for i in np.flatnonzero(reactions <= ROUNDOFF * np.abs(reactions).max()))
     return Fixture(True, reactions, not unloaded, unloaded)
 
 

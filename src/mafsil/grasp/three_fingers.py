@@ -10,22 +10,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import acos, asin, cos, sin, tan
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, PoseMatrix, gate
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.closure import Closure, closure
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
-from mafsil.messages import say
+from mafsil.grasp.tolerances import COLLINEAR, ROUNDOFF, TYPED
 from mafsil.solvers.linear_program import minimise
-
-COLLINEAR = 1e-9
-"""Area of the triangle below this share of its longest edge squared."""
-TOUCHING = 1e-12
-"""Tilt within this of the friction angle [rad]: the cone touches S."""
 
 
 class Section(Enum):
@@ -60,9 +57,18 @@ class PlaneSection:
         return np.array([[c * x + s * y, -s * x + c * y], [c * x - s * y, s * x + c * y]])
 
 
-@dataclass(frozen=True, eq=False)
-class ThreeFingers:
-    """Verdict of the theorem.
+class ThreeFingerStatus(Status):
+    """Whether three contacts close, and why not."""
+
+    CLOSED = ("grasp.three_closed", True)
+    COLLINEAR = ("grasp.three_collinear", False)
+    NO_SECTION = ("grasp.three_no_section", False)
+    OPEN = ("grasp.three_open", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThreeFingers(SingleAnswer):
+    """Verdict of the theorem, true if the grasp is force closure.
 
     Attributes:
         collinear: the points lie on one line: never closed.
@@ -86,12 +92,29 @@ class ThreeFingers:
 
     def explain(self, language: str | None = None) -> str:
         """The verdict with its reason."""
+        return self.status.sentence(language, contacts=", ".join(map(str, self._without_section)))
+
+    @property
+    def status(self) -> ThreeFingerStatus:
+        """Closed, or why not."""
         if self.collinear:
-            return say("grasp.three_collinear", language=language)
-        missing = [str(i) for i, s in enumerate(self.sections) if s.kind is not Section.CONE]
-        if missing:
-            return say("grasp.three_no_section", language=language, contacts=", ".join(missing))
-        return say("grasp.three_closed" if self.force_closure else "grasp.three_open", language=language)
+            return ThreeFingerStatus.COLLINEAR
+        if self._without_section:
+            return ThreeFingerStatus.NO_SECTION
+        return ThreeFingerStatus.CLOSED if self.force_closure else ThreeFingerStatus.OPEN
+
+    @property
+    def _without_section(self) -> list[int]:
+        return [i for i, section in enumerate(self.sections) if section.kind is not Section.CONE]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(),
+            "force_closure": self.force_closure,
+            "half_angles": [section.half_angle for section in self.sections],
+            "certificate": self.certificate,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +148,9 @@ def cone_section(normal: ArrayLike, alpha: float) -> PlaneSection:
     n = gate("normal", normal, (3,), finite=True)
     flat = float(np.hypot(n[0], n[1]))
     tilt = asin(min(1.0, abs(float(n[2]))))
-    if tilt > alpha + TOUCHING or flat == 0.0:
+    if tilt > alpha + ROUNDOFF or flat == 0.0:
         return PlaneSection(Section.POINT, tilt, 0.0, np.zeros(2))
-    if tilt >= alpha - TOUCHING:
+    if tilt >= alpha - ROUNDOFF:
         return PlaneSection(Section.LINE, tilt, 0.0, n[:2] / flat)
     return PlaneSection(Section.CONE, tilt, acos(min(1.0, cos(alpha) / cos(tilt))), n[:2] / flat)
 
@@ -273,7 +296,7 @@ def _deepest_internal(points: Floats, sections: Sequence[PlaneSection]) -> Float
 def _given_internal(internal: ArrayLike, pose: PoseMatrix, planar: Floats) -> Floats:
     eta = gate("internal", internal, (3, 3), finite=True) @ pose[:3, :3]
     size = float(np.abs(eta).max())
-    if np.abs(eta[:, 2]).max() > 1e-9 * size or np.abs(planar @ eta[:, :2].ravel()).max() > 1e-9 * size:
+    if np.abs(eta[:, 2]).max() > TYPED * size or np.abs(planar @ eta[:, :2].ravel()).max() > TYPED * size:
         raise InputError("grasp.not_internal")
     return eta[:, :2]
 

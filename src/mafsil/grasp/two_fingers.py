@@ -8,48 +8,38 @@ In the frame with the contacts at (0, -1) and (0, 1) the four cone edges make an
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import Enum
 from math import atan2
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, frozen, gate
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
-from mafsil.messages import say
-
-EDGE = 1e-12
-"""Sines below it count as zero: the line lies on a cone's edge."""
+from mafsil.grasp.tolerances import ROUNDOFF, TYPED
+from mafsil.solvers.rational import locate_origin
 
 
-class NguyenCase(Enum):
-    """How line and cones lie; the values are keys of sentences."""
+class NguyenCase(Status):
+    """How the line between two contacts and their cones lie; it succeeds where the grasp is force closure."""
 
-    FACING = "grasp.nguyen_facing"
-    OUTWARD = "grasp.nguyen_outward"
-    SAME_WAY = "grasp.nguyen_same_way"
-    ONE_CONE = "grasp.nguyen_one_cone"
-    OPPOSITE_SIDES = "grasp.nguyen_opposite_sides"
-    SAME_SIDE = "grasp.nguyen_same_side"
-    EDGE = "grasp.nguyen_edge"
-
-    @property
-    def force_closure(self) -> bool:
-        """Whether the grasp is force closure."""
-        return self in (NguyenCase.FACING, NguyenCase.OUTWARD)
-
-    def sentence(self, language: str | None = None) -> str:
-        """The case in words."""
-        return say(self.value, language=language)
+    FACING = ("grasp.nguyen_facing", True)
+    OUTWARD = ("grasp.nguyen_outward", True)
+    SAME_WAY = ("grasp.nguyen_same_way", False)
+    ONE_CONE = ("grasp.nguyen_one_cone", False)
+    OPPOSITE_SIDES = ("grasp.nguyen_opposite_sides", False)
+    SAME_SIDE = ("grasp.nguyen_same_side", False)
+    EDGE = ("grasp.nguyen_edge", False)
 
 
-@dataclass(frozen=True, eq=False)
-class TwoFingers:
-    """Verdict of the theorem.
+@dataclass(frozen=True, eq=False, repr=False)
+class TwoFingers(SingleAnswer):
+    """Verdict of the theorem, true if the grasp is force closure.
 
     Attributes:
-        case: line in both cones, in one, or in none (on opposite sides, or on the same side).
+        status: line in both cones, in one, or in none (on opposite sides, or on the same side).
         theta: (4,) angles of the edges from the line [rad].
         matrix: (3, 4) wrenches (f_x, f_y, m) of the edges in the frame of the theorem.
         combination: (4,) sum 1, all > 0, matrix @ combination = 0, if closed; else None.
@@ -60,7 +50,7 @@ class TwoFingers:
             turn about the contact whose cone holds the line, or about any of them; None if closed or without contacts.
     """
 
-    case: NguyenCase
+    status: NguyenCase
     theta: Floats
     matrix: Floats
     combination: Floats | None
@@ -71,7 +61,18 @@ class TwoFingers:
     @property
     def force_closure(self) -> bool:
         """Whether the grasp is force closure."""
-        return self.case.force_closure
+        return self.status.succeeded
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(),
+            "force_closure": self.force_closure,
+            "theta": self.theta,
+            "combination": self.combination,
+            "certificate": self.certificate,
+            "unresisted": self.unresisted,
+        }
 
 
 def two_fingers(first: Contact, second: Contact) -> TwoFingers:
@@ -96,13 +97,13 @@ def two_fingers(first: Contact, second: Contact) -> TwoFingers:
     delta = frozen([psi, phi])
     if found.force_closure:
         return replace(found, delta=delta)
-    return replace(found, delta=delta, unresisted=frozen(_unresisted(first, second, found.case)))
+    return replace(found, delta=delta, unresisted=frozen(_unresisted(first, second, found.status)))
 
 
 def _unresisted(first: Contact, second: Contact, case: NguyenCase) -> Floats:
     """A y with y . w >= 0 for both contacts: a turn about one of them, or the field n_i / (n_i . d) at both."""
     wrenches = np.hstack([first.wrenches(), second.wrenches()])
-    slack = -1e-9 * float(np.abs(wrenches).max())
+    slack = -TYPED * float(np.abs(wrenches).max())
     trials = [sign * np.array([1.0, p[1], -p[0]]) for p in (second.point, first.point) for sign in (1.0, -1.0)]
     if case is NguyenCase.SAME_WAY:
         trials = [sign * _field(first, second) for sign in (1.0, -1.0)] + trials
@@ -139,7 +140,7 @@ def nguyen(theta: ArrayLike) -> TwoFingers:
     A = np.array([[-s[0], s[1], -s[2], s[3]], [c[0], c[1], -c[2], -c[3]], [-s[0], s[1], s[2], -s[3]]])
     x = np.array([s[1], s[0], s[3], s[2]]) * np.repeat([np.sin(th[2] + th[3]), np.sin(th[0] + th[1])], 2)
     case = _case(th, s)
-    if case.force_closure:
+    if case.succeeded:
         return TwoFingers(case, frozen(th), frozen(A), frozen(x / x.sum()), None)
     return TwoFingers(case, frozen(th), frozen(A), None, frozen(_certificate(A, case, s, c)))
 
@@ -149,7 +150,7 @@ def _case(th: Floats, s: Floats) -> NguyenCase:
     lower, upper = _inside(th[0], th[1], s[0], s[1]), _inside(th[2], th[3], s[2], s[3])
     if lower == upper and lower != 0:
         return NguyenCase.FACING if lower > 0 else NguyenCase.OUTWARD
-    if np.any(np.abs(s) <= EDGE):
+    if np.any(np.abs(s) <= ROUNDOFF):
         return NguyenCase.EDGE
     if lower and upper:
         return NguyenCase.SAME_WAY
@@ -160,20 +161,18 @@ def _case(th: Floats, s: Floats) -> NguyenCase:
 
 def _inside(left: float, right: float, s_left: float, s_right: float) -> int:
     """1 if the line lies inside the cone forwards, -1 if backwards, 0 if not inside."""
-    if np.sin(left + right) <= EDGE:
+    if np.sin(left + right) <= ROUNDOFF:
         return 0
-    return 1 if s_left > EDGE and s_right > EDGE else -1 if s_left < -EDGE and s_right < -EDGE else 0
+    return 1 if s_left > ROUNDOFF and s_right > ROUNDOFF else -1 if s_left < -ROUNDOFF and s_right < -ROUNDOFF else 0
 
 
 def _certificate(A: Floats, case: NguyenCase, s: Floats, c: Floats) -> Floats:
-    """One of the textbook directions where it applies, else the exact judge's."""
+    """One of the textbook directions where it applies, else that of exact arithmetic."""
     if case in (NguyenCase.SAME_SIDE, NguyenCase.OPPOSITE_SIDES):
         y = np.array([1.0, 0, 0]) if case is NguyenCase.SAME_SIDE else np.array([0, 0, 1.0])
         return y if (y @ A).min() >= 0 else -y
-    from mafsil.solvers.rational import judge
-
-    dusted = np.where(np.abs(A) <= EDGE, 0.0, A)
-    found = judge(dusted.T.tolist()).certificate
+    cleaned = np.where(np.abs(A) <= ROUNDOFF, 0.0, A)
+    found = locate_origin(cleaned.T.tolist()).certificate
     return np.array([float(v) for v in found or (0, 0, 0)])
 
 

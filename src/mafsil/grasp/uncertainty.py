@@ -8,9 +8,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.grasp.batch import closures
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.wrench_batch import wrench_closures
 
 EDGES = 8
 
@@ -21,7 +21,7 @@ class Robustness:
 
     Attributes:
         proven: closure is certain as long as no wrench of unit push changes by more than this (moments divided by
-            the length scale): it is the radius of the ball.
+            the length scale): it is the epsilon quality.
         probability: share of the samples that close.
         low, high: 95 % interval of the probability that the number of samples allows (Wilson).
         samples: how many.
@@ -64,9 +64,9 @@ def robustness(
             for _ in range(samples)
         ]
     )
-    share = float(closures(drawn).force_closure.mean())
+    share = float(wrench_closures(drawn).force_closure.mean())
     low, high = _wilson(share, samples)
-    return Robustness(grasp.quality(length).radius, share, low, high, samples)
+    return Robustness(grasp.quality(length).epsilon, share, low, high, samples)
 
 
 def _shaken(contact: Contact, position: float, angle: float, friction: float, rng: np.random.Generator) -> Contact:
@@ -98,5 +98,5 @@ def tolerance(grasp: Grasp, length: float = 1.0) -> Floats:
     Returns:
         (contacts,) [m]; zero if the grasp does not close.
     """
-    radius = grasp.quality(length).radius
-    return np.array([radius * length / np.sqrt(1.0 + c.mu**2) for c in grasp.contacts])
+    epsilon = grasp.quality(length).epsilon
+    return np.array([epsilon * length / np.sqrt(1.0 + c.mu**2) for c in grasp.contacts])

@@ -14,15 +14,71 @@ A contact is a row (point, normal, mu, gamma), 2 d + 2 numbers.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.solvers.disc_loops import Dimension
 from mafsil.solvers.loops import compiled
-from mafsil.solvers.positive_span_loops import DOUBTFUL, OPEN, ROUNDS, SPANS, Room, make_room, span, stands_apart
+from mafsil.solvers.positive_span_loops import (
+    DOUBTFUL,
+    OPEN,
+    ROUNDS,
+    SPANS,
+    Tableau,
+    make_tableau,
+    span,
+    stands_apart,
+)
 
 ASIDE = 1e-6
-"""Moments about a line, over the spread of the points, that are surely not zero."""
+"""Moments about a line, over the spread of the points, that are surely not zero: points are typed with six digits."""
+
+
+class Placement(NamedTuple):
+    """The contacts of one grasp in its own coordinates, and its columns.
+
+    Attributes:
+        normals: (k, d) of length 1.
+        middle: (d,) of the points.
+        force: (d,) to work in.
+        discs: (k, 4, m) wrenches of unit push.
+        rim: (m, k edges) points on the rims, the first columns of the simplex method.
+        more: (m, k ROUNDS) columns for which it asks the discs.
+    """
+
+    normals: Floats
+    middle: Floats
+    force: Floats
+    discs: Floats
+    rim: Floats
+    more: Floats
+
+
+@compiled
+def make_placement(k: int, d: int, m: int, edges: int) -> Placement:
+    """Buffers for grasps of k contacts."""
+    return Placement(
+        np.empty((k, d)), np.empty(d), np.empty(d), np.empty((k, 4, m)), np.empty((m, k * edges)),
+        np.empty((m, k * ROUNDS)),
+    )  # fmt: skip
+
+
+@compiled
+def arrange(contacts: Floats, circle: Floats, P: Placement) -> float:
+    """Steps 1 to 3 up to the first columns; the spread of the points.
+
+    Args:
+        contacts: (k, 2 d + 2).
+        circle: (edges, 2) cosines and sines.
+        P: out.
+    """
+    length = about_middle(contacts, P.middle)  # 1
+    discs(contacts, P.normals, P.middle, length, P.force, P.discs)  # 2
+    rims(P.discs, circle, P.rim)  # 3
+    return length
 
 
 @compiled
@@ -198,30 +254,27 @@ def unit(y: Floats) -> None:
 
 @compiled
 def apart(
-    unroll: tuple[int, ...],
+    dimension: Dimension,
     contacts: Floats,
-    normals: Floats,
-    middle: Floats,
+    P: Placement,
     length: float,
-    D: Floats,
     count: int,
     y: Floats,
-    R: Room,
+    T: Tableau,
 ) -> int:
     """What is left of a no that the simplex method gave: OPEN with a certificate in the frame of the points, or doubt.
 
     Args:
-        unroll: m zeros.
-        contacts, normals: (k, 2 d + 2), (k, d).
-        middle, length: from `about_middle`.
-        D: (k, 4, m).
+        dimension: m zeros (see `disc_loops.Dimension`).
+        contacts: (k, 2 d + 2).
+        P, length: from `arrange`.
         count: columns that the program had.
         y: (m,) out.
-        R: as the program left it.
+        T: as the program left it.
     """
-    m, d = len(y), len(middle)
-    if not stands_apart(unroll, D * R.rows, count, y, R):  # 4
-        return OPEN if line_leaves_a_side(contacts, normals, length, y) else DOUBTFUL
+    m, d, middle = len(y), len(P.middle), P.middle
+    if not stands_apart(dimension, P.discs * T.rows, count, y, T):  # 4
+        return OPEN if line_leaves_a_side(contacts, P.normals, length, y) else DOUBTFUL
     for c in range(m - d):  # 5: the moment about the middle over the spread, as a wrench about the origin
         y[c] /= length
     if d == 2:
@@ -249,7 +302,7 @@ def in_frame(middle: Floats, length: float, w: Floats) -> None:
 
 @compiled
 def contact_span(
-    unroll: tuple[int, ...],
+    dimension: Dimension,
     contacts: Floats,
     circle: Floats,
     weights: Floats,
@@ -261,7 +314,7 @@ def contact_span(
     """The verdict on one grasp.
 
     Args:
-        unroll: m zeros.
+        dimension: m zeros (see `disc_loops.Dimension`).
         contacts: (k, 2 d + 2).
         circle: (edges, 2) cosines and sines of the points on each rim to begin with.
         weights, doubt: as in `positive_span_loops.span`.
@@ -273,23 +326,19 @@ def contact_span(
     Returns:
         SPANS, OPEN or DOUBTFUL, and the number of columns.
     """
-    m, k, d = len(unroll), len(contacts), contacts.shape[1] // 2 - 1
-    middle, f, D, n = np.empty(d), np.empty(d), np.empty((k, 4, m)), np.empty((k, d))
-    length = about_middle(contacts, middle)  # 1
-    discs(contacts, n, middle, length, f, D)  # 2
-    W, more = np.empty((m, k * len(circle))), np.empty((m, k * ROUNDS))
-    rims(D, circle, W)
-    R = make_room(m, len(x))
-    verdict, count = span(unroll, W, D, more, weights, doubt, x, y, R)  # 3
+    m, k, d = len(dimension), len(contacts), contacts.shape[1] // 2 - 1
+    P, T = make_placement(k, d, m, len(circle)), make_tableau(m, len(x))
+    length = arrange(contacts, circle, P)  # 1, 2
+    verdict, count = span(dimension, P.rim, P.discs, P.more, weights, doubt, x, y, T)  # 3
     if verdict == OPEN:
-        verdict = apart(unroll, contacts, n, middle, length, D, count, y, R)
-    first, used = W.shape[1], 0
-    for j in range(count if verdict == SPANS else first):
+        verdict = apart(dimension, contacts, P, length, count, y, T)  # 4, 5
+    first, used = P.rim.shape[1], 0
+    for j in range(count if verdict == SPANS else first):  # 5
         if verdict == SPANS and not x[j] > 0.0:
             continue
         for c in range(m):
-            columns[used, c] = W[c, j] if j < first else more[c, j - first]
-        in_frame(middle, length, columns[used])
+            columns[used, c] = P.rim[c, j] if j < first else P.more[c, j - first]
+        in_frame(P.middle, length, columns[used])
         x[used] = x[j]
         used += 1
     return verdict, used
@@ -297,7 +346,7 @@ def contact_span(
 
 @compiled
 def contact_spans(
-    unroll: tuple[int, ...],
+    dimension: Dimension,
     contacts: Floats,
     circle: Floats,
     weights: Floats,
@@ -310,7 +359,7 @@ def contact_spans(
     """The verdict on each grasp of a batch.
 
     Args:
-        unroll: m zeros.
+        dimension: m zeros (see `disc_loops.Dimension`).
         contacts: (b, k, 2 d + 2).
         circle, weights, doubt: as in `contact_span`.
         forces: (b, k, d) out: balanced forces strictly inside the cones, total push 1, in the axes of the body, if
@@ -319,64 +368,59 @@ def contact_spans(
         y: (b, m) out: certificates, if OPEN.
         verdict: (b,) out.
     """
-    m, k, d = len(unroll), contacts.shape[1], contacts.shape[2] // 2 - 1
-    middle, f, D, n = np.empty(d), np.empty(d), np.empty((k, 4, m)), np.empty((k, d))
-    W, more, x = np.empty((m, k * len(circle))), np.empty((m, k * ROUNDS)), np.empty(k * (len(circle) + ROUNDS))
-    R, sums = make_room(m, len(x)), np.empty((k, m))
+    m, k, d = len(dimension), contacts.shape[1], contacts.shape[2] // 2 - 1
+    P, x = make_placement(k, d, m, len(circle)), np.empty(k * (len(circle) + ROUNDS))
+    T, sums = make_tableau(m, len(x)), np.empty((k, m))
     for b in range(len(contacts)):
-        length = about_middle(contacts[b], middle)  # 1
-        discs(contacts[b], n, middle, length, f, D)  # 2
-        rims(D, circle, W)
-        state, count = span(unroll, W, D, more, weights, doubt, x, y[b], R)  # 3
+        length = arrange(contacts[b], circle, P)  # 1, 2
+        state, count = span(dimension, P.rim, P.discs, P.more, weights, doubt, x, y[b], T)  # 3
         if state == OPEN:
-            state = apart(unroll, contacts[b], n, middle, length, D, count, y[b], R)
+            state = apart(dimension, contacts[b], P, length, count, y[b], T)  # 4, 5
         if state == SPANS:
-            contact_sums(x, W, more, count, R, sums)
-            at_contacts(contacts[b], n, middle, length, sums, forces[b], torsions[b])  # 5
+            contact_sums(x, P, count, T, sums)  # 5
+            at_contacts(contacts[b], P, length, sums, forces[b], torsions[b])
         verdict[b] = state
 
 
 @compiled
-def contact_sums(x: Floats, W: Floats, more: Floats, count: int, R: Room, sums: Floats) -> None:
+def contact_sums(x: Floats, P: Placement, count: int, T: Tableau, sums: Floats) -> None:
     """The weighted sum of the columns of each contact.
 
     Args:
         x: (count,) weights.
-        W, more: (m, k edges), (m, count - k edges) columns.
+        P: columns `rim` and `more`.
         count: of all columns.
-        R: knows to which contact each of `more` belongs.
+        T: knows to which contact each of `more` belongs.
         sums: (k, m) out.
     """
-    first, (k, m) = W.shape[1], sums.shape
+    first, (k, m) = P.rim.shape[1], sums.shape
     sums[:] = 0.0
     for j in range(first):
         for c in range(m):
-            sums[j // (first // k), c] += x[j] * W[c, j]
+            sums[j // (first // k), c] += x[j] * P.rim[c, j]
     for j in range(first, count):
         if x[j] > 0.0:
             for c in range(m):
-                sums[R.owner[j], c] += x[j] * more[c, j - first]
+                sums[T.owner[j], c] += x[j] * P.more[c, j - first]
 
 
 @compiled
-def at_contacts(
-    contacts: Floats, normals: Floats, middle: Floats, length: float, sums: Floats, forces: Floats, torsions: Floats
-) -> None:
+def at_contacts(contacts: Floats, P: Placement, length: float, sums: Floats, forces: Floats, torsions: Floats) -> None:
     """Wrenches of contacts as forces, and as the couples along the normals that these do not explain.
 
     Args:
-        contacts, normals: (k, 2 d + 2), (k, d).
-        middle, length: from `about_middle`.
+        contacts: (k, 2 d + 2).
+        P, length: from `arrange`.
         sums: (k, m) in their coordinates; destroyed.
         forces, torsions: (k, d), (k,) out.
     """
-    d = len(middle)
+    d = len(P.middle)
     for i in range(len(contacts)):
         w = sums[i]
-        in_frame(middle, length, w)
+        in_frame(P.middle, length, w)
         for c in range(d):
             forces[i, c] = w[len(w) - d + c]
         torsions[i] = 0.0
         for a in range(3 if contacts[i, 2 * d + 1] > 0.0 else 0):
             b, c = (a + 1) % 3, (a + 2) % 3
-            torsions[i] += (w[a] - contacts[i, b] * w[3 + c] + contacts[i, c] * w[3 + b]) * normals[i, a]
+            torsions[i] += (w[a] - contacts[i, b] * w[3 + c] + contacts[i, c] * w[3 + b]) * P.normals[i, a]

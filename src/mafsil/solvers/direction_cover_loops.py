@@ -13,6 +13,9 @@ so with w_ = sum l_p w_p and any 0 <= s <= 1, where the w_p reach a positive hei
 
 and if V' (Y - b^2 I) V is a nonnegative plus a positive semidefinite matrix, the cone is proven (second order): kinks
 and curvature are exact to second order, so that minima in the middle of a cone can be proven too.
+
+The search is branch and bound (`covered`): orthants wait on a stack; a cone is proven by cutting planes (`examine`),
+whose multipliers come from a matrix game (`game`), to first or second order (`second_order`), or is halved (`halve`).
 """
 
 from __future__ import annotations
@@ -42,6 +45,7 @@ STILL = 1e-9
 DEEP, MANY = 12, 300
 """Rounds of cutting planes, and steps, of a descent at most."""
 TINY = 1e-12
+"""Costs and pivots of a game with entries of about 1 that are rounding."""
 
 
 @compiled
@@ -79,10 +83,16 @@ def pieces_at(D: Floats, u: Floats, W: Floats, Q: Floats, disc: Floats, count: i
 def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Floats, side: Floats) -> None:
     """Value of the matrix game: weights >= 0 of rows that maximise the least column of weights' A, t of columns.
 
-    The simplex method for max sum y, (A + shift) y <= 1, y >= 0, from y = 0.
+    The simplex method for max sum y, (A + shift) y <= 1, y >= 0, on a condensed tableau:
+
+    1. From y = 0: rows (A + shift | 1), and -1 for the costs; `side` and `t` say which variable a row or column is.
+    2. The column of least cost enters, the row of least ratio leaves, and the tableau is pivoted, until no cost is
+       negative.
+    3. Costs of the slack variables are the weights of the rows, levels of y the mixture of the columns; each is
+       divided by its sum.
     """
     m = len(t)
-    for p in range(count):
+    for p in range(count):  # 1
         for j in range(m):
             T[p, j] = A[p, j] + shift
         T[p, m] = 1.0
@@ -91,8 +101,8 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
         T[count, j] = -1.0
         t[j] = j
     T[count, m] = 0.0
-    for _ in range(60):
-        enter, least = -1, -1e-12
+    for _ in range(60):  # 2
+        enter, least = -1, -TINY
         for j in range(m):
             if T[count, j] < least:
                 enter, least = j, T[count, j]
@@ -119,7 +129,7 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
                     T[p, j] -= f * T[leave, j]
             T[p, enter] = -f / pivot
         side[leave], t[enter] = t[enter], side[leave]
-    weights[:count] = 0.0
+    weights[:count] = 0.0  # 3
     total = 0.0
     for j in range(m):
         if t[j] >= m:
@@ -160,6 +170,10 @@ def semidefinite(M: Floats, L: Floats) -> bool:
 def second_order(V: Floats, H: Floats, QV: Floats, R: Floats, weights: Floats, count: int, b: float) -> bool:
     """Whether second order proves a cone.
 
+    1. The mean m = sum l_p w_p along every v_j; a point below the origin along one of them proves nothing.
+    2. For each share s: M = V' (Y - b^2 I) V, the bends q of each point with the largest c that the heights allow.
+    3. The cone is proven if M without its positive entries off the diagonal, or M itself, is positive definite.
+
     Args:
         V: (m, m) rows v_j.
         H, QV, R: (count, m) w_p . v_j, q_p . v_j and |E_p' v_j|.
@@ -169,13 +183,13 @@ def second_order(V: Floats, H: Floats, QV: Floats, R: Floats, weights: Floats, c
     """
     m = len(V)
     mean, M, S, L = np.zeros(m), np.empty((m, m)), np.empty((m, m)), np.zeros((m, m))
-    for p in range(count):
+    for p in range(count):  # 1
         if weights[p] > 0.0:
             for j in range(m):
                 mean[j] += weights[p] * H[p, j]
                 if H[p, j] < 0.0:
                     return False
-    for share in SHARES:
+    for share in SHARES:  # 2
         for i in range(m):
             for j in range(i + 1):
                 M[i, j] = (1.0 - share) * mean[i] * mean[j] - b * b * dot(V[i], V[j])
@@ -196,13 +210,13 @@ def second_order(V: Floats, H: Floats, QV: Floats, R: Floats, weights: Floats, c
             for j in range(i + 1):
                 M[j, i] = M[i, j]
                 S[i, j] = S[j, i] = M[i, j] if i == j else min(0.0, M[i, j])
-        if semidefinite(S, L) or semidefinite(M, L):
+        if semidefinite(S, L) or semidefinite(M, L):  # 3
             return True
     return False
 
 
-class Room(NamedTuple):
-    """Room for the proof of one cone; rows are points of the set.
+class ConeProof(NamedTuple):
+    """What the proof of one cone works with; rows are points of the set.
 
     Attributes:
         W, Q: (most, m) points w and bends q.
@@ -228,17 +242,23 @@ class Room(NamedTuple):
 
 
 @compiled
-def make_room(m: int) -> Room:
-    """Room in m dimensions."""
-    return Room(
+def make_proof(m: int) -> ConeProof:
+    """Buffers in m dimensions."""
+    return ConeProof(
         np.empty((MOST, m)), np.empty((MOST, m)), np.empty(MOST), np.empty((MOST, m)), np.empty((MOST, m)),
         np.empty((MOST, m)), np.empty((MOST + 1, m + 1)), np.empty(MOST), np.empty(MOST), np.empty(m), np.empty(m),
     )  # fmt: skip
 
 
 @compiled
-def examine(D: Floats, V: Floats, b: float, cuts: int, prove: bool, room: Room) -> tuple[int, float]:
-    """Try to prove the cone of the rows of V by cutting planes; leave the direction that was asked last in `room.u`.
+def examine(D: Floats, V: Floats, b: float, cuts: int, prove: bool, proof: ConeProof) -> tuple[int, float]:
+    """Try to prove the cone of the rows of V by cutting planes; leave the direction of the last one in `proof.u`.
+
+    1. The set's furthest points along a mixture u of the v_j, at first the middle, join.
+    2. Where the set reaches less than b along u, that is the answer.
+    3. Heights and bends of the new points along the v_j.
+    4. The matrix game gives multipliers l of the points, and the mixture where their proof is worst: the next u.
+    5. The cone is proven to first order by the worst height, or to second order.
 
     Args:
         D: (k, 4, m).
@@ -246,13 +266,13 @@ def examine(D: Floats, V: Floats, b: float, cuts: int, prove: bool, room: Room) 
         b: to be proven.
         cuts: rounds at most.
         prove: False to follow the cutting planes to their end, without proofs.
-        room: to work in.
+        proof: buffers.
 
     Returns:
-        PROVEN, SPENT, or LOWER where the set reaches less than b along `room.u`; how far it reaches along it.
+        PROVEN, SPENT, or LOWER where the set reaches less than b along `proof.u`; how far it reaches along it.
     """
     m = len(V)
-    H, QV, R, t, u = room.H, room.QV, room.R, room.t, room.u
+    H, QV, R, t, u = proof.H, proof.QV, proof.R, proof.t, proof.u
     t[:] = 1.0 / m
     count, last, best = 0, -np.inf, np.inf
     for _ in range(cuts):
@@ -261,29 +281,29 @@ def examine(D: Floats, V: Floats, b: float, cuts: int, prove: bool, room: Room) 
             for j in range(m):
                 u[c] += t[j] * V[j, c]
         size, before = np.sqrt(dot(u, u)), count
-        reach, count = pieces_at(D, u, room.W, room.Q, room.disc, count)
+        reach, count = pieces_at(D, u, proof.W, proof.Q, proof.disc, count)  # 1
         best = reach / size
-        if best < b:
+        if best < b:  # 2
             return LOWER, best
         if before > 0 and reach <= last + STILL * b:
             break
-        shift = reach
+        shift = reach  # 3
         for p in range(before, count):
-            i = int(room.disc[p])
+            i = int(proof.disc[p])
             for j in range(m):
-                H[p, j], QV[p, j] = dot(room.W[p], V[j]), dot(room.Q[p], V[j])
+                H[p, j], QV[p, j] = dot(proof.W[p], V[j]), dot(proof.Q[p], V[j])
                 R[p, j] = np.hypot(dot(D[i, 1], V[j]), dot(D[i, 2], V[j]))
         for p in range(count):
             for j in range(m):
                 shift = max(shift, reach - H[p, j])
-        game(H, count, shift, t, room.weights, room.T, room.side)
+        game(H, count, shift, t, proof.weights, proof.T, proof.side)  # 4
         last = np.inf
         for j in range(m):
             s = 0.0
             for p in range(count):
-                s += room.weights[p] * H[p, j]
+                s += proof.weights[p] * H[p, j]
             last = min(last, s)
-        if prove and (last >= b or second_order(V, H, QV, R, room.weights, count, b)):
+        if prove and (last >= b or second_order(V, H, QV, R, proof.weights, count, b)):
             return PROVEN, best
         if count + len(D) > MOST:
             break
@@ -339,11 +359,10 @@ def covered(
 ) -> tuple[int, float, int, int]:
     """Prove h(u) >= b |u| in the cones that wait.
 
-    1. Take a cone; points of the set along its middle.
-    2. The best first-order proof from these points is a matrix game; its other player's mixture is the direction
-       where the proof is worst: points along it join, and so on, a few times.
+    1. A cone on the far side of a wall is left to its image under the symmetries.
+    2. The cone on top of the stack is examined by cutting planes.
     3. A direction that reaches less than b ends the search; it can go on with a smaller b, for what is proven stays so.
-       Where neither first nor second order proves the cone, its longest edge is halved.
+    4. A proven cone leaves the stack; else its longest edge is halved, and both halves wait.
 
     Args:
         D: (k, 4, m) discs.
@@ -358,20 +377,20 @@ def covered(
         How it ended, how far the set reaches along `lowest`, how many cones wait, what is left of the budget.
     """
     m = D.shape[2]
-    room = make_room(m)
+    proof = make_proof(m)
     while waiting > 0:
         if budget <= 0 or waiting >= len(stack):
             return SPENT, 0.0, waiting, budget
         budget -= 1
         at = waiting - 1
-        if elsewhere(stack[at], walls):
+        if elsewhere(stack[at], walls):  # 1
             waiting -= 1
             continue
-        state, reach = examine(D, stack[at], b, CUTS, True, room)
-        if state == LOWER:
-            lowest[:] = room.u / np.sqrt(dot(room.u, room.u))
+        state, reach = examine(D, stack[at], b, CUTS, True, proof)  # 2
+        if state == LOWER:  # 3
+            lowest[:] = proof.u / np.sqrt(dot(proof.u, proof.u))
             return LOWER, reach, waiting, budget
-        if state == PROVEN:
+        if state == PROVEN:  # 4
             waiting -= 1
         else:
             halve(stack, at)
@@ -408,23 +427,23 @@ def descend(D: Floats, u: Floats, width: float, narrowest: float) -> float:
     The least of cutting planes over a small cone about u is the next u; where that is no gain, the cone shrinks.
     """
     m = len(u)
-    room, V = make_room(m), np.empty((m, m))
-    reach, _ = pieces_at(D, u, room.W, room.Q, room.disc, 0)
+    proof, V = make_proof(m), np.empty((m, m))
+    reach, _ = pieces_at(D, u, proof.W, proof.Q, proof.disc, 0)
     turn = 1.0
     for _ in range(MANY):
         if width < narrowest:
             break
         around(u, turn * width, V)
-        examine(D, V, 0.0, DEEP, False, room)
-        size = np.sqrt(dot(room.u, room.u))
+        examine(D, V, 0.0, DEEP, False, proof)
+        size = np.sqrt(dot(proof.u, proof.u))
         for c in range(m):
-            room.u[c] /= size
-        found, _ = pieces_at(D, room.u, room.W, room.Q, room.disc, 0)
+            proof.u[c] /= size
+        found, _ = pieces_at(D, proof.u, proof.W, proof.Q, proof.disc, 0)
         if found < reach * (1.0 - 1e-12):
             if found > reach * (1.0 - 1e-3 * width):
                 width *= 0.7
             reach = found
-            u[:] = room.u
+            u[:] = proof.u
         else:
             width *= 0.5
         turn = -turn

@@ -1,15 +1,23 @@
-"""Discs of wrenches, and how far a set of them reaches in a direction, compiled.
+"""Discs of wrenches, and how far a set of them reaches in a direction (its support function), compiled.
 
 Disc i of D (k, parts, m) is {a + c E_1 + s E_2 + t g : c^2 + s^2 <= 1, |t| <= 1} with a = D[i, 0], E = D[i, 1:3],
 g = D[i, 3]; parts is 1 (points), 3 or 4. A round friction cone with unit push is one; the set is the hull of all.
+
+Along u a disc reaches a . u + hypot(E_1 . u, E_2 . u) + |g . u|, at c = E_1 . u / hypot, s = E_2 . u / hypot, t = +-1.
+The hull reaches as far as the furthest disc; a sum as far as those that reach beyond the origin, together.
 """
 
 from __future__ import annotations
+
+from typing import TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
+
+Dimension: TypeAlias = tuple[int, ...]
+"""m zeros: the length of a tuple is known when a loop is compiled, so that loops over the m rows unroll."""
 
 
 @compiled

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.solvers.disc_loops import Dimension
 from mafsil.solvers.loops import compiled
 
 ON_FACET = 1e-7
@@ -12,7 +13,7 @@ ON_FACET = 1e-7
 
 
 @compiled
-def facet_through(unroll: tuple[int, ...], W: Floats, u: Floats, v: Floats) -> bool:
+def facet_through(dimension: Dimension, W: Floats, u: Floats, v: Floats) -> bool:
     """The facet of the hull of columns that points nearly along u.
 
     1. The columns within `ON_FACET` of the furthest along u are gathered.
@@ -20,7 +21,7 @@ def facet_through(unroll: tuple[int, ...], W: Floats, u: Floats, v: Floats) -> b
     3. The others lie on that plane too, and no column of the set beyond it.
 
     Args:
-        unroll: m zeros.
+        dimension: m zeros (see `disc_loops.Dimension`).
         W: (m, n) columns.
         u: (m,) direction.
         v: (m,) out.

@@ -1,10 +1,20 @@
 """The largest ball about the origin inside a convex set that is known by its support function, compiled.
 
-A simplex grows inside the set: its facet nearest to the origin bounds the radius from below, the support function in
-that facet's direction from above, and the support point is the next corner. Only what lies near the answer is built.
-Corners are moved by about 1e-9 of their size, so no m + 1 of them share a hyperplane.
+An incremental convex hull (beneath and beyond), of which only what lies near the answer is built:
+
+1. `first_simplex`: m + 1 far corners of the set; `begin`: their facets.
+2. The facet nearest to the origin bounds the radius from below, the support function in its direction from above.
+3. Where the bounds have not met, the support point is the next corner. Corners are moved by about 1e-9 of their size,
+   so that no m + 1 of them share a hyperplane (`move`).
+4. `see`: the facets that the corner sees, found from neighbour to neighbour.
+5. `cover`: a new facet through the corner and each ridge between a facet that it sees and one that it does not.
+6. `join`: new facets are paired along the ridges that they share, by a hash table; facets that were seen are hidden.
 
 A set is the hull of discs (see `disc_loops`); together, the discs (and 0) are summed instead.
+
+Reference:
+    C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The quickhull algorithm for convex hulls, ACM Trans. Math. Softw. 22(4),
+    1996.
 """
 
 from __future__ import annotations
@@ -15,14 +25,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import dot, support
+from mafsil.solvers.disc_loops import Dimension, dot, support
 from mafsil.solvers.loops import compiled, reordered
 
 JOGGLE = 1e-9
+"""Moves of the corners, relative to the set: far above rounding, far below any quality that counts."""
 VISIBLE = 1e-13
+"""Heights over a facet, relative to the set, from which a corner sees it: 450 eps, the rounding of its plane."""
 STEADY = 10.0
 """Heights over a facet, in units of what is barely visible, from which the next facet's direction is sure."""
 FLATNESS = 1e-10
+"""Heights over the flat of the corners before, relative to the set, below which the set is flat."""
 FAR = 0.05
 """Heights of a corner over the flat of those before, relative to the set, at which no better one is looked for."""
 MOST = 4096
@@ -30,17 +43,22 @@ MOST = 4096
 TABLE = 1 << 14
 MIX = 0x1E3779B97F4A7C15
 """Odd factor that spreads keys over the table."""
-MET, FULL, FLAT, BROKEN = 0, 1, 2, 3
-"""How `inscribed` ended: bounds met; room or corners spent; set of lower dimension; rounding spoilt the polytope."""
+CONVERGED, FULL, FLAT, BROKEN = 0, 1, 2, 3
+"""How `inscribed` ended: bounds met; buffers or vertices spent; set is flat; rounding spoilt the polytope."""
 
 
 @compiled
-def null_vector(unroll: tuple[int, ...], A: Floats, n: Floats) -> None:
-    """Unit vector n with A n = 0 for A (m - 1, m), by elimination with complete pivoting; A is destroyed."""
-    m = len(unroll)
+def null_vector(dimension: Dimension, A: Floats, n: Floats) -> None:
+    """Unit vector n with A n = 0 for A (m - 1, m); A is destroyed.
+
+    1. Elimination with complete pivoting; `order` remembers the columns.
+    2. The last unknown is 1; the others follow backwards.
+    3. Back in the first order, at length 1.
+    """
+    m = len(dimension)
     rows = m - 1
     order = np.arange(m)
-    for r in range(rows):
+    for r in range(rows):  # 1
         pr, pc, big = r, r, -1.0
         for i in range(r, rows):
             for j in range(r, m):
@@ -57,14 +75,14 @@ def null_vector(unroll: tuple[int, ...], A: Floats, n: Floats) -> None:
             f = A[i, r] / A[r, r]
             for j in range(r, m):
                 A[i, j] -= f * A[r, j]
-    x = np.empty(m)
+    x = np.empty(m)  # 2
     x[m - 1] = 1.0
     for r in range(rows - 1, -1, -1):
         s = 0.0
         for j in range(r + 1, m):
             s += A[r, j] * x[j]
         x[r] = -s / A[r, r]
-    square = 0.0
+    square = 0.0  # 3
     for j in range(m):
         square += x[j] * x[j]
     for j in range(m):
@@ -76,14 +94,14 @@ class Polytope(NamedTuple):
 
     Attributes:
         points: (most, m) corners in the order they came.
-        corners: (room, m) corners of each facet, ascending.
-        beside: (room, m) the facet across from each of its corners.
-        normals, offsets: (room, m), (room,) unit outward normal n and d, n . x <= d inside; d is infinite once hidden.
-        seen: (room,) the last turn in which a new corner saw the facet; minus it if the corner did not.
+        corners: (size, m) corners of each facet, ascending.
+        beside: (size, m) the facet across from each of its corners.
+        normals, offsets: (size, m), (size,) unit outward normal n and d, n . x <= d inside; d is infinite once hidden.
+        seen: (size,) the last turn in which a new corner saw the facet; minus it if the corner did not.
         inside: (m,) a point inside.
-        A: (m - 1, m) room for elimination.
-        found: (room,) facets that a new corner sees.
-        heights: (room,) of the new corner over the facets that were asked.
+        A: (m - 1, m) buffer of an elimination.
+        found: (size,) facets that a new corner sees.
+        heights: (size,) of the new corner over the facets that were asked.
         clock: (1,) turns taken since the arrays were made, so that none has to be cleared.
     """
 
@@ -110,12 +128,12 @@ class Ridges(NamedTuple):
 
 
 @compiled
-def make_polytope(m: int, most: int, room: int) -> Polytope:
-    """Arrays for up to `most` corners and `room` facets in m dimensions; they can be used again and again."""
+def make_polytope(m: int, most: int, size: int) -> Polytope:
+    """Arrays for up to `most` corners and `size` facets in m dimensions; they can be used again and again."""
     return Polytope(
-        np.empty((most, m)), np.empty((room, m), np.int64), np.empty((room, m), np.int64), np.empty((room, m)),
-        np.empty(room), np.zeros(room, np.int64), np.zeros(m), np.empty((m - 1, m)), np.empty(room, np.int64),
-        np.empty(room), np.zeros(1, np.int64),
+        np.empty((most, m)), np.empty((size, m), np.int64), np.empty((size, m), np.int64), np.empty((size, m)),
+        np.empty(size), np.zeros(size, np.int64), np.zeros(m), np.empty((m - 1, m)), np.empty(size, np.int64),
+        np.empty(size), np.zeros(1, np.int64),
     )  # fmt: skip
 
 
@@ -169,14 +187,14 @@ def first_simplex(D: Floats, together: bool, size: float, points: Floats) -> boo
     u[0] = 1.0
     support(D, together, u, points[0])
     for k in range(1, m + 1):
-        best, asked = 0.0, int(np.argmax(left))
+        best, first = 0.0, int(np.argmax(left))
         for turn in range(-1, m):
-            axis = asked if turn < 0 else turn
+            axis = first if turn < 0 else turn
             if turn == 0 and best > FAR * size:
                 break
             u[:] = 0.0
             u[axis] = 1.0
-            if turn == asked or away(u, basis, k - 1) < 1e-6:
+            if turn == first or away(u, basis, k - 1) < 1e-6:
                 continue
             height = furthest_either_way(D, together, u, points[0], w, basis[k - 1])
             if height > best:
@@ -202,15 +220,15 @@ def move(w: Floats, length: float, state: int) -> int:
 
 
 @compiled
-def lay(unroll: tuple[int, ...], P: Polytope, f: int) -> None:
+def lay(dimension: Dimension, P: Polytope, f: int) -> None:
     """Hyperplane of a facet through its corners."""
-    m = len(unroll)
+    m = len(dimension)
     last = P.corners[f, m - 1]
     for i in range(m - 1):
         for c in range(m):
             P.A[i, c] = P.points[P.corners[f, i], c] - P.points[last, c]
     n = P.normals[f]
-    null_vector(unroll, P.A, n)
+    null_vector(dimension, P.A, n)
     d = dot(n, P.points[last])
     if dot(n, P.inside) > d:
         for c in range(m):
@@ -220,53 +238,53 @@ def lay(unroll: tuple[int, ...], P: Polytope, f: int) -> None:
 
 
 @compiled
-def begin(unroll: tuple[int, ...], P: Polytope) -> int:
+def begin(dimension: Dimension, P: Polytope) -> int:
     """Facets of the simplex of the first m + 1 points; how many."""
-    m = len(unroll)
+    m = len(dimension)
     for i in range(m + 1):
         for c in range(m):
             P.inside[c] = (P.inside[c] if i > 0 else 0.0) + P.points[i, c] / (m + 1)
     for f in range(m + 1):
         for i in range(m):
             P.corners[f, i] = P.beside[f, i] = i if i < f else i + 1
-        lay(unroll, P, f)
+        lay(dimension, P, f)
     return m + 1
 
 
 @reordered
-def see(unroll: tuple[int, ...], P: Polytope, corner: int, f: int, turn: int, dust: float) -> int:
+def see(dimension: Dimension, P: Polytope, corner: int, f: int, turn: int, roundoff: float) -> int:
     """Facets that a corner beyond facet f sees, into `found`; how many."""
     found, seen, beside, normals, offsets, heights = P.found, P.seen, P.beside, P.normals, P.offsets, P.heights
     points, count, done = P.points, 1, 0
     found[0], seen[f], heights[f] = f, turn, -offsets[f]
-    for c in range(len(unroll)):
+    for c in range(len(dimension)):
         heights[f] += normals[f, c] * points[corner, c]
     while done < count:
         g = found[done]
         done += 1
-        for j in range(len(unroll)):
+        for j in range(len(dimension)):
             h = beside[g, j]
             if abs(seen[h]) == turn:
                 continue
             height = -offsets[h]
-            for c in range(len(unroll)):
+            for c in range(len(dimension)):
                 height += normals[h, c] * points[corner, c]
             heights[h] = height
-            seen[h] = turn if height > dust else -turn
-            if height > dust:
+            seen[h] = turn if height > roundoff else -turn
+            if height > roundoff:
                 found[count] = h
                 count += 1
     return count
 
 
 @reordered
-def cover(unroll: tuple[int, ...], P: Polytope, corner: int, hidden: int, turn: int, facets: int, dust: float) -> int:
+def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int, facets: int, roundoff: float) -> int:
     """New facets through a corner and each ridge between a facet that it sees and one that it does not; how many then.
 
     With heights s >= 0 of the corner over facet g and t >= 0 below facet h, the plane s (n_h, d_h) + t (n_g, d_g)
-    holds the ridge between them and the corner: no elimination, nothing cancels. Where both are dust, corners decide.
+    holds the ridge between them and the corner: no elimination, nothing cancels. If both are roundoff, corners decide.
     """
-    m, found, seen, beside, corners = len(unroll), P.found, P.seen, P.beside, P.corners
+    m, found, seen, beside, corners = len(dimension), P.found, P.seen, P.beside, P.corners
     normals, offsets, heights = P.normals, P.offsets, P.heights
     for a in range(hidden):
         g = found[a]
@@ -292,16 +310,16 @@ def cover(unroll: tuple[int, ...], P: Polytope, corner: int, hidden: int, turn: 
             for c in range(m):
                 normals[facets, c] *= factor
             offsets[facets] = (s * offsets[h] + t * offsets[g]) * factor
-            if t < 0.0 or not s + t > STEADY * dust:
-                lay(unroll, P, facets)
+            if t < 0.0 or not s + t > STEADY * roundoff:
+                lay(dimension, P, facets)
             facets += 1
     return facets
 
 
 @compiled
-def join(unroll: tuple[int, ...], P: Polytope, R: Ridges, first: int, facets: int, turn: int) -> bool:
+def join(dimension: Dimension, P: Polytope, R: Ridges, first: int, facets: int, turn: int) -> bool:
     """Pair the new facets along the ridges that they share; whether every ridge found its two."""
-    m, corners, beside = len(unroll), P.corners, P.beside
+    m, corners, beside = len(dimension), P.corners, P.beside
     keys, turns, owner, skipped = R.key, R.turn, R.facet, R.skipped
     opened = 0
     for new in range(first, facets):
@@ -327,15 +345,15 @@ def join(unroll: tuple[int, ...], P: Polytope, R: Ridges, first: int, facets: in
 
 
 @compiled
-def add(unroll: tuple[int, ...], P: Polytope, R: Ridges, f: int, corner: int, facets: int, dust: float) -> int:
+def add(dimension: Dimension, P: Polytope, R: Ridges, f: int, corner: int, facets: int, roundoff: float) -> int:
     """Add a corner that lies beyond facet f; the number of facets then, or minus how it went wrong."""
     P.clock[0] += 1
     turn = P.clock[0]
-    hidden = see(unroll, P, corner, f, turn, dust)
-    grown = cover(unroll, P, corner, hidden, turn, facets, dust)
-    if grown < 0 or 2 * (grown - facets) * len(unroll) > TABLE:
+    hidden = see(dimension, P, corner, f, turn, roundoff)  # 4
+    grown = cover(dimension, P, corner, hidden, turn, facets, roundoff)  # 5
+    if grown < 0 or 2 * (grown - facets) * len(dimension) > TABLE:
         return -FULL
-    if not join(unroll, P, R, facets, grown, turn):
+    if not join(dimension, P, R, facets, grown, turn):  # 6
         return -BROKEN
     for a in range(hidden):
         P.offsets[P.found[a]] = np.inf
@@ -344,7 +362,7 @@ def add(unroll: tuple[int, ...], P: Polytope, R: Ridges, f: int, corner: int, fa
 
 @compiled
 def inscribed(
-    unroll: tuple[int, ...],
+    dimension: Dimension,
     D: Floats,
     together: bool,
     tolerance: float,
@@ -356,41 +374,41 @@ def inscribed(
     """The largest ball about the origin.
 
     Args:
-        unroll: m zeros: their number is known when the loops are compiled.
+        dimension: m zeros (see `disc_loops.Dimension`).
         D: discs.
         together: sum them.
         tolerance: wanted gap of the bounds, relative to the radius.
-        P, R: room to work in, for MOST corners at most.
+        P, R: buffers, for MOST corners at most.
         seed: of the moves of the corners.
         direction: (m,) out: unit direction in which the set reaches least far.
 
     Returns:
         How it ended; radius proven to fit (negative if the origin is outside); radius not exceeded; corners.
     """
-    m, size = len(unroll), 0.0
+    m, size = len(dimension), 0.0
     for i in range(len(D)):
         for j in range(D.shape[1]):
             size = max(size, np.sqrt(dot(D[i, j], D[i, j])))
-    if not first_simplex(D, together, size, P.points):
+    if not first_simplex(D, together, size, P.points):  # 1
         return FLAT, 0.0, 0.0, 0
     state = seed
     for i in range(m + 1):
         state = move(P.points[i], JOGGLE * size, state)
-    facets, slack, most = begin(unroll, P), 10.0 * JOGGLE * size, len(P.points)
+    facets, slack, most = begin(dimension, P), 10.0 * JOGGLE * size, len(P.points)
     moved = JOGGLE * size * np.sqrt(m)
     lower, upper = -np.inf, np.inf
     for count in range(m + 1, most):
-        f = int(np.argmin(P.offsets[:facets]))
-        lay(unroll, P, f)
+        f = int(np.argmin(P.offsets[:facets]))  # 2
+        lay(dimension, P, f)
         lower = P.offsets[f]
         reach = support(D, together, P.normals[f], P.points[count])
         if reach < upper:
             upper = reach
             direction[:] = P.normals[f]
         if reach < -slack or upper - lower <= tolerance * upper + slack or reach - lower <= slack:
-            return MET, lower - moved, upper, count
-        state = move(P.points[count], JOGGLE * size, state)
-        facets = add(unroll, P, R, f, count, facets, VISIBLE * size)
+            return CONVERGED, lower - moved, upper, count
+        state = move(P.points[count], JOGGLE * size, state)  # 3
+        facets = add(dimension, P, R, f, count, facets, VISIBLE * size)
         if facets < 0:
             return -facets, lower - moved, upper, count
     return FULL, lower - moved, upper, most

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,14 +37,14 @@ class NonnegativeAnswer:
         certificate: (m,) y with A' y >= 0 and y . b < 0, or None.
         cost: c . x, infinite without a solution.
         multipliers: (m,) of A x = b at the optimum: c - A' y >= 0; zero without a solution.
-        shortfall: least sum of |A x - b| over x >= 0.
+        residual: least sum of |A x - b| over x >= 0.
     """
 
     x: Floats | None
     certificate: Floats | None
     cost: float
     multipliers: Floats
-    shortfall: float
+    residual: float
 
 
 def minimise(
@@ -68,10 +69,11 @@ def minimise(
     Raises:
         MafsilError: unbounded, or HiGHS gave up.
     """
-    from scipy.optimize import linprog
+    import scipy.optimize
 
     bounds = [(0.0, None)] * (len(c) - free) + [(None, None)] * free
-    found = linprog(c, A_ub=G, b_ub=h, A_eq=A, b_eq=b, bounds=bounds, method="highs")
+    solve: Any = scipy.optimize.linprog  # its result carries no types
+    found: Any = solve(c, A_ub=G, b_ub=h, A_eq=A, b_eq=b, bounds=bounds, method="highs")
     if found.status == 2:
         return None
     if found.status != 0:
@@ -88,7 +90,7 @@ def nonnegative_solution(A: Floats, b: Floats, c: Floats | None = None, toleranc
         A: (m, n).
         b: (m,).
         c: (n,) costs; the sum of x if None.
-        tolerance: shortfall, relative to |b|, up to which A x = b counts as met.
+        tolerance: of the residual, relative to |b|, up to which A x = b counts as met.
 
     Reference:
         J. Farkas, Theorie der einfachen Ungleichungen, J. reine angew. Math. 124, 1902.
@@ -97,10 +99,10 @@ def nonnegative_solution(A: Floats, b: Floats, c: Floats | None = None, toleranc
     slack = np.hstack([A, np.eye(m), -np.eye(m)])
     nearest = minimise(np.concatenate([np.zeros(n), np.ones(2 * m)]), slack, b)
     assert nearest is not None, "slack variables reach every right side"
-    scale = max(float(np.abs(b).max(initial=0.0)), np.finfo(float).tiny)
+    scale = max(float(np.abs(b).max(initial=0.0)), float(np.finfo(float).tiny))
     if nearest.value > tolerance * scale:
         return NonnegativeAnswer(None, -nearest.equality, np.inf, np.zeros(m), nearest.value)
-    costs = np.ones(n) if c is None else c
+    costs: Floats = np.ones(n) if c is None else c
     best = minimise(costs, A, b)
     if best is None:
         x = nearest.x[:n]

@@ -1,7 +1,11 @@
-"""The point of a convex set nearest to the origin, for a set known by its support function, compiled.
+"""The point of a convex set nearest to the origin, for a set known by its support function, compiled: Wolfe's method.
 
-The nearest point of a simplex inside the set moves towards the set's furthest point against it; corners that lose
-their weight leave. The length of the point bounds the distance from above, the support function from below.
+1. The first corner is the set's furthest point against the sum of its centres; v is that corner.
+2. The set's furthest point s against v bounds the distance from below, the length of v from above: if they meet, done.
+3. Else s joins the corners of the simplex (corral).
+4. Weights of the point nearest to the origin in the flat through the corners (`affine_weights`): where some are
+   negative, the walk towards them stops at the simplex's boundary, and the corners without weight leave (`drop`).
+5. When all weights are positive v is that point, and again from 2; without progress rounding ends it.
 
 A question is answered sooner: is the set clearly away from the origin? Sets of wrenches come with rows of equal size.
 
@@ -20,7 +24,8 @@ from mafsil.solvers.loops import compiled
 STEPS = 1000
 DEPENDENT = 1e-12
 """Corners closer than this share of their distance to the flat of the others add nothing."""
-ROUNDING = 1e-15
+ROUNDOFF = 1e-15
+"""Weights and gaps of a few eps are none."""
 NEAR = 1e-5
 """Distances of the scaled set below it may be the boundary."""
 GILBERT = 6
@@ -33,6 +38,9 @@ LOOSE = 0.9
 def affine_weights(S: Floats, count: int, weights: Floats, Q: Floats, R: Floats, b: Floats) -> bool:
     """Weights of sum 1, of any sign, of the point nearest to the origin in the flat through some corners.
 
+    1. Edges from corner 0 are made orthonormal one after the other, twice each (Gram and Schmidt): edges = R' Q.
+    2. Corner 0 along Q gives the right side; R is solved backwards for the weights of the edges.
+
     Args:
         S: (m + 1, m) corners.
         count: of them.
@@ -43,7 +51,7 @@ def affine_weights(S: Floats, count: int, weights: Floats, Q: Floats, R: Floats,
         Whether the corners are in general position.
     """
     m = S.shape[1]
-    for i in range(1, count):
+    for i in range(1, count):  # 1
         for k in range(1, i):
             R[k, i] = 0.0
         for c in range(m):
@@ -61,7 +69,7 @@ def affine_weights(S: Floats, count: int, weights: Floats, Q: Floats, R: Floats,
         for c in range(m):
             Q[i, c] /= R[i, i]
         b[i] = -dot(Q[i], S[0])
-    weights[0] = 1.0
+    weights[0] = 1.0  # 2
     for i in range(count - 1, 0, -1):
         for k in range(i + 1, count):
             b[i] -= R[i, k] * weights[k]
@@ -80,7 +88,7 @@ def drop(S: Floats, share: Floats, weights: Floats, count: int) -> int:
     kept = 0
     for i in range(count):
         left = share[i] + step * (weights[i] - share[i])
-        if left > ROUNDING or (weights[i] >= 0.0 and left > 0.0):
+        if left > ROUNDOFF or (weights[i] >= 0.0 and left > 0.0):
             share[kept] = left
             for c in range(S.shape[1]):
                 S[kept, c] = S[i, c]
@@ -109,32 +117,32 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
         for c in range(m):
             u[c] -= D[i, 0, c]
     support(D, False, u, S[0])
-    share[0], count = 1.0, 1
+    share[0], count = 1.0, 1  # 1
     v[:] = S[0]
     for _ in range(STEPS):
         length = np.sqrt(dot(v, v))
         size = max(size, np.sqrt(dot(S[count - 1], S[count - 1])))
-        if length <= ROUNDING * size:
+        if length <= ROUNDOFF * size:
             v[:] = 0.0
             return 0.0, 0.0
         for c in range(m):
             u[c] = -v[c] / length
-        reached = -support(D, False, u, S[count])
+        reached = -support(D, False, u, S[count])  # 2
         if reached > lower or count == 1:
             lower = max(reached, 0.0)
             for c in range(m):
                 apart[c] = -u[c]
-        if length - lower <= tolerance * length + ROUNDING * size:
+        if length - lower <= tolerance * length + ROUNDOFF * size:
             return min(lower, length), length
-        share[count], count = 0.0, count + 1
-        while True:
+        share[count], count = 0.0, count + 1  # 3
+        while True:  # 4
             if count > m + 1 or not affine_weights(S, count, weights, Q, R, b):
                 return min(lower, length), length
             before = count
             count = drop(S, share, weights, count)
             if count == before:
                 break
-        for c in range(m):
+        for c in range(m):  # 5
             v[c] = 0.0
             for i in range(count):
                 v[c] += share[i] * S[i, c]

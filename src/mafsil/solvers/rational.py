@@ -17,7 +17,7 @@ Rational: TypeAlias = int | float | Fraction
 Columns: TypeAlias = Sequence[Sequence[Rational]]
 
 
-class Place(Enum):
+class Location(Enum):
     """Where the origin lies relative to the convex hull of the columns."""
 
     INSIDE = "inside"
@@ -26,8 +26,8 @@ class Place(Enum):
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """The exact answer and its proof.
+class OriginLocation:
+    """Where the origin lies, exactly, and the proof.
 
     Attributes:
         place: of the origin; INSIDE means strictly.
@@ -36,7 +36,7 @@ class Judgement:
         certificate: y != 0 with y . a_j >= 0 for all j unless INSIDE (all > 0 if OUTSIDE); else None.
     """
 
-    place: Place
+    place: Location
     rank: int
     combination: tuple[Fraction, ...] | None
     certificate: tuple[Fraction, ...] | None
@@ -47,7 +47,7 @@ def exact(value: Rational) -> Fraction:
     return Fraction(repr(float(value))) if isinstance(value, float) else Fraction(value)
 
 
-def judge(columns: Columns) -> Judgement:
+def locate_origin(columns: Columns) -> OriginLocation:
     """Is the origin strictly inside the convex hull of the columns?
 
     Args:
@@ -59,15 +59,15 @@ def judge(columns: Columns) -> Judgement:
     total = [-sum(column[i] for column in whole) for i in range(m)]
     x, y = nonnegative_solution(whole, total)
     if x is not None and rank == m:
-        return Judgement(Place.INSIDE, rank, tuple((1 + v) * s for v, s in zip(x, scales, strict=True)), None)
+        return OriginLocation(Location.INSIDE, rank, tuple((1 + v) * s for v, s in zip(x, scales, strict=True)), None)
     weights, strict = nonnegative_solution([[*column, 1] for column in whole], [0] * m + [1])
     if weights is None:
         assert strict is not None
-        return Judgement(Place.OUTSIDE, rank, None, strict[:m])
+        return OriginLocation(Location.OUTSIDE, rank, None, strict[:m])
     combination = tuple(v * s for v, s in zip(weights, scales, strict=True))
     certificate = y if y is not None else tuple(Fraction(v) for v in normal)
     assert len(combination) == n
-    return Judgement(Place.BOUNDARY, rank, combination, certificate)
+    return OriginLocation(Location.BOUNDARY, rank, combination, certificate)
 
 
 def nonnegative_solution(

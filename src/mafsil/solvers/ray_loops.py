@@ -1,4 +1,11 @@
-"""Where do rays leave a triangle mesh? Compiled: every ray against every triangle."""
+"""Where do rays leave a triangle mesh? Compiled: every ray against every triangle (Moeller and Trumbore).
+
+For a triangle with corner a and edges u, v:
+
+1. det = u . (d x v) is negative where the ray's direction d leaves through the outer side; the others are passed over.
+2. Barycentric coordinates of the ray's point in the triangle's plane: outside of 0 .. 1, the ray goes by.
+3. The distance along the ray; the nearest beyond the start wins.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +16,7 @@ from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
 
 PARALLEL = 1e-12
+"""Determinants below this share of their terms have no sign."""
 
 
 @compiled
@@ -36,19 +44,18 @@ def exits(
             ux, uy, uz = corners[k, 1, 0] - ax, corners[k, 1, 1] - ay, corners[k, 1, 2] - az
             vx, vy, vz = corners[k, 2, 0] - ax, corners[k, 2, 1] - ay, corners[k, 2, 2] - az
             px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
-            det = ux * px + uy * py + uz * pz
-            # det = -d . (u x v): negative where the ray leaves through the outer side.
+            det = ux * px + uy * py + uz * pz  # 1
             if det > -PARALLEL * (abs(ux) + abs(uy) + abs(uz)) * (abs(px) + abs(py) + abs(pz)):
                 continue
             tx, ty, tz = ox - ax, oy - ay, oz - az
-            a = (tx * px + ty * py + tz * pz) / det
+            a = (tx * px + ty * py + tz * pz) / det  # 2
             if a < 0.0 or a > 1.0:
                 continue
             qx, qy, qz = ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux
             b = (dx * qx + dy * qy + dz * qz) / det
             if b < 0.0 or a + b > 1.0:
                 continue
-            t = (vx * qx + vy * qy + vz * qz) / det
+            t = (vx * qx + vy * qy + vz * qz) / det  # 3
             if least < t < best:
                 best, found = t, k
         distance[r], face[r] = best, found

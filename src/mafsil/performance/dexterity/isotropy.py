@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector
-from mafsil.messages import say
 from mafsil.performance.dexterity.manipulability import jacobian_hessian
 from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
@@ -19,9 +21,16 @@ ISOTROPIC = 1e-8
 """Condition number minus one below which a configuration counts as isotropic."""
 
 
-@dataclass(frozen=True, eq=False)
-class IsotropySearch:
-    """What a search found.
+class IsotropyStatus(Status):
+    """Whether an isotropic configuration was found."""
+
+    FOUND = ("performance.isotropy_found", True)
+    NOT_FOUND = ("performance.isotropy_none", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IsotropySearch(Answer):
+    """What a search found; true if there is an isotropic configuration among it.
 
     Attributes:
         q: (k, n) the best configuration first; all that are isotropic and different, or one [rad | m].
@@ -38,11 +47,31 @@ class IsotropySearch:
         """Whether there is an isotropic configuration among them."""
         return bool(self.condition[0] - 1.0 < ISOTROPIC)
 
+    @property
+    def status(self) -> IsotropyStatus:
+        """Found or not; a search proves no absence."""
+        return IsotropyStatus.FOUND if self.found else IsotropyStatus.NOT_FOUND
+
+    def __bool__(self) -> bool:
+        return self.found
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.q)
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "q": self.q, "condition": self.condition, "starts": self.starts}
+
     def explain(self, language: str | None = None) -> str:
         """The answer in a sentence."""
-        key = "isotropy_found" if self.found else "isotropy_none"
         details = {"count": len(self.q), "starts": self.starts, "condition": float(self.condition[0])}
-        return say(f"performance.{key}", language=language, **details)
+        return self.status.sentence(language, **details)
 
 
 @of_robot
@@ -57,7 +86,10 @@ def isotropic_configurations(
 ) -> IsotropySearch:
     """Configurations within the limits whose Jacobian has equal singular values, by damped least squares.
 
-    Solves J J' / mean(sigma^2) = I from many starts at once.
+    1. Many random starts within the limits, each a row of a batch.
+    2. Damped least-squares steps for J J' / mean(sigma^2) = I, kept within the limits; a step that is no gain is
+       undone and damped more.
+    3. The configurations are ordered by their condition number, and equal ones are left out.
 
     Args:
         robot: the arm.
@@ -68,10 +100,10 @@ def isotropic_configurations(
         seed: of the starts.
     """
     lower, upper = ranges(robot)
-    q = random_configurations(robot, starts, seed)
+    q = random_configurations(robot, starts, seed)  # 1
     damping = np.full(starts, 1e-2)
     residual, slope = _residual(robot, q, task, length)
-    for _ in range(iterations):
+    for _ in range(iterations):  # 2
         trial = np.clip(q - damped_step(slope, residual, damping), lower, upper)
         after, slope_after = _residual(robot, trial, task, length)
         better = (after**2).sum(axis=-1) < (residual**2).sum(axis=-1)
@@ -80,7 +112,7 @@ def isotropic_configurations(
         damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-14, 1e6)
     s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
     condition = s[:, 0] / np.maximum(s[:, -1], 1e-300)
-    order = np.argsort(condition)
+    order = np.argsort(condition)  # 3
     good = [k for k in order if condition[k] - 1.0 < ISOTROPIC] or [order[0]]
     kept = _different(q, good)
     return IsotropySearch(q[kept], condition[kept], starts)

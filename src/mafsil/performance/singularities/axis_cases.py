@@ -266,7 +266,7 @@ def common_point(axes: Axes, joints: Sequence[int]) -> Vector3 | None:
     across = [np.eye(3) - np.outer(axes.w(i), axes.w(i)) for i in joints]
     moments = [A @ axes.p(i) for A, i in zip(across, joints, strict=True)]
     normal = np.sum(across, axis=0)
-    point = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ np.sum(moments, axis=0)
+    point: Vector3 = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ np.sum(moments, axis=0)
     distance = max(float(np.linalg.norm(A @ point - m)) for A, m in zip(across, moments, strict=True))
     return point if distance < axes.loose else None
 

@@ -56,7 +56,8 @@ class Lines:
         """(*batch, 3) the point nearest to these axes."""
         w, p = self.w[..., list(joints), :], self.p[..., list(joints), :]
         across = np.eye(3) - w[..., :, None] * w[..., None, :]
-        return np.linalg.solve(across.sum(axis=-3), (across @ p[..., None]).sum(axis=-3))[..., 0]
+        nearest: Floats = np.linalg.solve(across.sum(axis=-3), (across @ p[..., None]).sum(axis=-3))
+        return nearest[..., 0]
 
 
 def lines(robot: Robot, q: Floats) -> Lines:

@@ -10,6 +10,7 @@ Reference: Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 12 (principal screw
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 
@@ -78,7 +79,7 @@ def echelon(rows: Floats) -> Floats:
             continue
         A[[done, pivot]] = A[[pivot, done]]
         A[done] /= A[done, column]
-        others = np.arange(k) != done
+        others: NDArray[np.bool_] = np.arange(k) != done
         A[others] -= np.outer(A[others, column], A[done])
         done += 1
     A[np.abs(A) < CLEAR * np.abs(A).max(axis=1, keepdims=True)] = 0.0

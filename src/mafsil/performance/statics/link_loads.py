@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector, Vector3, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
@@ -88,8 +89,15 @@ def holding_torque(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad], *,
     return held - generalized_force(robot, q, loads)
 
 
-@dataclass(frozen=True, eq=False)
-class VirtualWork:
+class EquilibriumStatus(Status):
+    """Whether loads do no work in any motion that the constraints allow."""
+
+    EQUILIBRIUM = ("performance.equilibrium", True)
+    NO_EQUILIBRIUM = ("performance.no_equilibrium", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class VirtualWork(SingleAnswer):
     """Whether a system of bodies is in equilibrium: its loads do no work in any motion that its constraints allow.
 
     Attributes:
@@ -104,8 +112,20 @@ class VirtualWork:
     tolerance: float
     size: float
 
-    def __bool__(self) -> bool:
-        return bool(np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, 1e-300))
+    @property
+    def status(self) -> EquilibriumStatus:
+        """Equilibrium, if the largest power is none beside the sizes that cancel."""
+        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, 1e-300)
+        return EquilibriumStatus.EQUILIBRIUM if balanced else EquilibriumStatus.NO_EQUILIBRIUM
+
+    def explain(self, language: str | None = None) -> str:
+        """Whether it is in equilibrium, and the largest power."""
+        power = float(np.abs(self.work).max(initial=0.0))
+        return self.status.sentence(language, power=power, motions=len(self.rates))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "rates": self.rates, "work": self.work}
 
 
 def virtual_work(

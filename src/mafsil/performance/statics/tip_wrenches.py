@@ -144,7 +144,7 @@ def tip_wrench(
     scaled = scaled_jacobian(robot, q, task=task)
     U, s, Vt = decompositions.svd(scaled.J)
     found = rank_of(s, tolerance)
-    kept = np.arange(s.shape[-1]) < found[..., None]
+    kept: NDArray[np.bool_] = np.arange(s.shape[-1]) < found[..., None]
     inverse = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
     loads = efforts * scaled.columns
     along = np.einsum("...ij,...j->...i", Vt, loads)
@@ -221,12 +221,12 @@ def pinned_arm(
     rates = self_motion(robot, start, task=task)
     path, drift = [start], 0.0
     if len(rates):
-        direction = rates[0] / np.linalg.norm(rates[0])
+        direction: Floats = rates[0] / np.linalg.norm(rates[0])
         home = robot.forward_kinematics(start)[:3, 3]
         for _ in range(steps):
             nulls = self_motion(robot, path[-1], task=task)
-            direction = nulls.T @ np.linalg.lstsq(nulls.T, direction, rcond=None)[0]
-            direction /= np.linalg.norm(direction)
+            ahead: Floats = nulls.T @ np.linalg.lstsq(nulls.T, direction, rcond=None)[0]
+            direction = ahead / np.linalg.norm(ahead)
             path.append(_held(robot, start, path[-1] + step * direction, task))
             drift = max(drift, float(np.linalg.norm(robot.forward_kinematics(path[-1])[:3, 3] - home)))
     return PinnedArm(len(rates), rates, np.array(path), drift)

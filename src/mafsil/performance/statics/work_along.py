@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,7 +69,7 @@ def along(
     Raises:
         InputError: the tolerance is not reached, for example because a force jumps too often.
     """
-    from scipy.integrate import quad
+    import scipy.integrate
 
     require_function("wrench", wrench, "function of t", 1)
     require_function("velocity", velocity, "function of t", 1)
@@ -77,7 +77,8 @@ def along(
     def power(t: float) -> float:
         return float(single("wrench(t)", wrench(t), (6,)) @ single("velocity(t)", velocity(t), (6,)))
 
-    found = quad(power, start, end, epsabs=tolerance, epsrel=tolerance, limit=200, full_output=1)
+    integrate: Any = scipy.integrate.quad  # carries no types
+    found: Any = integrate(power, start, end, epsabs=tolerance, epsrel=tolerance, limit=200, full_output=1)
     value, error = float(found[0]), float(found[1])
     if error > 10 * max(tolerance, tolerance * abs(value)):
         raise InputError("performance.work_not_found", error=error, tolerance=tolerance)

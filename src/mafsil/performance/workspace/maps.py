@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -122,9 +123,9 @@ class WorkspaceMap:
         return total, half + 1.5 * unseen * total
 
     def _sizes(self) -> Floats:
-        flat = np.full(self.counts.shape, self.cell**self.counts.ndim)
+        flat: Floats = np.full(self.counts.shape, self.cell**self.counts.ndim)
         if self.view == "radial":
-            rho = self.origin[0] + self.cell * (np.arange(self.counts.shape[0]) + 0.5)
+            rho: Floats = self.origin[0] + self.cell * (np.arange(self.counts.shape[0]) + 0.5)
             flat = flat * (2 * np.pi * rho)[:, None]
         return flat
 
@@ -137,17 +138,17 @@ class WorkspaceMap:
         Returns:
             For each, its middle followed by its size: (d + 1,) [m], [m^3 | m^2].
         """
-        from scipy import ndimage
+        import scipy.ndimage
 
+        mark: Any = scipy.ndimage.label  # carries no types
         widen = [(0 if self.view == "radial" and axis == 0 else 1, 1) for axis in range(self.counts.ndim)]
-        labels: Any
-        labels, _ = ndimage.label(~np.pad(self.reached, widen))  # pyright: ignore[reportGeneralTypeIssues]
+        labels: NDArray[np.int64] = mark(~np.pad(self.reached, widen))[0]
         core = tuple(slice(before, -1) for before, _ in widen)
-        sizes: Any = np.bincount(labels.ravel())
+        sizes: NDArray[np.int64] = np.bincount(labels.ravel())
         outside = labels[(-1,) * labels.ndim]
         inner = labels[core]
         found: list[Floats] = []
-        for label in np.flatnonzero(sizes >= smallest):
+        for label in np.flatnonzero(sizes >= smallest).tolist():
             if label in (0, outside):
                 continue
             where = np.argwhere(inner == label)
@@ -157,7 +158,8 @@ class WorkspaceMap:
 
     def centres(self, axis: int) -> Floats:
         """Middles of the cells along an axis of the grid [m]."""
-        return self.origin[axis] + self.cell * (np.arange(self.counts.shape[axis]) + 0.5)
+        steps: Floats = np.arange(self.counts.shape[axis]) + 0.5
+        return self.origin[axis] + self.cell * steps
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(*batch) whether points (*batch, d), in the coordinates of the view, lie in reached cells."""
@@ -296,8 +298,8 @@ def _chunks(grid: _Grid, samples: int, seed: int, dask: bool) -> Iterator[Chunk]
         yield from (job() for job in work)
         return
     try:
-        from dask.base import compute  # pyright: ignore[reportMissingImports]
-        from dask.delayed import delayed  # pyright: ignore[reportMissingImports]
+        compute: Any = import_module("dask.base").compute
+        delayed: Any = import_module("dask.delayed").delayed
     except ImportError:
         raise InputError("performance.no_dask") from None
     at_once = 64

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.grasp.contact import Contact
-
-RANK = 1e-10
+from mafsil.grasp.tolerances import RANK
 
 
 def internal_basis(contacts: Sequence[Contact]) -> Floats:

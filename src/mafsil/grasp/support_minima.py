@@ -6,6 +6,7 @@ At such a direction u a mixture of the furthest points of some discs lies along 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -137,11 +138,12 @@ def _stationary(discs: Floats, start: Floats) -> Minimum | None:
 
 def _first_multipliers(seen: _Local, u: Floats, value: float) -> Floats:
     """Multipliers that nearly balance, of discs that nearly reach."""
-    from scipy.optimize import nnls
+    import scipy.optimize
 
+    solve: Any = scipy.optimize.nnls  # carries no types
     k = len(seen.heights)
     A = np.vstack([seen.gradients.T / value, np.ones(k), np.diag(3.0 * (value - seen.heights) / value)])
-    return nnls(A, np.concatenate([u, [1.0], np.zeros(k)]))[0]
+    return np.asarray(solve(A, np.concatenate([u, [1.0], np.zeros(k)]))[0], float)
 
 
 def _newton(

@@ -8,7 +8,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import MafsilError
-from mafsil.grasp.sketch import parse, read
+from mafsil.grasp.grasp_file import parse_grasp_file, read_grasp_file
 
 RECTANGLE = [[-2, -1], [2, -1], [2, 1], [-2, 1]]
 CORNER = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -18,7 +18,7 @@ def contact(point=(0.5, 1), normal=(0, -1), **more):
     return {"point": list(point) if isinstance(point, tuple) else point, "normal": normal, **more}
 
 
-def sketch(**more):
+def described(**more):
     return {"contact": [contact()], **more}
 
 
@@ -33,28 +33,28 @@ FAULTS = {
     "coordinate without end": {"contact": [contact([10**400, 0])]},
     "nan": {"contact": [contact([float("nan"), 0])]},
     "nan curvature": {"contact": [contact(finger_curvature=float("nan"))]},
-    "load list": sketch(load=[1, 2, 3]),
-    "nested moment": sketch(load={"moment": [[1]], "force": [0, 1]}),
-    "body list": sketch(body=[]),
-    "nested outline": sketch(body={"outline": [RECTANGLE, RECTANGLE]}),
-    "two corners": sketch(body={"outline": RECTANGLE[:2]}),
-    "one corner often": sketch(body={"outline": RECTANGLE[:1] * 5}),
-    "a line": sketch(body={"outline": [[-1, 1], [1, 1], [2, 1]]}),
-    "crossing": sketch(body={"outline": [[-2, -1], [2, 1], [2, -1], [-2, 1]]}),
-    "endless outline": sketch(body={"outline": [[-1e308, -1], [1e308, -1], [0, 1]]}),
-    "many corners": sketch(body={"outline": [[0, 0]] * 6000}),
+    "load list": described(load=[1, 2, 3]),
+    "nested moment": described(load={"moment": [[1]], "force": [0, 1]}),
+    "body list": described(body=[]),
+    "nested outline": described(body={"outline": [RECTANGLE, RECTANGLE]}),
+    "two corners": described(body={"outline": RECTANGLE[:2]}),
+    "one corner often": described(body={"outline": RECTANGLE[:1] * 5}),
+    "a line": described(body={"outline": [[-1, 1], [1, 1], [2, 1]]}),
+    "crossing": described(body={"outline": [[-2, -1], [2, 1], [2, -1], [-2, 1]]}),
+    "endless outline": described(body={"outline": [[-1e308, -1], [1e308, -1], [0, 1]]}),
+    "many corners": described(body={"outline": [[0, 0]] * 6000}),
     "off the outline": {"contact": [contact([0, 0])], "body": {"outline": RECTANGLE}},
     "no mesh": {"contact": [contact([0, 0, 0], [0, 0, 1])], "body": {"mesh": "none.stl"}},
-    "mesh in the plane": sketch(body={"mesh": "none.stl"}),
+    "mesh in the plane": described(body={"mesh": "none.stl"}),
 }
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_faulty_sketches_are_refused_by_name(name, tmp_path):
-    path = tmp_path / "sketch.json"
+def test_faulty_grasp_files_are_refused_by_name(name, tmp_path):
+    path = tmp_path / "grasp.json"
     path.write_text(json.dumps(FAULTS[name]))
     with pytest.raises(MafsilError) as caught:
-        read(path)
+        read_grasp_file(path)
     for language in ("en", "ar"):
         assert caught.value.message(language)
 
@@ -95,7 +95,7 @@ def test_options_of_a_mesh_are_read_as_people_type_them(tmp_path, capsys):
 @pytest.mark.parametrize("size", [1e-250, 1e-6, 1e6, 1e250])
 def test_what_holds_does_not_depend_on_the_unit_of_force(size):
     tips = [contact([-1, 0], [1, 0], mu=0.5), contact([1, 0], [-1, 0], mu=0.5)]
-    held = parse({"contact": tips, "load": {"force": [0, -size]}}, source="data")
+    held = parse_grasp_file({"contact": tips, "load": {"force": [0, -size]}}, source="data")
     forces = held.grasp.resist(held.load)
     assert forces.holds
     assert forces.total_push / size == pytest.approx(2.0)
@@ -103,4 +103,4 @@ def test_what_holds_does_not_depend_on_the_unit_of_force(size):
 
 
 def test_outlines_may_be_closed_by_their_first_corner():
-    assert parse(sketch(body={"outline": [*RECTANGLE, RECTANGLE[0]]}), source="data").outline is not None
+    assert parse_grasp_file(described(body={"outline": [*RECTANGLE, RECTANGLE[0]]}), source="data").outline is not None

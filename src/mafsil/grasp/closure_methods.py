@@ -1,4 +1,4 @@
-"""The four classic tests of force closure, each on its own, so that they can be held against each other.
+"""The four classic methods for force closure, each on its own, so that they can be compared.
 
 All ask the same: is the origin strictly inside the convex hull of the columns of A (m, n)?
 """
@@ -11,23 +11,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.grasp.ball import hull_ball
 from mafsil.grasp.elimination import Reduction, eliminate
+from mafsil.grasp.quality import quality_by_facets
+from mafsil.grasp.tolerances import OPTIMUM
 from mafsil.solvers.linear_program import minimise
-
-SMALL = 1e-9
-"""Optima below it count as zero, after the rows and columns were scaled."""
 
 
 @dataclass(frozen=True, eq=False)
-class RouteAnswer:
-    """What one test says.
+class MethodResult:
+    """What one method says; true if the wrenches close.
 
     Attributes:
         closed: its verdict.
         value: the number whose sign decides: t*, radius, mu*, or the largest sum of A' y.
         evidence: x, y or omega that goes with it, or None.
-        reduction: the elimination, if the test makes one.
+        reduction: the elimination, if the method makes one.
     """
 
     closed: bool
@@ -35,8 +33,11 @@ class RouteAnswer:
     evidence: Floats | None = field(default=None)
     reduction: Reduction | None = field(default=None)
 
+    def __bool__(self) -> bool:
+        return self.closed
 
-def positive_span(A: Floats) -> RouteAnswer:
+
+def positive_span(A: Floats) -> MethodResult:
     """Largest t with A x = 0, sum x = 1, x >= t: closed iff t > 0 and rank A = m.
 
     Args:
@@ -47,24 +48,24 @@ def positive_span(A: Floats) -> RouteAnswer:
     equal = np.vstack([np.column_stack([scaled, scaled.sum(axis=1)]), np.append(np.ones(n), n)])
     best = minimise(np.append(np.zeros(n), -1.0), equal, np.append(np.zeros(m), 1.0), free=1)
     if best is None:
-        return RouteAnswer(False, -np.inf)
+        return MethodResult(False, -np.inf)
     t = float(best.x[n])
-    return RouteAnswer(t > SMALL and np.linalg.matrix_rank(scaled) == m, t, best.x[:n] + t)
+    return MethodResult(t > OPTIMUM and np.linalg.matrix_rank(scaled) == m, t, best.x[:n] + t)
 
 
-def hull_and_ball(A: Floats) -> RouteAnswer:
+def hull_and_ball(A: Floats) -> MethodResult:
     """Radius of the largest origin-centred ball in the hull of the columns: closed iff positive.
 
     Args:
         A: (m, n).
     """
     if np.linalg.matrix_rank(_scaled(A)) < len(A):
-        return RouteAnswer(False, 0.0)
-    ball = hull_ball(A)
-    return RouteAnswer(ball.radius > SMALL * float(np.abs(A).max()), ball.radius, ball.weakest)
+        return MethodResult(False, 0.0)
+    quality = quality_by_facets(A)
+    return MethodResult(quality.epsilon > OPTIMUM * float(np.abs(A).max()), quality.epsilon, quality.weakest_direction)
 
 
-def reduction_and_program(A: Floats, *, box: bool = False) -> RouteAnswer:
+def reduction_and_program(A: Floats, *, box: bool = False) -> MethodResult:
     """Gauss-Jordan to [I S]; then min mu with S omega <= mu 1, omega >= 0: closed iff mu* < 0.
 
     Without a bound on omega the program is unbounded exactly when the answer is yes, so sum omega = 1, or (box)
@@ -77,7 +78,7 @@ def reduction_and_program(A: Floats, *, box: bool = False) -> RouteAnswer:
     m, n = A.shape
     reduced = eliminate(A)
     if reduced.rank < m or n == m:
-        return RouteAnswer(False, np.inf, None, reduced)
+        return MethodResult(False, np.inf, None, reduced)
     S = reduced.S
     k = n - m
     cost = np.append(np.zeros(k), 1.0)
@@ -85,13 +86,13 @@ def reduction_and_program(A: Floats, *, box: bool = False) -> RouteAnswer:
         G = np.vstack([np.column_stack([S, -np.ones(m)]), np.eye(k, k + 1)])
         best = minimise(cost, None, None, G, np.append(np.zeros(m), np.ones(k)), free=1)
     else:
-        G = np.column_stack([S, -np.ones(m)])
+        G: Floats = np.column_stack([S, -np.ones(m)])
         best = minimise(cost, np.append(np.ones(k), 0.0)[None], np.ones(1), G, np.zeros(m), free=1)
     assert best is not None, "any omega has its mu"
-    return RouteAnswer(best.value < -SMALL * max(1.0, float(np.abs(S).max())), best.value, best.x[:k], reduced)
+    return MethodResult(best.value < -OPTIMUM * max(1.0, float(np.abs(S).max())), best.value, best.x[:k], reduced)
 
 
-def dual(A: Floats) -> RouteAnswer:
+def dual(A: Floats) -> MethodResult:
     """Largest sum of A' y with A' y >= 0, |y| <= 1: closed iff 0 and rank A = m; else y is the certificate.
 
     Args:
@@ -108,11 +109,11 @@ def dual(A: Floats) -> RouteAnswer:
     assert best is not None, "y = 0 is a solution"
     y = best.x[:m] - best.x[m:]
     if np.linalg.matrix_rank(scaled) < m:
-        return RouteAnswer(False, 0.0, np.linalg.svd(scaled)[0][:, -1] / _row_sizes(A))
-    return RouteAnswer(-best.value <= SMALL, -best.value, y / _row_sizes(A))
+        return MethodResult(False, 0.0, np.linalg.svd(scaled)[0][:, -1] / _row_sizes(A))
+    return MethodResult(-best.value <= OPTIMUM, -best.value, y / _row_sizes(A))
 
 
-ROUTES: Mapping[str, Callable[[Floats], RouteAnswer]] = {
+METHODS: Mapping[str, Callable[[Floats], MethodResult]] = {
     "positive_span": positive_span,
     "hull_and_ball": hull_and_ball,
     "reduction": reduction_and_program,
@@ -120,13 +121,13 @@ ROUTES: Mapping[str, Callable[[Floats], RouteAnswer]] = {
 }
 
 
-def all_routes(A: Floats) -> dict[str, RouteAnswer]:
-    """Every test on the same columns.
+def closure_by_all_methods(A: Floats) -> dict[str, MethodResult]:
+    """Every method on the same columns.
 
     Args:
         A: (m, n).
     """
-    return {name: route(A) for name, route in ROUTES.items()}
+    return {name: method(A) for name, method in METHODS.items()}
 
 
 def _row_sizes(A: Floats) -> Floats:

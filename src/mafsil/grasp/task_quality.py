@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.errors import InputError
-from mafsil.grasp.ball import finite_ball
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.quality import quality_of_wrenches
 from mafsil.solvers.linear_program import minimise
 
 
@@ -49,7 +49,7 @@ def ellipsoid_scale(grasp: Grasp, axes: ArrayLike, facets: int = 16) -> float:
         facets: edges of round cones.
     """
     E = gate("axes", axes, (grasp.rows, grasp.rows), finite=True)
-    return finite_ball(np.asarray(np.linalg.solve(E, grasp.matrix(facets)), float)).radius
+    return quality_of_wrenches(np.asarray(np.linalg.solve(E, grasp.matrix(facets)), float)).epsilon
 
 
 def smallest_singular_value(grasp: Grasp, length: float = 1.0) -> float:

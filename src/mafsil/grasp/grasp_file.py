@@ -1,0 +1,63 @@
+"""Grasps in files: TOML or JSON as `description` has it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mafsil.arrays import Floats
+from mafsil.errors import FileError
+from mafsil.grasp.body import Body
+from mafsil.grasp.description import described
+from mafsil.grasp.grasp import Grasp
+from mafsil.toml_source import parsed_toml
+
+LARGEST_FILE = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class GraspFile:
+    """What a file says.
+
+    Attributes:
+        grasp: the contacts.
+        load: (m,) external wrench (m, f) on the body, or None.
+        outline: (k, 2) corners of a plane body [m], or None.
+        body: of triangles, in space, or None.
+    """
+
+    grasp: Grasp
+    load: Floats | None
+    outline: Floats | None
+    body: Body | None = None
+
+
+def read_grasp_file(path: Path) -> GraspFile:
+    """The grasp in a file.
+
+    Args:
+        path: .toml or .json.
+
+    Raises:
+        FileError: missing, unreadable, malformed, unknown or missing keys.
+        InputError: contacts that make no grasp, or lie off the outline.
+    """
+    try:
+        if path.is_file() and path.stat().st_size > LARGEST_FILE:
+            raise FileError("grasp.file_too_large", path=path, limit=LARGEST_FILE)
+        text = path.read_text("utf-8")
+        data = json.loads(text) if path.suffix.lower() == ".json" else parsed_toml(text)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("grasp.file_unreadable", path=path, reason=reason) from None
+    except (ValueError, RecursionError) as error:
+        raise FileError("grasp.file_malformed", path=path, reason=str(error)) from None
+    return parse_grasp_file(data, source=path.name, folder=path.parent)
+
+
+def parse_grasp_file(data: Any, source: str, folder: Path | None = None) -> GraspFile:
+    """The grasp in plain data; arguments and errors as of `description.described`."""
+    found = described(data, source, folder)
+    return GraspFile(Grasp(found.contacts, found.name), found.load, found.outline, found.body)
