@@ -13,7 +13,6 @@ from mafsil.kernels.loop_compiler.values import (
     Layout,
     Value,
     constant,
-    kind_of,
     refused,
 )
 
