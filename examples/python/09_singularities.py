@@ -22,9 +22,9 @@ print(factors.explain())
 assert np.isclose(factors.evaluate(q), np.linalg.det(robot.jacobian_space(q)), atol=1e-12)
 
 # ... and as conditions on the joints, every one verified by rank on samples.
-atlas = performance.singularity_atlas(mf.load("ur5e"))
-print(atlas.explain())
-assert atlas.verified
+locus = performance.singularity_locus(mf.load("ur5e"))
+print(locus.explain())
+assert locus.verified
 
 # How near to singular are a hundred thousand configurations?
 many = np.random.default_rng(0).uniform(-np.pi, np.pi, (100_000, robot.n))

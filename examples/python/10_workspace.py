@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil import performance
 
 # Exactly, for arms in the plane: an annulus.
-ring = performance.planar_reach([0.5, 0.3])
+ring = performance.reachable_annulus([0.5, 0.3])
 print("two links:", ring, "area [m^2]", round(float(ring.area), 4))
 
 # By a million samples for any arm; the volume comes with how far it has settled.

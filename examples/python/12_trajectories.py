@@ -21,7 +21,7 @@ print("rates of joint 1 over time [rad/s]:", np.round(v[:, 0], 3))
 verdict = mf.trajectory.check(motion, robot.limits, robot.joint_names)
 print(verdict.explain())
 hasty = mf.trajectory.check(mf.trajectory.quintic(start, goal, duration=0.3), robot.limits, robot.joint_names)
-assert not hasty.ok
+assert not hasty
 print(hasty.explain())
 
 # Through via points, with continuous accelerations.

@@ -270,7 +270,7 @@ def test_memory_goes_back(library: FakeLibrary) -> None:
 
 def test_too_much_for_the_device(monkeypatch: pytest.MonkeyPatch) -> None:
     installed(monkeypatch, FakeLibrary(room=100))
-    with pytest.raises(KernelError, match="no room for 800 bytes"):
+    with pytest.raises(KernelError, match="no memory for 800 bytes"):
         device_array(np.zeros(100))
 
 

@@ -174,7 +174,7 @@ def test_several_logs_and_another_for_validation(tmp_path):
     assert (result.validation.after < 3.0).all()
     one = identify(described, first, held_out=0.0)
     assert not one.validation.held_out
-    assert "nothing was kept back" in one.explain()
+    assert "nothing was held out" in one.explain()
     assert result.rows > 1.5 * one.rows
 
 

@@ -121,7 +121,7 @@ def _margins(rng: np.random.Generator, count: int) -> Floats:
 
 def _refused(robot: Robot, T: Floats, near: Floats, why: Floats, task: str) -> dict[str, int]:
     batch = inverse_kinematics(robot, T, task=task)
-    reasons = {1: say("ik.missed_far"), 2: say("ik.missed_near"), 4: say("ik.missed_shoulder")}
+    reasons = {1: say("ik.failed_far"), 2: say("ik.failed_near"), 4: say("ik.failed_shoulder")}
     count = {
         "cases": len(T),
         "bad_verdict": int((batch.status_codes != OUT).sum()),

@@ -34,7 +34,7 @@ class MethodResult:
     reduction: Reduction | None = field(default=None)
 
     def __bool__(self) -> bool:
-        return self.closed
+        return bool(self.closed)
 
 
 def positive_span(A: Floats) -> MethodResult:

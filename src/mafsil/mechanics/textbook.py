@@ -289,7 +289,7 @@ def dual_bracket(V: Numbers, P: Numbers) -> Numbers:
 
 
 def along(function: Callable[[Numbers], Numbers], x: Floats, direction: Floats) -> Floats:
-    """Derivative of a function (b, n) -> (b, ...) along a direction (b, n), by the complex step."""
+    """Derivative of a function (b, n) -> (b, ...) at x (b, n) along a direction (b, n), by the complex step."""
     return np.imag(function(x + 1j * STEP * direction)) / STEP
 
 
