@@ -28,8 +28,8 @@ class Decision(IntEnum):
     """The matrix is no pose."""
 
 
-RESIDUAL = 0
-"""The column of the residuals in what the kernels give, where one call needs no other."""
+RESIDUAL, CODE, EXCESS = 0, 1, 3
+"""Columns of a `ParametricTable`, for the one pose whose call would feel the table's making."""
 
 
 class ParametricTable(NamedTuple):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.candidate_table import RESIDUAL, ParametricTable
+from mafsil.ik.answers.candidate_table import CODE, EXCESS, RESIDUAL
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -65,14 +65,14 @@ def redundant_single(
         known = ParameterValues(values[None], ~none, ~none, none, none)
         return careful_question(setting, form, T, q0, tolerance, others, known, 0).answer()
     good = details[:, RESIDUAL] <= CLEAR
-    table, rows = ParametricTable.of(details[good]), good.nonzero()[0]
+    chosen, rows = details[good], good.nonzero()[0]
     return regular_answer(
         Question(setting, T.copy(), q0, tolerance, others),
         q[good],
-        table.residual,
-        table.excess,
+        chosen[:, RESIDUAL],
+        chosen[:, EXCESS],
         rows,
-        table.code,
+        chosen[:, CODE],
     )
 
 
