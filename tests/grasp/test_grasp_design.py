@@ -6,9 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError, MafsilError
+from mafsil.figures.grasp import draw_grasp
 from mafsil.grasp import Body, Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
 from mafsil.grasp.grasp_file import read_grasp_file
@@ -149,7 +151,22 @@ def test_task_quality():
     assert together.upper >= pinch().quality().epsilon
 
 
-@pytest.mark.capability("03-1", "03-15", "03-30")
+@pytest.mark.capability("03-30")
+def test_drawn_cones_have_the_friction_angle():
+    flat, _ = draw_grasp(pinch(0.5), pinch(0.5).closure()).axes
+    cones = [np.asarray(patch.get_xy()) for patch in flat.patches]
+    assert len(cones) == 2
+    for cone, contact in zip(cones, pinch().contacts, strict=True):
+        edges = cone[1:3] - contact.point
+        cosines = edges @ contact.normal / np.linalg.norm(edges, axis=1)
+        assert cosines == pytest.approx(np.cos(np.arctan(0.5)))
+    ball = Grasp([Contact((-1, 0, 0), (1, 0, 0), 0.5), Contact((1, 0, 0), (-1, 0, 0), 0.0)])
+    (space,) = draw_grasp(ball, ball.closure()).axes
+    surfaces = [each for each in space.collections if isinstance(each, Poly3DCollection)]
+    assert len(surfaces) == 1  # the contact without friction has a normal and no cone
+
+
+@pytest.mark.capability("03-1", "03-15")
 def test_command_reads_grasp_files_and_draws(tmp_path):
     described = tmp_path / "pinch.json"
     described.write_text(json.dumps({**pinch().to_dict(), "load": {"force": [0, -9.81]}}))
