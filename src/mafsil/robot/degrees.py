@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from mafsil.model import Mechanism
 from mafsil.model.joint import JointKind
 
 TURN = 2.0 * pi
-_ROWS: tuple[type[Sequence[Any]], ...] = (list, tuple)
-_NESTED: tuple[type, ...] = (list, tuple, np.ndarray)
+_ROWS = (list, tuple)
+_NESTED = (list, tuple, np.ndarray)
 LARGE = 9.0
 """Angles up to here [rad] are not examined: a joint of one turn either way may stand there, wound once."""
 
@@ -47,7 +47,7 @@ class DegreesHint:
         values: Any = q.tolist() if isinstance(q, np.ndarray) else q
         if not isinstance(values, _ROWS):
             return
-        row: Sequence[Any] = values
+        row = cast("Sequence[float]", values)
         if len(row) != len(self._names):
             return
         if not row or isinstance(row[0], _NESTED) or max(map(abs, row)) < LARGE:
