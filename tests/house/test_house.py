@@ -113,3 +113,52 @@ def test_nothing_names_the_workshop() -> None:
             and path != Path(__file__)
         ):
             assert not forbidden.search(path.read_text("utf-8", errors="ignore")), name
+
+
+def test_no_function_imports_a_module_of_the_package() -> None:
+    """What is loaded late stands at the top, in `lazily`; the door and the commands alone find names at their use."""
+    late: list[str] = []
+    for path in FILES:
+        place = path.relative_to(SOURCE)
+        if str(place) == "__init__.py" or place.parts[0] == "cli":
+            continue
+        for function in ast.walk(_parsed(path)):
+            if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef):
+                for node in ast.walk(function):
+                    names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                    names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                    if any(name.split(".")[0] == "mafsil" for name in names):
+                        late.append(f"{place}:{node.lineno}")
+    assert not late, late
+
+
+def test_every_lazy_module_is_the_one_that_checkers_see() -> None:
+    """`name = lazily("a.b")` stands beside `import a.b as name`, and there is such a module."""
+    said = re.compile(r'^    (\w+) = lazily\("([\w.]+)"\)$', re.M)
+    for path in FILES:
+        text = path.read_text("utf-8")
+        if path.name == "lazy_module.py":
+            continue
+        seen = {
+            (alias.asname, alias.name)
+            for node in ast.walk(_parsed(path))
+            if isinstance(node, ast.Import)
+            for alias in node.names
+        }
+        for name, module in said.findall(text):
+            assert (name, module) in seen, f"{path.relative_to(SOURCE)}: {name}"
+            place = SOURCE.parent / module.replace(".", "/")
+            assert place.is_dir() or place.with_suffix(".py").exists(), module
+
+
+def test_a_lazy_module_is_loaded_at_its_first_name() -> None:
+    code = """
+import sys
+from mafsil.lazy_module import lazily
+page = lazily("mafsil.model.urdf")
+before = "mafsil.model.urdf" in sys.modules
+import pickle
+print(before, callable(page.file_reader), "mafsil.model.urdf" in sys.modules, pickle.loads(pickle.dumps(page)).__name__)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True", "True", "mafsil.model.urdf"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from mafsil.messages import say
 
@@ -17,7 +17,7 @@ def details(values: Mapping[str, Any]) -> list[str]:
     lines: list[str] = []
     for name, value in values.items():
         label = name if name.isupper() else say(f"cli.fact_{name}")
-        parts: list[Any] = list(value) if isinstance(value, list | tuple) else [value]
+        parts: list[Any] = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else [value]
         words = [say("cli.yes" if part else "cli.no") if isinstance(part, bool) else str(part) for part in parts]
         lines.append(f"  {label}: {', '.join(words)}")
     return lines

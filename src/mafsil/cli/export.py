@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.details import details
@@ -51,7 +51,10 @@ def export(
         function=function,
     )
     paths = [str(path) for path in found.write(out or ".")]
-    known = {key: list(value) if isinstance(value, tuple) else value for key, value in found.details.items()}
+    known: dict[str, Any] = {
+        key: list(cast("tuple[Any, ...]", value)) if isinstance(value, tuple) else value
+        for key, value in found.details.items()
+    }
     lines = [say("cli.export_written", name=found.name), *(f"  {path}" for path in paths)]
     return Answer({"name": found.name, "files": paths, **known}, (*lines, *details(known)))
 

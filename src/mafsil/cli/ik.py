@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from math import pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.picture import PLAIN, drawn, require_kind
@@ -103,7 +104,8 @@ def _windings(answer: SolutionSet, k: int) -> int:
     first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - 1e-12)
     last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + 1e-12)
     turned = answer.revolute & np.isfinite(first) & np.isfinite(last)
-    return int(np.prod((last - first + 1)[turned])) if answer.within[k] else 0
+    ways: NDArray[np.float64] = (last - first + 1)[turned]
+    return int(float(np.prod(ways))) if answer.within[k] else 0
 
 
 def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) -> list[str]:

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mafsil import kernels
 from mafsil.kernels import Kernel, Port, Signature
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.algebra.expression as expression
+else:
+    expression = lazily("mafsil.algebra.expression")
 
 Ports = tuple[tuple[str, tuple[int, ...]], ...]
 """(name, shape) of every input or output."""
@@ -69,9 +75,7 @@ class Declared:
 def _build(
     source: str, inputs: Ports, outputs: Ports, conditions: tuple[tuple[str, str], ...], constants: tuple[object, ...]
 ) -> Any:
-    from mafsil.algebra.expression import function  # expressions are loaded only when a kernel has to be made
-
-    return function(source, inputs, outputs, dict(conditions), constants)
+    return expression.function(source, inputs, outputs, dict(conditions), constants)
 
 
 def _name(declared: Declared) -> str:

@@ -6,10 +6,9 @@ methods of the textbook; each says how far it carries.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import factorial, inf
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -175,11 +174,10 @@ def _complex_exponential(M: NDArray[Any]) -> NDArray[Any]:
 
 
 def _scipy_expm(M: NDArray[Any]) -> NDArray[Any]:
-    """SciPy's matrix exponential, loaded when it is called for, with the types that it lacks."""
+    """SciPy's matrix exponential, loaded when it is called for."""
     from scipy import linalg
 
-    expm = cast("Callable[[NDArray[Any]], NDArray[Any]]", linalg.expm)  # pyright: ignore[reportUnknownMemberType]
-    return expm(M)
+    return linalg.expm(M)
 
 
 def _rest(size: float, n: int) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,13 @@ from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.closed_form.function as function
+else:
+    function = lazily("mafsil.mechanics.closed_form.function")
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,27 +203,19 @@ def _made(
 
 def _build(pattern: ArmPattern, with_q0: bool) -> Any:
     """The function of a pattern; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics.closed_form.function import table_function
-
-    return table_function(pattern, with_q0)
+    return function.table_function(pattern, with_q0)
 
 
 def _build_structure(pattern: ArmPattern) -> Any:
     """The same with the arm's numbers as an input."""
-    from mafsil.mechanics.closed_form.function import structure_function
-
-    return structure_function(pattern)
+    return function.structure_function(pattern)
 
 
 def _build_labelled(pattern: ArmPattern) -> Any:
     """The same with preferences of the caller."""
-    from mafsil.mechanics.closed_form.function import labelled_function
-
-    return labelled_function(pattern)
+    return function.labelled_function(pattern)
 
 
 def _build_judged(pattern: ArmPattern) -> Any:
     """The same with the decision."""
-    from mafsil.mechanics.closed_form.function import judged_function
-
-    return judged_function(pattern)
+    return function.judged_function(pattern)

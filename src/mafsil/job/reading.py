@@ -151,7 +151,7 @@ class _Reader:
             if name in NOT_YET and not path:
                 raise self.error(NOT_YET[name], here)
             if name not in known:
-                close: list[str] = get_close_matches(name, known, n=_MOST_CLOSE, cutoff=0.55)
+                close = get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
                 key = "job.unknown_key_close" if close else "job.unknown_key"
                 raise self.error(key, here, close=", ".join(close), known=", ".join(known))
             for inner, place, part in _tables(value, _field_type(kind, name), here):

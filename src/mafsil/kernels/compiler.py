@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 from mafsil.code_store import warn
@@ -26,6 +26,12 @@ from mafsil.kernels.image import Image, Part
 from mafsil.kernels.layout import BATCH, SINGLE, Signature
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.kernels.translation as translation
+else:
+    translation = lazily("mafsil.kernels.translation")
 
 LONGEST_COMPILATION = 60.0
 """How long the end of the process waits for a thread that compiles [s]."""
@@ -94,10 +100,8 @@ def _traced_once(order: Order) -> TapeEntry:
 
 def _traced(order: Order) -> TapeEntry:
     """The expression built, read and reduced."""
-    from mafsil.kernels.translation import traced
-
     started = time.perf_counter()
-    program = traced(order.build())
+    program = translation.traced(order.build())
     seconds = time.perf_counter() - started
     entry = TapeEntry(program.hash, program.counts(), seconds, cache.packed(program.text()))
     order.store.put_tape(order.key, entry)
@@ -145,10 +149,8 @@ def _from_store(order: Order, whole: Image, name: str, key: str) -> Part | None:
 def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     with _llvm:
         machine = order.target or target.host()
-    from mafsil.kernels.translation import translate
-
     started = time.perf_counter()
-    ir = translate(name, _tape_text(order, whole) if name != CALL else None, order.signature, machine)
+    ir = translation.translate(name, _tape_text(order, whole) if name != CALL else None, order.signature, machine)
     lowered = time.perf_counter()
     with _llvm:
         code = target.compile(ir, machine)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mafsil import threads
 from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
@@ -18,6 +18,14 @@ from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.kernels.device.batch as device_batch
+    import mafsil.kernels.ptx.program as program
+else:
+    device_batch = lazily("mafsil.kernels.device.batch")
+    program = lazily("mafsil.kernels.ptx.program")
 
 
 @dataclass(frozen=True)
@@ -100,10 +108,7 @@ class Kernel:
     def _on_device(self) -> Callable[..., Any]:
         """The kernel for the device, compiled at its first use."""
         # Imported here: whoever has no device never pays for what prints PTX.
-        from mafsil.kernels.device.batch import DeviceEvaluator
-        from mafsil.kernels.ptx.program import device_program
-
-        return DeviceEvaluator(self.signature, lambda: device_program(self.signature, self.build))
+        return device_batch.DeviceEvaluator(self.signature, lambda: program.device_program(self.signature, self.build))
 
     @lazy
     def ufunc(self) -> Callable[..., Any]:

@@ -86,7 +86,8 @@ def _law(
     """Commanded efforts (n,) and the next integrals."""
     n = loop.plant.n
     u, v, a = x["reference"][:n], x["reference"][n : 2 * n], x["reference"][2 * n :]
-    total, integrals, row = ex.zeros(n, 1), [], 0
+    integrals: list[Expression] = []
+    total, row = ex.zeros(n, 1), 0
     for term in loop.terms:
         if term.kind in ("computed_torque", "feedback"):
             kp, kd, ki = (x["gains"][(3 * row + part) * n : (3 * row + part + 1) * n] for part in range(3))
@@ -199,7 +200,8 @@ class _Friction:
 
     def slope(self, v: Expression) -> Expression:
         """D (n, n): D v + offset is the friction at the rates v (n,)."""
-        law, w, slopes = self.law, self.gain @ v, []
+        slopes: list[Expression] = []
+        law, w = self.law, self.gain @ v
         for i in range(len(law.viscous)):
             coulomb = ex.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
             moving = ex.fabs(w[i]) > NEGLIGIBLE_RATE * self.width

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -106,8 +107,8 @@ def independent_parameters(labels: tuple[str, ...], W: Floats) -> BaseParameters
         if length > DEPENDENT:
             basis = np.column_stack([basis, rest / length])
             kept.append(int(k))
-    combination, *_ = np.linalg.lstsq(W[:, kept] / size[kept], W, rcond=None)
-    combination = combination / size[kept, None]
+    scaled = cast("Floats", np.linalg.lstsq(W[:, kept] / size[kept], W, rcond=None)[0])
+    combination = scaled / size[kept, None]
     combination[np.abs(combination) < DEPENDENT] = 0.0
     silent = tuple(label for label, column in zip(labels, combination.T, strict=True) if not column.any())
     return BaseParameters(tuple(labels[k] for k in kept), tuple(kept), frozen(combination), silent)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
 from importlib import import_module
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
@@ -180,7 +180,9 @@ class Quantity:
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Self:
         """The row of a record; its functions are found when they are called."""
-        plain: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in record.items()}
+        plain: dict[str, Any] = {
+            name: tuple(cast("list[Any]", x)) if isinstance(x, list) else x for name, x in record.items()
+        }
         home, key, others = plain.pop("home"), plain.pop("second"), plain.pop("beside")
         plain["name"] = sys.intern(plain["name"])  # as a name in code is: attributes are found by identity
         later = {part: Deferred(home, plain["name"], part) for part in _FUNCTIONS}

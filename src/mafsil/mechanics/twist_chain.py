@@ -49,7 +49,10 @@ class TwistChain:
     def of(tree: BodyTree) -> TwistChain:
         """The chain of a body tree with its true inertias (`lumped`)."""
         poses = body_com_frames(tree)
-        screws, homes, inertias, parents = [], [], [], []
+        screws: list[Floats] = []
+        homes: list[Floats] = []
+        inertias: list[Floats] = []
+        parents: list[int] = []
         for i, body in tree.moving:
             T_si, at = poses[i]
             carrier = np.eye(4) if body.parent == 0 else poses[body.parent][0]

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.parsers import expat
 
+from mafsil.lazy_module import lazily
 from mafsil.model.file_reader import FileReader
 from mafsil.model.source import regular_bytes
+
+if TYPE_CHECKING:
+    import mafsil.model.mjcf.reader as reader
+    import mafsil.model.sdf as sdf
+    import mafsil.model.urdf as urdf
+else:
+    reader = lazily("mafsil.model.mjcf.reader")
+    sdf = lazily("mafsil.model.sdf")
+    urdf = lazily("mafsil.model.urdf")
 
 _BY_SUFFIX = {
     ".urdf": "robot",
@@ -36,16 +47,10 @@ def reader_of(
     expected = _BY_SUFFIX.get(path.suffix.lower())
     match tag if tag in ("robot", "mujoco", "sdf", "gazebo") else expected:
         case "robot":
-            from mafsil.model import urdf
-
             return urdf.file_reader(packages, arguments=arguments)
         case "mujoco":
-            from mafsil.model.mjcf.reader import file_reader
-
-            return file_reader(packages, arguments=arguments)
+            return reader.file_reader(packages, arguments=arguments)
         case "sdf" | "gazebo":
-            from mafsil.model import sdf
-
             return sdf.file_reader(packages, arguments=arguments)
         case _:
             return None

@@ -7,16 +7,24 @@ from dataclasses import dataclass, replace
 from functools import wraps
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from numpy.typing import ArrayLike
 
 from mafsil.errors import FileError, InputError
+from mafsil.lazy_module import lazily
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
 from mafsil.model.file_reader import warn_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
+
+if TYPE_CHECKING:
+    import mafsil.model.library as library
+    import mafsil.model.table as table
+else:
+    library = lazily("mafsil.model.library")
+    table = lazily("mafsil.model.table")
 
 LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
 """Endings of files of recorded motion, which the functions that take a log want after the robot."""
@@ -143,8 +151,6 @@ def _read(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    from mafsil.model import library  # its arms are described by functions that take a robot by name too
-
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)
     path, arguments = Path(source), _arguments(source, xacro_args)
@@ -161,8 +167,6 @@ def _read(
     if dimensions:
         raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
-        from mafsil.model import table
-
         _require_xacro(arguments, str(path))
         return table.read(path), True
     if path.suffix.lower() in LOGS:

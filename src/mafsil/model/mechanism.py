@@ -5,17 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
+from mafsil.lazy_module import lazily
 from mafsil.model.joint import Joint
 from mafsil.model.link import Link, fixed_array
 from mafsil.model.placement import checked_pose
 from mafsil.model.tip import choose_tip
+
+if TYPE_CHECKING:
+    import mafsil.model.locking as locking
+    import mafsil.model.tooling as tooling
+else:
+    locking = lazily("mafsil.model.locking")
+    tooling = lazily("mafsil.model.tooling")
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -174,9 +182,7 @@ class Mechanism:
         link: str | None = None,
     ) -> Mechanism:
         """The same mechanism with a tool mounted; arguments as `mafsil.model.tooling.with_tool`."""
-        from mafsil.model.tooling import with_tool
-
-        return with_tool(self, tool, mass=mass, com=com, inertia=inertia, link=link)
+        return tooling.with_tool(self, tool, mass=mass, com=com, inertia=inertia, link=link)
 
     def with_payload(
         self,
@@ -187,15 +193,11 @@ class Mechanism:
         link: str | None = None,
     ) -> Mechanism:
         """The same mechanism with a body fixed to its tip; arguments as `mafsil.model.tooling.with_payload`."""
-        from mafsil.model.tooling import with_payload
-
-        return with_payload(self, mass, com=com, inertia=inertia, link=link)
+        return tooling.with_payload(self, mass, com=com, inertia=inertia, link=link)
 
     def locked(self, coordinates: Mapping[str, float]) -> Mechanism:
         """The same mechanism with joints locked at coordinates [rad | m], mimic pairs together."""
-        from mafsil.model.locking import locked
-
-        return locked(self, coordinates)
+        return locking.locked(self, coordinates)
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Drawing:
             poses: (L, 4, 4) of the links in {s}.
         """
         solids = [tuple(solid for piece in of_link for solid in _solids(piece)) for of_link in self.pieces]
-        to_base: Floats = np.linalg.inv(poses[0])
+        to_base = cast("Floats", np.linalg.inv(poses[0]))
         for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
             solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
         names = self.mechanism.link_names

@@ -8,7 +8,7 @@ import json
 import re
 from functools import cache
 from importlib import resources
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +124,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
     return {
         "low": low.tolist(),
         "step": step.tolist(),
-        "points": _encoded(np.round((points - low) / step).astype("<u2")),
+        "points": _encoded(cast("Floats", np.round((points - low) / step)).astype("<u2")),
         "faces": _encoded(faces.reshape(-1).astype("<u4" if wide else "<u2")),
         "wide": wide,
     }

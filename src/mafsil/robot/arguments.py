@@ -84,9 +84,9 @@ def in_tip(name: str, value: ArrayLike, tip: str) -> ArrayLike:
     Raises:
         InputError: a `Wrench` of another frame, or another typed value; what to do stands in the sentence.
     """
-    kind = type(value).__name__
+    kind, given = type(value).__name__, value
     if isinstance(value, np.ndarray | list | tuple) or not hasattr(value, "frame"):
-        return value
+        return given
     frame = getattr(value, "frame", None)
     if kind != "Wrench":
         raise InputError("input.kind", name=name, expected="Wrench", got=kind)

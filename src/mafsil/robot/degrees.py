@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from mafsil.model import Mechanism
 from mafsil.model.joint import JointKind
 
 TURN = 2.0 * pi
+_ROWS = (list, tuple)
+_NESTED = (list, tuple, np.ndarray)
 LARGE = 9.0
 """Angles up to here [rad] are not examined: a joint of one turn either way may stand there, wound once."""
 
@@ -42,15 +44,18 @@ class DegreesHint:
         """
         if self._given or (isinstance(q, np.ndarray) and q.ndim != 1):  # a batch as a list takes longer than its answer
             return
-        values = q.tolist() if isinstance(q, np.ndarray) else q
-        if not isinstance(values, list | tuple) or len(values) != len(self._names):
+        values: Any = q.tolist() if isinstance(q, np.ndarray) else q
+        if not isinstance(values, _ROWS):
             return
-        if not values or isinstance(values[0], list | tuple | np.ndarray) or max(map(abs, values)) < LARGE:
+        row = cast("Sequence[float]", values)
+        if len(row) != len(self._names):
             return
-        k = self._suspicious(values)
+        if not row or isinstance(row[0], _NESTED) or max(map(abs, row)) < LARGE:
+            return
+        k = self._suspicious(row)
         if k is not None:
             self._given = True
-            angle = float(values[k])
+            angle = float(row[k])
             warn(InputWarning("robot.degrees", joint=self._names[k], value=angle, turns=abs(angle) / TURN))
 
     def _suspicious(self, values: Sequence[float]) -> int | None:

@@ -6,12 +6,18 @@ from typing import TYPE_CHECKING
 
 from mafsil.kernels.export import Export, Legend
 from mafsil.kernels.export import export as export_kernel
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.quantity import INPUT_TEXTS, Quantity
 
 if TYPE_CHECKING:
     from mafsil.model.loading import RobotLike
     from mafsil.robot.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.robot.loading as loading
+else:
+    loading = lazily("mafsil.robot.loading")
 
 
 def export(
@@ -42,9 +48,7 @@ def export(
         InputError: an unknown quantity, frame, form, processor or number type, a name that C refuses.
         KernelError: the compiler refuses.
     """
-    from mafsil.robot.loading import as_robot
-
-    arm = as_robot(robot)
+    arm = loading.as_robot(robot)
     kernel = arm.kernel(name, frame, optional)
     return export_kernel(kernel, legend(arm, quantity(name), frame), to, target=target, real=real, name=function)
 

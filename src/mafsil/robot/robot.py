@@ -14,6 +14,7 @@ from mafsil.errors import InputError
 from mafsil.kernels.batch import Evaluator
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_columns, friction_law
@@ -35,6 +36,11 @@ from mafsil.robot.torque_terms import TorqueTerms, torque_terms_of
 
 if TYPE_CHECKING:
     from mafsil.kernels.export import Export
+
+if TYPE_CHECKING:
+    import mafsil.robot.exporting as exporting
+else:
+    exporting = lazily("mafsil.robot.exporting")
 
 
 class Robot(Description, Routines):
@@ -121,9 +127,9 @@ class Robot(Description, Routines):
         function: str | None = None,
     ) -> Export:
         """A quantity as C, an object file or PTX, not yet written; arguments as `mafsil.robot.exporting.export`."""
-        from mafsil.robot.exporting import export
-
-        return export(self, name, to, frame=frame, optional=optional, target=target, real=real, function=function)
+        return exporting.export(
+            self, name, to, frame=frame, optional=optional, target=target, real=real, function=function
+        )
 
     def task_space(
         self,

@@ -6,11 +6,23 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from mafsil.kernels.layout import Port, Signature
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.quantity import INPUTS, Quantity
 from mafsil.model import Mechanism
 
 if TYPE_CHECKING:
     from mafsil.expression import Expression, Function
+
+if TYPE_CHECKING:
+    import mafsil.expression as ex
+    import mafsil.mechanics.body_tree as body_tree
+    import mafsil.mechanics.frame_choice as frame_choice
+    import mafsil.mechanics.regrouping as regrouping
+else:
+    ex = lazily("mafsil.expression")
+    body_tree = lazily("mafsil.mechanics.body_tree")
+    frame_choice = lazily("mafsil.mechanics.frame_choice")
+    regrouping = lazily("mafsil.mechanics.regrouping")
 
 
 def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...] = ()) -> Signature:
@@ -59,13 +71,8 @@ def trace_together(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
 ) -> Function:
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
-    import mafsil.expression as ex
-    from mafsil.mechanics.body_tree import lumped
-    from mafsil.mechanics.frame_choice import in_chosen_frames
-    from mafsil.mechanics.regrouping import regrouped
-
-    tree = in_chosen_frames(lumped(mechanism))
-    light = regrouped(tree)
+    tree = frame_choice.in_chosen_frames(body_tree.lumped(mechanism))
+    light = regrouping.regrouped(tree)
     ports = joint_signature(mechanism, quantities, optional)
     symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,11 +14,17 @@ from mafsil.arrays import Floats
 from mafsil.control import Combined, ComputedTorque, Feedforward, Gains, JointFeedback, Law
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.march import march
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term, input_sizes, output_sizes
 from mafsil.model.fingerprint import fingerprint
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.closed_loop as closed_loop
+else:
+    closed_loop = lazily("mafsil.mechanics.closed_loop")
 
 MOST_EVALUATIONS = 4
 """Evaluations of the dynamics per call of the law, beyond which the expression gets too long to compile."""
@@ -175,6 +181,4 @@ def _key(loop: Loop) -> str:
 
 def _build(loop: Loop) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics.closed_loop import function
-
-    return function(loop)
+    return closed_loop.function(loop)

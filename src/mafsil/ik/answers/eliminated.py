@@ -12,9 +12,15 @@ from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general import GeneralSix, GeneralSolutions
+from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
+
+if TYPE_CHECKING:
+    import mafsil.ik.general.judging_loops as judging_loops
+else:
+    judging_loops = lazily("mafsil.ik.general.judging_loops")
 
 ROWS = 4096
 """Solutions whose poses are kept at once."""
@@ -90,9 +96,7 @@ def _judged(
         rows: (m,) which of them each solution belongs to.
         q0: (n,) values to which angles are wound.
     """
-    from mafsil.ik.general.judging_loops import judged
-
     residual, within = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
     reached = setting.robot.forward_kinematics(q)
-    judged(reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within)
+    judging_loops.judged(reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within)
     return q, residual, within

@@ -23,10 +23,16 @@ from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import Family
 
 if TYPE_CHECKING:
     from mafsil.ik.redundant.intervals import BranchIntervals
+
+if TYPE_CHECKING:
+    import mafsil.ik.redundant.locked_values as locked_values
+else:
+    locked_values = lazily("mafsil.ik.redundant.locked_values")
 
 STEPS = (0.02, 2e-3, 2e-4)
 """Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
@@ -100,9 +106,7 @@ class Continua:
 
     @lazy
     def _locked_intervals(self) -> BranchIntervals | None:
-        from mafsil.ik.redundant.locked_values import branch_intervals
-
-        return branch_intervals(self.setting, self.T) if self.setting.holds_one else None
+        return locked_values.branch_intervals(self.setting, self.T) if self.setting.holds_one else None
 
     def _along(
         self, q: JointVector, null: Floats, cone: Floats | None, joint: int, steps: tuple[float, ...]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,14 @@ from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_squares, pose_errors, residuals
 from mafsil.ik.result import IKResult, rounded_up
 from mafsil.ik.status import IKStatus
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
+
+if TYPE_CHECKING:
+    import mafsil.ik.numerical as numerical
+else:
+    numerical = lazily("mafsil.ik.numerical")
 
 STARTS = 24
 """Random configurations from which the nearest place is sought, besides the rows of the closed form."""
@@ -283,13 +290,11 @@ def _nearest(
     setting: Setting, T: PoseMatrix, q0: JointVector, rows: tuple[JointVector, CandidateTable] | None
 ) -> JointVector:
     """The configuration nearest to a pose: by least squares from every row, and from where a search comes nearest."""
-    from mafsil.ik.numerical import solve_ik
-
     starts = [q0[None]]
     if rows is not None:
         starts.append(rows[0][np.isfinite(rows[0]).all(axis=1)])
     if not setting.arm.exact:
-        best = solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).nearest[None]
+        best = numerical.solve_ik(setting.robot, T, task=setting.task, limits=False, restarts=STARTS).nearest[None]
         starts.append(best[np.isfinite(best).all(axis=1)])
     q, size = least_squares(setting.robot, np.concatenate(starts), T, setting.mask)
     return q[int(size.argmin())]
@@ -301,9 +306,7 @@ def reached_places(setting: Setting, T: PoseMatrix) -> NDArray[np.bool_]:
 
 
 def _places(setting: Setting, T: PoseMatrix) -> IKResult:
-    from mafsil.ik.numerical import solve_ik
-
-    return solve_ik(setting.robot, T, task="position", limits=False, restarts=STARTS)
+    return numerical.solve_ik(setting.robot, T, task="position", limits=False, restarts=STARTS)
 
 
 def _least_turned(setting: Setting, T: PoseMatrix, places: JointVector, q: JointVector) -> JointVector:

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import pose_errors, refined, residuals
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.numerical as numerical
+else:
+    numerical = lazily("mafsil.ik.numerical")
 
 SEARCHES, RESTARTS = 8, 255
 """Searches without limits where nothing better is known, half as many within them, and the restarts of the latter."""
@@ -37,8 +45,6 @@ class Search:
 
     def anywhere(self) -> tuple[JointVector, Floats]:
         """(k, m) solutions and (k,) their residuals, first sought within the limits, then without."""
-        from mafsil.ik.numerical import solve_ik
-
         inside, size = self.within_limits()
         if len(inside):
             return inside, size
@@ -46,7 +52,8 @@ class Search:
         if setting.task == "pose":
             self.tried["free_starts"] += SEARCHES * (FREE_RESTARTS + 1)
             some = [
-                solve_ik(setting.robot, self.T, limits=False, restarts=FREE_RESTARTS, seed=k) for k in range(SEARCHES)
+                numerical.solve_ik(setting.robot, self.T, limits=False, restarts=FREE_RESTARTS, seed=k)
+                for k in range(SEARCHES)
             ]
             q = np.array([one.q for one in some if one.all_solved]).reshape(-1, setting.robot.n)
         else:
@@ -62,12 +69,10 @@ class Search:
 
     def within_limits(self) -> tuple[JointVector, Floats]:
         """(k, m) a solution within the limits, if one is found there, and (k,) its residual."""
-        from mafsil.ik.numerical import solve_ik
-
         setting = self.setting
         for seed in range(SEARCHES // 2):
             self.tried["starts"] += RESTARTS + 1
-            one = solve_ik(
+            one = numerical.solve_ik(
                 setting.robot, self.T, task=setting.task, tolerance=self.tolerance, restarts=RESTARTS, seed=seed
             )
             if one.all_solved:

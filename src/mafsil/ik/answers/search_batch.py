@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.refine import pose_errors, refined, residuals
 from mafsil.ik.status import IKStatus
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.numerical as numerical
+else:
+    numerical = lazily("mafsil.ik.numerical")
 
 SAMPLES = 16
 """Random configurations from which the rank of the Jacobian at regular ones is read."""
@@ -89,15 +95,13 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
     Returns:
         (k, n) coordinates and (k,) residuals, NaN where none is found.
     """
-    from mafsil.ik.numerical import solve_ik
-
     robot, mask = setting.robot, setting.mask
     q, residual = np.full((len(T), robot.n), np.nan), np.full(len(T), np.nan)
     for seed in range(SEARCHES // 2):
         rows = np.flatnonzero(np.isnan(residual))
         if not len(rows):
             break
-        found = solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
+        found = numerical.solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
         before = residuals(pose_errors(robot, start, T[rows], mask, None))
         better, after = refined(robot, start, T[rows], mask, None)

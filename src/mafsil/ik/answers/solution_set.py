@@ -17,12 +17,18 @@ from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import INSIDE
 from mafsil.messages import say
 
 if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
     from mafsil.ik.answers.setting import Setting
+
+if TYPE_CHECKING:
+    import mafsil.ik.answers.question as answers_question
+else:
+    answers_question = lazily("mafsil.ik.answers.question")
 
 TURN = 2 * np.pi
 
@@ -156,12 +162,12 @@ class SolutionSet(Answer):
         return known or self._question.proven(len(self.own))
 
     @lazy
-    def _question(self) -> Question:
+    def _question(self) -> answers_question.Question:
         """The question that a clear list answers: its pose is that of its solutions."""
-        from mafsil.ik.answers.question import Question
-
         setting = self._setting
-        return Question(setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, TOLERANCE)
+        return answers_question.Question(
+            setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, TOLERANCE
+        )
 
     @lazy
     def free(self) -> NDArray[np.int64]:

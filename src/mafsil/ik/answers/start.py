@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,14 @@ from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, bits
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.redundant.parameter_search as parameter_search
+    import mafsil.ik.redundant.parametric_form as redundant_parametric_form
+else:
+    parameter_search = lazily("mafsil.ik.redundant.parameter_search")
+    redundant_parametric_form = lazily("mafsil.ik.redundant.parametric_form")
 
 SCAN = 24
 """Values of a free or locked joint that are tried where the preferred one leads nowhere."""
@@ -41,14 +50,11 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector,
         q0: (n,) preferred values.
         tolerance: largest residual of a solution.
     """
-    from mafsil.ik.redundant.parameter_search import parameter_values
-    from mafsil.ik.redundant.parametric_form import has_redundant_joints, parametric_form
-
     most = setting.candidate
-    if has_redundant_joints(setting):
+    if redundant_parametric_form.has_redundant_joints(setting):
         # A row that almost solves the pose at one value of a locked joint is not made a solution by refinement.
-        form_of_arm = parametric_form(setting)
-        found = parameter_values(setting, form_of_arm, T[None], q0, min(tolerance, most))
+        form_of_arm = redundant_parametric_form.parametric_form(setting)
+        found = parameter_search.parameter_values(setting, form_of_arm, T[None], q0, min(tolerance, most))
         moved = q0.copy()
         moved[form_of_arm.joints] = found.values[0]
         return Start(moved, bool(found.refuted[0]), bool(found.unreachable[0]))

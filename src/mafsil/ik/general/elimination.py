@@ -6,6 +6,8 @@ zeros to be isolated, the circle is sampled again on a projective image of it th
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,18 @@ from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination_orders import TWIST, EliminationOrder, orders
 from mafsil.ik.general.findings import DETERMINED, MATCHED, MOST, Findings, whole
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.general.candidate_loops as candidate_loops
+    import mafsil.ik.general.circle_loops as circle_loops
+    import mafsil.ik.general.elimination_loops as elimination_loops
+    import mafsil.ik.general.polish_loops as polish_loops
+else:
+    candidate_loops = lazily("mafsil.ik.general.candidate_loops")
+    circle_loops = lazily("mafsil.ik.general.circle_loops")
+    elimination_loops = lazily("mafsil.ik.general.elimination_loops")
+    polish_loops = lazily("mafsil.ik.general.polish_loops")
 
 CHOICES: tuple[tuple[float, int, float], ...] = (
     (0.0, 0, 1e-4), (0.0, 1, np.inf), (0.0, -1, 1e-9), (0.7, 0, 1e-9), (1.2, 0, 1e-9),
@@ -107,15 +121,12 @@ class Elimination:
             P: (1, 4, 4) displacement of the loop.
             frames: (7, 3, 4) its constants.
         """
-        from mafsil.ik.general.circle_loops import zeros_of
-        from mafsil.ik.general.polish_loops import explained, polished
-
         one = self.orders[order]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
         _, coefficients, size = self._sampled(systems, self._circle)
         if not size[0, 0] <= CLEAN * size[0, 1]:
             return None
-        zeros, number, certain = zeros_of(coefficients, size[:, 0], self.degree)
+        zeros, number, certain = circle_loops.zeros_of(coefficients, size[:, 0], self.degree)
         count = int(number[0])
         if not 0 < count <= MOST or not certain[0]:
             return None
@@ -124,8 +135,12 @@ class Elimination:
         if not rank.min() > DETERMINED:
             return None
         q, error = np.empty((len(turns), 6)), np.empty(len(turns))
-        polished(frames, self.prismatic, P, rows, turns, q, error)
-        return (q[:count], error[:count]) if explained(zero, one.joints[2], self.prismatic, q, error, MATCHED) else None
+        polish_loops.polished(frames, self.prismatic, P, rows, turns, q, error)
+        return (
+            (q[:count], error[:count])
+            if polish_loops.explained(zero, one.joints[2], self.prismatic, q, error, MATCHED)
+            else None
+        )
 
     def _explored(
         self,
@@ -193,29 +208,23 @@ class Elimination:
             systems: of k poses.
             circle: (k, nodes) or (1, nodes) cosines, sines and weights of the nodes.
         """
-        from mafsil.ik.general.elimination_loops import determinants
-
         nodes = len(self._fourier)
         f, h, size = np.empty((systems.count, nodes)), np.empty((systems.count, nodes)), np.empty((systems.count, 2))
-        determinants(systems.A, *circle, self._fourier, self.degree, f, h, size)
+        elimination_loops.determinants(systems.A, *circle, self._fourier, self.degree, f, h, size)
         return f, h, size
 
     def _zeros(self, coefficients: Floats, roundoff: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
-        from mafsil.ik.general.circle_loops import zeros_of
-
-        return zeros_of(coefficients, roundoff, self.degree)
+        return circle_loops.zeros_of(coefficients, roundoff, self.degree)
 
 
 class _Systems:
     """The equations of one elimination order for many poses."""
 
     def __init__(self, order: EliminationOrder, P: PoseMatrix) -> None:
-        from mafsil.ik.general.elimination_loops import eliminated
-
         self.order, self.count = order, len(P)
         k = whole(len(P))
         self.A, self.Q, self.R = np.empty((k, 6, 27)), np.empty((k, 8, 15)), np.empty((k, 36))
-        eliminated(P, *order.constants, self.A, self.Q, self.R)
+        elimination_loops.eliminated(P, *order.constants, self.A, self.Q, self.R)
 
     def chosen(self, rows: NDArray[np.intp]) -> _Systems:
         """Those of some poses."""
@@ -261,12 +270,10 @@ class _Systems:
             zeros: (m,) values of joint c.
             turn, pick: as in `CHOICES`.
         """
-        from mafsil.ik.general.candidate_loops import candidates
-
         count, order = len(rows), self.order
         turns, rank = np.empty((whole(count), 12)), np.empty(whole(count))
         A, Q, R = self.A, self.Q, self.R
-        candidates(
+        candidate_loops.candidates(
             order.joints, zeros, rows, poses, P, A, Q, R, order.left, frames, prismatic, TWIST, turn, pick, turns, rank
         )
         return turns, rank[:count]

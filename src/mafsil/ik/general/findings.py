@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,12 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.general.polish_loops as polish_loops
+else:
+    polish_loops = lazily("mafsil.ik.general.polish_loops")
 
 MOST = 16
 """Isolated solutions of six revolute joints (Primrose, 1986)."""
@@ -55,17 +62,13 @@ class Findings:
             rows: (m,) which pose each belongs to.
             turns: (m', 12) candidates as cosines and sines, see `polished`; lost.
         """
-        from mafsil.ik.general.polish_loops import CLOSED, noted
-
         q, size = self._polished(rows, turns)
-        noted(rows, q, size, self.prismatic, self.count, self.q, self.size)
-        return q, size < CLOSED
+        polish_loops.noted(rows, q, size, self.prismatic, self.count, self.q, self.size)
+        return q, size < polish_loops.CLOSED
 
     def _polished(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
-        from mafsil.ik.general.polish_loops import polished
-
         q, size = np.empty((len(turns), 6)), np.empty(len(turns))
-        polished(self.frames, self.prismatic, self.P, rows, turns, q, size)
+        polish_loops.polished(self.frames, self.prismatic, self.P, rows, turns, q, size)
         return q[: len(rows)], size[: len(rows)]
 
     def turns(self, q: JointVector) -> Floats:
@@ -123,17 +126,15 @@ class Findings:
             rows: (k,) the poses.
             nearby: what was found for poses beside them, for one of each after the other.
         """
-        from mafsil.ik.general.polish_loops import CLOSED, noted
-
         count = np.concatenate([self.count[rows], nearby.count])
         which, place = np.nonzero(np.arange(MOST) < count[:, None])
         row, starts = rows[which % len(rows)], np.concatenate([self.q[rows], nearby.q])[which, place]
         q, size = self._polished(row, self.turns(starts))
-        closed = np.flatnonzero(size < CLOSED)
+        closed = np.flatnonzero(size < polish_loops.CLOSED)
         values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
         best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]
         self.q[rows], self.size[rows], self.count[rows] = np.nan, np.nan, 0
-        noted(row[best], q[best], size[best], self.prismatic, self.count, self.q, self.size)
+        polish_loops.noted(row[best], q[best], size[best], self.prismatic, self.count, self.q, self.size)
 
     def look_beside(self, rows: NDArray[np.int64]) -> None:
         """Solutions beside nearly singular ones, where two meet at a fold, along the direction that moves least."""

@@ -13,7 +13,7 @@ Three prismatic joints: both ways, and three linear equations.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,12 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import fourier_columns
 from mafsil.ik.general.findings import Findings
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.general.circle_loops as circle_loops
+else:
+    circle_loops = lazily("mafsil.ik.general.circle_loops")
 
 Complex = NDArray[np.complex128]
 
@@ -61,14 +67,12 @@ class TwoPrismatic:
             found: is filled.
             rows: (k,) the poses.
         """
-        from mafsil.ik.general.circle_loops import zeros_of
-
         P = found.P[rows]
         with np.errstate(all="ignore"):
             samples, apart = self._samples(P, order)
             harmonics = samples @ self._columns
             roundoff = 1.5 * np.sqrt((harmonics[:, 2 * DEGREE + 1 :] ** 2).mean(axis=1))
-        zeros, number, certain = zeros_of(harmonics, roundoff, DEGREE)
+        zeros, number, certain = circle_loops.zeros_of(harmonics, roundoff, DEGREE)
         certain &= apart > REGULAR
 
         def candidates(row: NDArray[np.int64], theta: Floats, choice: int) -> tuple[Floats, Floats]:

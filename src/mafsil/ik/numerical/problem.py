@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,15 @@ from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.problem import reach_bound
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.damped_least_squares as damped_least_squares
+else:
+    damped_least_squares = lazily("mafsil.mechanics.damped_least_squares")
 
 RELATIVE_DAMPING = 0.02
 """Damping relative to the squared error norm. Small enough for long steps, which also leave poor valleys."""
@@ -152,8 +158,6 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
 
 def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, numbers: tuple[float, ...]) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics import damped_least_squares
-
     if what == "check":
         return damped_least_squares.error(mechanism, frame, one_axis)
     build = {

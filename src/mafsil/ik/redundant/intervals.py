@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,15 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.ik.chain import Chain
 from mafsil.ik.redundant.program import Programs
+from mafsil.lazy_module import lazily
 from mafsil.model.mechanism import JointLimits
+
+if TYPE_CHECKING:
+    import mafsil.ik.redundant.cell_loops as cell_loops
+    import mafsil.ik.redundant.interval_loops as interval_loops
+else:
+    cell_loops = lazily("mafsil.ik.redundant.cell_loops")
+    interval_loops = lazily("mafsil.ik.redundant.interval_loops")
 
 WIDTH = 1e-9
 """Cells narrower than that are left undecided: ends are known, and gaps and intervals seen, to it [rad | m]."""
@@ -78,14 +87,11 @@ def certified(
         lower, upper: (n,) limits.
         prismatic: (n,) which coordinates are lengths.
     """
-    from mafsil.ik.redundant.cell_loops import Limits, fixed_values, inside_cells
-    from mafsil.ik.redundant.interval_loops import LANES, Program
-
     fixed = programs.fixed
     values = fixed.given.copy()
     some = fixed.inputs >= 0
     values[fixed.inputs[some]] = T.reshape(16)[some]
-    fixed_values(fixed.code, fixed.first, fixed.second, values)
+    cell_loops.fixed_values(fixed.code, fixed.first, fixed.second, values)
     ends = np.linspace(*domain, CELLS + 1)
     start = np.stack([ends[:-1], ends[1:]], axis=1)
     # An angle with one limit missing can always be wound within; a prismatic joint's missing one is far away.
@@ -98,11 +104,11 @@ def certified(
     parts: list[tuple[Floats, int]] = []
     doubtful: list[Floats] = []
     out = np.empty((MOST, 2))
-    within = Limits(prismatic, middle, half)
+    within = cell_loops.Limits(prismatic, middle, half)
     for k, one in enumerate(programs.branches):
-        registers = np.zeros((one.registers, 5, LANES))
-        program = Program(one.code, one.first, one.second, one.target, one.ports, values)
-        count, _ = inside_cells(program, within, start, WIDTH, WORK, registers, out)
+        registers = np.zeros((one.registers, 5, interval_loops.LANES))
+        program = interval_loops.Program(one.code, one.first, one.second, one.target, one.ports, values)
+        count, _ = cell_loops.inside_cells(program, within, start, WIDTH, WORK, registers, out)
         cells = out[:count]
         unsure = cells[:, 0] > cells[:, 1]
         if unsure.any():

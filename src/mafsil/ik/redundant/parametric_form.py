@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from functools import lru_cache, partial
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mafsil import kernels
 from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
 from mafsil.mechanics.arm_pattern import ArmPattern
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.closed_form.function as function
+    import mafsil.mechanics.closed_form.parametric as parametric
+else:
+    function = lazily("mafsil.mechanics.closed_form.function")
+    parametric = lazily("mafsil.mechanics.closed_form.parametric")
 
 MERGING = 1e-7
 """Marks up to which a solution may be the member of a further continuum."""
@@ -123,7 +131,4 @@ def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port
 
 def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics.closed_form.function import parametric_function
-    from mafsil.mechanics.closed_form.parametric import Thresholds
-
-    return parametric_function(pattern, kind, Thresholds(*numbers))
+    return function.parametric_function(pattern, kind, parametric.Thresholds(*numbers))

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.kernels.tape import Node, Tape, arguments
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern
+
+if TYPE_CHECKING:
+    import mafsil.ik.redundant.interval_loops as loops
+    import mafsil.mechanics.closed_form.locked_joint as locked_joint
+else:
+    loops = lazily("mafsil.ik.redundant.interval_loops")
+    locked_joint = lazily("mafsil.mechanics.closed_form.locked_joint")
 
 Codes = NDArray[np.int32]
 
@@ -68,15 +77,12 @@ def programs(pattern: ArmPattern, locked: int, near: tuple[float, ...]) -> Progr
         locked: its coordinate.
         near: (n,) what free joints take.
     """
-    from mafsil.ik.redundant import interval_loops as loops
-    from mafsil.mechanics.closed_form.locked_joint import locked_joint_tape
-
     names = ("add", "sub", "mul", "div", "neg", "sqrt", "sin", "cos", "fabs", "fmin", "fmax", "lt", "le", "not")
     numbers = {name: getattr(loops, name.upper()) for name in names}
     numbers |= {"if_else_zero": loops.IF, "sign": loops.SIGN, "atan2": loops.ATAN2}
     # Of zeros and ones the smaller and the larger.
     numbers |= {"and": loops.FMIN, "or": loops.FMAX}
-    tape = locked_joint_tape(pattern, locked, near)
+    tape = locked_joint.locked_joint_tape(pattern, locked, near)
     if any(node.op not in numbers and node.op not in ("input", "const") for node in tape.nodes):
         return None
     moving = _moving(tape)

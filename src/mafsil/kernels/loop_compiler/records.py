@@ -109,7 +109,9 @@ class _Address(_Whole):
         return record._kept[self.name]  # pyright: ignore[reportPrivateUsage]
 
     def __set__(self, record: Record, value: Any) -> None:
-        array = value if isinstance(value, np.ndarray) else value.memory
+        array = value
+        if not isinstance(value, np.ndarray):
+            array = value.memory
         record._kept[self.name] = value  # pyright: ignore[reportPrivateUsage]
         record.memory[self.place] = array.ctypes.data
 

@@ -7,6 +7,7 @@ al., Analytical inverse kinematic computation for 7-DOF redundant manipulators w
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -187,11 +188,12 @@ def _triple(axes: Floats, R: ex.Expression) -> _Triple:
 
 def _axes_frame(axes: Floats) -> tuple[Floats, tuple[float, float]]:
     """(3, 3) z along the first axis and y along the second; cosine and sine from the first to the third about it."""
-    y = axes[1] - (axes[1] @ axes[0]) * axes[0]
-    y = y / np.linalg.norm(y)
+    across: Floats = axes[1] - (axes[1] @ axes[0]) * axes[0]
+    y = across / float(np.linalg.norm(across))
     c, s = float(axes[0] @ axes[2]), float(axes[1] @ np.cross(axes[0], axes[2]))
     size = float(np.hypot(c, s))
-    return np.stack([np.cross(y, axes[0]), y, axes[0]], axis=1), (c / size, s / size)
+    x = cast("Floats", np.cross(y, axes[0]))
+    return np.stack([x, y, axes[0]], axis=1), (c / size, s / size)
 
 
 def _times(sign: ex.Expression, turn: Turn) -> Turn:

@@ -52,7 +52,8 @@ def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: At
         frame: as in `jacobian_space`.
     """
     screws = _space_screws(tree, q, frame)
-    twist, rates = ex.zeros(6, 1), {}
+    rates: dict[int, Expression] = {}
+    twist = ex.zeros(6, 1)
     for i in tree.path(frame.body):
         body = tree.bodies[i]
         rates[i] = bracket(twist, screws[i])
@@ -69,7 +70,8 @@ def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Att
         frame: as in `jacobian_body`.
     """
     screws = _body_screws(tree, q, frame)
-    twist, rates = ex.zeros(6, 1), {}
+    rates: dict[int, Expression] = {}
+    twist = ex.zeros(6, 1)
     for i in reversed(tree.path(frame.body)):
         body = tree.bodies[i]
         rates[i] = -bracket(twist, screws[i])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache, partial
 from math import isfinite
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,10 +13,18 @@ from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.kernels import Kernel, Port, Signature
+from mafsil.lazy_module import lazily
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
 from mafsil.simulation.motion.signal import Signal
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.discrete_lagrangian as discrete_lagrangian
+    import mafsil.mechanics.hamiltonian as hamiltonian
+else:
+    discrete_lagrangian = lazily("mafsil.mechanics.discrete_lagrangian")
+    hamiltonian = lazily("mafsil.mechanics.hamiltonian")
 
 Rates: TypeAlias = Callable[[float, Floats], Floats]
 
@@ -159,6 +167,4 @@ def _compiled(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: i
 
 def _build(name: str, mechanism: Mechanism) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    from mafsil.mechanics import discrete_lagrangian, hamiltonian
-
     return {"hamiltonian_field": hamiltonian, "variational_step": discrete_lagrangian}[name].function(mechanism)

@@ -1,0 +1,1 @@
+"""What this package uses of SciPy, which carries no types."""

@@ -1,0 +1,9 @@
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+def linprog(c: NDArray[np.float64], *args: Any, **options: Any) -> Any: ...
+def nnls(
+    A: NDArray[np.float64], b: NDArray[np.float64], *, maxiter: int | None = ...
+) -> tuple[NDArray[np.float64], float]: ...
