@@ -218,9 +218,9 @@ def symbolic_arm(mechanism: Mechanism, convention: Convention | str | None = Con
     Raises:
         ModelError: a mimic or helical joint on the chain, or no joint at all; an unknown convention.
     """
-    wanted = None if convention is None else convention_of(convention)
-    classic = None if wanted is Convention.MODIFIED else typed_classic(mechanism)
-    if wanted is Convention.CLASSIC and classic is None:
+    requested = None if convention is None else convention_of(convention)
+    classic = None if requested is Convention.MODIFIED else typed_classic(mechanism)
+    if requested is Convention.CLASSIC and classic is None:
         classic = classic_from_modified(best_table(mechanism))
     table = best_table(mechanism) if classic is None else modified_core(classic)
     letters: dict[str, float] = {}

@@ -172,7 +172,7 @@ def _starts(field: int, given: float) -> list[float]:
 
 
 def _nearest(given: Floats, found: list[tuple[int, int, float]]) -> list[Solved]:
-    """For every entry the value nearest to the given one; angles within half a turn, dust and whole shares tidied."""
+    """For every entry the value nearest to the given one; angles within half a turn, cleaned of roundoff."""
     best: dict[tuple[int, int], float] = {}
     for i, f, value in found:
         tidy = _tidy(value, FIELDS[f])
