@@ -1,4 +1,4 @@
-"""Plans of jobs: postures, slow places of lines, small arms, units, starts; every no with its line and remedy."""
+"""Plans of jobs: configurations, slow places of lines, small arms, units, starts; every no with its line and remedy."""
 
 import json
 import re
@@ -221,7 +221,7 @@ def test_a_goal_in_joints_frees_the_posture() -> None:
 
 
 def test_postures_are_chosen_so_that_the_next_line_runs() -> None:
-    """From this start the line that follows is impossible in the nearest posture, and as fast as its tip in another."""
+    """From here the next line is impossible in the nearest configuration, and as fast as its tip in another."""
     start = [1.2, 0.27, 1.94, -1.12, 0.0, 0.59, -0.05]
     above, below = (f"pose = {{ position = [0.34, -0.29, {z}], rpy = [3.14159265358979, 0, 0] }}\n" for z in (0.4, 0.1))
     line = f'[[move]]\npath = "line"\n{below}'
