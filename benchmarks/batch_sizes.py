@@ -78,7 +78,7 @@ def main() -> None:
     for size in SIZES:
         ratios = [cell["ratio"] / cell["goal"] for row in rows for cell in row["cells"] if cell["column"] == size]
         print(verdict(f"{size} rows, in parts of the goal", ratios, 1.0))
-    for text in shortfalls(rows, rates["past the caches"]):
+    for text in rows_below_goal(rows, rates["past the caches"]):
         print(text)
     if options.json:
         figures = {"machine": details, "rates": rates, "rows": rows, "comparisons": comparisons(rows).plain()}
@@ -227,7 +227,7 @@ def _cell(cell: dict[str, Any]) -> str:
     return f"{cell['ns']:11.1f}{cell['ratio']:8.1f}{star:1}{fewer:>6}"
 
 
-def shortfalls(rows: list[dict[str, Any]], rate: float) -> Iterator[str]:
+def rows_below_goal(rows: list[dict[str, Any]], rate: float) -> Iterator[str]:
     """What bounds every batch that misses its goal: marked * above."""
     for row in rows:
         cached = row["cells"][2]["ns"]

@@ -72,7 +72,7 @@ def main() -> None:
             print(line(row), flush=True)
     imports = import_times(repeats)
     print("import [ms]: " + ", ".join(f"{name} {ms:.0f}" for name, ms in imports.items()))
-    for summary in (*verdicts(rows), *shortfalls(rows)):
+    for summary in (*verdicts(rows), *rows_below_goal(rows)):
         print(summary)
     if options.json:
         options.json.write_text(json.dumps({"machine": details, "rows": rows, "import_ms": imports}, indent=1))
@@ -267,7 +267,7 @@ def verdicts(rows: list[dict[str, Any]]) -> Iterator[str]:
             yield verdict(kind, ratios, target)
 
 
-def shortfalls(rows: list[dict[str, Any]]) -> Iterator[str]:
+def rows_below_goal(rows: list[dict[str, Any]]) -> Iterator[str]:
     """What the machine would allow where a batch does not reach its target: Pinocchio's call over the floor."""
     yield f"one core: {products_per_ns():.1f} products a ns; writes {bytes_per_ns(1 << 20):.0f} B/ns into 1 MiB"
     for row in rows:

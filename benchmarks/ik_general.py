@@ -1,4 +1,4 @@
-"""How fast are all postures of arms without an elementary closed form, beside ssik (C++), in the same run?
+"""How fast are all configurations of arms without an elementary closed form, beside ssik (C++), in the same run?
 
 python benchmarks/ik_general.py [--six jaco2 crx10ia hc10 xarm6] [--poses 1000] [--json FILE]
 

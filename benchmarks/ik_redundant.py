@@ -2,17 +2,18 @@
 
 python benchmarks/ik_redundant.py [--seven iiwa7 panda] [--frankik FOLDER] [--poses 1000] [--json FILE]
 
-Seven joints beside ssik (C++), whose `solve` sweeps one free parameter over sixteen values and returns the postures
-within the limits. Two calls of ours stand beside it: `redundancy(robot).sweep` does the same work (sixteen values, all
-postures, judged and wound into the limits), `inverse_kinematics` answers with the held joint at its preferred value or
-at the nearest that leads within the limits. Of a Panda ssik spreads its values over what is feasible for the pose, ours
-lie over the whole range of the joint: it finds more postures within the limits. At a given last joint of a Panda beside
-frankik where it is installed (`--frankik FOLDER` where it is unpacked): `free=` and `redundancy(robot, joint).solve`.
-Then, without a rival, every other kind of arm that holds joints, is planar, or is asked for a part of the pose.
+Seven joints beside ssik (C++), whose `solve` sweeps one free parameter over sixteen values and returns the
+configurations within the limits. Two calls of ours stand beside it: `redundancy(robot).sweep` does the same work
+(sixteen values, all configurations, judged and wound into the limits), `inverse_kinematics` answers with the locked
+joint at its preferred value or at the nearest that leads within the limits. Of a Panda ssik spreads its values over
+what is feasible for the pose, ours lie over the whole range of the joint: it finds more configurations within the
+limits. At a given last joint of a Panda beside frankik where it is installed (`--frankik FOLDER` where it is
+unpacked): `free=` and `redundancy(robot, joint).solve`. Then, without a rival, every other kind of arm that holds
+joints, is planar, or is asked for a part of the pose.
 
-Results are compared first: every posture of a rival has to be among ours at its own value of the parameter, ours have
-to reach the pose by the rival's forward kinematics, and batches have to equal single calls. All on one thread; single
-calls go through many poses in turn.
+Results are compared first: every configuration of a rival has to be among ours at its own value of the parameter,
+ours have to reach the pose by the rival's forward kinematics, and batches have to equal single calls. All on one
+thread; single calls go through many poses in turn.
 """
 
 from __future__ import annotations
@@ -79,7 +80,7 @@ def _seven(name: str, poses: int, found: Comparisons) -> dict[str, str]:
     theirs = [np.array([one.q for one in rival.solve(one)]) for one in T[:100]]
     details = {
         "robot": name,
-        "ssik postures": f"{np.mean([len(one) for one in theirs]):.1f}",
+        "ssik configurations": f"{np.mean([len(one) for one in theirs]):.1f}",
         "ours": f"{form.sweep(T[:100], VALUES).within.sum() / 100:.1f}",
         "lost": f"{_lost(form, T, q[:, None])} of {poses}",
         "ssik's lost": f"{sum(_lost(form, T[i : i + 1], x[None]) for i, x in enumerate(theirs) if len(x))}",
@@ -113,7 +114,7 @@ def _seven(name: str, poses: int, found: Comparisons) -> dict[str, str]:
 
 
 def _fixed(poses: int, found: Comparisons) -> dict[str, str]:
-    """All postures at one value of the last joint of a Panda."""
+    """All configurations at one value of the last joint of a Panda."""
     frankik: Any = import_module("frankik")
     # Its inverse takes the pose of a frame that its forward kinematics is a hand's offset away from.
     hand = pose.inverse(pose.exp(np.array([0.0, 0.0, -np.pi / 4, 0.0, 0.0, 0.1034])))
@@ -239,7 +240,7 @@ def _planted(robot: Robot, forward: Callable[[Floats], Floats], poses: int) -> t
 
 
 def _lost(form: Any, T: Floats, q: Floats) -> int:
-    """How many of some postures (k, m, 7) of poses (k, 4, 4) are not among ours at their own parameter values."""
+    """How many of some configurations (k, m, 7) of poses (k, 4, 4) are not among ours at their own parameter values."""
     value = form.value(q)
     usable = np.isfinite(value)
     found = form.solve(T, np.where(usable, value, 0.0))
@@ -248,7 +249,7 @@ def _lost(form: Any, T: Floats, q: Floats) -> int:
 
 
 def _worst(forward: Callable[[Floats], Floats], swept: Any, T: Floats) -> float:
-    """By how much the rival's forward kinematics misses the poses with our postures."""
+    """By how much the rival's forward kinematics misses the poses with our configurations."""
     rows = np.argwhere(swept.within)
     return max(float(np.abs(forward(swept.q[tuple(row)]) - T[row[0]]).max()) for row in rows)
 

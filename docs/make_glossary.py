@@ -28,6 +28,7 @@ AREAS = {
     "trajectory": ("Trajectories", "المسارات الزمنية"),
     "control": ("Control", "التحكم"),
     "simulation": ("Simulation", "المحاكاة"),
+    "derivation": ("Derivations", "الاشتقاقات"),
     "numerics": ("Numerics", "الحساب العددي"),
 }
 """Areas of the field in the order of the pages: their titles in English and Arabic."""

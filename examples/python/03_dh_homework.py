@@ -25,7 +25,7 @@ print("tip at", np.round(T[:3, 3], 4))
 # The same as formulas, step by step; every line is compared with the compiled robot.
 print(to_text(derive_fk(robot)))
 
-# And back: both elbow postures of that point.
+# And back: both elbow configurations of that point.
 back = mf.inverse_kinematics(robot, T, task="position")
 for angles in back.q:
     print("joint angles [deg]:", np.round(np.degrees(angles), 3))

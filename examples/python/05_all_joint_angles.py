@@ -25,7 +25,7 @@ print(answer.explain())
 for branch, angles in zip(answer.branches, answer.q, strict=True):
     print(f"  {branch.label():45}", np.round(np.degrees(angles), 1))
 
-# How near to a singular posture is each, and which torques hold the arm there?
+# How near to a singular configuration is each, and which torques hold the arm there?
 for angles in answer.q[answer.within]:
     conditioning = mf.performance.singular_values(robot, angles)
     print(f"  smallest singular value {conditioning[-1]:.3f}, torques [N m]", np.round(robot.gravity_torque(angles), 2))

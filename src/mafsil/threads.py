@@ -1,4 +1,4 @@
-"""One batch over many cores: a small pool that lasts, shared by all rooms and re-created after a fork."""
+"""One batch over many cores: a small pool that lasts, shared by all packages and re-created after a fork."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ THREADS_VARIABLE = "MAFSIL_THREADS"
 
 def available() -> int:
     """Threads of a batch when the caller does not say: MAFSIL_THREADS, or the cores this process may use."""
-    wanted = os.environ.get(THREADS_VARIABLE, "")
-    if wanted:
-        return checked(wanted, THREADS_VARIABLE)
+    setting = os.environ.get(THREADS_VARIABLE, "")
+    if setting:
+        return checked(setting, THREADS_VARIABLE)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

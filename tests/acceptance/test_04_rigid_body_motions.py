@@ -247,13 +247,13 @@ def test_matrix_exponential():
     case = CASES["ch4-18"]
     given, want = case["input"], case["expected"]
     A, t = given["A"], given["t"]
-    roads = [
+    methods = [
         matrix_exponential.exponential(A, t),
         matrix_exponential.series(A, t).value,
         matrix_exponential.by_similarity(A, t)[0],
         matrix_exponential.by_characteristic_polynomial(A, t),
     ]
-    for value in roads:
+    for value in methods:
         agree(case, value, want["eAt"])
     agree(case, matrix_exponential.solution(A, given["x0"], t), want["x_t"])
     agree(case, matrix_exponential.exponential(given["jordan"], t), want["e_jordan_t"])

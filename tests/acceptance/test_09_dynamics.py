@@ -62,9 +62,9 @@ def test_planar_2r():
     planar = planar_arm()
     case, (q, qd, qdd) = CASES["9-02"], state(CASES["9-02"])
     expect = case["expect"]
-    for road in (planar.inverse_dynamics, planar.lagrange_torque):
-        close(road(q, qd, qdd), expect["tau"])
-        assert np.abs(road(q, qd, qdd) - expect["printed_book_tau_is_wrong"]).max() > 0.1
+    for method in (planar.inverse_dynamics, planar.lagrange_torque):
+        close(method(q, qd, qdd), expect["tau"])
+        assert np.abs(method(q, qd, qdd) - expect["printed_book_tau_is_wrong"]).max() > 0.1
     M = planar.mass_matrix(q)
     close(M, expect["M"])
     close(np.linalg.det(M), expect["detM"])

@@ -103,7 +103,7 @@ def test_puma_in_the_teachers_form():
     ],
 )
 def test_closed_form_determinants(arm, text):
-    """The products of the reference (its L are our a and d), recovered without being told."""
+    """The products of the reference (its L are our a and d), recovered without being given them."""
     shown = determinant(symbolic_arm(arm))
     assert shown is not None
     assert side_text(Factors(shown.factors)) == text

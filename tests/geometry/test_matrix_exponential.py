@@ -1,4 +1,4 @@
-"""Linear differential equations with constant coefficients: three roads to the exponential, and its laws."""
+"""Linear differential equations with constant coefficients: three methods for the exponential, and its laws."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_scalar_equation():
 
 
 @pytest.mark.capability("04-52", "04-53", "04-54", "04-57")
-def test_roads_agree_on_random_matrices():
+def test_methods_agree_on_random_matrices():
     rng = np.random.default_rng(0)
     for n in (1, 2, 3, 5):
         A = rng.standard_normal((n, n))

@@ -93,7 +93,7 @@ def test_marginal_grasps_are_asked_again_and_keep_their_sentence() -> None:
     assert [bool(one) for one in batch] == [False, True]
     edge = contact_closures([[-1, 0], [1, 0]], [[1, 0.5], [-1, 0]], 0.5)
     assert edge.status.item().verdict == "marginal"
-    assert edge.asked_again == 1
+    assert edge.rechecked == 1
 
 
 @pytest.mark.capability("03-29", "03-40")
@@ -110,7 +110,7 @@ def test_two_opposed_fingers_and_others_on_one_side_are_a_no_that_small_changes_
     assert found.margin == 0.0
     near = contact_closures(points + 0.01 * rng.normal(size=(50, 3, 3)), normals + 0.01 * rng.normal(size=(3, 3)), 0.3)
     assert all(status.verdict == "no" for status in near.status)
-    assert near.asked_again == 0
+    assert near.rechecked == 0
 
 
 @pytest.mark.capability("03-25")

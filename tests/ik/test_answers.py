@@ -47,7 +47,7 @@ def test_labels_stay_along_a_path_without_singular_postures(name):
 
 @pytest.mark.capability("07-5")
 def test_labels_mean_what_they_say():
-    """Read off the posture: heights and sides, not the formulas of the labels."""
+    """Read off the configuration: heights and sides, not the formulas of the labels."""
     robot = mf.load("puma560")
     q = np.array([0.3, 0.4, -0.5, 0.6, 0.8, 0.2])
     answer = inverse_kinematics(robot, robot.forward_kinematics(q))
@@ -76,7 +76,7 @@ def test_labels_in_words():
     planar = mf.load("planar2r")
     only = inverse_kinematics(planar, planar.forward_kinematics(np.array([0.3, 0.7])), task="position")
     assert {b.label("en") for b in only.branches} == {"elbow up", "elbow down"}
-    # Elbow up is the posture whose second angle is negative.
+    # Elbow up is the configuration whose second angle is negative.
     assert {b.elbow: bool(q[1] < 0) for b, q in zip(only.branches, only.q, strict=True)} == {"up": True, "down": False}
 
 

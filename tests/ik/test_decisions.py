@@ -49,7 +49,7 @@ def turned(a: Floats, b: Floats, turning: np.ndarray) -> Floats:
 
 
 def kinds(robot: Robot, seed: int, count: int = 6) -> Floats:
-    """(k, 4, 4) poses: regular, beside every singular posture, out of reach, beyond the limits."""
+    """(k, 4, 4) poses: regular, beside every singular configuration, out of reach, beyond the limits."""
     rng = np.random.default_rng(seed)
     low, high = (np.clip(x, -np.pi, np.pi) for x in (robot.limits.lower, robot.limits.upper))
     q = rng.uniform(low, high, (count * (2 * len(BENDS) + 2), robot.n))

@@ -77,7 +77,7 @@ def test_random_arms_are_solved_completely():
 
 @pytest.mark.capability("07-44")
 def test_the_count_is_that_of_many_newton_starts():
-    """A second road: Newton's method from starts everywhere finds no solution that a complete list lacks."""
+    """A second method: Newton's method from starts everywhere finds no solution that a complete list lacks."""
     rng = np.random.default_rng(12)
     for _ in range(3):
         robot = random_arm(rng)
@@ -120,7 +120,7 @@ def test_round_arms_at_round_angles_lose_nothing_regular_and_prove_nothing_wrong
         regular = condition(robot, q) > 1e-3
         if analysis(robot.mechanism).form is None:
             assert away[regular & found.complete].max(initial=0.0) < 1e-6
-        # A proof where the planted posture is singular: it is still in the list, as far as rounding lets it be found.
+        # A proof where the planted configuration is singular: it is still in the list, as far as rounding allows.
         assert away[found.complete].max(initial=0.0) < 1e-3
 
 
@@ -180,7 +180,7 @@ def test_several_slides_anywhere(slides):
 @pytest.mark.capability("07-44", "07-4")
 @pytest.mark.parametrize("slides", [(0, 1), (0, 1, 2)])
 def test_slides_that_depend_on_each_other_prove_nothing(slides):
-    """The first two slide along one line: what one does the other undoes, a continuum through every posture."""
+    """The first two slide along one line: what one does the other undoes, a continuum through every configuration."""
     rng = np.random.default_rng(9)
     w, r = rng.normal(size=(2, 6, 3))
     w[1] = w[0]
@@ -206,7 +206,7 @@ def test_an_arm_that_is_almost_everywhere_singular_proves_no_empty_list():
 @pytest.mark.capability("07-44", "07-4")
 @pytest.mark.parametrize("beside", [1e-3, 1e-4, 1e-5])
 def test_near_a_fold_the_pair_is_two_and_no_more(beside):
-    """Postures beside the singular set: both solutions that meet there, none of them twice."""
+    """Configurations beside the singular set: both solutions that meet there, none of them twice."""
     rng = np.random.default_rng(21)
     robot = random_arm(rng)
     low = rng.uniform(-np.pi, np.pi, (40, 6))

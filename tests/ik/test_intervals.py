@@ -111,9 +111,9 @@ def test_an_interval_of_an_iiwa_holds_no_posture_beyond_the_limits():
     families = form.families(robot.forward_kinematics(q))
     assert all(np.abs(f.low - 1.69050216) > 1e-6 or f.high < 1.7687883624819 for f in families if f.branch == 0)
     for one in families:
-        postures = np.array([one.at(v) for v in np.linspace(one.low, one.high, 201)])
-        assert (postures >= robot.limits.lower - 1e-9).all()
-        assert (postures <= robot.limits.upper + 1e-9).all()
+        members = np.array([one.at(v) for v in np.linspace(one.low, one.high, 201)])
+        assert (members >= robot.limits.lower - 1e-9).all()
+        assert (members <= robot.limits.upper + 1e-9).all()
 
 
 @pytest.mark.capability("07-45", "07-1")
@@ -122,7 +122,7 @@ def test_a_posture_in_a_narrow_interval_is_not_answered_no():
     q = np.array([-1.6189, -1.5712, -2.7711, 0.014, -2.2364, -1.3559, 2.202])
     answer = inverse_kinematics(robot, robot.forward_kinematics(q))
     assert answer.within.any()
-    # An elbow that is almost straight: the held joint has 3e-3 rad to choose from.
+    # An elbow that is almost straight: the locked joint has 3e-3 rad to choose from.
     robot = offset_shoulder()
     q = configurations(robot, 6, 5)[5]
     T = robot.forward_kinematics(q)
@@ -152,7 +152,7 @@ def test_no_interval_is_the_proof_of_beyond_limits_and_none_without_limits_of_ou
 
 @pytest.mark.capability("07-45")
 @pytest.mark.parametrize("name", ["iiwa7", "offset shoulder", "ur on rail"])
-def test_every_reachable_pose_of_a_batch_is_reached_within_the_limits_near_the_wish(name):
+def test_every_reachable_pose_of_a_batch_is_reached_within_the_limits_near_the_preferred_configuration(name):
     robot = ARMS[name]()
     T = robot.forward_kinematics(configurations(robot, 400, 11))
     many = inverse_kinematics(robot, T)

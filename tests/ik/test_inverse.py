@@ -67,14 +67,14 @@ def test_planted_configurations_are_found_and_nothing_is_wrong(name):
     found = answer.found()
     missed = np.where(found, apart(robot, answer.q, q[:, None]), np.inf).min(axis=1)
     values = np.linalg.svd(robot.jacobian_body(q), compute_uv=False)
-    # Rounding of the pose moves a posture by about 1e-15 over the conditioning, twice where a root was taken before.
+    # Rounding of the pose moves it by about 1e-15 over the conditioning, twice where a root was taken before.
     assert (missed < np.maximum(1e-6, 1e-11 * values[:, 0] / values[:, min(6, robot.n) - 1])).all()
     reached = robot.forward_kinematics(answer.q[found])
     wanted = np.broadcast_to(T[:, None], (*found.shape, 4, 4))[found]
     assert np.abs(reached - wanted).max() < 1e-9
     twice = apart(robot, answer.q[:, :, None], answer.q[:, None]) < 1e-9
     twice &= found[:, :, None] & found[:, None] & ~np.eye(found.shape[1], dtype=bool)
-    # Planar arms of two joints have one posture per pose, listed by both roots.
+    # Planar arms of two joints have one configuration per pose, listed by both roots.
     assert not twice.any() or name == "planar2r"
 
 
@@ -107,7 +107,7 @@ def test_beside_singular_sets_no_pose_is_wrong(name, joint, off):
         answer = inverse_kinematics(robot, T)
         assert len(answer.q)
         assert answer.residual.max() <= 1e-9
-        # The planted posture, or one merged with it, or a family through it.
+        # The planted configuration, or one merged with it, or a family through it.
         assert answer.families or apart(robot, answer.q, q).min() < 1e-3
 
 
@@ -348,7 +348,7 @@ def test_eaik_finds_the_same_sets():
             theirs = np.asarray(other.IK(asked).Q).reshape(-1, 6)
             theirs = theirs[np.abs(robot.forward_kinematics(theirs) - T).max(axis=(1, 2)) < 1e-6]
             mine = inverse_kinematics(robot, T).q
-            for posture in theirs:
-                assert apart(robot, mine, posture).min() < 1e-5
+            for configuration in theirs:
+                assert apart(robot, mine, configuration).min() < 1e-5
             distinct = [k for k in range(len(theirs)) if not any(apart(robot, theirs[:k], theirs[k]) < 1e-6)]
             assert len(mine) == len(distinct)

@@ -1,4 +1,4 @@
-"""Tasks that ask for less than a pose, wishes for what is free, time limits, and honest refusals."""
+"""Tasks that ask for less than a pose, preferences for what is free, time limits, and honest refusals."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_postures_are_approached_in_the_self_motion(panda):
     after = ((wished.q - middle) ** 2).sum(axis=1)
     assert (after <= before + 1e-9).all()
     assert (after < before - 1e-3).mean() > 0.5
-    # At rest: the wish has no part along the self-motion, unless a joint is at its limit.
+    # At rest: the preferred motion has no part along the self-motion, unless a joint is at its limit.
     free = ((wished.q > panda.limits.lower + 1e-6) & (wished.q < panda.limits.upper - 1e-6)).all(axis=1)
     J = panda.jacobian_body(wished.q[free])
     z = middle - wished.q[free]
@@ -121,8 +121,8 @@ def test_postures_are_approached_in_the_self_motion(panda):
 
 def test_preferred_weights_choose_the_joints(panda):
     T = poses(panda, 30)
-    posture = np.array([0.0, 0, 0, -1.5, 0, 1.5, 0])
-    first = solve_ik(panda, T, q_preferred=posture, preferred_weights=[1, 0, 0, 0, 0, 0, 0])
+    configuration = np.array([0.0, 0, 0, -1.5, 0, 1.5, 0])
+    first = solve_ik(panda, T, q_preferred=configuration, preferred_weights=[1, 0, 0, 0, 0, 0, 0])
     plain = solve_ik(panda, T)
     assert np.abs(first.q[:, 0]).sum() < np.abs(plain.q[:, 0]).sum()
 

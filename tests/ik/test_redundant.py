@@ -1,4 +1,4 @@
-"""Seven joints: every posture for a value of the free parameter, and the intervals that the parameter may take."""
+"""Seven joints: every configuration for a value of the free parameter, and the intervals that it may take."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_the_planted_posture_comes_back_and_nothing_is_wrong(name):
     away = np.where(there, apart(np.nan_to_num(found.q), q[:, None, None]), np.inf)
     assert away.min(axis=(1, 2)).max() < 1e-7
     assert found.within.any(axis=(1, 2)).all()
-    # Within means within; postures differ; each has the parameter that was asked for.
+    # Within means within; configurations differ; each has the parameter that was asked for.
     inside = (found.q >= robot.limits.lower - 1e-12) & (found.q <= robot.limits.upper + 1e-12)
     assert (inside.all(axis=-1) & there == found.within).all()
     for k in range(50):
@@ -130,10 +130,10 @@ def test_intervals_end_where_a_limit_or_the_reach_does(name):
             assert f.parameter == form.parameter
             assert f.low < f.high
             for share in (0.0, 0.3, 0.7, 1.0):
-                posture = f.at(f.low + share * (f.high - f.low))
-                assert np.abs(robot.forward_kinematics(posture) - T).max() < 1e-8
-                assert (posture >= robot.limits.lower - 1e-9).all()
-                assert (posture <= robot.limits.upper + 1e-9).all()
+                configuration = f.at(f.low + share * (f.high - f.low))
+                assert np.abs(robot.forward_kinematics(configuration) - T).max() < 1e-8
+                assert (configuration >= robot.limits.lower - 1e-9).all()
+                assert (configuration <= robot.limits.upper + 1e-9).all()
             if f.high - f.low > TURN - 1e-6:
                 continue
             for beyond in (f.low - 1e-6, f.high + 1e-6):

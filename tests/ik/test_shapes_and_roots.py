@@ -40,7 +40,7 @@ def test_classes_and_failing_conditions(name, expected):
     if expected is ArmClass.NONE:
         assert told.failing
         assert all(one.size > 1e-9 for one in told.failing)
-        assert "missed by" in told.explain("en")
+        assert "violated by" in told.explain("en")
 
 
 @pytest.mark.capability("07-55")

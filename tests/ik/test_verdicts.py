@@ -110,7 +110,7 @@ def test_a_search_says_what_it_tried():
     assert inverse_kinematics(four, T).status is IKStatus.OUT_OF_REACH
     T[0, 3] = 2.59
     T[:3, :3] = mf.geometry.rotation.rot_z(np.pi)
-    # With one joint held the others have a closed form: intervals of its values prove that there is no posture.
+    # With one joint locked the others have a closed form: intervals of its values prove that there is no configuration.
     assert inverse_kinematics(four, T).status is IKStatus.NOT_OF_THIS_ARM
     # Nothing but a search is known of six joints for a place and a direction.
     six = mf.load("ur5e")

@@ -1,4 +1,4 @@
-"""Plans of jobs: postures, slow places of lines, small arms, units, starts; every no with its line and remedy."""
+"""Plans of jobs: configurations, slow places of lines, small arms, units, starts; every no with its line and remedy."""
 
 import json
 import re
@@ -221,7 +221,7 @@ def test_a_goal_in_joints_frees_the_posture() -> None:
 
 
 def test_postures_are_chosen_so_that_the_next_line_runs() -> None:
-    """From this start the line that follows is impossible in the nearest posture, and as fast as its tip in another."""
+    """From here the next line is impossible in the nearest configuration, and as fast as its tip in another."""
     start = [1.2, 0.27, 1.94, -1.12, 0.0, 0.59, -0.05]
     above, below = (f"pose = {{ position = [0.34, -0.29, {z}], rpy = [3.14159265358979, 0, 0] }}\n" for z in (0.4, 0.1))
     line = f'[[move]]\npath = "line"\n{below}'
@@ -255,7 +255,7 @@ def test_rounded_poses_of_small_arms_are_met_within_the_tolerance(
     assert len(told) == (found > 1e-4)
     run = solve(parse(text), text, HERE)
     assert isinstance(run, Run)
-    assert not summary(run).missed
+    assert not summary(run).not_reached
 
 
 def test_a_tilt_beyond_the_tolerance_is_refused_with_the_remedy_and_allowed_by_it() -> None:
@@ -283,7 +283,7 @@ def test_planar_arms_are_given_points_and_lines() -> None:
     run = solve(parse(text), text, HERE)
     assert isinstance(run, Run)
     assert summary(run).targets == 2
-    assert not summary(run).missed
+    assert not summary(run).not_reached
     assert refused(text.replace(', task = "position" }\n[[move]]\npath', " }\n[[move]]\npath")).key.endswith("few_pose")
 
 
@@ -295,7 +295,7 @@ def test_an_axis_leaves_the_turn_about_it_to_the_arm() -> None:
     np.testing.assert_allclose(T[:3, 3], [0.5, 0.2, 0.4], atol=1e-8)
     run = solve(parse(text), text, HERE)
     assert isinstance(run, Run)
-    assert not summary(run).missed
+    assert not summary(run).not_reached
 
 
 def test_angles_that_look_like_degrees_are_reported() -> None:

@@ -49,7 +49,7 @@ def test_examples_reach_every_target_within_limits(name: str) -> None:
         reached = run.robot.forward_kinematics(leg.trajectory.at(leg.trajectory.duration).u)
         np.testing.assert_allclose(reached, pose_matrix(move.pose, degrees=True), atol=1e-9)
     numbers = summary(run)
-    assert not numbers.missed
+    assert not numbers.not_reached
     assert len(numbers.arrivals) == numbers.targets
     assert all(remark.level != "failure" for remark in run.remarks)
     limits = run.robot.limits

@@ -80,8 +80,8 @@ def sentences(run: Run, level: str) -> list[str]:
 
 def test_a_soft_arm_misses_every_target_and_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run, numbers = solved(SOFT)
-    assert len(numbers.missed) == numbers.targets == 4
-    assert verdict(run, "en").text == "targets missed: 4 of 4"
+    assert len(numbers.not_reached) == numbers.targets == 4
+    assert verdict(run, "en").text == "targets not reached: 4 of 4"
     said = sentences(run, "failure")
     assert "move 1 'above the part' does not reach its target: the tip is 271 mm and 29.3° off" in said[0]
     assert "friction accounts for 28.4° at joint1" in said[0]
@@ -93,7 +93,7 @@ def test_a_soft_arm_misses_every_target_and_says_why(tmp_path: Path, capsys: pyt
     assert shown.err.startswith("mafsil: move 1 'above the part' does not reach")
     assert "0 of 4" in shown.out
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "missed: 271 mm and 29.3° off" in page
+    assert "not reached: 271 mm and 29.3° off" in page
     assert 'class="chip failure"' in page
     targets = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["targets"]
     assert [target["reached"] for target in targets] == [False] * 4
@@ -107,7 +107,7 @@ def test_a_soft_arm_misses_every_target_and_says_why(tmp_path: Path, capsys: pyt
 
 def test_a_wrong_orientation_is_a_miss() -> None:
     run, numbers = solved(TURN)
-    (judged,) = numbers.missed
+    (judged,) = numbers.not_reached
     assert judged.position_error < 1e-4
     assert np.degrees(judged.orientation_error) == pytest.approx(89.99, abs=0.02)
     assert "90° off" in sentences(run, "failure")[0]
@@ -117,7 +117,7 @@ def test_a_wrong_orientation_is_a_miss() -> None:
 def test_a_joint_that_friction_holds_misses_its_goal(tmp_path: Path, friction: float, reached: bool) -> None:
     (tmp_path / "gripper.urdf").write_text(RUBBING.format(friction=friction), encoding="utf-8")
     run, numbers = solved('robot = "gripper.urdf"\n[start]\njoints = [-0.3]\n[[move]]\njoints = [-1.0]\n', tmp_path)
-    assert (not numbers.missed) == reached
+    assert (not numbers.not_reached) == reached
     assert (verdict(run).level == "failure") != reached
     if not reached:
         assert "squeeze is 40.1° off" in sentences(run, "failure")[0]
@@ -138,14 +138,14 @@ def test_a_part_that_is_missed_stays_where_it_lies() -> None:
 
 
 def test_tolerances_of_the_job_and_of_a_move() -> None:
-    assert not solved(REACH)[1].missed
-    assert solved(REACH + "tolerance = { joints = 1e-7 }\n")[1].missed
-    assert solved("tolerance = { joints = 1e-7 }\n" + REACH)[1].missed
-    assert not solved("tolerance = { joints = 1e-7 }\n" + REACH + "tolerance = { joints = 0.1 }\n")[1].missed
+    assert not solved(REACH)[1].not_reached
+    assert solved(REACH + "tolerance = { joints = 1e-7 }\n")[1].not_reached
+    assert solved("tolerance = { joints = 1e-7 }\n" + REACH)[1].not_reached
+    assert not solved("tolerance = { joints = 1e-7 }\n" + REACH + "tolerance = { joints = 0.1 }\n")[1].not_reached
     each = "tolerance = { joints = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 1e-7] }\n"
-    assert [judged.goal for judged in solved(each + REACH)[1].missed] == ["joints"]
+    assert [judged.goal for judged in solved(each + REACH)[1].not_reached] == ["joints"]
     degrees = solved(SOFT + "[tolerance]\norientation = 40\nposition = 0.4\n")[1]
-    assert not degrees.missed
+    assert not degrees.not_reached
     with pytest.raises(JobError) as caught:
         solved("tolerance = { joints = [0.1] }\n" + REACH)
     assert caught.value.key == "job.list_count"

@@ -27,8 +27,8 @@ ENTRY = Entry(code=b"code" * 300, inputs=b"\1" * 64, outputs=b"\2" * 128, proven
 
 
 @pytest.fixture(autouse=True)
-def _untold(monkeypatch):
-    monkeypatch.setattr(stores, "_told", set())
+def _unwarned(monkeypatch):
+    monkeypatch.setattr(stores, "_warned", set())
 
 
 @pytest.fixture

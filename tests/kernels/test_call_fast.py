@@ -31,7 +31,7 @@ def arm():
 
 @pytest.fixture
 def watched(arm):
-    """An arm whose slow road notes that it was taken."""
+    """An arm whose slow path notes that it was taken."""
     seen: list[tuple[tuple[object, ...], dict[str, object]]] = []
 
     def note(evaluate, *args, **named):
@@ -39,7 +39,7 @@ def watched(arm):
         return evaluate(*args, **named)
 
     k = compile(arm.signature, arm.build, key=arm.key, fallback=note)
-    warm([k])  # otherwise the first call of either kind brings its code by the slow road
+    warm([k])  # otherwise the first call of either kind brings its code by the slow path
     return k, seen
 
 
@@ -144,7 +144,7 @@ def test_known_forms_stay_in_machine_code(watched, name):
 
 
 @pytest.mark.parametrize("name", UNUSUAL)
-def test_everything_else_goes_the_slow_road(watched, name):
+def test_everything_else_goes_the_slow_path(watched, name):
     k, seen = watched
     args, named = UNUSUAL[name](*point())
     answer = k.call(*args, **named)
@@ -280,7 +280,7 @@ def test_names_made_at_run_time_are_names(arm):
 
 @pytest.mark.parametrize("index", range(LINKS))
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_numbers_that_are_none_leave_the_fast_road(watched, index, value):
+def test_numbers_that_are_none_leave_the_fast_path(watched, index, value):
     k, seen = watched
     q, shift = point()
     q = q.copy()
@@ -471,7 +471,7 @@ assert want[0] == want[1]
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_other_layouts_take_the_plain_road(arm, monkeypatch):
+def test_other_layouts_take_the_plain_path(arm, monkeypatch):
     """Where the self-tests fail, the same numbers come from plain Python."""
     monkeypatch.setattr(runtime, "available", lambda: False)
     monkeypatch.setattr(ufunc, "available", lambda: False)

@@ -51,7 +51,7 @@ builds: list[float] = []
 def folder(tmp_path, monkeypatch):
     """An empty cache, nothing loaded, nothing said."""
     monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(stores, "_told", set())
+    monkeypatch.setattr(stores, "_warned", set())
     compiler._images.clear()
     builds.clear()
     return tmp_path / "cache"

@@ -54,7 +54,7 @@ def build(x):
 def arms(tmp_path, monkeypatch):
     """A package `arms` of its own in every test, and an empty cache."""
     monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(stores, "_told", set())
+    monkeypatch.setattr(stores, "_warned", set())
     folder = tmp_path / "arms"
     folder.mkdir()
     for name, text in PACKAGE.items():
@@ -132,7 +132,7 @@ def test_a_damaged_note_is_made_again(arms: Path) -> None:
     first = _meaning()
     path = next((arms.parent / "cache").glob("*.sources"))
     for damage in (b"", path.read_bytes()[:-1], path.read_bytes()[:-1] + b"x", path.read_bytes() + b"0"):
-        stores._told.clear()
+        stores._warned.clear()
         path.write_bytes(damage)
         with pytest.warns(CacheWarning):
             assert _meaning() == first

@@ -110,7 +110,7 @@ def test_rotation_onto_an_axis(axis: np.ndarray) -> None:
     assert np.linalg.det(R) == pytest.approx(1, abs=1e-15)
 
 
-def test_dust_is_swept_and_real_angles_stay() -> None:
+def test_roundoff_is_removed_and_real_angles_stay() -> None:
     typed = 1.57079632679
     c, s = np.cos(typed), np.sin(typed)
     R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])

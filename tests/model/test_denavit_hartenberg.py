@@ -145,7 +145,7 @@ def test_poses_that_no_row_describes_are_refused(length, angle):
 
 
 @pytest.mark.parametrize("quarters", range(-5, 6))
-def test_quarter_turns_leave_no_rounding_dust(quarters):
+def test_quarter_turns_leave_no_roundoff(quarters):
     T = DHRow(alpha=quarters * pi / 2, theta=-quarters * pi / 2).transform(Convention.MODIFIED)
     assert set(np.abs(T).ravel()) <= {0.0, 1.0}
 

@@ -1,4 +1,4 @@
-"""Our own numbers by two roads: CasADi evaluating the expression, and the compiled kernels."""
+"""Our own numbers by two methods: CasADi evaluating the expression, and the compiled kernels."""
 
 from __future__ import annotations
 

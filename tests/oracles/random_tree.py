@@ -140,7 +140,7 @@ def _pose(rng: np.random.Generator) -> Floats:
 
 
 def _rotation(rpy: Floats) -> Floats:
-    """Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with the dust that cosines of right angles leave."""
+    """Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with the roundoff that cosines of right angles leave."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     Ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])

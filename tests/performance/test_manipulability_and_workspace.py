@@ -97,7 +97,7 @@ def test_search_for_isotropic_configurations():
     assert velocity_ellipsoid(arm, found.q, "planar").isotropic().all()
     none = isotropic_configurations(mf.load("planar2r"), "planar_position")
     assert not none.found
-    assert none.condition[0] == pytest.approx((1 + 5**0.5) / 2, rel=1e-6)
+    assert none.condition_number[0] == pytest.approx((1 + 5**0.5) / 2, rel=1e-6)
     assert "not proven" in none.explain("en")
     assert found.explain("ar") != found.explain("en")
 

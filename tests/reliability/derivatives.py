@@ -64,7 +64,7 @@ def _moves_masses(mechanism: Mechanism) -> bool:
 
 @cache
 def subject(number: int) -> tuple[Robot, Textbook, dict[str, Any]]:
-    """The robot, its second road, and for inverse and forward dynamics the Jacobians by both modes."""
+    """The robot, its second method, and for inverse and forward dynamics the Jacobians by both modes."""
     name, seed = subjects()[number]
     mechanism = _tree(seed) if name == "tree" else library.load(name)
     return Robot(mechanism), Textbook(mechanism), {routine: _modes(mechanism, routine) for routine in EFFORTS}

@@ -169,7 +169,7 @@ def _answers(robot: Robot, chain: Chain, q: np.ndarray, T: np.ndarray) -> bool:
     near = apart(answer.q, q, chain.prismatic)
     reached = np.abs(forward(chain, answer.q) - T).max(axis=(-2, -1))
     allowed = bound(jacobian(chain, q[None]), len(chain), reached.max(initial=0.0))[0]
-    # At a singular posture itself the merged root is known to the square root of the residual that is asked for.
+    # At a singular configuration itself the merged root is known to the square root of the residual that is asked for.
     return bool(answer.families) or bool((near <= max(allowed, 1e-9)).any())
 
 

@@ -1,8 +1,8 @@
-"""R6 beside EAIK: the same postures modulo whole turns on random poses of every library arm that EAIK accepts.
+"""R6 beside EAIK: the same configurations modulo whole turns on random poses of every library arm that EAIK accepts.
 
 python -m tests.reliability.ik_eaik [--poses 20000] [--seed S]
 
-Both lists are judged by forward kinematics. Where they differ it is counted who lacks a posture that the other proves
+Both lists are judged by forward kinematics. Where they differ: who lacks a configuration that the other proves
 by reaching the pose.
 """
 
@@ -24,10 +24,10 @@ from tests.reliability.ik_bounds import apart
 from tests.reliability.ik_complete import library
 
 REACHED = 1e-6
-"""Miss of a posture up to which it counts as EAIK's solution."""
+"""Miss of a configuration up to which it counts as EAIK's solution."""
 
 SAME = 1e-5
-"""Difference up to which postures are one [rad]."""
+"""Difference up to which configurations are one [rad]."""
 
 
 def rival(chain: Chain) -> Any | None:
@@ -68,7 +68,7 @@ def compared(robot: Robot, solver: Any, rng: np.random.Generator, count: int) ->
 
 
 def _lacking(chain: Chain, some: np.ndarray, others: np.ndarray) -> int:
-    """How many of some postures are not among others."""
+    """How many of some configurations are not among others."""
     if not len(some) or not len(others):
         return len(some)
     return int((apart(some[:, None], others[None], chain.prismatic).min(axis=1) > SAME).sum())

@@ -1,6 +1,6 @@
-"""Arms with wrists that do not meet, at round joint values, where elimination is singular: no posture is lost.
+"""Arms with wrists that do not meet, at round joint values, where elimination is singular: no configuration is lost.
 
-Poses are planted at multiples of 15, 45 and 90 degrees. A planted posture whose conditioning is above `REGULAR` has to
+Planted at multiples of 15, 45 and 90 degrees. A planted configuration whose conditioning is above `REGULAR` has to
 be among the solutions, whether the list calls itself complete or not; of the others only lists that do are judged.
 """
 

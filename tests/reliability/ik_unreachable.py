@@ -1,4 +1,4 @@
-"""R7: what cannot be reached is said so, with the right reason and numbers; singular postures have bounded rates.
+"""R7: what cannot be reached is said so, with the right reason and numbers; singular configurations have bounded rates.
 
 python -m tests.reliability.ik_unreachable --cases 1000000 [--shard 100000] [--seed S] [--resume DIR]
 
@@ -9,10 +9,10 @@ wrist  With the orientation kept, the centre reaches, in the half-plane of its d
        the shoulder, what has r >= |d| and (a - b)^2 + d^2 <= r^2 + s^2 <= (a + b)^2 + d^2: too far, the inner hole, the
        shoulder's cylinder, and how far away the nearest point of that set is.
 plane  The ring |a - b| <= r <= a + b.
-scara  Both postures by the law of cosines, wound into the limits: within, or which joint is how far beyond.
+scara  Both configurations by the law of cosines, wound into the limits: within, or which joint is how far beyond.
 
 A third of the margins are taken between 1e-7 and 1e-2 of the arm. Every pose goes through a batch; one in a hundred is
-asked alone for its details, one in two thousand of the numerical search, which must not converge. Singular postures are
+asked alone, one in two thousand of the numerical search, which must not converge. Singular ones are
 planted at wrist, elbow and shoulder, alone and together.
 """
 
@@ -39,7 +39,7 @@ OUT, BEYOND, NOT_OF = (CODES[v] for v in (IKStatus.OUT_OF_REACH, IKStatus.BEYOND
 
 
 def work(seed: int, cases: int) -> dict[str, int]:
-    """A shard: a quarter each of wrists, plane arms, limits, and singular postures."""
+    """A shard: a quarter each of wrists, plane arms, limits, and singular configurations."""
     rng = np.random.default_rng([7, seed])
     total: dict[str, int] = {"cases": 0}
     for part in (wrist, plane, scara, singular):
@@ -187,7 +187,7 @@ def scara(rng: np.random.Generator, count: int) -> dict[str, int]:
         one = inverse_kinematics(robot, T[i])
         if beyond[i] and clear[i]:
             j = robot.joint_names.index(one.details["joint"])
-            # Two postures may be as far beyond, even in the same joint.
+            # Two configurations may be as far beyond, even in the same joint.
             alike = np.flatnonzero(np.abs(worst[i] - least[i]) < 1e-7)
             named = np.abs(excess[i, alike, j] - least[i]) < 1e-7
             result["bad_joint"] += not named.any()
@@ -200,7 +200,7 @@ def scara(rng: np.random.Generator, count: int) -> dict[str, int]:
 
 
 def singular(rng: np.random.Generator, count: int) -> dict[str, int]:
-    """Singular postures of wrist, elbow and shoulder: rank, rates, and an answer without NaN."""
+    """Singular configurations of wrist, elbow and shoulder: rank, rates, and an answer without NaN."""
     robot, (a, b, _, _) = elbow_arm(rng, offset=False)
     chain = chain_of(robot.mechanism)
     q = rng.uniform(-np.pi, np.pi, (count, 6))

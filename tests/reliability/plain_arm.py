@@ -1,4 +1,4 @@
-"""An arm in plain NumPy, from the description's raw numbers: a second road to what reports of runs claim.
+"""An arm in plain NumPy, from the description's raw numbers: a second way to what reports of runs claim.
 
 Forward kinematics joint by joint with Rodrigues' formula, efforts by Newton and Euler with forces at the links' centres
 in the world frame; nothing of `mafsil.algebra`, `mafsil.mechanics` or `mafsil.robot` is used.

@@ -64,7 +64,7 @@ def _judge(W: Floats) -> dict[str, int]:
     return {
         "yes": int(yes.sum()),
         "asked_of_highs": len(asked),
-        "exact": found.asked_again,
+        "exact": found.rechecked,
         "bad_residual": int((residual > LIMIT).sum() + (x <= 0).any(axis=1).sum()),
         "bad_certificate": int((support < -LIMIT).sum() + (~y.any(axis=1)).sum()),
         "bad_verdict": sum(int(_highs(W[k]) != found.force_closure[k]) for k in asked),

@@ -212,7 +212,7 @@ def _verdict(check: Check) -> None:
     bad = bool(check.missed) or check.run.stopped is not None
     check.expect(not bad or level == "failure", "a miss without a failure")
     check.expect(levels == sorted(levels, key=lambda name: name != "failure"), "order", levels)
-    check.expect(bool(check.missed) == bool([r for r in check.run.remarks if "missed" in r.key]), "misses said")
+    check.expect(bool(check.missed) == bool([r for r in check.run.remarks if "not_reached" in r.key]), "misses said")
 
 
 def _limits(check: Check) -> None:
@@ -352,9 +352,9 @@ def _collapse(check: Check) -> None:
 def _misses(check: Check) -> None:
     """Each miss with its numbers, and its cause where one is named."""
     run = check.run
-    said = [r for r in run.remarks if r.key.startswith("job.missed_")]
+    said = [r for r in run.remarks if r.key.startswith("job.not_reached_")]
     check.expect(len(said) == min(len(check.missed), FEW_MISSES), "misses", len(said), check.missed)
-    more = _said(check, "job.more_missed")
+    more = _said(check, "job.more_not_reached")
     check.expect(
         sum(int(str(r.details["count"])) for r in more) == max(len(check.missed) - FEW_MISSES, 0), "more missed"
     )
@@ -362,7 +362,7 @@ def _misses(check: Check) -> None:
         distance, angle, errors, _ = check.misses[k]
         leg, details = run.plan.legs[k], remark.details
         kind = leg.kind if leg.kind in ("pick", "place") else "joints" if leg.target is None else "pose"
-        check.expect(remark.key.removesuffix("_why") == f"job.missed_{kind}", remark.key, leg.kind)
+        check.expect(remark.key.removesuffix("_why") == f"job.not_reached_{kind}", remark.key, leg.kind)
         check.expect(
             same(details["position"], distance) and same(details["angle"], angle, 1e-7), details, distance, angle
         )
@@ -511,6 +511,6 @@ def _texts(check: Check) -> None:
             unsaid = [
                 fact
                 for name, fact in remark.details.items()
-                if shown(fact) and str(fact) not in sentence and not remark.key.startswith("job.missed") and name
+                if shown(fact) and str(fact) not in sentence and not remark.key.startswith("job.not_reached") and name
             ]
             check.expect(not unsaid, "numbers left out of", sentence, unsaid)

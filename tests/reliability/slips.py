@@ -1,4 +1,4 @@
-"""V1: every slip of the pen in every routine of a robot, each held against the road of `mafsil.verify`.
+"""V1: every slip of the pen in every routine of a robot, each held against the second method of `mafsil.verify`.
 
 `python -m tests.reliability.slips --robots 6 --resume DIR`
 

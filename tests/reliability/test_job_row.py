@@ -58,10 +58,10 @@ def changed(run: Run, key: str, **details: object) -> Run:
 
 LIES: dict[str, Callable[[Run], Run]] = {
     "all reached": lambda run: replace(run, remarks=(*run.remarks, Remark("good", "job.all_reached", _REACHED))),
-    "nothing missed": lambda run: replace(run, remarks=tuple(r for r in run.remarks if "missed" not in r.key)),
-    "a smaller error": lambda run: changed(run, "job.missed_joints_why", error="0.6°"),
-    "another size of the cause": lambda run: changed(run, "job.missed_joints_why", reason=_Reason(run, "amount")),
-    "another cause": lambda run: changed(run, "job.missed_joints_why", reason=_Reason(run, "key")),
+    "nothing missed": lambda run: replace(run, remarks=tuple(r for r in run.remarks if "not_reached" not in r.key)),
+    "a smaller error": lambda run: changed(run, "job.not_reached_joints_why", error="0.6°"),
+    "another size of the cause": lambda run: changed(run, "job.not_reached_joints_why", reason=_Reason(run, "amount")),
+    "another cause": lambda run: changed(run, "job.not_reached_joints_why", reason=_Reason(run, "key")),
     "a limit that was kept": lambda run: replace(run, remarks=(Remark("failure", "job.limit_crossed", _BEYOND),)),
     "a load too heavy": lambda run: replace(run, remarks=(*run.remarks, Remark("failure", "job.cannot_hold", _HEAVY))),
     "green": lambda run: replace(run, remarks=tuple(replace(r, level="good") for r in run.remarks)),
@@ -75,7 +75,7 @@ class _Reason:
     """The cause of the first miss with one word changed."""
 
     def __init__(self, run: Run, what: str) -> None:
-        true: Any = next(r for r in run.remarks if r.key == "job.missed_joints_why").details["reason"]
+        true: Any = next(r for r in run.remarks if r.key == "job.not_reached_joints_why").details["reason"]
         self.key = "job.cause_friction" if what == "key" else true.key
         self.details = {**true.details, "amount": "77°"} if what == "amount" else true.details
 

@@ -19,7 +19,7 @@ LINK = "link2"
 
 @pytest.fixture
 def watched(monkeypatch) -> tuple[Robot, list[str]]:
-    """A robot of its own, and the names of its general roads as they are taken."""
+    """A robot of its own, and the names of its general paths as they are taken."""
     seen: list[str] = []
     for name in ("_general", "_general_of_twin"):
         general = getattr(Robot, name)

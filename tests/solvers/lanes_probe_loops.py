@@ -5,13 +5,13 @@ from __future__ import annotations
 from mafsil.solvers.lane_loops import (
     angle_of,
     any_lane,
+    buffer,
     get,
     lane_bits,
     lanes,
     magnitude,
     part,
     put,
-    room,
     seen,
     spread,
     square_root,
@@ -34,7 +34,7 @@ def arithmetic(x, y, out):
     total -= 1.0
     total /= 2.0
     results[3] = total
-    some = room(3)
+    some = buffer(3)
     for i in range(3):
         some[i] = float(i)
     put(some, 1, 5, 7.5)

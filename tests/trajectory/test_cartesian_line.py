@@ -44,7 +44,7 @@ def test_the_tip_stays_on_the_path(panda, interpolation, law):
 
 
 def test_rates_are_the_jacobian_s(panda):
-    """V_b = J_b qd along the path: the joint rates against the tip's twist, an independent road."""
+    """V_b = J_b qd along the path: the joint rates against the tip's twist, an independent method."""
     T = panda.forward_kinematics(Q)
     goal = moved(T, [0.1, 0.2, -0.15], [0.3, -0.2, 0.4])
     motion = cartesian_line(panda, Q, goal, duration=2.0).value

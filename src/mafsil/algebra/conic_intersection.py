@@ -92,14 +92,14 @@ def _lines(C: ex.Expression, D: ex.Expression, det_D: float) -> tuple[ex.Express
     k = _parameter(C, D, det_D)
     A = C + k * D
     B = _adjugate(A)
-    p, strength = ex.zeros(3), ex.Expression(-1)
+    p, size = ex.zeros(3), ex.Expression(-1)
     for i in range(3):
-        better = -B[i, i] > strength
+        better = -B[i, i] > size
         root = ex.sqrt(ex.fmax(-B[i, i], 0))
         column = B[:, i] / ex.if_else(root > 0, root, 1.0)
-        p, strength = (
+        p, size = (
             _chosen(better, ex.if_else(root > 0, 1.0, 0.0) * column, p),
-            ex.if_else(better, -B[i, i], strength),
+            ex.if_else(better, -B[i, i], size),
         )
     N = A + _hat(p)
     row, column = ex.zeros(3), ex.zeros(3)

@@ -126,7 +126,7 @@ def is_member(kind: str, value: ex.Expression) -> ex.Expression:
 
 def _with_last_row(T: ex.Expression, distance: ex.Expression) -> ex.Expression:
     last = T.shape[0] - 1
-    missed = distance**2 + (T[last, last] - 1) ** 2
+    squared_defect = distance**2 + (T[last, last] - 1) ** 2
     for k in range(last):
-        missed += T[last, k] ** 2
-    return ex.sqrt(missed)
+        squared_defect += T[last, k] ** 2
+    return ex.sqrt(squared_defect)

@@ -21,9 +21,9 @@ def pitch(S: ex.Expression) -> ex.Expression:
     """Pitch omega.v / omega.omega [m/rad]; infinite where omega is zero."""
     omega, v = angular(S), linear(S)
     size = length(omega)
-    turning = size > 0
-    divisor = ex.if_else(turning, size, 1.0)
-    return ex.if_else(turning, ex.dot(omega / divisor, v) / divisor, ex.inf)
+    rotates = size > 0
+    divisor = ex.if_else(rotates, size, 1.0)
+    return ex.if_else(rotates, ex.dot(omega / divisor, v) / divisor, ex.inf)
 
 
 def nearest_point(S: ex.Expression) -> ex.Expression:
@@ -84,8 +84,8 @@ def chasles(T: ex.Expression, tolerance: float = TRANSLATION) -> tuple[ex.Expres
     """
     V = se3.log(T)
     omega = angular(V)
-    turning = length(omega) > tolerance
-    V = ex.vertcat(ex.if_else(turning, omega, ex.zeros(3)), ex.if_else(turning, linear(V), se3.translation(T)))
+    rotates = length(omega) > tolerance
+    V = ex.vertcat(ex.if_else(rotates, omega, ex.zeros(3)), ex.if_else(rotates, linear(V), se3.translation(T)))
     return normalised(V), magnitude(V)
 
 

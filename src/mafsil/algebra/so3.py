@@ -136,8 +136,8 @@ def to_axis_angle(R: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """Unit axis (3,) and angle in [0, pi] [rad]; the axis of the identity is x by convention."""
     r = log(R)
     theta = length(r)
-    turning = theta > 0
-    axis = ex.if_else(turning, r / ex.if_else(turning, theta, 1.0), ex.Expression([1, 0, 0]))
+    rotates = theta > 0
+    axis = ex.if_else(rotates, r / ex.if_else(rotates, theta, 1.0), ex.Expression([1, 0, 0]))
     return axis, theta
 
 

@@ -48,7 +48,7 @@ class Root(NamedTuple):
         turn: the angle.
         free: one where every angle solves.
         residual: how far the nearest miss misses, zero where the subproblem is solved.
-        inside: zero where a wanted distance is too long; where it is too short, one, or two if because the point that
+        inside: zero where a given distance is too long; where it is too short, one, or two if because the point that
             is turned is farther from the axis than that from which is measured.
     """
 
@@ -138,7 +138,7 @@ def turns_to_height(
         w: (3,) unit axis through the origin.
         h: (3,) unit direction along which heights are measured.
         p: (3,) point [m].
-        height: wanted height [m].
+        height: given height [m].
         preferred: the turn taken where all are equal.
         scale: size of the arm [m].
     """

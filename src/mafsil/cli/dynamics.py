@@ -57,8 +57,8 @@ def dynamics(
     if duration is not None:
         from mafsil.cli.motion import motion
 
-        load_held = zero if tau is None else efforts("tau", tau, arm.mechanism)
-        return motion(arm, values["q"], values["qd"], load_held, duration, out, friction=not frictionless)
+        constant_efforts = zero if tau is None else efforts("tau", tau, arm.mechanism)
+        return motion(arm, values["q"], values["qd"], constant_efforts, duration, out, friction=not frictionless)
     if tau is None:
         values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
     else:

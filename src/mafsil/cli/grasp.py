@@ -68,22 +68,22 @@ def grasp(
         "opening": None if opening is None else typed("--opening", str(opening)),
     }
     if mesh:
-        asked = {"length": length, "about": about, "clearance": clearance, "push": push}
-        _refuse({"facets": facets, "steps": steps or None, **asked}, "grasp.not_for_mesh", file)
+        options = {"length": length, "about": about, "clearance": clearance, "push": push}
+        _refuse({"facets": facets, "steps": steps or None, **options}, "grasp.not_for_mesh", file)
         return _plan(file, {name: value for name, value in plan.items() if value is not None}, picture)
     _refuse(plan, "grasp.not_for_grasp_file", file)
-    wanted = _Wanted(
+    request = _Request(
         1.0 if length is None else typed("--length", str(length)),
         None if about is None else [typed("--about", str(v)) for v in about],
         None if clearance is None else typed("--clearance", str(clearance)),
         None if push is None else typed("--push", str(push)),
     )
-    return _judge(file, facets, steps, picture, wanted)
+    return _judge(file, facets, steps, picture, request)
 
 
 @dataclass(frozen=True)
-class _Wanted:
-    """What is asked beyond the verdicts."""
+class _Request:
+    """What is requested beyond the verdicts."""
 
     length: float
     about: list[float] | None
@@ -123,26 +123,26 @@ def _plan_picture(plan: GraspPlan, path: Path) -> None:
     save_plan(plan, path)
 
 
-def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None, wanted: _Wanted) -> Answer:
+def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None, request: _Request) -> Answer:
     """Force closure, form closure, free motions, quality, and contact forces if the file has a load."""
     given = read_grasp_file(Path(file))
     grasp_, edges = given.grasp, None if facets is None else _count(facets, "facets")
     found, form, free = grasp_.closure(edges), grasp_.form_closure(), grasp_.free_motions()
-    forces = None if given.load is None else grasp_.resist(given.load, push=wanted.push)
-    quality = grasp_.quality(wanted.length, about=wanted.about) if found.force_closure else None
-    moved = None if wanted.clearance is None else grasp_.motion_within_clearance(wanted.clearance)
+    forces = None if given.load is None else grasp_.resist(given.load, push=request.push)
+    quality = grasp_.quality(request.length, about=request.about) if found.force_closure else None
+    moved = None if request.clearance is None else grasp_.motion_within_clearance(request.clearance)
     data: dict[str, Any] = {
         "grasp": grasp_.to_dict(),
         "closure": found.to_dict(),
         "form_closure": form.to_dict(),
         "second_order": grasp_.second_order().to_dict(),
         "free_motions": {"both_ways": free.reversible, "one_way": free.rays},
-        "quality": None if quality is None else _quality_data(quality, wanted),
+        "quality": None if quality is None else _quality_data(quality, request),
         "clearance": None if moved is None else moved.to_dict(),
         "load": None if forces is None else {"wrench": given.load, **forces.to_dict()},
     }
     remarks = grasp_.explain().split("\n")[1:]
-    lines = [*_head(grasp_), *_verdict(grasp_, found, quality, wanted), *remarks]
+    lines = [*_head(grasp_), *_verdict(grasp_, found, quality, request), *remarks]
     if moved is not None:
         lines += _clearance_lines(moved)
     if forces is not None:
@@ -166,18 +166,18 @@ def _count(value: str | int, name: str) -> int:
         raise InputError("input.numbers", name=f"--{name}", got=repr(value)) from None
 
 
-def _head(held: Grasp) -> list[str]:
-    place = say("grasp.in_plane" if held.dimension == 2 else "grasp.in_space")
+def _head(grasp: Grasp) -> list[str]:
+    place = say("grasp.in_plane" if grasp.dimension == 2 else "grasp.in_space")
     rows = [
         (c.name or str(k), vector(c.point), vector(c.normal), number(c.mu, 4), number(c.gamma, 4))
-        for k, c in enumerate(held.contacts)
+        for k, c in enumerate(grasp.contacts)
     ]
     head = (say("grasp.contact_head"), say("grasp.point_head"), say("grasp.normal_head"), "mu", "gamma")
-    return [say("grasp.title", name=held.name or "-", count=len(held), place=place), *table(head, rows)]
+    return [say("grasp.title", name=grasp.name or "-", count=len(grasp), place=place), *table(head, rows)]
 
 
-def _quality_data(quality: GraspQuality, wanted: _Wanted) -> dict[str, Any]:
-    return {**quality.to_dict(), "length": wanted.length, "about": wanted.about}
+def _quality_data(quality: GraspQuality, request: _Request) -> dict[str, Any]:
+    return {**quality.to_dict(), "length": request.length, "about": request.about}
 
 
 def _clearance_lines(found: ClearanceMotion) -> list[str]:
@@ -190,17 +190,17 @@ def _clearance_lines(found: ClearanceMotion) -> list[str]:
     return [say(key, clearance=found.clearance), *table(head, rows)]
 
 
-def _verdict(held: Grasp, found: Closure, quality: GraspQuality | None, wanted: _Wanted) -> list[str]:
+def _verdict(grasp: Grasp, found: Closure, quality: GraspQuality | None, request: _Request) -> list[str]:
     lines = [found.explain()]
     if quality is not None:
         exact = quality.upper <= quality.epsilon * (1 + 1e-9)
         key = "grasp.quality" if exact else "grasp.quality_between" if quality.converged else "grasp.quality_gap"
-        point = vector(np.zeros(held.dimension) if wanted.about is None else np.array(wanted.about))
-        lines.append(say(key, epsilon=quality.epsilon, upper=quality.upper, length=wanted.length, point=point))
+        point = vector(np.zeros(grasp.dimension) if request.about is None else np.array(request.about))
+        lines.append(say(key, epsilon=quality.epsilon, upper=quality.upper, length=request.length, point=point))
         if found.weakest_direction is not None:
             lines.append(say("grasp.weakest_direction", wrench=vector(found.weakest_direction)))
-    if held.dimension == 2 and len(held) == 2 and all(c.mu > 0 for c in held.contacts):
-        lines.append(two_fingers(*held.contacts).status.sentence())
+    if grasp.dimension == 2 and len(grasp) == 2 and all(c.mu > 0 for c in grasp.contacts):
+        lines.append(two_fingers(*grasp.contacts).status.sentence())
     return lines
 
 

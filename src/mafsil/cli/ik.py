@@ -34,12 +34,12 @@ def ik(
     Args:
         robot: name or file.
         pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes, as typed.
-        all: print all solutions; else the one within the limits that is farthest from singular postures.
+        all: print all solutions; else the one within the limits that is farthest from singular configurations.
         task: `pose`, `position` or `axis`; `position` if only three numbers are given.
         frame: a link; the tip frame if None.
         tip: another tip link.
         degrees: whether bare angles are degrees, and angles are printed so.
-        picture: file for a picture of the postures printed, or None.
+        picture: file for a picture of the configurations printed, or None.
 
     Raises:
         MafsilError: no such robot or frame, not three or six finite numbers.
@@ -48,8 +48,8 @@ def ik(
         require_kind(picture, PLAIN)
     arm = load(robot, tip=tip)
     T = typed_pose("pose", pose, degrees=degrees)
-    asked = task or ("position" if len(pose) == 3 else "pose")
-    answer = inverse_kinematics(arm, T, frame=frame, task=asked)  # pyright: ignore[reportArgumentType]
+    requested = task or ("position" if len(pose) == 3 else "pose")
+    answer = inverse_kinematics(arm, T, frame=frame, task=requested)  # pyright: ignore[reportArgumentType]
     assert isinstance(answer, SolutionSet)
     explanation = answer.explain().splitlines()
     rows = _chosen(answer, all)
@@ -57,7 +57,7 @@ def ik(
     data = {
         "robot": arm.name,
         "pose": T,
-        "task": asked,
+        "task": requested,
         "status": answer.status.name.lower(),
         "explanation": explanation,
         "complete": answer.complete,

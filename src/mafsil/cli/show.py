@@ -86,7 +86,7 @@ def _screws(mechanism: Mechanism) -> list[str]:
 
 
 def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
-    """Screw axis (omega, v) of each joint in {s} at q = 0, rounding dust removed."""
+    """Screw axis (omega, v) of each joint in {s} at q = 0, roundoff removed."""
     poses = [np.asarray(mechanism.T_sb)]
     screws: dict[str, list[float]] = {}
     for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):

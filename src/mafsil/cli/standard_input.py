@@ -13,7 +13,7 @@ from typing import Any
 from mafsil.cli.operation import Operation
 from mafsil.errors import FileError
 
-MARK = "-"
+STANDARD_INPUT = "-"
 LARGEST = 200_000_000
 """Bytes; the readers behind it have narrower limits of their own."""
 _ROOTS = {b"mujoco": ".xml", b"sdf": ".sdf"}
@@ -32,7 +32,7 @@ def as_files(operation: Operation, given: dict[str, Any]) -> Generator[dict[str,
     Raises:
         FileError: nothing comes, or too much, or two arguments ask for it.
     """
-    asking = [one.name for one in operation.parameters if one.reads and given.get(one.name) == MARK]
+    asking = [one.name for one in operation.parameters if one.reads and given.get(one.name) == STANDARD_INPUT]
     if not asking:
         yield given
         return

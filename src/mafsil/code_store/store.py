@@ -268,11 +268,11 @@ def _limit() -> int:
         return LIMIT_MIB << 20
 
 
-_told: set[str] = set()
+_warned: set[str] = set()
 
 
 def warn(key: str, **details: str) -> None:
     """Say it once in a process."""
-    if key not in _told:
-        _told.add(key)
+    if key not in _warned:
+        _warned.add(key)
         warnings.warn(say(key, **details), CacheWarning, stacklevel=2)

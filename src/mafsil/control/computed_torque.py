@@ -1,4 +1,4 @@
-"""Computed torque: the model turns the wanted acceleration into efforts, so the error obeys linear equations."""
+"""Computed torque: the model turns the desired acceleration into efforts, so the error obeys linear equations."""
 
 from __future__ import annotations
 

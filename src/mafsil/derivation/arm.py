@@ -218,9 +218,9 @@ def symbolic_arm(mechanism: Mechanism, convention: Convention | str | None = Con
     Raises:
         ModelError: a mimic or helical joint on the chain, or no joint at all; an unknown convention.
     """
-    wanted = None if convention is None else convention_of(convention)
-    classic = None if wanted is Convention.MODIFIED else typed_classic(mechanism)
-    if wanted is Convention.CLASSIC and classic is None:
+    requested = None if convention is None else convention_of(convention)
+    classic = None if requested is Convention.MODIFIED else typed_classic(mechanism)
+    if requested is Convention.CLASSIC and classic is None:
         classic = classic_from_modified(best_table(mechanism))
     table = best_table(mechanism) if classic is None else modified_core(classic)
     letters: dict[str, float] = {}
@@ -263,22 +263,22 @@ def best_table(mechanism: Mechanism) -> DHTable:
 
 
 def _offsets(table: DHTable) -> tuple[int, int]:
-    turning = [row.theta + row.offset for row in table.rows if row.kind == "R"]
-    return sum(abs(x) > NOTHING for x in turning), sum(row.alpha < -NOTHING for row in table.rows)
+    angles = [row.theta + row.offset for row in table.rows if row.kind == "R"]
+    return sum(abs(x) > NOTHING for x in angles), sum(row.alpha < -NOTHING for row in table.rows)
 
 
 def _row(i: int, row: DHRow, planar: bool, letters: dict[str, float]) -> SymbolicRow:
     alpha, alpha_quarters = _angle(f"alpha{i - 1}", row.alpha, letters)
-    turning = row.kind == "R"
+    revolute = row.kind == "R"
     theta, theta_quarters = ((f"theta{i}", 1),), round((row.theta - _rest(row.theta)) / (pi / 2))
-    if not turning:
+    if not revolute:
         theta, theta_quarters = _angle(f"theta{i}_", row.theta, letters)
     d = _length(f"d{i}", row.d, letters)
     return SymbolicRow(
         _length(f"L{i - 1}" if planar else f"a{i - 1}", row.a, letters),
         alpha,
         alpha_quarters,
-        d if turning else d + symbol(f"q{i}", i),
+        d if revolute else d + symbol(f"q{i}", i),
         theta,
         theta_quarters,
         row,

@@ -16,7 +16,7 @@ from mafsil.model.appearance import part_of
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.mass_properties import combined
 
-DUST = 1e-12
+ROUNDING = 1e-12
 """Moments below this share of the largest are rounding."""
 
 
@@ -133,14 +133,14 @@ def _com(arm: SymbolicArm, i: int, com: Floats, flat: bool, letters: dict[str, f
 
 
 def _inertia(i: int, inertia: Floats, flat: bool, letters: dict[str, float]) -> Entries:
-    dust = DUST * float(np.abs(inertia).max())
+    roundoff = ROUNDING * float(np.abs(inertia).max())
     if flat:
-        moment = _letter(f"I{i}", float(inertia[2, 2]), letters, dust)
+        moment = _letter(f"I{i}", float(inertia[2, 2]), letters, roundoff)
         return ((ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO), (ZERO, ZERO, moment))
     names = ("xx", "xy", "xz", "yy", "yz", "zz")
     places = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
     entries = {
-        place: _letter(f"I_{i}{name}", float(inertia[place]), letters, dust)
+        place: _letter(f"I_{i}{name}", float(inertia[place]), letters, roundoff)
         for name, place in zip(names, places, strict=True)
     }
     return tuple(tuple(entries[min(r, c), max(r, c)] for c in range(3)) for r in range(3))
@@ -156,8 +156,8 @@ def _gravity(mechanism: Mechanism, letters: dict[str, float]) -> Row:
     return x, y, z
 
 
-def _letter(name: str, value: float, letters: dict[str, float], dust: float) -> Polynomial:
-    if abs(value) <= dust:
+def _letter(name: str, value: float, letters: dict[str, float], roundoff: float) -> Polynomial:
+    if abs(value) <= roundoff:
         return ZERO
     letters[name] = value
     return symbol(name)

@@ -54,7 +54,7 @@ def check_dh(
         InputError: another number of rows, or a row that cannot be read.
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
-    wanted = convention_of(convention)
+    requested = convention_of(convention)
     with catch_warnings(action="ignore", category=InputWarning):
         # Degrees taken for radians are a finding here.
         given: Rows = dh_rows(rows, columns=columns, degrees=degrees)
@@ -66,16 +66,16 @@ def check_dh(
     )
     if len(given) != len(truth.S):
         raise InputError("derivation.rows", got=len(given), expected=len(truth.S))
-    if truth.agreeing([given], wanted)[0]:
+    if truth.agreeing([given], requested)[0]:
         return Review()
-    other = other_convention(given, wanted)
+    other = other_convention(given, requested)
     if truth.agreeing([given], other.convention)[0]:
         return Review((other.finding,))
-    found = _repaired(given, wanted, truth)
+    found = _repaired(given, requested, truth)
     if found is None:
         beside = _repaired(given, other.convention, truth, pairs=False)
         found = None if beside is None else replace(beside, findings=(other.finding, *beside.findings))
-    return _differences(given, truth, wanted) if found is None else found
+    return _differences(given, truth, requested) if found is None else found
 
 
 def _repaired(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool = True) -> Review | None:

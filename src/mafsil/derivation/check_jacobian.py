@@ -197,21 +197,21 @@ def _in_formula(
     if finding.row is None or finding.column is None:
         return finding
     r, c = finding.row - 1, finding.column - 1
-    tree, wanted = trees[r][c], right[:, r, c]
+    tree, right_entry = trees[r][c], right[:, r, c]
     given = ast.unparse(tree)
     for mistake, changed in repaired(tree, n, reading.letters):
-        if _equal(_numbers(changed, reading.names), wanted, tolerance):
+        if _equal(_numbers(changed, reading.names), right_entry, tolerance):
             return Finding(mistake, finding.row, finding.column, given=given, expected=ast.unparse(changed))
-    here = _equal(_numbers(tree, reading.names)[:KEPT], wanted[:KEPT], tolerance)
+    here = _equal(_numbers(tree, reading.names)[:KEPT], right_entry[:KEPT], tolerance)
     at = ", ".join(shown(float(x)) for x in reading.q[0])
-    expected = f"{shown(float(wanted[0]))} (q = ({at}))"
+    expected = f"{shown(float(right_entry[0]))} (q = ({at}))"
     return replace(finding, mistake=Mistake.LENGTHS if here else Mistake.VALUE, given=given, expected=expected)
 
 
 def _with_expected(review: Review, mechanism: Mechanism, kind: Kind, rows: int) -> Review:
     """Where no mistake gave the right formula, ours stands there."""
-    wanted = [f.column for f in review.findings if f.column is not None and _needs_formula(f)]
-    formulas = expected_formulas(mechanism, kind, rows, wanted) if wanted else {}
+    columns = [f.column for f in review.findings if f.column is not None and _needs_formula(f)]
+    formulas = expected_formulas(mechanism, kind, rows, columns) if columns else {}
     findings: list[Finding] = []
     for finding in review.findings:
         column = formulas.get(finding.column or 0)

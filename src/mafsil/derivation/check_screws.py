@@ -79,19 +79,19 @@ def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float)
 def _mistaken(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Mistake, str, Vector6]]:
     """What the axis would be after each mistake."""
     omega, v = truth[i, :3], truth[i, 3:]
-    turning = bool(omega.any())
-    if turning and v.any():
+    revolute = bool(omega.any())
+    if revolute and v.any():
         yield Mistake.CROSS_ORDER, "v", np.concatenate([omega, -v])
         yield Mistake.NO_MOMENT, "v", np.concatenate([omega, np.zeros(3)])
     yield Mistake.REVERSED, "S", -truth[i]
-    if turning:
+    if revolute:
         yield Mistake.SIGN, "ω", np.concatenate([-omega, v])
     yield Mistake.PARTS_SWAPPED, "S", np.concatenate([v, omega])
     yield Mistake.FRAME, "S", other[i]
     for k in range(len(truth)):
         if k != i:
             yield Mistake.COLUMN_SWAPPED, "S", truth[k]
-    if turning:
+    if revolute:
         yield Mistake.KIND, "S", np.concatenate([np.zeros(3), omega])
     else:
         yield Mistake.KIND, "S", np.concatenate([v, np.zeros(3)])

@@ -53,8 +53,8 @@ class Truth:
         """(m,) which of the tables are the robot."""
         if not tables:
             return np.zeros(0, dtype=np.bool_)
-        numbers, turning = _numbers(tables)
-        return np.abs(self._misfit(numbers, turning, convention)).max(axis=1, initial=0.0) <= self.tolerance
+        numbers, revolute = _numbers(tables)
+        return np.abs(self._misfit(numbers, revolute, convention)).max(axis=1, initial=0.0) <= self.tolerance
 
     def solved(self, rows: Rows, convention: Convention) -> list[Solved]:
         """Every entry that alone can make the table right, with the value that does.
@@ -66,7 +66,7 @@ class Truth:
         given, turns = _numbers([rows])
         places = [(i, f, x) for i in range(len(rows)) for f in range(4) for x in _starts(f, float(given[0, i, f]))]
         numbers = np.repeat(given, len(places), axis=0)
-        turning = np.repeat(turns, len(places), axis=0)
+        revolute = np.repeat(turns, len(places), axis=0)
         at = (np.arange(len(places)), np.array([p[0] for p in places]), np.array([p[1] for p in places]))
         numbers[at] = [p[2] for p in places]
         size = max(1e-3, float(np.abs(given[..., 1:3]).max(initial=0.0)))
@@ -75,12 +75,12 @@ class Truth:
             ahead, behind = numbers.copy(), numbers.copy()
             ahead[at] += width
             behind[at] -= width
-            error = self._misfit(numbers, turning, convention)
-            slope = (self._misfit(ahead, turning, convention) - self._misfit(behind, turning, convention)) / (
+            error = self._misfit(numbers, revolute, convention)
+            slope = (self._misfit(ahead, revolute, convention) - self._misfit(behind, revolute, convention)) / (
                 2 * width[:, None]
             )
             numbers[at] -= (error * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), 1e-12)
-        fits = np.abs(self._misfit(numbers, turning, convention)).max(axis=1) <= self.tolerance
+        fits = np.abs(self._misfit(numbers, revolute, convention)).max(axis=1) <= self.tolerance
         return _nearest(given[0], [(*places[k][:2], float(numbers[at][k])) for k in np.flatnonzero(fits)])
 
     def tables(self, convention: Convention) -> list[Rows]:
@@ -92,9 +92,9 @@ class Truth:
         own = islice(tables_of_screws(self.S, self.home), _MOST_TABLES)
         return [(t if convention is Convention.MODIFIED else classic_from_modified(t)).rows for t in own]
 
-    def _misfit(self, numbers: Floats, turning: Floats, convention: Convention) -> Floats:
+    def _misfit(self, numbers: Floats, revolute: Floats, convention: Convention) -> Floats:
         """(m, k) differences of axes, and of the tip's pose where the tool is given."""
-        S, ends = _axes(numbers, turning, convention, np.eye(4) if self.base is None else self.base)
+        S, ends = _axes(numbers, revolute, convention, np.eye(4) if self.base is None else self.base)
         if self.base is not None:
             B = np.broadcast_to(np.eye(4), ends.shape)
         elif self.tool is not None:
@@ -139,7 +139,7 @@ def _numbers(tables: Sequence[Rows]) -> tuple[Floats, Floats]:
     return numbers, np.array([[row.kind == "R" for row in rows] for rows in tables])
 
 
-def _axes(numbers: Floats, turning: Floats, convention: Convention, base: PoseMatrix) -> tuple[Floats, Floats]:
+def _axes(numbers: Floats, revolute: Floats, convention: Convention, base: PoseMatrix) -> tuple[Floats, Floats]:
     """(m, n, 6) screw axes at q = 0 and (m, 4, 4) poses of {n}."""
     T = np.broadcast_to(base, (len(numbers), 4, 4))
     axes = np.zeros((*numbers.shape[:2], 6))
@@ -147,7 +147,7 @@ def _axes(numbers: Floats, turning: Floats, convention: Convention, base: PoseMa
         before, T = T, T @ _link(numbers[:, i], convention)
         frame = T if convention is Convention.MODIFIED else before
         z, moment = frame[:, :3, 2], np.cross(frame[:, :3, 3], frame[:, :3, 2])
-        turns = turning[:, i, None]
+        turns = revolute[:, i, None]
         axes[:, i, :3] = np.where(turns, z, 0.0)
         axes[:, i, 3:] = np.where(turns, moment, z)
     return axes, T
@@ -172,7 +172,7 @@ def _starts(field: int, given: float) -> list[float]:
 
 
 def _nearest(given: Floats, found: list[tuple[int, int, float]]) -> list[Solved]:
-    """For every entry the value nearest to the given one; angles within half a turn, dust and whole shares tidied."""
+    """For every entry the value nearest to the given one; angles within half a turn, cleaned of roundoff."""
     best: dict[tuple[int, int], float] = {}
     for i, f, value in found:
         tidy = _tidy(value, FIELDS[f])

@@ -239,7 +239,7 @@ def _recursion(judge: DynamicsJudge, method: Lagrange, other: NewtonEuler) -> li
     """
     for i, (one, two) in enumerate(zip(method.tau, other.tau, strict=True), start=1):
         if not same(one, two):
-            raise DerivationError("derivation.roads_differ", joint=i)
+            raise DerivationError("derivation.methods_differ", joint=i)
     lines = [*_twists(judge, "V", other.V), *_twists(judge, "V̇", other.dV), *_twists(judge, "F", other.F)]
     tau = np.asarray(judge.robot.inverse_dynamics(judge.q, judge.qd, judge.qdd))[:, judge.places]
     last = [

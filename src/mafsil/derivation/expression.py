@@ -164,19 +164,19 @@ def _written(node: Expression, style: _Style, outer: int = 0) -> str:
         return style.name(str(node.leaf))
     if node.kind == "number":
         return style.number(float(node.leaf))
-    strength = _BINDING.get(node.kind)
-    if strength is None:
+    binding = _BINDING.get(node.kind)
+    if binding is None:
         return style.call(node.kind, [_written(part, style, 4 if node.kind == "square" else 0) for part in node.parts])
     if node.kind == "/" and style.fraction is not None:
         return style.fraction(*(_written(part, style) for part in node.parts))
     if node.kind == "neg":
         text = style.between["−"].strip() + _written(node.parts[0], style, 2)
     else:
-        # The right operand of a difference, a quotient or a vector product needs brackets at equal strength.
-        right = strength + (node.kind in ("−", "/", "×", "·", "±"))
+        # The right operand of a difference, a quotient or a vector product needs brackets at equal binding.
+        right = binding + (node.kind in ("−", "/", "×", "·", "±"))
         left, last = node.parts
-        text = _written(left, style, strength) + style.between[node.kind] + _written(last, style, right)
-    return style.bracket(text) if strength < outer else text
+        text = _written(left, style, binding) + style.between[node.kind] + _written(last, style, right)
+    return style.bracket(text) if binding < outer else text
 
 
 def _plain_name(name: str) -> str:

@@ -84,8 +84,8 @@ def _cell(cell: Polynomial | str) -> str:
         return _math(formula(cell))
     if not cell.startswith("theta"):
         return _math(f"<mn>{escape(cell)}</mn>")
-    stem, mark, rest = split_angle(cell)
-    return _math(_sub(*glyph(stem)) + (f"<mo>{mark}</mo><mn>{rest}</mn>" if mark else ""))
+    stem, sign, rest = split_angle(cell)
+    return _math(_sub(*glyph(stem)) + (f"<mo>{sign}</mo><mn>{rest}</mn>" if sign else ""))
 
 
 def _math(inside: str) -> str:

@@ -19,7 +19,7 @@ from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import of_mechanism
 
 Solve = Callable[[PoseMatrix], Floats]
-"""(4, 4) pose to (k, n) all its solutions: the solver that the lines are held against."""
+"""(4, 4) pose to (k, n) all its solutions: the solver that the lines are checked against."""
 
 
 @of_mechanism
@@ -74,7 +74,7 @@ def _structure(mechanism: Mechanism, pattern: ArmPattern, judge: AngleJudge) -> 
     }
     kind = pattern.family.value
     if pattern.family is Family.SPHERICAL_WRIST:
-        kind += "_" + pattern.positioning.value + ("_slide" if pattern.prismatic[2] else "")
+        kind += "_" + pattern.positioning.value + ("_prismatic" if pattern.prismatic[2] else "")
     lines = [Line((Name("m"),), (vector_text(pattern.centre) + " m",))] if pattern.family is not Family.PLANAR else []
     if pattern.positioning is PositioningMethod.MEET and pattern.family is Family.SPHERICAL_WRIST:
         lines.append(Line((Name("o"),), (vector_text(pattern.meeting) + " m",)))
@@ -168,7 +168,7 @@ def _distance(
         root = function("sqrt", function("square", along) - function("square", named(x)) + reach)
         lines.append(judge.solved(k, plus_minus(-along, root)))
         lines.append(judge.define("g", moved + judge.angle(k) * judge.w(k)))
-        return Step("derivation.ik_slide", judge.details(k, k - 1), tuple(lines))
+        return Step("derivation.ik_prismatic", judge.details(k, k - 1), tuple(lines))
     lines += [judge.define(x, moved - judge.r(k)), judge.define(y, judge.r(k) - centre)]
     along = (judge.w(k).dot(named(x)), judge.w(k).dot(named(y)))
     lines += judge.elementary(

@@ -196,7 +196,7 @@ def vector_text(values: Floats) -> str:
 
 
 def number_text(value: float) -> str:
-    """Six digits; rounding dust is zero."""
+    """Six digits; roundoff is zero."""
     return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
 
 

@@ -235,8 +235,8 @@ def _table(system: _System) -> Grid:
 
 
 def _index(name: str) -> str:
-    mark = glyph(name)
-    return mark.letter + mark.below
+    found = glyph(name)
+    return found.letter + found.below
 
 
 def _compared(judge: _Judge, newton: Mapping[str, str], forces: Row) -> Step:

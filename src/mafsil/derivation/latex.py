@@ -127,9 +127,9 @@ def _grid(grid: Grid) -> list[str]:
 def _cell(cell: Polynomial | str) -> str:
     if isinstance(cell, Polynomial):
         return formula(cell)
-    stem, mark, rest = split_angle(cell) if cell.startswith("theta") else (cell, "", "")
+    stem, sign, rest = split_angle(cell) if cell.startswith("theta") else (cell, "", "")
     named = _glyph(glyph(stem)) if stem.startswith("theta") else stem
-    return (named + mark + rest).replace("−", "-").replace("°", r"^\circ")
+    return (named + sign + rest).replace("−", "-").replace("°", r"^\circ")
 
 
 def _line(line: Line) -> list[str]:
@@ -240,7 +240,7 @@ def _factor(factor: Factor) -> str:
     assert isinstance(factor, Trig)
     inside = ""
     for sign, multiple, letter in signed_angles(factor.angle):
-        mark = "-" if sign == "−" else "+"
-        inside += f" {mark} " if inside else ("-" if mark == "-" else "")
+        shown = "-" if sign == "−" else "+"
+        inside += f" {shown} " if inside else ("-" if shown == "-" else "")
         inside += ("" if multiple == 1 else str(multiple)) + _glyph(letter)
     return rf"\{'sin' if factor.sine else 'cos'}({inside})"

@@ -89,7 +89,7 @@ def _used_names(trees: Sequence[Sequence[ast.expr]]) -> set[str]:
 def _meanings(own: Mapping[str, float], letters: Mapping[str, float]) -> Iterator[dict[str, str]]:
     """Which of the arm's letters each of the student's is, `-` in front for its negative: those with its number."""
     choices = [
-        [mark + letter for letter, x in letters.items() for mark, y in (("", x), ("-", -x)) if abs(value - y) < _SAME]
+        [sign + letter for letter, x in letters.items() for sign, y in (("", x), ("-", -x)) if abs(value - y) < _SAME]
         for value in own.values()
     ]
     for chosen in islice(product(*choices), _MOST_READINGS):

@@ -48,7 +48,7 @@ def rotation_z(angle: Angle, quarters: int = 0) -> Entries:
 
 
 def numbers(values: Floats) -> Entries:
-    """A matrix of numbers, rounding dust of zeros and ones removed."""
+    """A matrix of numbers, roundoff of zeros and ones removed."""
     rounded = np.where(np.abs(values - np.round(values)) < 1e-12, np.round(values), values)
     return tuple(tuple(constant(float(x)) for x in row) for row in rounded)
 

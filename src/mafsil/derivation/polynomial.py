@@ -21,7 +21,7 @@ Values: TypeAlias = Mapping[str, Any]
 RATES = ("dtheta", "dq", "ddtheta", "ddq")
 """Letters of rates and accelerations."""
 _FIRST = {"m": 0, "I": 0, "g": 1}
-DUST = 1e-13
+ROUNDING = 1e-13
 """Coefficients smaller than this are rounding."""
 
 
@@ -113,11 +113,11 @@ class Polynomial:
 
 
 def collected(terms: Iterable[tuple[Monomial, float]]) -> Polynomial:
-    """The sum of terms, like ones together, dust removed."""
+    """The sum of terms, like ones together, roundoff removed."""
     total: dict[Monomial, float] = {}
     for monomial, number in terms:
         total[monomial] = total.get(monomial, 0.0) + number
-    return Polynomial({m: tidy(x) for m, x in sorted(total.items(), key=_place) if abs(x) > DUST})
+    return Polynomial({m: tidy(x) for m, x in sorted(total.items(), key=_place) if abs(x) > ROUNDING})
 
 
 def constant(number: float) -> Polynomial:
@@ -265,7 +265,7 @@ def _slopes(factor: Factor, name: str) -> list[tuple[Monomial, float]]:
 def tidy(number: float) -> float:
     """The nearest half integer if it is that but for rounding."""
     nearest = round(2 * number) / 2
-    return nearest if abs(number - nearest) < DUST else number
+    return nearest if abs(number - nearest) < ROUNDING else number
 
 
 def _place(term: tuple[Monomial, float]) -> tuple[object, ...]:

@@ -30,7 +30,7 @@ def base_between(S: Floats, other: Floats) -> Floats:
 
     1. The rotation between the directions (Kabsch). Where all are parallel, or almost, it leaves a turn about them
        free: there the turn that fits the places of the axes in the plane across them is tried too.
-    2. The origin by linear least squares: p x omega' = v' - R v for every turning axis.
+    2. The origin by linear least squares: p x omega' = v' - R v for every revolute axis.
     3. Where the misfit is small, all six freedoms together by Gauss-Newton: places also tell directions.
 
     Args:
@@ -39,23 +39,23 @@ def base_between(S: Floats, other: Floats) -> Floats:
 
     Reference: Kabsch, Acta Crystallographica A 32, 1976.
     """
-    turning = np.abs(S[..., :3]).max(axis=-1) > 0.5
-    before = np.where(turning[..., None], S[..., :3], S[..., 3:])
+    revolute = np.abs(S[..., :3]).max(axis=-1) > 0.5
+    before = np.where(revolute[..., None], S[..., :3], S[..., 3:])
     after = np.where((np.abs(other[:, :3]).max(axis=1) > 0.5)[:, None], other[:, :3], other[:, 3:])
     U, sizes, Vt = np.linalg.svd(np.einsum("nj,mnk->mjk", after, before))
     U[..., 2] *= np.linalg.det(U @ Vt)[:, None]
     R = U @ Vt
-    B = _with_origin(R, S, other, turning)
+    B = _with_origin(R, S, other, revolute)
     flat = sizes[:, 1] < ALMOST_PARALLEL * sizes[:, 0]
     if flat.any():
-        spun = _spun(R[flat], S[flat], other, after[0], turning[flat])
-        B[flat] = _better(S[flat], other, B[flat], _with_origin(spun, S[flat], other, turning[flat]))
+        spun = _spun(R[flat], S[flat], other, after[0], revolute[flat])
+        B[flat] = _better(S[flat], other, B[flat], _with_origin(spun, S[flat], other, revolute[flat]))
     return _refined(S, other, B)
 
 
-def _with_origin(R: Floats, S: Floats, other: Floats, turning: Floats) -> Floats:
+def _with_origin(R: Floats, S: Floats, other: Floats, revolute: Floats) -> Floats:
     """Poses (m, 4, 4) with those rotations, and p with R v + p x R omega = v' as nearly as possible."""
-    omega = (R[:, None] @ S[..., :3, None])[..., 0] * turning[..., None]
+    omega = (R[:, None] @ S[..., :3, None])[..., 0] * revolute[..., None]
     missing = other[:, 3:] - (R[:, None] @ S[..., 3:, None])[..., 0]
     square = np.einsum("mni,mni->m", omega, omega)[:, None, None] * np.eye(3) - np.einsum("mni,mnj->mij", omega, omega)
     right = np.cross(omega, missing).sum(axis=1)
@@ -65,9 +65,9 @@ def _with_origin(R: Floats, S: Floats, other: Floats, turning: Floats) -> Floats
     return B
 
 
-def _spun(R: Floats, S: Floats, other: Floats, z: Floats, turning: Floats) -> Floats:
+def _spun(R: Floats, S: Floats, other: Floats, z: Floats, revolute: Floats) -> Floats:
     """Rotations turned further about z, the direction of all axes, so that the axes' places fit."""
-    weight = turning[..., None].astype(np.float64)
+    weight = revolute[..., None].astype(np.float64)
     count = np.maximum(weight.sum(axis=1, keepdims=True), 1.0)
     mine = np.cross(S[..., :3], S[..., 3:]) @ R.transpose(0, 2, 1)
     theirs = np.broadcast_to(np.cross(other[:, :3], other[:, 3:]), mine.shape)

@@ -118,16 +118,16 @@ def cell_text(cell: Polynomial | str) -> str:
     """A cell of a table."""
     if isinstance(cell, Polynomial):
         return formula(cell)
-    stem, mark, rest = split_angle(cell)
+    stem, sign, rest = split_angle(cell)
     letter = glyph(stem)
-    return f"{letter.letter}{letter.below}{mark}{rest}" if stem.startswith("theta") else cell
+    return f"{letter.letter}{letter.below}{sign}{rest}" if stem.startswith("theta") else cell
 
 
 def split_angle(cell: str) -> tuple[str, str, str]:
     """`theta2+90°` as name, sign and offset."""
-    mark = next((m for m in "+−" if m in cell[1:]), "")
-    stem, _, rest = cell.partition(mark) if mark else (cell, "", "")
-    return stem, mark, rest
+    sign = next((m for m in "+−" if m in cell[1:]), "")
+    stem, _, rest = cell.partition(sign) if sign else (cell, "", "")
+    return stem, sign, rest
 
 
 def name_text(name: Name) -> str:

@@ -60,7 +60,7 @@ def draw_planar_configurations(
     corners = [_corners(robot, row) for row in q]
     lengths = np.linalg.norm(np.diff(corners[0], axis=0), axis=1)
     annulus = reachable_annulus(lengths)
-    _ring(axes, corners[0][0], annulus.inner, annulus.outer)
+    _annulus(axes, corners[0][0], annulus.inner, annulus.outer)
     for k, (points, name) in enumerate(zip(corners, names, strict=True)):
         colour = colours[k % len(colours)]
         line = "-" if within[k] else (0, (3, 2))
@@ -93,7 +93,7 @@ def _corners(robot: Robot, q: Floats) -> Floats:
     return np.array(places) @ basis.T
 
 
-def _ring(axes: Any, centre: Floats, inner: float, outer: float) -> None:
+def _annulus(axes: Any, centre: Floats, inner: float, outer: float) -> None:
     """What the tip reaches, pale; its boundaries as circles."""
     from matplotlib.patches import Circle
 

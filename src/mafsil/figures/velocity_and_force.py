@@ -1,4 +1,4 @@
-"""Pictures of velocity kinematics and statics: joint axes of a posture, forces on links, frames that no table has."""
+"""Pictures of velocity kinematics and statics: joint axes, forces on links, frames that no table has."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REACH = 1.15
 
 
 def save_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
-    """Draw the axes of all joints of a posture: the columns of the space Jacobian, each with what it adds at the tip.
+    """Draw the axes of all joints at a configuration: the columns of the space Jacobian, each with its part at the tip.
 
     Args:
         robot: the arm.

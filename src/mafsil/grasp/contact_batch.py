@@ -41,7 +41,7 @@ class ClosureBatch(Answer):
         torsions: (*batch, k) the moments about the normals that belong to them, of soft fingers.
         certificate: (*batch, m) where not, y != 0 with y . w >= 0 for every wrench of the contacts: the external wrench
             y cannot be resisted; NaN elsewhere.
-        asked_again: how many were too near the boundary and went to the single test.
+        rechecked: how many were too near the boundary and went to the single test.
         contacts: (*batch, k, 2 d + 2) point, normal, mu and gamma of each contact.
     """
 
@@ -49,7 +49,7 @@ class ClosureBatch(Answer):
     forces: Floats
     torsions: Floats
     certificate: Floats
-    asked_again: int
+    rechecked: int
     contacts: Floats
 
     @property
@@ -75,7 +75,7 @@ class ClosureBatch(Answer):
         if isinstance(chosen, ClosureStatus):
             return Grasp(_contacts_of(self.contacts[index])).closure()
         forces, torsions, certificate = self.forces[index], self.torsions[index], self.certificate[index]
-        return ClosureBatch(chosen, forces, torsions, certificate, self.asked_again, self.contacts[index])
+        return ClosureBatch(chosen, forces, torsions, certificate, self.rechecked, self.contacts[index])
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """The verdict on one grasp as a sentence; without an index how many grasps are closed."""

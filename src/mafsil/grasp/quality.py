@@ -119,7 +119,7 @@ def quality_of_discs(discs: Floats, *, together: bool = False, tolerance: float 
     Args:
         discs: (k, parts, m) as in `solvers.hull_growth_loops`.
         together: sum of the sets instead of the hull of their union.
-        tolerance: wanted gap of the bounds, relative; growth aims at half of it.
+        tolerance: largest gap of the bounds, relative; growth aims at half of it.
 
     Returns:
         The quality, or None if rounding spoilt the search.

@@ -38,7 +38,7 @@ class WrenchClosureBatch(Answer):
         force_closure: (b,) whether they are closed; marginal sets are not.
         combination: (b, n) x > 0 with A x = 0 and sum 1 where yes; NaN elsewhere.
         certificate: (b, m) y != 0 with A' y >= 0 where no; NaN elsewhere.
-        asked_again: how many were too near the boundary and went to the single test.
+        rechecked: how many were too near the boundary and went to the single test.
     """
 
     status: NDArray[np.object_]
@@ -46,7 +46,7 @@ class WrenchClosureBatch(Answer):
     force_closure: NDArray[np.bool_]
     combination: Floats
     certificate: Floats
-    asked_again: int
+    rechecked: int
 
     def __bool__(self) -> bool:
         return bool(self.force_closure.all())

@@ -141,7 +141,7 @@ def _identified(
     )
     remarks = [*remarks, *start.remarks]
     if not rotors:
-        remarks += _rotors_asked_for(full, problem.stack, fit)
+        remarks += _rotors_needed(full, problem.stack, fit)
     return Identification(
         robot=Robot(with_parameters(model, found, rotors)),
         before=model.robot,
@@ -173,7 +173,7 @@ def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, afte
     )
 
 
-def _rotors_asked_for(full: RegressorStack, without: RegressorStack, fit: Fit) -> list[Remark]:
+def _rotors_needed(full: RegressorStack, without: RegressorStack, fit: Fit) -> list[Remark]:
     """Whether rows fit so much better with rotors that it cannot be chance."""
     k = full.triangles.shape[-1] - 1
     R = full.weighted(fit.noise)

@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint vectors that bring a frame to a wanted pose, with honest verdicts."""
+"""Inverse kinematics: joint vectors that bring a frame to a desired pose, with honest verdicts."""
 
 from mafsil.ik.analysis import closed_form as closed_form
 from mafsil.ik.analysis import elimination as elimination

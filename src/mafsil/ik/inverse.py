@@ -99,7 +99,7 @@ def _answered(
     tolerance = positive("tolerance", tolerance)
     requested = gate("T_sd", T_sd, POSE)
     arm = setting(robot, frame, task)
-    others = arm.part.middle if q0 is None else single("near", q0, (robot.n,))
+    others = arm.part.middle if q0 is None else single("q0", q0, (robot.n,))
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)

@@ -1,4 +1,4 @@
-"""Where the tip of a planar arm can be: the ring between two circles, and the class of a point of its plane."""
+"""Where the tip of a planar arm can be: the annulus between two circles, and the class of a point of its plane."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class PlaceClass(Status):
 
 @dataclass(frozen=True, eq=False)
 class PlanarReach:
-    """The ring that the tip of an arm of parallel revolute axes can reach.
+    """The annulus that the tip of an arm of parallel revolute axes can reach.
 
     Attributes:
         centre: (3,) where the first axis meets the tip's plane, in {s} [m].
@@ -85,12 +85,12 @@ class PlanarReach:
         """The class of a point in a sentence with its distance and both radii."""
         away = gate("point", point, (3,), finite=True) - self.centre
         details = {"distance": f"{float(np.linalg.norm(away)):.6g}", "inner": f"{self.inner:.6g}"}
-        ring = say("ik.place_ring", language=language, **details, outer=f"{self.outer:.6g}")
-        return self.classify(point).sentence(language) + ring
+        annulus = say("ik.place_annulus", language=language, **details, outer=f"{self.outer:.6g}")
+        return self.classify(point).sentence(language) + annulus
 
 
 def planar_reach(robot: RobotLike) -> PlanarReach:
-    """The ring of an arm whose moving joints all turn about parallel axes.
+    """The annulus of an arm whose moving joints all turn about parallel axes.
 
     Args:
         robot: a Robot, a Mechanism, a name of the library or a file.

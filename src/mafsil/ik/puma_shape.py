@@ -205,9 +205,9 @@ def _shoulder(chain: Chain) -> list[Condition]:
 
 def _wrist(chain: Chain) -> list[Condition]:
     w = chain.axes
-    miss = common_point(w[3:], chain.points[3:])[1] / chain.size if not any(chain.prismatic[3:]) else np.inf
+    distance = common_point(w[3:], chain.points[3:])[1] / chain.size if not any(chain.prismatic[3:]) else np.inf
     return [
-        Condition("ik.condition_meet", (4, 5, 6), miss, False),
+        Condition("ik.condition_meet", (4, 5, 6), distance, False),
         Condition("ik.condition_orthogonal", (4, 5), abs(float(w[3] @ w[4])), False),
         Condition("ik.condition_orthogonal", (5, 6), abs(float(w[4] @ w[5])), False),
     ]

@@ -32,7 +32,7 @@ class _Positioning:
     reversed: bool
     meeting: Vector3
     defect: float
-    strength: float = 1.0
+    conditioning: float = 1.0
 
 
 _NO_POSITIONING = _Positioning(PositioningMethod.PARALLEL, False, np.zeros(3), 0.0)
@@ -262,7 +262,7 @@ def _positionings(arm: Chain, start: Vector3, *, general: bool, carried: bool = 
         else:
             # The better conditioned side first.
             sides = [*_by_quartic(arm, False, start), *_by_quartic(arm.backwards(), True, start)]
-            yield from sorted(sides, key=lambda positioning: -positioning.strength)
+            yield from sorted(sides, key=lambda positioning: -positioning.conditioning)
         return
     if carried:
         if not arm.prismatic[0]:
@@ -295,17 +295,17 @@ def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = 
         return
     sine, cosine = _sine(w1, w2), abs(float(w1 @ w2))
     if one and two:
-        strength = sine if carried or three or _sine(np.cross(w1, w2), w3) > 1e-3 else 0.0
-        strength *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > 1e-3 else 0.0
+        conditioning = sine if carried or three or _sine(np.cross(w1, w2), w3) > 1e-3 else 0.0
+        conditioning *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > 1e-3 else 0.0
     elif one or two:
-        strength = cosine
+        conditioning = cosine
     else:
-        strength = 0.0
+        conditioning = 0.0
         if sine > 1e-5:
             _, gap = meeting_point(w1, arm.points[0], w2, arm.points[1])
-            strength = sine * gap / arm.size
-    if strength > 1e-5:
-        yield _Positioning(PositioningMethod.QUARTIC, backwards, np.zeros(3), 0.0, strength)
+            conditioning = sine * gap / arm.size
+    if conditioning > 1e-5:
+        yield _Positioning(PositioningMethod.QUARTIC, backwards, np.zeros(3), 0.0, conditioning)
 
 
 def _by_perpendicular_prismatic(arm: Chain, backwards: bool) -> Iterator[_Positioning]:

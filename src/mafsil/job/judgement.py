@@ -29,7 +29,7 @@ LARGE_ERROR = 5e-3
 """Distance of the tip from its path from which on a remark is made [m]."""
 GIVES_WAY = (np.pi / 2, 0.5)
 """How far beyond everything planned a revolute or a prismatic joint is when the arm has given way [rad, m]."""
-MOST_MISSES = 5
+MOST_FAILURES = 5
 """Misses that get a sentence each; the rest are counted."""
 REMAINING = 0.25
 """Share of a tolerance from which on the cause of a remaining error is named."""
@@ -80,7 +80,7 @@ class Summary:
     excess_share: Floats
 
     @property
-    def missed(self) -> tuple[Arrival, ...]:
+    def not_reached(self) -> tuple[Arrival, ...]:
         """Targets that were not reached when their moves ended."""
         return tuple(one for one in self.arrivals if not one.reached)
 
@@ -127,7 +127,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     """What the reader should know, the worst first."""
     found = [] if run.stopped is None else [run.stopped]
     collapse = _collapse(run)
-    found += collapse + _miss_remarks(run, numbers) + _overload_remarks(run)
+    found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else _limit_remarks(run, numbers)
@@ -143,10 +143,10 @@ def targets(plan: Plan) -> int:
     return sum(goal_of(leg) is not None for leg in plan.legs)
 
 
-def missed(found: tuple[Remark, ...]) -> int:
-    """How many targets were missed, by the remarks of a run."""
-    single = sum(remark.key.startswith("job.missed_") for remark in found)
-    return single + sum(int(str(remark.details["count"])) for remark in found if remark.key == "job.more_missed")
+def not_reached(found: tuple[Remark, ...]) -> int:
+    """How many targets were not reached, by the remarks of a run."""
+    single = sum(remark.key.startswith("job.not_reached_") for remark in found)
+    return single + sum(int(str(remark.details["count"])) for remark in found if remark.key == "job.more_not_reached")
 
 
 def where(run: Run, leg: int) -> Where:
@@ -175,16 +175,16 @@ def error_details(run: Run, judged: Arrival) -> dict[str, object]:
     }
 
 
-def _miss_remarks(run: Run, numbers: Summary) -> list[Remark]:
-    """Every target that was missed, by how much and why; a part that was not gripped."""
+def _failure_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    """Every target that was not reached, by how much and why; a part that was not gripped."""
     found: list[Remark] = []
-    for judged in numbers.missed[:MOST_MISSES]:
+    for judged in numbers.not_reached[:MOST_FAILURES]:
         details = {"move": where(run, judged.leg), **error_details(run, judged)}
         reason = cause(run, judged)
-        key = f"job.missed_{judged.goal}" if reason is None else f"job.missed_{judged.goal}_why"
+        key = f"job.not_reached_{judged.goal}" if reason is None else f"job.not_reached_{judged.goal}_why"
         found.append(Remark("failure", key, details if reason is None else details | {"reason": reason}))
-    if len(numbers.missed) > MOST_MISSES:
-        found.append(Remark("failure", "job.more_missed", {"count": len(numbers.missed) - MOST_MISSES}))
+    if len(numbers.not_reached) > MOST_FAILURES:
+        found.append(Remark("failure", "job.more_not_reached", {"count": len(numbers.not_reached) - MOST_FAILURES}))
     return found
 
 
@@ -223,9 +223,9 @@ def _overload_remarks(run: Run) -> list[Remark]:
 
 
 def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:
-    """Joints at their effort limits: a failure where a target was missed, a warning where all were reached."""
+    """Joints at their effort limits: a failure where a target was not reached, a warning where all were reached."""
     found: list[Remark] = []
-    level: Level = "failure" if numbers.missed or run.stopped is not None else "warning"
+    level: Level = "failure" if numbers.not_reached or run.stopped is not None else "warning"
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
         share = float(numbers.excess_share[k])
         details = {"joint": joint, "share": quantity(share, "share")}
@@ -289,7 +289,7 @@ def _kept_parts(run: Run) -> list[Remark]:
 
 def _good_news(run: Run, numbers: Summary) -> list[Remark]:
     """All targets reached, if they were; what is left of the error, and why."""
-    if run.stopped is not None or not numbers.targets or len(numbers.arrivals) < numbers.targets or numbers.missed:
+    if run.stopped is not None or not numbers.targets or len(numbers.arrivals) < numbers.targets or numbers.not_reached:
         return []
     details = {
         "count": numbers.targets,

@@ -223,11 +223,11 @@ class Evaluator:
         found = [result_memory.new(batch + port.shape) for port in self._signature.outputs]
         return tuple(array for array, _ in found), past and all(written for _, written in found)
 
-    def _threads(self, batch: tuple[int, ...], wanted: int | None) -> int:
+    def _threads(self, batch: tuple[int, ...], requested: int | None) -> int:
         """How many threads share the batch: one, if it is not worth two parts."""
-        if type(wanted) is int and wanted == 1:
+        if type(requested) is int and requested == 1:
             return 1
-        count = 0 if wanted is None else pool.checked(wanted)
+        count = 0 if requested is None else pool.checked(requested)
         if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
         return min(count or pool.available(), self._parts(batch))

@@ -62,7 +62,7 @@ def load(code: bytes, symbols: Iterable[str]) -> Code | None:
 
     Args:
         code: verified object code.
-        symbols: wanted names.
+        symbols: needed names.
     """
     if not _here():
         return None
@@ -73,7 +73,7 @@ def load(code: bytes, symbols: Iterable[str]) -> Code | None:
         base = ctypes.addressof(ctypes.c_char.from_buffer(memory))
         # 4.
         values, names = _symbols(code, sections, places, base)
-        wanted = {name: int(values[names[name]]) for name in symbols}
+        needed = {name: int(values[names[name]]) for name in symbols}
         # 5.
         if not _filled(code, sections, places, memory, base, values):
             return None
@@ -83,7 +83,7 @@ def load(code: bytes, symbols: Iterable[str]) -> Code | None:
     protect = _protect()
     if any(protect(base + start, length, mode) for start, length, mode in spans):
         return None
-    return Code(wanted, memory)
+    return Code(needed, memory)
 
 
 class _UnknownError(Exception):

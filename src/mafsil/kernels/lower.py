@@ -146,7 +146,7 @@ def _check(tape: Tape, signature: Signature) -> None:
 def _check_tile(signature: Signature, lanes: int) -> None:
     count, most = sum(port.size for port in signature.ports), TILE_BYTES // (8 * lanes)
     if count > most:
-        raise KernelError("kernels.room", kernel=signature.name, count=count, most=most)
+        raise KernelError("kernels.stack_size", kernel=signature.name, count=count, most=most)
 
 
 class _Entry:

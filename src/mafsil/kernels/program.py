@@ -5,7 +5,7 @@
    their long chains of dependent instructions overlap in the processor.
 3. On one row, expensive operations share a vector: up to eight sines for the price of one (`packed`).
 4. A value that completes a block sends it to memory at once; a value for a later piece goes to its cell.
-5. Comparisons stay masks (one bit a lane) as long as only choices use them; 0 and 1 are made where numbers are wanted.
+5. Comparisons stay masks (one bit a lane) as long as only choices use them; 0 and 1 are made where numbers are needed.
 """
 
 from __future__ import annotations
@@ -186,11 +186,11 @@ def _evaluate(lanes: Lanes, nodes: list[Node], args: list[tuple[str, ...]]) -> l
     if nodes[0].op not in TRIGONOMETRIC:
         return [transcendental.FUNCTIONS[nodes[0].op](lanes, *arg) for arg in args]
     # Sine and cosine of one angle share its reduction and most of the polynomials.
-    wanted: dict[str, set[str]] = {}
+    needed: dict[str, set[str]] = {}
     for node, (angle,) in zip(nodes, args, strict=True):
-        wanted.setdefault(angle, set()).add(node.op)
-    angles = list(wanted)
-    found = dict(zip(angles, transcendental.sincos(lanes, angles, [wanted[a] for a in angles]), strict=True))
+        needed.setdefault(angle, set()).add(node.op)
+    angles = list(needed)
+    found = dict(zip(angles, transcendental.sincos(lanes, angles, [needed[a] for a in angles]), strict=True))
     return [found[angle][node.op == "cos"] for node, (angle,) in zip(nodes, args, strict=True)]
 
 

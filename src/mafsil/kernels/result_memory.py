@@ -158,12 +158,12 @@ def release() -> None:
 
 def _limit() -> int:
     """The most bytes of idle blocks; 0 where idle pages could not be left to the system."""
-    wanted = os.environ.get(MEMORY_VARIABLE, "")
-    if not wanted:
+    setting = os.environ.get(MEMORY_VARIABLE, "")
+    if not setting:
         return _share_of_memory()
-    if not wanted.isascii() or not wanted.isdecimal():
-        raise InputError("input.whole", name=MEMORY_VARIABLE, value=wanted, low=0, high=1 << 40)
-    return int(wanted) << 20 if _FREE is not None else 0
+    if not setting.isascii() or not setting.isdecimal():
+        raise InputError("input.whole", name=MEMORY_VARIABLE, value=setting, low=0, high=1 << 40)
+    return int(setting) << 20 if _FREE is not None else 0
 
 
 @cache

@@ -146,7 +146,7 @@ def _sequences_read_right() -> bool:
     pair, lone = tuple(items), list(items)
     inside = id(pair) + tuple.__basicsize__
     places = (inside, _read(ctypes.c_ssize_t, id(lone) + LIST_ITEMS))
-    sizes = all(_read(ctypes.c_ssize_t, id(held) + SIZE) == 3 for held in (pair, lone))
+    sizes = all(_read(ctypes.c_ssize_t, id(entry) + SIZE) == 3 for entry in (pair, lone))
     found = [[_read(ctypes.c_ssize_t, place + 8 * k) for k in range(3)] for place in places]
     return sizes and found == [list(map(id, items))] * 2
 

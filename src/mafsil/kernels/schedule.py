@@ -73,10 +73,10 @@ class _Order:
                 stack.pop()
                 continue
             members = self.groups.get(i, (i,))
-            wanted = [a for m in members for a in arguments(self.tape.nodes[m]) if a not in self.done]
-            if wanted:
+            needed = [a for m in members for a in arguments(self.tape.nodes[m]) if a not in self.done]
+            if needed:
                 # The last on the stack is the first to be computed: sorted by need, the neediest on top.
-                stack.extend(sorted(set(wanted), key=lambda a: (self.need[a], -a)))
+                stack.extend(sorted(set(needed), key=lambda a: (self.need[a], -a)))
                 continue
             stack.pop()
             self.done.update(members)

@@ -134,7 +134,7 @@ def alive(tape: Tape) -> Tape:
         if needed[i]:
             for a in arguments(tape.nodes[i]):
                 needed[a] = 1
-    return reordered(tape, [i for i, wanted in enumerate(needed) if wanted])
+    return reordered(tape, [i for i, is_needed in enumerate(needed) if is_needed])
 
 
 def reordered(tape: Tape, order: list[int]) -> Tape:

@@ -181,7 +181,7 @@ def load(
 
     Args:
         object_code: what `compile` returned, unchanged; LLVM does not survive damaged code, so verify a checksum first.
-        symbols: names whose addresses are wanted.
+        symbols: names whose addresses are needed.
         imports: addresses of the external symbols that the code calls.
 
     Raises:

@@ -16,12 +16,12 @@ from mafsil.kernels.polynomial import polynomial
 SIGN = 1 << 63
 
 
-def sincos(lanes: Lanes, angles: list[str], wanted: list[set[str]]) -> list[tuple[str, str]]:
-    """(sin, cos) of every angle; what is not wanted is an empty name."""
-    return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduced(lanes, angles), wanted, strict=True)]
+def sincos(lanes: Lanes, angles: list[str], needed: list[set[str]]) -> list[tuple[str, str]]:
+    """(sin, cos) of every angle; what is not needed is an empty name."""
+    return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduced(lanes, angles), needed, strict=True)]
 
 
-def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, wanted: set[str]) -> tuple[str, str]:
+def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, needed: set[str]) -> tuple[str, str]:
     """sin and cos of n pi/2 + r - rest.
 
     1. On |r| <= pi/4: sin r = r - r^3 P(r^2) and cos r = 1 - r^2/2 + r^4 Q(r^2); the rest enters to first order:
@@ -38,9 +38,9 @@ def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, wanted: set[str]) -
     # 2. and 3.
     odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
     sine = cosine = ""
-    if "sin" in wanted:
+    if "sin" in needed:
         sine = _turned(lanes, lanes.select(odd, large, small), turns)
-    if "cos" in wanted:
+    if "cos" in needed:
         after = lanes.integer_op("add", turns, lanes.whole(1))
         cosine = _turned(lanes, lanes.select(odd, small, large), after)
     return sine, cosine

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from string import Formatter
 from typing import Any
 
-MARK = "#"
+COUNTED = "#"
 """In a sentence `{errors:#error}` is the number of errors with its noun."""
 _FORMS = {"en": ("one", "other"), "ar": ("zero", "one", "two", "few", "many", "other")}
 _SMALL = {0: "zero", 1: "one", 2: "two"}
@@ -54,6 +54,6 @@ class Filling(Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         """One filled place of a sentence."""
-        if format_spec.startswith(MARK):
-            return counted(int(value), self.forms_of(format_spec.removeprefix(MARK)), self.language)
+        if format_spec.startswith(COUNTED):
+            return counted(int(value), self.forms_of(format_spec.removeprefix(COUNTED)), self.language)
         return str(super().format_field(value, format_spec))

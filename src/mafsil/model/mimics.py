@@ -62,11 +62,11 @@ def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]
         reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)
     if leader.joint.kind is JointKind.FIXED:
         reading.report(MIMIC_LEADER_FIXED, element, "joint", joint=joint.name, leader=current.leader)
-        return held_at(joint, current.offset)
+        return locked_at(joint, current.offset)
     return replace(joint, mimic=current)
 
 
-def held_at(joint: Joint, q: float) -> Joint:
+def locked_at(joint: Joint, q: float) -> Joint:
     """The joint fixed at a value of its coordinate."""
     T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, q))
     return Joint(joint.name, JointKind.FIXED, joint.parent, joint.child, T_pj)

@@ -70,7 +70,7 @@ class Reading:
         if self.in_shape and fault.severity is Severity.ERROR:
             fault = replace(fault, severity=Severity.WARNING)
             self.dropped += 1
-        if not self._has_room(fault, element):
+        if not self._may_report(fault, element):
             return
         line, column = self._document_of(element).place(element, attribute)
         included = self.included[element.file - 1][0] if element.file else ""
@@ -86,7 +86,7 @@ class Reading:
         self._remarks -= sum(remark.severity is not Severity.ERROR for remark in remarks)
         self.diagnostics[:] = kept
 
-    def _has_room(self, fault: Fault, element: Element) -> bool:
+    def _may_report(self, fault: Fault, element: Element) -> bool:
         """Whether a diagnostic is still recorded: remarks end with a remark about that, errors with a refusal."""
         error = fault.severity is Severity.ERROR
         self._errors += error

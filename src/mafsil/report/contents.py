@@ -72,8 +72,8 @@ def verdict(run: Run, language: str | None = None) -> Finding:
         return failure("stopped")
     if "job.gives_way" in grave:
         return failure("gives_way")
-    if missed := judgement.missed(run.remarks):
-        return failure("missed", count=missed, total=judgement.targets(run.plan))
+    if not_reached := judgement.not_reached(run.remarks):
+        return failure("not_reached", count=not_reached, total=judgement.targets(run.plan))
     if grave & {"job.cannot_hold", "job.cannot_hold_part"}:
         return failure("cannot_hold")
     if grave:
@@ -257,9 +257,9 @@ def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
         driven = max((one for one in run.driven if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
         if not driven.gripped:
             return words("nothing_placed")
-        return words("placed" if judged.reached else "place_missed", **details)
+        return words("placed" if judged.reached else "place_not_reached", **details)
     kind = "_joints" if judged.goal == "joints" else ""
-    return words(("reached" if judged.reached else "missed") + kind, **details)
+    return words(("reached" if judged.reached else "not_reached") + kind, **details)
 
 
 def _name(leg: Leg, words: _Words) -> str:

@@ -156,13 +156,13 @@ class Description:
         """
         return type(self)(self.mechanism.with_payload(mass, com=com, inertia=inertia, link=link))
 
-    def locked(self, positions: Mapping[str, float]) -> Self:
+    def locked(self, coordinates: Mapping[str, float]) -> Self:
         """The robot with joints locked, such as `robot.locked({"finger": 0.02})`; mimic pairs are locked together.
 
         Args:
-            positions: coordinate [rad | m] by name of the joint.
+            coordinates: coordinate [rad | m] by name of the joint.
         """
-        return type(self)(self.mechanism.locked(positions))
+        return type(self)(self.mechanism.locked(coordinates))
 
     if not TYPE_CHECKING:  # type checkers find misspelt names themselves
 

@@ -109,7 +109,7 @@ class FusedLoop:
         self.integrals = np.zeros((ticks + 1, rows, *sizes["integral"]))
         self.command, self.effort, self.acceleration = (np.empty((ticks, rows, n)) for _ in range(3))
         self.tip_errors = np.empty((ticks, rows, 2))
-        wanted = scenario.robot.forward_kinematics(reference[..., 0, :])
+        desired = scenario.robot.forward_kinematics(reference[..., 0, :])
         period = scenario.control_period
         gains = [np.stack([g.kp, g.kd, period * g.ki]) for g in law.gains]
         fixed: dict[str, Floats | None] = {
@@ -117,7 +117,7 @@ class FusedLoop:
             "step": np.array(scenario.step),
             "limit": scenario.robot.limits.effort,
         }
-        over_time = {"reference": reference, "T_desired": wanted, "push": push, "noise": noise}
+        over_time = {"reference": reference, "T_desired": desired, "push": push, "noise": noise}
         self.inputs: dict[str, Floats] = {}
         for port in self.kernel.signature.inputs:
             if port.name in fixed:

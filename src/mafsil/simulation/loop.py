@@ -161,9 +161,9 @@ class _Run:
 
     def _tip_errors(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
         """Distance and angle (k, *batch) of the tip from the reference tip."""
-        T, T_wanted = (self.scenario.robot.forward_kinematics(x) for x in (q, u))
-        distance = np.linalg.norm(T_wanted[..., :3, 3] - T[..., :3, 3], axis=-1)
-        return distance, np.asarray(rotation.angle_between(T[..., :3, :3], T_wanted[..., :3, :3]))
+        T, T_desired = (self.scenario.robot.forward_kinematics(x) for x in (q, u))
+        distance = np.linalg.norm(T_desired[..., :3, 3] - T[..., :3, 3], axis=-1)
+        return distance, np.asarray(rotation.angle_between(T[..., :3, :3], T_desired[..., :3, :3]))
 
     def _accelerations(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
         return self.stepper.acceleration(q, qd, tau, self._pushes(q))

@@ -183,8 +183,8 @@ class _Adaptive:
         k = self.pair.error_order
         size = max(error, 1e-10)
         factor = SAFETY * size ** (-(1.0 - MEMORY) / k) * (max(self.previous, 1e-10) / size) ** (MEMORY / k)
-        wanted = h * min(MOST, max(LEAST, factor))
-        self.h = max(wanted, whole) if last else wanted
+        suggested = h * min(MOST, max(LEAST, factor))
+        self.h = max(suggested, whole) if last else suggested
         self.previous = self.error = error
         return self._accepted(h, y, end if last else self.t + h)
 

@@ -377,7 +377,7 @@ def inscribed(
         dimension: m zeros (see `disc_loops.Dimension`).
         D: discs.
         together: sum them.
-        tolerance: wanted gap of the bounds, relative to the radius.
+        tolerance: largest gap of the bounds, relative to the radius.
         P, R: buffers, for MOST corners at most.
         seed: of the moves of the corners.
         direction: (m,) out: unit direction in which the set reaches least far.

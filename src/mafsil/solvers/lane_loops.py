@@ -7,8 +7,8 @@ vectors are narrower. What a loop may write:
 - `Lanes` with + - * /, unary -, comparisons (to a `Mask`), and numbers, which are the same in all lanes;
 - `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l);
 - `square_root`, `magnitude`, `lanes(number)`;
-- `room(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the room that begins at i;
-  `seen(array)`: a float64 array as a room, whose rows are in order;
+- `buffer(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the buffer that begins at i;
+  `seen(array)`: a float64 array as a buffer, whose rows are in order;
 - `put(r, i, l, number)` and `get(r, i, l)`: one lane of place i;
 - `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride.
 
@@ -55,12 +55,12 @@ class _MaskType(types.Type):
         super().__init__(name="mask8")
 
 
-class _RoomType(types.Type):
+class _BufferType(types.Type):
     def __init__(self) -> None:
         super().__init__(name="room8")
 
 
-LANES, MASK, ROOM = _LanesType(), _MaskType(), _RoomType()
+LANES, MASK, BUFFER = _LanesType(), _MaskType(), _BufferType()
 NUMBER = types.float64
 
 
@@ -74,7 +74,7 @@ def _model(kind, backend):
 
 _model(_LanesType, _VECTOR)
 _model(_MaskType, _BITS)
-_model(_RoomType, _VECTOR.as_pointer())
+_model(_BufferType, _VECTOR.as_pointer())
 
 
 def _broadcast(builder, value):
@@ -153,24 +153,24 @@ def _store(builder, place, index, value):
 
 
 class _GetItem(ConcreteTemplate):
-    cases: ClassVar[list[Any]] = [signature(LANES, ROOM, types.intp)]
+    cases: ClassVar[list[Any]] = [signature(LANES, BUFFER, types.intp)]
 
 
 class _SetItem(ConcreteTemplate):
-    cases: ClassVar[list[Any]] = [signature(types.none, ROOM, types.intp, kind) for kind in (LANES, NUMBER)]
+    cases: ClassVar[list[Any]] = [signature(types.none, BUFFER, types.intp, kind) for kind in (LANES, NUMBER)]
 
 
 _resolved(operator.getitem)(_GetItem)
 _resolved(operator.setitem)(_SetItem)
 
 
-@lower_builtin(operator.getitem, ROOM, types.intp)
+@lower_builtin(operator.getitem, BUFFER, types.intp)
 def _getitem(_context, builder, _sig, args):
     return _load(builder, args[0], args[1])
 
 
-@lower_builtin(operator.setitem, ROOM, types.intp, LANES)
-@lower_builtin(operator.setitem, ROOM, types.intp, NUMBER)
+@lower_builtin(operator.setitem, BUFFER, types.intp, LANES)
+@lower_builtin(operator.setitem, BUFFER, types.intp, NUMBER)
 def _setitem(context, builder, sig, args):
     _store(builder, args[0], args[1], _wide(builder, sig.args[2], args[2]))
     return context.get_dummy_value()
@@ -235,7 +235,7 @@ def any_lane(_typing, mask):
 
 
 @_emitted
-def room(_typing, count):
+def buffer(_typing, count):
     """Lanes on the stack, as many as a literal says; they hold nothing yet."""
     if not isinstance(count, types.IntegerLiteral):
         return None
@@ -247,13 +247,13 @@ def room(_typing, count):
             place.align = 64
         return builder.bitcast(place, _VECTOR.as_pointer())
 
-    return ROOM(count), generate
+    return BUFFER(count), generate
 
 
 @_emitted
 def part(_typing, place, index):
-    """The room that begins at a place of another."""
-    return ROOM(ROOM, types.intp), lambda _context, builder, _sig, args: _place(builder, args[0], args[1])
+    """The buffer that begins at a place of another."""
+    return BUFFER(BUFFER, types.intp), lambda _context, builder, _sig, args: _place(builder, args[0], args[1])
 
 
 def _numbers(context, builder, kind, value):
@@ -263,12 +263,12 @@ def _numbers(context, builder, kind, value):
 
 @_emitted
 def seen(_typing, array):
-    """A float64 array whose rows are in order, as a room."""
+    """A float64 array whose rows are in order, as a buffer."""
 
     def generate(context, builder, sig, args):
         return builder.bitcast(_numbers(context, builder, sig.args[0], args[0]), _VECTOR.as_pointer())
 
-    return ROOM(array), generate
+    return BUFFER(array), generate
 
 
 @_emitted
@@ -280,7 +280,7 @@ def put(_typing, place, index, lane, value):
         builder.store(args[3], builder.gep(begin, [args[2]]))
         return context.get_dummy_value()
 
-    return types.none(ROOM, types.intp, types.intp, NUMBER), generate
+    return types.none(BUFFER, types.intp, types.intp, NUMBER), generate
 
 
 @_emitted
@@ -291,7 +291,7 @@ def get(_typing, place, index, lane):
         begin = builder.bitcast(_place(builder, args[0], args[1]), ir.DoubleType().as_pointer())
         return builder.load(builder.gep(begin, [args[2]]))
 
-    return NUMBER(ROOM, types.intp, types.intp), generate
+    return NUMBER(BUFFER, types.intp, types.intp), generate
 
 
 @_emitted

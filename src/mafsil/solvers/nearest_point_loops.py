@@ -102,7 +102,7 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
 
     Args:
         D: (k, parts, m) as in `disc_loops`.
-        tolerance: wanted gap of the bounds, relative.
+        tolerance: largest gap of the bounds, relative.
         v: (m,) out: the nearest point found, as long as the upper bound.
         apart: (m,) out: unit direction along which every point of the set is at least the lower bound away.
 

@@ -88,8 +88,8 @@ class Solution:
 
     def _evaluated(self, times: Floats, *, derivative: bool) -> Floats:
         if len(self.t) == 1:
-            held = np.zeros_like(self.y[0]) if derivative else self.y[0]
-            return np.broadcast_to(held, (*times.shape, *held.shape)).copy()
+            constant = np.zeros_like(self.y[0]) if derivative else self.y[0]
+            return np.broadcast_to(constant, (*times.shape, *constant.shape)).copy()
         k = np.clip(np.searchsorted(self.t, times.ravel(), side="right") - 1, 0, len(self.t) - 2)
         h = self.t[k + 1] - self.t[k]
         theta = (times.ravel() - self.t[k]) / h

@@ -42,7 +42,7 @@ class Tableau:
             a[i, :i] = row
         b, c = np.array(self.b), np.array(self.c)
         _require(self.name, "a 1 = c", float(np.abs(a.sum(axis=1) - c).max()))
-        for order, law, value, wanted in (
+        for order, law, value, expected in (
             (1, "b 1 = 1", b.sum(), 1.0),
             (2, "b c = 1/2", b @ c, 1 / 2),
             (3, "b c^2 = 1/3", b @ c**2, 1 / 3),
@@ -53,7 +53,7 @@ class Tableau:
             (4, "b a a c = 1/24", b @ a @ a @ c, 1 / 24),
         ):
             if order <= self.order:
-                _require(self.name, law, abs(float(value) - wanted))
+                _require(self.name, law, abs(float(value) - expected))
 
     @property
     def stages(self) -> int:

@@ -19,7 +19,7 @@ GENERAL = '<inertial pos="0.1 0.2 0.3" quat="1 2 3 4" mass="1" diaginertia="1 1.
 
 
 def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tuple[str, str]]]:
-    """Arrays by routine at all states, and what was not asked; nothing for robots with helical joints.
+    """Arrays by routine at all states, and what was not compared; nothing for robots with helical joints.
 
     Args:
         mechanism: any open chain or tree.
@@ -30,7 +30,7 @@ def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tu
     peer = _MuJoCo(mechanism)
     rows = [peer.state(s.q[k], s.qd[k], s.qdd[k], s.tau[k]) for k in range(len(s.q))]
     found = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-    return found, [(f"{name}, mujoco", "verification.not_asked") for name in LEFT_OUT]
+    return found, [(f"{name}, mujoco", "verification.not_compared") for name in LEFT_OUT]
 
 
 class _MuJoCo:

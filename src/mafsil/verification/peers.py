@@ -20,9 +20,9 @@ PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.ve
 
 
 def standing(against: str | None) -> tuple[tuple[str, str], ...]:
-    """For every peer the key of the sentence: asked, installed but not asked, or not installed."""
+    """For every peer the key of the sentence: compared, installed but not compared, or not installed."""
     return tuple(
-        (name, f"verification.peer_{'asked' if name == against else 'idle' if find_spec(name) else 'missing'}")
+        (name, f"verification.peer_{'compared' if name == against else 'idle' if find_spec(name) else 'missing'}")
         for name in PEERS
     )
 

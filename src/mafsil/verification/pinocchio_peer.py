@@ -18,7 +18,7 @@ LEFT_OUT = ("link_twists", "link_wrenches", "regressor", "task_space")
 
 
 def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tuple[str, str]]]:
-    """Arrays by routine at all states, and what was not asked.
+    """Arrays by routine at all states, and what was not compared.
 
     Args:
         mechanism: any open chain or tree.
@@ -27,7 +27,7 @@ def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tu
     peer = _Pinocchio(mechanism)
     rows = [peer.state(s.q[k], s.qd[k], s.qdd[k], s.tau[k]) for k in range(len(s.q))]
     found = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-    return found, [(f"{name}, pinocchio", "verification.not_asked") for name in LEFT_OUT]
+    return found, [(f"{name}, pinocchio", "verification.not_compared") for name in LEFT_OUT]
 
 
 class _Pinocchio:

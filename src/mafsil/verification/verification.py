@@ -70,7 +70,7 @@ class Verification(Answer):
         states: how many random states.
         seed: of the states.
         left_out: routines that were not compared, with the key of the reason.
-        peers: other libraries that could be asked, with the key of the sentence that says whether this one was.
+        peers: other libraries that could be compared with, with the key of the sentence that says whether this one was.
     """
 
     robot: str

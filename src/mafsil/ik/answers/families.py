@@ -73,8 +73,8 @@ class Continua:
                 continue
             cone = tangents(self.setting, q[k], null, U[:, rank:])
             preferred = [j for j in sorted({*bits(int(free[k]), n), *locked}) if np.abs(null[:, j]).max() > 1e-3]
-            strength = np.round(np.linalg.norm(null, axis=0), 3)
-            others = [int(j) for j in np.argsort(-strength, kind="stable") if strength[j] > 0.2]
+            motion = np.round(np.linalg.norm(null, axis=0), 3)
+            others = [int(j) for j in np.argsort(-motion, kind="stable") if motion[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
             for j in [*preferred, *others]:
                 rates = self._along(q[k], null, cone, j, STEPS if j in preferred else STEPS[:1])

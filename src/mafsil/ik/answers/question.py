@@ -254,8 +254,12 @@ class Question:
                 )
                 low, high = max(bounds[0], -np.pi), min(bounds[1], np.pi)
                 values, width = np.linspace(low, high, CROSSINGS), (high - low) / (CROSSINGS - 1)
-                rank, strength = self._strength(form, _with(q0, j, values), k, None)
-                least = (strength <= np.roll(strength, 1)) & (strength < np.roll(strength, -1)) & (strength < 4 * width)
+                rank, least_value = self._least_value(form, _with(q0, j, values), k, None)
+                least = (
+                    (least_value <= np.roll(least_value, 1))
+                    & (least_value < np.roll(least_value, -1))
+                    & (least_value < 4 * width)
+                )
                 for value in values[least]:
                     there = _with(q0, j, np.array([self._weakest(form, q0, k, j, float(value), width, rank)]))
                     q, details = self._rows_of(form, there[0])
@@ -266,7 +270,7 @@ class Question:
                         more = more.and_more(member)
         return more
 
-    def _strength(self, form: ClosedForm, q0: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
+    def _least_value(self, form: ClosedForm, q0: Floats, row: int, rank: int | None) -> tuple[int, Floats]:
         """The common rank of the Jacobians of a row, and the singular values that make it.
 
         Infinite off the pose; negative where several joints are free: they take the preferred values, not those to
@@ -286,7 +290,7 @@ class Question:
         """The value of a free joint near which the Jacobian of a row is nearest to losing one more rank."""
         while width > 1e-12:
             values = value + np.linspace(-width, width, 2 * SCAN + 1)
-            value = float(values[self._strength(form, _with(q0, joint, values), row, rank)[1].argmin()])
+            value = float(values[self._least_value(form, _with(q0, joint, values), row, rank)[1].argmin()])
             width *= 2 / SCAN
         return value
 

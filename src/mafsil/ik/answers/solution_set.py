@@ -289,8 +289,8 @@ class SolutionSet(Answer):
         excess = max(0, setting.robot.n - int(setting.mask.sum()))
         if len(null) <= excess:
             return ()
-        strength = np.linalg.norm(null, axis=0)
-        return tuple(name for name, x in zip(setting.robot.joint_names, strength, strict=True) if x > 1e-3)
+        motion = np.linalg.norm(null, axis=0)
+        return tuple(name for name, x in zip(setting.robot.joint_names, motion, strict=True) if x > 1e-3)
 
     def explain(self, language: str | None = None) -> str:
         """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""

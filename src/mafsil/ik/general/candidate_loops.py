@@ -10,7 +10,7 @@ from math import cos, sin
 
 from mafsil.ik.general.closed_chain_loops import advanced, unit
 from mafsil.ik.general.elimination_loops import reflected
-from mafsil.solvers.lane_loops import lanes, magnitude, part, put, room, spread, square_root, where
+from mafsil.solvers.lane_loops import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
 
@@ -40,8 +40,8 @@ def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, t
         turns: (m', 12) cosine and sine of each joint, or length and zero; m' the next multiple of eight.
         rank: (m',) smallest pivot.
     """
-    E, S, N, X, q = room(54), room(36), room(6), room(12), room(12)
-    forward, triangle, middle = room(120), room(36), room(5)
+    E, S, N, X, q = buffer(54), buffer(36), buffer(6), buffer(12), buffer(12)
+    forward, triangle, middle = buffer(120), buffer(36), buffer(5)
     for begin in range(0, len(zeros), 8):
         # 1.
         for l in range(8):
@@ -76,7 +76,7 @@ def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, t
 @reordered
 def _triangulated(E, C, D, S):
     """What is left of the equations times cosine, and times sine, of a half angle turned by (C, D): six by six."""
-    M = room(54)
+    M = buffer(54)
     for half in range(2):
         for r in range(6):
             for j in range(3):
@@ -142,7 +142,7 @@ def _middle_joints(N, order, prismatic, twist, turn, q, middle):
 @reordered
 def _outer_joints(forward, triangle, left, middle, order, prismatic, q):
     """Joints a and b: the functions that c, d, e move, reflected, and the triangular system of the products."""
-    products, functions, x = room(27), room(14), room(8)
+    products, functions, x = buffer(27), buffer(14), buffer(8)
     c, s = q[2 * order[2]], q[2 * order[2] + 1]
     for j in range(3):
         for k in range(3):
@@ -183,7 +183,7 @@ def _last_joint(X, frames, order, prismatic, q):
     1. The loop before it, F_0 Z_0 F_1 ... F_f, and after it, F_(f + 1) Z_(f + 1) ... F_6.
     2. x axis of the moved frame in the frame before it.
     """
-    ends, f = room(24), order[5]
+    ends, f = buffer(24), order[5]
     # 1.
     for side in range(2):
         T, start = part(ends, 12 * side), 0 if side == 0 else f + 1
@@ -216,7 +216,7 @@ def _null_vector(S, pick, N):
             vectors in it that are products of the half angle of d with values of e, so that 2 x 3 minors vanish.
         N: 6 places, the vector.
     """
-    order, z, V = room(6), room(12), room(12)
+    order, z, V = buffer(6), buffer(12), buffer(12)
     for j in range(6):
         order[j] = float(j)
     # 1.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import any_lane, get, lane_bits, lanes, magnitude, put, room, seen, where
+from mafsil.solvers.lane_loops import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
 from mafsil.solvers.loops import reordered
 
 CELLS = 48
@@ -81,7 +81,7 @@ def zeros_on_circles(coefficients, roundoff, degree, waves, factors, zeros, numb
         number: (k,) of zeros.
         certain: (k,) whether it is proven that all are simple and that there are no others.
     """
-    T, unknown, stack = room(78), np.empty(CELLS, np.bool_), np.empty((64, ORDER + 2))
+    T, unknown, stack = buffer(78), np.empty(CELLS, np.bool_), np.empty((64, ORDER + 2))
     waiting, place, queued = np.empty((zeros.shape[1] + 8, ORDER + 3)), np.empty((zeros.shape[1] + 8, 2), np.int64), 0
     for b in range(len(coefficients)):
         # 1.
@@ -130,7 +130,7 @@ def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
         T: ORDER places for each eight cells.
         unknown: (CELLS,) which cells may hold a zero.
     """
-    circle, turns, some = seen(waves), room(26), False
+    circle, turns, some = seen(waves), buffer(26), False
     for g in range(CELLS // 8):
         for k in range(1, degree + 1):
             x, y = circle[k * (CELLS // 8) + g], circle[(degree + 1 + k) * (CELLS // 8) + g]
@@ -166,7 +166,7 @@ def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
         noise, steep: by how much values and slopes may be off.
         zeros: (most,) those that rounding hides are written down.
         waiting: (most, ORDER + 3) monotone cells with a zero: coefficients, centre, width, and place of the zero.
-        stack: (64, ORDER + 2) room for halves that are still to be looked at.
+        stack: (64, ORDER + 2) buffer for halves that are still to be looked at.
     """
     count, taken, sure, last, most = 0, 0, True, first, len(zeros)
     for cell in range(CELLS):

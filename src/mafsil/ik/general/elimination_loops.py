@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from mafsil.solvers.lane_loops import lanes, magnitude, put, room, seen, spread, square_root, where
+from mafsil.solvers.lane_loops import buffer, lanes, magnitude, put, seen, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
 
@@ -30,7 +30,7 @@ def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
         Q: (k', 8, 15) products of the first columns with the fourteen functions, and with the constants, negative.
         R: (k', 36) the triangular factor, column by column, each with its diagonal entry at the end.
     """
-    X, S, C, w, scale, diagonal = room(12), room(126), room(126), room(14), room(8), room(8)
+    X, S, C, w, scale, diagonal = buffer(12), buffer(126), buffer(126), buffer(14), buffer(8), buffer(8)
     for begin in range(0, len(P), 8):
         for l in range(8):
             b = min(begin + l, len(P) - 1)
@@ -100,7 +100,7 @@ def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
 @reordered
 def _lines(X, before, lines, after, S):
     """The fourteen functions of nine lines moved by a pose."""
-    p, l = room(3), room(3)
+    p, l = buffer(3), buffer(3)
     for k in range(9):
         i, j = k // lines, k % lines
         for r in range(3):
@@ -145,7 +145,7 @@ def determinants(A, cosines, sines, weights, fourier, degree, f, h, roundoff):
             others.
     """
     groups, rows = f.shape[1] // 8, len(cosines)
-    M, K = room(54), room(36)
+    M, K = buffer(54), buffer(36)
     x_all, y_all, w_all, f_all, h_all, waves = (
         seen(cosines), seen(sines), seen(weights), seen(f), seen(h), seen(fourier),
     )  # fmt: skip

@@ -11,7 +11,7 @@ from math import pi
 import numpy as np
 
 from mafsil.ik.general.closed_chain_loops import advanced, turned
-from mafsil.solvers.lane_loops import angle_of, get, lane_bits, lanes, magnitude, put, room, spread, where
+from mafsil.solvers.lane_loops import angle_of, buffer, get, lane_bits, lanes, magnitude, put, spread, where
 from mafsil.solvers.loops import reordered
 
 STEPS = 40
@@ -47,7 +47,7 @@ def polished(frames, prismatic, P, rows, turns, q, size):
         q: (m', 6) what became of them, angles in [-pi, pi].
         size: (m',) the errors.
     """
-    X, T, J, Q, T0, errors, counts = room(12), room(12), room(42), room(12), room(12), room(1), room(1)
+    X, T, J, Q, T0, errors, counts = buffer(12), buffer(12), buffer(42), buffer(12), buffer(12), buffer(1), buffer(1)
     item = np.full(8, -1)
     for r in range(3):
         for c in range(4):

@@ -114,15 +114,15 @@ class SearchPlan:
         q0 = np.ascontiguousarray(q0)
         PROGRAM["wind"](self.record.address, len(q), q.ctypes.data, q0.ctypes.data, int(len(q0) == 1))
 
-    def clean(self, wanted: Floats) -> tuple[Floats, Floats]:
+    def clean(self, desired: Floats) -> tuple[Floats, Floats]:
         """Poses with repaired rotations (k, 16), distances from the base (k,), -1 where a row is no pose.
 
         Args:
-            wanted: (k, 16) as the user gave them.
+            desired: (k, 16) as the user gave them.
         """
-        wanted, k = np.ascontiguousarray(wanted), len(wanted)
+        desired, k = np.ascontiguousarray(desired), len(desired)
         out, distance = np.empty((k, 16)), np.empty(k)
-        PROGRAM["clean"](self.record.address, wanted.ctypes.data, k, out.ctypes.data, distance.ctypes.data)
+        PROGRAM["clean"](self.record.address, desired.ctypes.data, k, out.ctypes.data, distance.ctypes.data)
         return out, distance
 
 

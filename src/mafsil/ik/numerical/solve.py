@@ -112,7 +112,7 @@ def solve_ik(
     robot = as_robot(robot)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
-    wanted = gate("T_sd", T_sd, (4, 4))
+    desired = gate("T_sd", T_sd, (4, 4))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
     whole("restarts", restarts)
@@ -123,17 +123,17 @@ def solve_ik(
     exact = positive("tolerance", tolerance), turn
     search = search_of(robot, frame, bool(limits), whole("seed", seed), str(task), direction, factors, *exact)
     _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
-    plan, part, batch = search.plan, search.part, wanted.shape[:-2]
+    plan, part, batch = search.plan, search.part, desired.shape[:-2]
     first = None if q0 is None else _rows("q0", q0, robot.n, batch)
     if not batch and q_preferred is None and seconds is None:
-        found = _single(search, wanted, None if first is None else first[0], restarts)
+        found = _single(search, desired, None if first is None else first[0], restarts)
         if found is not None:
             return found
     preferred = _rows("q_preferred", q_preferred, robot.n, batch)
     scales = None if preferred_weights is None else part.own(gate("preferred_weights", preferred_weights, (robot.n,)))
     start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
     goal = preferred_configuration(plan.problem, part.own(preferred), scales)
-    rows = np.ascontiguousarray(wanted).reshape(-1, 16)
+    rows = np.ascontiguousarray(desired).reshape(-1, 16)
     if goal is None and seconds is None:
         report = _reported(search, rows, start, restarts)
     else:

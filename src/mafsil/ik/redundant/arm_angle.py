@@ -126,8 +126,8 @@ def arm_angle_form(chain: Chain) -> ArmAngleForm | None:
     ends: list[Floats] = []
     for part in (slice(0, 3), slice(4, 7)):
         axes = chain.axes[part]
-        place, miss = common_point(axes, chain.points[part])
-        if not miss <= EXACT * size or max(abs(axes[0] @ axes[1]), abs(axes[1] @ axes[2])) > EXACT:
+        place, distance = common_point(axes, chain.points[part])
+        if not distance <= EXACT * size or max(abs(axes[0] @ axes[1]), abs(axes[1] @ axes[2])) > EXACT:
             return None
         ends.append(place)
     w, r = chain.axes[3], chain.points[3]

@@ -12,7 +12,7 @@ _ROUNDED = re.compile(r"\b(add|sub|mul|fma|div|sqrt)((?:\.\w+)*)\.f64\b")
 
 
 @dataclass(frozen=True)
-class PtxFacts:
+class PtxSummary:
     """What a PTX text is made of.
 
     Attributes:
@@ -42,7 +42,7 @@ class PtxFacts:
     barriers: int
 
 
-def inspect(text: str) -> PtxFacts:
+def inspect(text: str) -> PtxSummary:
     """Read a PTX text as LLVM writes it."""
     code = re.sub(r"//[^\n]*", "", text)
     starts = [found.start() for found in _PARTS.finditer(code)]
@@ -52,7 +52,7 @@ def inspect(text: str) -> PtxFacts:
     functions = tuple(name for found, name in names if found and found.group(1) == "func")
     rounded = _ROUNDED.findall(code)
     plain = tuple(f"{op}{how}.f64" for op, how in rounded if ".rn" not in how)
-    return PtxFacts(
+    return PtxSummary(
         version=_after(code, ".version"),
         processor=_after(code, ".target"),
         entries=entries,

@@ -31,7 +31,7 @@ class Placing:
         lines: of the joints.
         start, goal: (3,) [m].
         preferred: turns that free joints take.
-        meeting: (3,) where the first two axes meet, for PointRoad.MEET [m].
+        meeting: (3,) where the first two axes meet, for PositioningMethod.MEET [m].
         size: of the arm [m].
         reverse: whether start is the place that was asked for.
     """

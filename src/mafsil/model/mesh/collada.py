@@ -123,7 +123,7 @@ class _Scene:
         points = self._points(self._referred(vertex.get("source")))
         polygons = self._polygons(primitive, stride, int(vertex.get("offset", "0")))
         if polygons.size and (polygons.max() >= len(points) or polygons.min() < 0):
-            raise FileError("mesh.index", index=int(polygons.max()), held=len(points))
+            raise FileError("mesh.index", index=int(polygons.max()), found=len(points))
         return _Part(points[polygons], primitive.get("material"))
 
     def _polygons(self, primitive: Element, stride: int, offset: int) -> Faces:

@@ -21,9 +21,9 @@ def read_msh(data: bytes, limits: MeshLimits) -> Surface:
         raise FileError("mesh.too_many_faces", limit=limits.faces)
     numbers = 3 * points + 3 * normals + 2 * textures
     if len(data) != _HEADER + 4 * (numbers + 3 * count):
-        raise FileError("mesh.count", declared=count, held=max(len(data) - _HEADER - 4 * numbers, 0) // 12)
+        raise FileError("mesh.count", declared=count, found=max(len(data) - _HEADER - 4 * numbers, 0) // 12)
     vertices = np.frombuffer(data, "<f4", 3 * points, _HEADER).reshape(-1, 3).astype(np.float64)
     faces = np.frombuffer(data, "<i4", 3 * count, _HEADER + 4 * numbers).reshape(-1, 3).astype(np.int64)
     if faces.size and (faces.min() < 0 or faces.max() >= points):
-        raise FileError("mesh.index", index=int(faces.max()), held=points)
+        raise FileError("mesh.index", index=int(faces.max()), found=points)
     return cleaned(vertices, faces)

@@ -31,7 +31,7 @@ def read_obj(data: bytes, limits: MeshLimits) -> Surface:
     vertices = np.frombuffer(points, np.float64).reshape(-1, 3) if points else np.zeros((0, 3))
     faces = np.frombuffer(corners, np.int64).reshape(-1, 3) if corners else np.zeros((0, 3), np.int64)
     if faces.size and faces.max() >= len(vertices):
-        raise FileError("mesh.index", index=int(faces.max()) + 1, held=len(vertices))
+        raise FileError("mesh.index", index=int(faces.max()) + 1, found=len(vertices))
     return cleaned(vertices, faces)
 
 

@@ -23,7 +23,7 @@ def read_stl(data: bytes, limits: MeshLimits) -> Surface:
     if len(data) < _HEADER:
         raise FileError("mesh.cut")
     if not fits:
-        raise FileError("mesh.count", declared=count, held=(len(data) - _HEADER) // _RECORD.itemsize)
+        raise FileError("mesh.count", declared=count, found=(len(data) - _HEADER) // _RECORD.itemsize)
     if count > limits.faces:
         raise FileError("mesh.too_many_faces", limit=limits.faces)
     records = np.frombuffer(data, _RECORD, count, _HEADER)

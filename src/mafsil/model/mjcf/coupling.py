@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import frozen
 from mafsil.model.faults import COUPLING_NOT_LINEAR, LOOP_OPEN, MISSING_ATTRIBUTE
 from mafsil.model.joint import Joint, JointKind, Mimic
-from mafsil.model.mimics import Declared, held_at
+from mafsil.model.mimics import Declared, locked_at
 from mafsil.model.mjcf.orientation import rotation_from_quaternion
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Scope
@@ -62,8 +62,8 @@ def _couple(references: References, element: Element, scope: Scope, joints: dict
     for follower, *leaders in references.joints(element, names, scope):
         declared = joints[follower]
         if not leaders:
-            held = held_at(declared.joint, tree.references[follower] + a0)
-            joints[follower] = Declared(held, element)
+            locked = locked_at(declared.joint, tree.references[follower] + a0)
+            joints[follower] = Declared(locked, element)
             continue
         offset = tree.references[follower] + a0 - a1 * tree.references[leaders[0]]
         joints[follower] = Declared(replace(declared.joint, mimic=Mimic(leaders[0], a1, offset)), element)

@@ -1,8 +1,8 @@
-"""Bodies that float in the world: the base of a robot is held where it is drawn, a loose object is left out."""
+"""Bodies that float in the world: the base of a robot is fixed where it is drawn, a loose object is left out."""
 
 from __future__ import annotations
 
-from mafsil.model.faults import BASE_HELD, LOOSE_OBJECT
+from mafsil.model.faults import BASE_FIXED, LOOSE_OBJECT
 from mafsil.model.mjcf.body import WORLD, Tree
 from mafsil.model.reading import Reading
 
@@ -24,7 +24,7 @@ def settle(reading: Reading, tree: Tree) -> None:
     total = sum(counts.values())
     for body, (element, remarks) in tree.floating.items():
         if total == 0 or (counts.get(body, 0) and counts[body] >= most):
-            reading.report(BASE_HELD, element, None, None, body=body)
+            reading.report(BASE_FIXED, element, None, None, body=body)
         else:
             reading.withdraw(remarks)
             _leave_out(tree, {link for link, root in roots.items() if root == body})

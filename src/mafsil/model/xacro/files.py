@@ -56,7 +56,7 @@ class Files:
         """The root of the robot file, its elements marked so that they keep their places but offer no repairs."""
         document = self.reading.document
         self.reading.included.append(("", document))
-        self._mark(document.root)
+        self._note_file(document.root)
         return document.root
 
     def declare(self, name: str, default: str) -> None:
@@ -120,7 +120,7 @@ class Files:
         """A diagnostic at an element, for a refusal."""
         return Diagnostic(fault, element.line, element.column, details)
 
-    def _mark(self, root: Element) -> None:
+    def _note_file(self, root: Element) -> None:
         for element in root.walk():
             element.file = len(self.reading.included)
 
@@ -133,7 +133,7 @@ class Files:
                 self.reading.diagnostics.append(replace(refusal.diagnostic, file=name, repair=None))
                 raise Reported from None
             self.reading.included.append((name, document))
-            self._mark(document.root)
+            self._note_file(document.root)
             self._roots[path] = document.root
         return self._roots[path]
 

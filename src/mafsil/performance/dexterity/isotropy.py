@@ -34,18 +34,18 @@ class IsotropySearch(Answer):
 
     Attributes:
         q: (k, n) the best configuration first; all that are isotropic and different, or one [rad | m].
-        condition: (k,) largest over smallest singular value.
+        condition_number: (k,) largest over smallest singular value.
         starts: how many were tried.
     """
 
     q: JointVector
-    condition: Floats
+    condition_number: Floats
     starts: int
 
     @property
     def found(self) -> bool:
         """Whether there is an isotropic configuration among them."""
-        return bool(self.condition[0] - 1.0 < ISOTROPIC)
+        return bool(self.condition_number[0] - 1.0 < ISOTROPIC)
 
     @property
     def status(self) -> IsotropyStatus:
@@ -66,11 +66,16 @@ class IsotropySearch(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {"status": self.status.name.lower(), "q": self.q, "condition": self.condition, "starts": self.starts}
+        return {
+            "status": self.status.name.lower(),
+            "q": self.q,
+            "condition_number": self.condition_number,
+            "starts": self.starts,
+        }
 
     def explain(self, language: str | None = None) -> str:
         """The answer in a sentence."""
-        details = {"count": len(self.q), "starts": self.starts, "condition": float(self.condition[0])}
+        details = {"count": len(self.q), "starts": self.starts, "condition_number": float(self.condition_number[0])}
         return self.status.sentence(language, **details)
 
 
@@ -111,11 +116,11 @@ def isotropic_configurations(
         slope = np.where(better[:, None, None], slope_after, slope)
         damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-14, 1e6)
     s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
-    condition = s[:, 0] / np.maximum(s[:, -1], 1e-300)
-    order = np.argsort(condition)  # 3
-    good = [k for k in order if condition[k] - 1.0 < ISOTROPIC] or [order[0]]
+    condition_number = s[:, 0] / np.maximum(s[:, -1], 1e-300)
+    order = np.argsort(condition_number)  # 3
+    good = [k for k in order if condition_number[k] - 1.0 < ISOTROPIC] or [order[0]]
     kept = _different(q, good)
-    return IsotropySearch(q[kept], condition[kept], starts)
+    return IsotropySearch(q[kept], condition_number[kept], starts)
 
 
 def _residual(robot: Robot, q: Floats, task: Task, length: float | None) -> tuple[Floats, Floats]:

@@ -82,11 +82,11 @@ def holding_torque(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad], *,
         robot: the arm, its mechanism, name or path.
         q: (*batch, n) joint coordinates [rad | m].
         loads: on any links.
-        gravity: whether the arm's own weight is held too.
+        gravity: whether the arm's own weight is carried too.
     """
     robot = as_robot(robot)
-    held = robot.gravity_torque(q) if gravity else 0.0
-    return held - generalized_force(robot, q, loads)
+    gravity_efforts = robot.gravity_torque(q) if gravity else 0.0
+    return gravity_efforts - generalized_force(robot, q, loads)
 
 
 class EquilibriumStatus(Status):

@@ -227,12 +227,12 @@ def pinned_arm(
             nulls = self_motion(robot, path[-1], task=task)
             ahead: Floats = nulls.T @ np.linalg.lstsq(nulls.T, direction, rcond=None)[0]
             direction = ahead / np.linalg.norm(ahead)
-            path.append(_held(robot, start, path[-1] + step * direction, task))
+            path.append(_corrected(robot, start, path[-1] + step * direction, task))
             drift = max(drift, float(np.linalg.norm(robot.forward_kinematics(path[-1])[:3, 3] - home)))
     return PinnedArm(len(rates), rates, np.array(path), drift)
 
 
-def _held(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
+def _corrected(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
     """The nearest configuration with the tip where it was at the start, by Newton's method."""
     T_0 = robot.forward_kinematics(start)
     for _ in range(8):
@@ -240,8 +240,8 @@ def _held(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
         T = robot.forward_kinematics(q)
         turn = T_0[:3, :3] @ T[:3, :3].T
         omega = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-        miss = np.concatenate([omega, T_0[:3, 3] - T[:3, 3]])[list(scaled.rows)] * scaled.row_factors
-        q = q + scaled.columns * (np.linalg.pinv(scaled.J) @ miss)
+        error = np.concatenate([omega, T_0[:3, 3] - T[:3, 3]])[list(scaled.rows)] * scaled.row_factors
+        q = q + scaled.columns * (np.linalg.pinv(scaled.J) @ error)
     return q
 
 

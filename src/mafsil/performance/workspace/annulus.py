@@ -61,9 +61,13 @@ def dexterous_annuli(lengths: ArrayLike) -> tuple[Annulus, ...]:
     L = _lengths(lengths)
     if len(L) != 3:
         raise InputError("input.shape", name="lengths", expected="(3,)", got=L.shape, hint="")
-    ring, last = reachable_annulus(L[:2]), float(L[2])
-    most = ring.outer - last
-    pieces = [(0.0, most)] if ring.inner == 0.0 else [(0.0, min(last - ring.inner, most)), (last + ring.inner, most)]
+    inner_annulus, last = reachable_annulus(L[:2]), float(L[2])
+    most = inner_annulus.outer - last
+    pieces = (
+        [(0.0, most)]
+        if inner_annulus.inner == 0.0
+        else [(0.0, min(last - inner_annulus.inner, most)), (last + inner_annulus.inner, most)]
+    )
     return tuple(Annulus(inner, outer) for inner, outer in pieces if inner <= outer and outer > 0.0)
 
 

@@ -140,9 +140,9 @@ class WorkspaceMap:
         """
         import scipy.ndimage
 
-        mark: Any = scipy.ndimage.label  # carries no types
+        connected: Any = scipy.ndimage.label  # carries no types
         widen = [(0 if self.view == "radial" and axis == 0 else 1, 1) for axis in range(self.counts.ndim)]
-        labels: NDArray[np.int64] = mark(~np.pad(self.reached, widen))[0]
+        labels: NDArray[np.int64] = connected(~np.pad(self.reached, widen))[0]
         core = tuple(slice(before, -1) for before, _ in widen)
         sizes: NDArray[np.int64] = np.bincount(labels.ravel())
         outside = labels[(-1,) * labels.ndim]

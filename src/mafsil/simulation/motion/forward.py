@@ -132,8 +132,8 @@ class ForwardMotion(Answer):
         qd = self._system.rate_of(q, second)
         # pd = d(M qd)/dt, and dM/dt = C + C'.
         C = self.robot.coriolis_matrix(q, qd)
-        turning = ((C + np.swapaxes(C, -1, -2)) @ qd[..., None])[..., 0]
-        return Motion(q, qd, self._system.rate_of(q, slope[..., n:] - turning))
+        mass_rate_qd = ((C + np.swapaxes(C, -1, -2)) @ qd[..., None])[..., 0]
+        return Motion(q, qd, self._system.rate_of(q, slope[..., n:] - mass_rate_qd))
 
     def explain(self, language: str | None = None) -> str:
         """How the integration ended, in one sentence."""

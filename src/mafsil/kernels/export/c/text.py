@@ -115,7 +115,7 @@ def literal(value: float, real: Real) -> str:
     if math.isinf(value):
         return f"({real})INFINITY" if value > 0 else f"(-({real})INFINITY)"
     text = repr(value) if real == "double" else str(np.float32(value))
-    text = text if any(mark in text for mark in ".en") else text + ".0"
+    text = text if any(sign in text for sign in ".en") else text + ".0"
     text += "f" if real == "float" else ""
     return f"({text})" if text.startswith("-") else text
 

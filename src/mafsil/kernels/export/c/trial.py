@@ -33,8 +33,8 @@ class Trial:
 
 def compiler() -> str | None:
     """Path of a C compiler: the one that the environment variable CC names, else the first that is installed."""
-    wanted = os.environ.get("CC")
-    for name in (wanted,) if wanted else COMPILERS:
+    chosen = os.environ.get("CC")
+    for name in (chosen,) if chosen else COMPILERS:
         path = shutil.which(name)
         if path:
             return path

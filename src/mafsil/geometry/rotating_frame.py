@@ -9,7 +9,7 @@ from mafsil.arrays import Vector3, gate
 
 
 def vector_rate(omega: ArrayLike, x: ArrayLike, dx: ArrayLike | None = None) -> Vector3:
-    """(*batch, 3) = dx + omega x x: the derivative of a vector, in the axes of the turning frame {b}.
+    """(*batch, 3) = dx + omega x x: the derivative of a vector, in the axes of the rotating frame {b}.
 
     Of the unit vectors of {b} themselves it is omega x e_i. In the axes of {s} the same vector is R_sb times this.
 
