@@ -33,13 +33,13 @@ print(mechanism.joint_names, mechanism.gravity, mechanism.provenance.notes)
 ```
 
 - **Free bodies.** A loose object beside a fixed robot is left out with what it carries (M0722). A robot that floats
-  is held in the world where the file draws it (M0721): mechanisms have no floating base. A floating body counts as
+  is fixed in the world where the file draws it (M0721): mechanisms have no floating base. A floating body counts as
   a robot if it carries at least one moving joint and no part fixed in the world carries more.
 - **Inertia from geometry** follows MuJoCo: primitives, shells, meshes by the rules convex, exact, legacy and shell
   (STL, OBJ, Collada, MSH, or numbers in the file), shapes fitted to meshes, groups, bounds, balance, total mass. A
   mesh that cannot be read stops the reader only if a joint moves its body (M0717).
 - **Flags.** Without gravity, damper, frictionloss, equality or constraint the mechanism has none of it.
-- **Couplings.** `<joint>` of `equality` becomes a mimic or a held joint; `<weld>` between bodies a fixed loop joint;
+- **Couplings.** `<joint>` of `equality` becomes a mimic or a locked joint; `<weld>` between bodies a fixed loop joint;
   `<connect>`, welds of sites and welds to `mocap` bodies are said to stay open (M0723): mass matrix and bias are
   those of the open tree, as MuJoCo's are.
 - **Tendons.** `armature` of a fixed tendon, or of a motor that pulls it, adds inertia where its joints are coupled to

@@ -99,18 +99,24 @@ def test_kill_9_in_the_middle_of_a_run(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_is_one_line(tmp_path: Path) -> None:
-    child = subprocess.Popen(
-        [*MAFSIL, "run", str(JOBS[0]), "--out", str(tmp_path / "out"), "--progress"],
-        stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert child.stderr is not None
-    assert child.stderr.readline().strip()  # at the first stage: on a busy machine a later one may be over at once
-    child.send_signal(signal.SIGINT)
-    rest = child.stderr.read()
-    assert child.wait(20) == 130
+    """On a busy machine a run may be over before the signal comes, and says so; then another is tried."""
+    for attempt in range(5):
+        out = tmp_path / f"out{attempt}"
+        child = subprocess.Popen(
+            [*MAFSIL, "run", str(JOBS[0]), "--out", str(out), "--progress"],
+            stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert child.stderr is not None
+        assert child.stderr.readline().strip()  # the first stage
+        child.send_signal(signal.SIGINT)
+        rest = child.stderr.read()
+        if child.wait(20) != 0:
+            break
+        assert (out / "results.json").exists(), "a run that ends well leaves its results"
+    assert child.returncode == 130
     assert rest.splitlines()[-1] == "mafsil: stopped by the user"
     assert "Traceback" not in rest
-    assert not (tmp_path / "out").exists()
+    assert not out.exists()
 
 
 def test_a_reader_that_leaves_is_no_error() -> None:
