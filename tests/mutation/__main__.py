@@ -30,7 +30,8 @@ def main() -> int:
         tests = tests_of_capabilities()
     chosen = _share([name for name in tests if _is_asked_for(name, options)], options.shard)
     if options.trace:
-        print(json.dumps({name: _in_child(lambda name=name: calls_of(tests[name])) for name in chosen}, indent=1))
+        for name in chosen:
+            print(json.dumps({name: _in_child(lambda name=name: calls_of(tests[name]), options.limit)}), flush=True)
         return 0
     targets = tomllib.loads(TARGETS.read_text("utf-8"))
     verdicts = {name: _verdict(name, targets, tests, options.limit) for name in chosen}

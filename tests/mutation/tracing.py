@@ -53,7 +53,7 @@ def _name(code: CodeType) -> str:
 
 
 def _names_of_quantities() -> set[str]:
-    from mafsil.mechanics.quantities import CATALOGUE
+    from mafsil.mechanics.catalogue import CATALOGUE
 
     return set(CATALOGUE)
 
