@@ -4,6 +4,7 @@
    properties, lazy ones and class methods are functions underneath, and a class is broken after its `__init__`.
 2. The mutant calls the true function. What that returns is perturbed: numbers by a thousandth and a thousandth, truths
    turned, text emptied, statuses exchanged, members of containers and attributes of objects likewise, two levels deep.
+   What draws or saves does nothing.
 3. An error of mafsil that the true function raises is swallowed: a refusal that no longer happens must be noticed too.
 """
 
@@ -15,6 +16,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -29,12 +31,17 @@ LITTLE = 1e-3
 def break_target(target: str) -> None:
     """Break `package.module:Class.method`, `package.module:function`, `package.module:Class` or `quantity:name`.
 
+    `page:docs/grasping.md` is a page of the documentation that is read as empty.
+
     Raises:
         AttributeError, ImportError: there is no such thing; the table of targets is out of date.
     """
     place, _, name = target.partition(":")
     if place == "quantity":
         _break_quantity(name)
+        return
+    if place == "page":
+        _empty_page(name)
         return
     module = importlib.import_module(place)
     owner: Any = module
@@ -45,7 +52,8 @@ def break_target(target: str) -> None:
     if inspect.isclass(thing):
         replace_code(_function(thing.__init__), mutant_of_constructor)
     else:
-        replace_code(_function(thing), mutant_of_function)
+        silent = last.startswith(("draw_", "save_"))
+        replace_code(_function(thing), idle_mutant if silent else mutant_of_function)
 
 
 def _break_quantity(name: str) -> None:
@@ -54,6 +62,15 @@ def _break_quantity(name: str) -> None:
 
     thing = inspect.getattr_static(Robot, name)
     replace_code(_function(thing), lambda true: lambda self: mutant_of_function(true(self)))
+
+
+def _empty_page(name: str) -> None:
+    true = Path.read_text
+
+    def read_text(self: Path, *args: Any, **named: Any) -> str:
+        return "" if self.as_posix().endswith(name) else true(self, *args, **named)
+
+    Path.read_text = read_text  # type: ignore[method-assign]
 
 
 def _function(thing: Any) -> FunctionType:
@@ -80,6 +97,11 @@ def mutant_of_function(true: Callable[..., Any]) -> Callable[..., Any]:
         return perturbed(result)
 
     return mutant
+
+
+def idle_mutant(true: Callable[..., Any]) -> Callable[..., Any]:
+    """The function that does nothing."""
+    return lambda *args, **named: None
 
 
 def mutant_of_constructor(true: Callable[..., Any]) -> Callable[..., Any]:
