@@ -179,8 +179,11 @@ def perturbed(value: Any, depth: int = 2) -> Any:
 
 
 def _next_member(value: Enum) -> Enum:
+    """Another member; of a status one that says the opposite, where there is one."""
     members = list(type(value))
-    return members[(members.index(value) + 1) % len(members)]
+    after = [*members[members.index(value) + 1 :], *members[: members.index(value)], value]
+    success = getattr(value, "succeeded", None)
+    return next((other for other in after if getattr(other, "succeeded", None) != success), after[0])
 
 
 def _perturbed_array(value: np.ndarray[Any, Any]) -> Any:
