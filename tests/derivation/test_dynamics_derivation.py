@@ -143,6 +143,10 @@ def test_formulas_grow_and_the_growth_is_counted() -> None:
         arm = symbolic_arm(library.load(name))
         terms.append(operations(*lagrange(arm, symbolic_bodies(arm)).tau)[0])
     assert terms[1] > 3 * terms[0]
+    arm = symbolic_arm(library.load("planar2r_point_masses"))
+    second = lagrange(arm, symbolic_bodies(arm)).tau[1]
+    counted, _, _, sines_and_cosines = operations(second)
+    assert (counted, sines_and_cosines) == (5, 3)  # m2 (L2² θ̈1 + L1 L2 c2 θ̈1 + L2² θ̈2 + L1 L2 s2 θ̇1² + g L2 c12)
     text = to_text(derive_dynamics(library.load("panda")), "en")
     assert "7 joints" in text
     assert "inverse_dynamics" in text
