@@ -9,6 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from mafsil.errors import ModelError
+from mafsil.messages import catalogue
 from mafsil.model import JointKind, library
 from mafsil.model.appearance import pieces
 from mafsil.model.exponentials import screws
@@ -40,6 +41,12 @@ def inside(mechanism, rng):
 
 
 # ---- every robot
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_robot_has_a_title_in_both_languages(name):
+    for language in catalogue.LANGUAGES:
+        assert name in catalogue.keys(language, "library"), f"{name} needs a line in messages/{language}/library.toml"
 
 
 @pytest.mark.parametrize("name", library.names())
