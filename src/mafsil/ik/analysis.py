@@ -13,7 +13,7 @@ import numpy as np
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.recognise import EXACT, recognise_locked
+from mafsil.ik.recognise import EXACT, recognise_locked, simpler_within_rounding
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
@@ -57,9 +57,7 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
     chain = chain_of(mechanism)
     if chain is None or not len(chain):
         return Analysis(None, None, None, ())
-    n, orientation, seen = mechanism.n, task != "position", chain
-    if task == "axis":
-        seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
+    n, orientation, seen = mechanism.n, task != "position", _seen(chain, task)
     excess = max(0, len(seen) - _equations(seen, orientation))
     quartic: tuple[ArmPattern, tuple[int, ...]] | None = None
     for locked in _locked_sets(seen, excess):
@@ -73,6 +71,38 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
         return _recognised(chain, seen, *quartic, task)
     general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
+
+
+@of_robot
+def structure_in_doubt(robot: Robot, task: Task = "pose") -> bool:
+    """Whether an arm differs from a simpler structure by no more than a description of six digits leaves open.
+
+    Its closed form is then another, or refined, or missing, where that of the arm that was meant may be simple.
+
+    Args:
+        robot: any arm.
+        task: as for `inverse_kinematics`.
+    """
+    return _in_doubt(robot.mechanism, task)
+
+
+@lru_cache(maxsize=256)
+def _in_doubt(mechanism: Mechanism, task: Task) -> bool:
+    chain = chain_of(mechanism)
+    if chain is None or not len(chain):
+        return False
+    orientation, seen = task != "position", _seen(chain, task)
+    excess = max(0, len(seen) - _equations(seen, orientation))
+    for locked in _locked_sets(seen, excess):
+        simpler = simpler_within_rounding(seen, mechanism.n, locked, orientation=orientation)
+        if simpler is not None:
+            return simpler
+    return False
+
+
+def _seen(chain: Chain, task: Task) -> Chain:
+    """The chain with the joint that a task adds."""
+    return chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2) if task == "axis" else chain
 
 
 def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[int, ...], task: Task) -> Analysis:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Vector3
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point, distance_to_line, meeting_point
@@ -70,10 +71,7 @@ def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientati
     """
     if not locked:
         return recognise(chain, n, orientation=orientation)
-    generic = 0.4567 * chain.size
-    seen = chain
-    for k in reversed(locked):
-        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
+    generic, seen = 0.4567 * chain.size, _locked(chain, locked)
     candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
     for pattern in candidates:
         if pattern.shifted:
@@ -81,6 +79,32 @@ def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientati
         if pattern.defect <= EXACT and not _split(pattern, chain, locked):
             return _released(pattern, chain, locked, generic)
     return None
+
+
+def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> bool | None:
+    """Whether a description of six digits leaves open that the arm has a simpler closed form than its exact one.
+
+    Args:
+        chain, n, locked, orientation: as for `recognise_locked`.
+
+    Returns:
+        None where there is neither an exact closed form nor one within rounding.
+    """
+    seen = _locked(chain, locked)
+    for pattern in _with_orientation(seen, n) if orientation else _points(seen, n):
+        if locked and pattern.shifted:
+            continue
+        if pattern.defect <= DESCRIBED and not (locked and _split(pattern, chain, locked)):
+            return pattern.defect > EXACT
+    return None
+
+
+def _locked(chain: Chain, locked: tuple[int, ...]) -> Chain:
+    """The chain without the locked joints, at generic values of these."""
+    generic, seen = 0.4567 * chain.size, chain
+    for k in reversed(locked):
+        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
+    return seen
 
 
 def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:

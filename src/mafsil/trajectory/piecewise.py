@@ -11,6 +11,7 @@ from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.tolerances import REAL_ROOT
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,4 +123,4 @@ def _real_roots(ascending: Floats) -> Floats:
     if not ascending[1:].any():
         return np.zeros(0)
     roots = np.polynomial.polynomial.polyroots(ascending)
-    return roots.real[np.abs(roots.imag) <= 1e-6 * (1.0 + np.abs(roots.real))]
+    return roots.real[np.abs(roots.imag) <= REAL_ROOT * (1.0 + np.abs(roots.real))]

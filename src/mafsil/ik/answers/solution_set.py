@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.candidate_table import CandidateTable
+from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
@@ -160,6 +162,17 @@ class SolutionSet(Answer):
         exact = "_details" in vars(self)
         known = exact and self._question.list_known(CandidateTable.of(self._details[self._chosen]))
         return known or self._question.proven(len(self.own))
+
+    @lazy
+    def in_doubt(self) -> bool:
+        """Whether a description of six digits leaves the count open: the arm that was meant may have another one."""
+        setting, asked = self._setting, self._question
+        if structure_decides(setting) or folding(setting, self.own).any():
+            return True
+        if setting.arm.form is None and not len(self.own):
+            return bool(asked.refusal.residual <= DESCRIBED * max(1.0, setting.length))
+        start = asked.start
+        return bool(nearly_there(setting, asked.T[None], asked.q0 if start is None else start.q0)[0])
 
     @lazy
     def _question(self) -> answers_question.Question:
@@ -311,6 +324,8 @@ class SolutionSet(Answer):
         method = say(f"ik.method_{self.method.replace(' ', '_')}", language=language)
         if len(self.q) or self.complete:
             lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
+        if self.in_doubt:
+            lines.append(say("ik.in_doubt", language=language))
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -319,6 +334,7 @@ class SolutionSet(Answer):
             "status": self.status.name.lower(),
             "solved": bool(self),
             "complete": self.complete,
+            "in_doubt": self.in_doubt,
             "method": self.method,
             "q": self.q,
             "residual": self.residual,
