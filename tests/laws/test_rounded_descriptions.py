@@ -97,7 +97,7 @@ def test_makers_arms_typed_with_few_digits(file, tmp_path):
 
 @st.composite
 def special_arms(draw):
-    """Screws and home of six joints, each beside the one before by quarter turns, and lengths of which some are zero."""
+    """Screws and home of six joints, each beside the one before by quarter turns; some lengths are zero."""
     T = pose.exp(np.array(draw(st.lists(st.floats(-1, 1), min_size=6, max_size=6))))
     S, length = [], 0.0
     for k in range(6):
