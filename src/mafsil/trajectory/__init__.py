@@ -2,6 +2,10 @@
 
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.files import ExportStatus as ExportStatus
+from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
+from mafsil.trajectory.files import export as export
+from mafsil.trajectory.files import read as read
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
