@@ -3,8 +3,8 @@
 1. A function's code is replaced in place by a call of its mutant, so that everybody who holds the function meets it;
    properties, lazy ones and class methods are functions underneath, and a class is broken after its `__init__`.
 2. The mutant calls the true function. What that returns is perturbed: numbers by a thousandth and a thousandth, truths
-   turned, text emptied, statuses exchanged, members of containers and attributes of objects likewise, two levels deep; what an iterator gives is perturbed as if it was returned.
-   What draws or saves does nothing.
+   turned, text emptied, statuses exchanged, members of containers and attributes of objects likewise, two levels deep;
+   what an iterator gives, as if it were returned. What draws or saves does nothing.
 3. An error of mafsil that the true function raises is swallowed: a refusal that no longer happens must be noticed too.
 """
 
