@@ -2,6 +2,13 @@
 
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
+from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
+from mafsil.trajectory.feasibility import Obstruction as Obstruction
+from mafsil.trajectory.feasibility import Remedy as Remedy
+from mafsil.trajectory.feasibility import RemedyKind as RemedyKind
+from mafsil.trajectory.feasibility import RequestStatus as RequestStatus
+from mafsil.trajectory.feasibility import doctor as doctor
 from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export
