@@ -22,6 +22,7 @@ from mafsil.trajectory.limit_check import check as check
 from mafsil.trajectory.motion import Motion as Motion
 from mafsil.trajectory.motion import Trajectory as Trajectory
 from mafsil.trajectory.motion_limits import MotionLimits as MotionLimits
+from mafsil.trajectory.path import JointPath as JointPath
 from mafsil.trajectory.path_following import follow as follow
 from mafsil.trajectory.path_motion import PathMotion as PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
