@@ -223,6 +223,20 @@ OPERATIONS: tuple[Operation, ...] = (
             _TIP,
         ),
     ),
+    Operation(
+        "trajectory",
+        "mafsil.cli.trajectory:trajectory",
+        (
+            Parameter("action", "text", positional=True, required=True, choices=("check", "doctor", "export")),
+            _ROBOT,
+            Parameter("file", "path", positional=True, required=True, reads=True, endings=(".csv",)),
+            Parameter("out", "path"),
+            Parameter("rate", "number"),
+            Parameter("curve", "text", choices=("spline", "stops")),
+            Parameter("remedy", "text", choices=("slower", "slower_leg", "stop", "leave_out")),
+            _TIP,
+        ),
+    ),
     Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
 )
 
