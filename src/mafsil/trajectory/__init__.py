@@ -13,6 +13,17 @@ from mafsil.trajectory.continuity import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
 from mafsil.trajectory.double_s import double_s as double_s
 from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
+from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
+from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
+from mafsil.trajectory.feasibility import Obstruction as Obstruction
+from mafsil.trajectory.feasibility import Remedy as Remedy
+from mafsil.trajectory.feasibility import RemedyKind as RemedyKind
+from mafsil.trajectory.feasibility import RequestStatus as RequestStatus
+from mafsil.trajectory.feasibility import doctor as doctor
+from mafsil.trajectory.files import ExportStatus as ExportStatus
+from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
+from mafsil.trajectory.files import export as export
+from mafsil.trajectory.files import read as read
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
@@ -25,6 +36,7 @@ from mafsil.trajectory.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.motion import Motion as Motion
 from mafsil.trajectory.motion import Trajectory as Trajectory
 from mafsil.trajectory.motion_limits import MotionLimits as MotionLimits
+from mafsil.trajectory.path import JointPath as JointPath
 from mafsil.trajectory.path_following import follow as follow
 from mafsil.trajectory.path_motion import PathMotion as PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
