@@ -1,7 +1,18 @@
 """Motions in time: polynomials, trapezoids, Cartesian lines, sequences, and their checks."""
 
+from mafsil.trajectory.blend_legs import first_leg as first_leg
+from mafsil.trajectory.blend_legs import interior_blend as interior_blend
+from mafsil.trajectory.blend_legs import last_leg as last_leg
+from mafsil.trajectory.blend_legs import single_leg as single_leg
+from mafsil.trajectory.blend_shapes import BLENDS as BLENDS
+from mafsil.trajectory.blended_lines import BlendedLines as BlendedLines
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.continuity import Continuity as Continuity
+from mafsil.trajectory.continuity import Jump as Jump
+from mafsil.trajectory.continuity import continuity as continuity
+from mafsil.trajectory.double_s import double_s as double_s
+from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
 from mafsil.trajectory.feasibility import Obstruction as Obstruction
@@ -16,9 +27,12 @@ from mafsil.trajectory.files import read as read
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
+from mafsil.trajectory.laws import time_law as time_law
 from mafsil.trajectory.limit_check import LimitCheck as LimitCheck
 from mafsil.trajectory.limit_check import Violation as Violation
 from mafsil.trajectory.limit_check import check as check
+from mafsil.trajectory.linear_blends import BlendPlan as BlendPlan
+from mafsil.trajectory.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.motion import Motion as Motion
 from mafsil.trajectory.motion import Trajectory as Trajectory
 from mafsil.trajectory.motion_limits import MotionLimits as MotionLimits
@@ -30,8 +44,15 @@ from mafsil.trajectory.polynomial import cubic as cubic
 from mafsil.trajectory.polynomial import cubic_through as cubic_through
 from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
+from mafsil.trajectory.profiles import profiles as profiles
 from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
+from mafsil.trajectory.shaped_law import ShapedLaw as ShapedLaw
+from mafsil.trajectory.shaped_law import ShapedMotion as ShapedMotion
+from mafsil.trajectory.side_by_side import SideBySide as SideBySide
+from mafsil.trajectory.side_by_side import synchronised as synchronised
+from mafsil.trajectory.status import BlendStatus as BlendStatus
 from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
+from mafsil.trajectory.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid

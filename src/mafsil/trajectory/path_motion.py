@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.limit_check import derivative, extreme_times
-from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.motion import Motion, Stretchable, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
@@ -25,7 +25,7 @@ class PathMotion(Printed):
     """
 
     path: PiecewisePolynomial
-    law: PiecewisePolynomial
+    law: Stretchable
 
     @property
     def duration(self) -> float:

@@ -75,6 +75,21 @@ class PiecewisePolynomial(Printed):
         piece, local = self._locate(moment)
         return self._derivative(piece, local, 3) * moving_at(moment, self.duration, self.coefficients.ndim - 2)
 
+    def derivative(self, t: ArrayLike, order: int, *, within: ArrayLike | None = None) -> Floats:
+        """(*times, *batch, n) a derivative of any order, outside 0 .. duration that of its ends.
+
+        Args:
+            t: (*times) [s].
+            order: 0 for the position.
+            within: (*times) of the pieces that are evaluated, even beyond their ends; `t` if None [s].
+        """
+        moment = times(t)
+        piece, local = self._locate(moment)
+        if within is not None:
+            piece = self._locate(times(within))[0]
+            local = moment - self.knots[piece]
+        return self._derivative(piece, local, order)
+
     def stretched(self, factor: float) -> PiecewisePolynomial:
         """The same path, `factor` times as slow."""
         powers = factor ** -np.arange(self.degree + 1.0)
