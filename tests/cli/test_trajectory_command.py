@@ -69,7 +69,7 @@ def test_a_mended_motion_becomes_a_message(points, tmp_path):
         (["export", "ur5e", "POINTS"], "--out"),
         (["check", "ur5e", "POINTS", "--remedy", "stop"], "--remedy belongs to doctor"),
         (["doctor", "ur5e", "POINTS", "--remedy", "stop"], "--out"),
-        (["check", "panda", "POINTS"], "q7"),
+        (["check", "panda", "POINTS"], "joint7"),
         (["check", "ur5e", "missing.csv"], "missing.csv: no such file"),
         (["export", "ur5e", "POINTS", "--out", "x.csv", "--rate", "-1"], "rate"),
         (["sell", "ur5e", "POINTS"], "doctor"),
