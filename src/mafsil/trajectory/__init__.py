@@ -6,6 +6,10 @@ from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export
 from mafsil.trajectory.files import read as read
+from mafsil.trajectory.jerk import JerkLimitedBatch as JerkLimitedBatch
+from mafsil.trajectory.jerk import JerkLimitedMotion as JerkLimitedMotion
+from mafsil.trajectory.jerk import JerkStatus as JerkStatus
+from mafsil.trajectory.jerk import jerk_limited as jerk_limited
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
