@@ -12,7 +12,6 @@ from mafsil.trajectory.continuity import Continuity as Continuity
 from mafsil.trajectory.continuity import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
 from mafsil.trajectory.double_s import double_s as double_s
-from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
 from mafsil.trajectory.feasibility import Obstruction as Obstruction
@@ -24,6 +23,11 @@ from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export
 from mafsil.trajectory.files import read as read
+from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
+from mafsil.trajectory.jerk import JerkLimitedBatch as JerkLimitedBatch
+from mafsil.trajectory.jerk import JerkLimitedMotion as JerkLimitedMotion
+from mafsil.trajectory.jerk import JerkStatus as JerkStatus
+from mafsil.trajectory.jerk import jerk_limited as jerk_limited
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
