@@ -104,7 +104,7 @@ def test_numbers_that_cannot_be_nan_say_so_by_their_own_means():
     assert performance.rank(ARM, spoilt).tolist() == [6, -1, 6]
     assert performance.is_singular(ARM, spoilt).tolist() == [False, False, False]
     found = performance.tip_wrench(ARM, spoilt, ONE)
-    assert [found.status(k).name for k in range(3)] == ["DETERMINED", "NOT_FINITE", "DETERMINED"]
+    assert [status.name for status in found.status] == ["DETERMINED", "NOT_FINITE", "DETERMINED"]
     assert "not finite" in found.explain(1)
 
 

@@ -19,8 +19,10 @@ from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
 from mafsil.ik.newton import NewtonRecord as NewtonRecord
 from mafsil.ik.newton import newton_ik as newton_ik
 from mafsil.ik.numerical import solve_ik as solve_ik
+from mafsil.ik.planar_reach import Place as Place
 from mafsil.ik.planar_reach import PlaceClass as PlaceClass
 from mafsil.ik.planar_reach import PlanarReach as PlanarReach
+from mafsil.ik.planar_reach import ReachShape as ReachShape
 from mafsil.ik.planar_reach import planar_reach as planar_reach
 from mafsil.ik.puma_shape import ArmClass as ArmClass
 from mafsil.ik.puma_shape import ArmStructure as ArmStructure

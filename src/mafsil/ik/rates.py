@@ -13,8 +13,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.result import on_screen
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
