@@ -42,7 +42,7 @@ OF_CONFIGURATIONS = {
     "joint_twists": lambda q: performance.joint_twists(ARM, q, ONE),
     "point_velocity": lambda q: performance.point_velocity(ARM, q, ONE),
     "scaled_jacobian": lambda q: performance.scaled_jacobian(ARM, q, at="axes").J,
-    "ik.task_jacobian": lambda q: ik.task_jacobian(ARM, q),
+    "ik.twist_jacobian": lambda q: ik.twist_jacobian(ARM, q),
     "joint_rates": lambda q: ik.joint_rates(ARM, q, ONE).qd,
 }
 OF_ROTATIONS = {

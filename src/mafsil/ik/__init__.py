@@ -36,7 +36,7 @@ from mafsil.ik.rates import Rates as Rates
 from mafsil.ik.rates import integrate_rates as integrate_rates
 from mafsil.ik.rates import joint_rates as joint_rates
 from mafsil.ik.rates import prioritised_rates as prioritised_rates
-from mafsil.ik.rates import task_jacobian as task_jacobian
+from mafsil.ik.rates import twist_jacobian as twist_jacobian
 from mafsil.ik.redundant import ParametricSolutions as ParametricSolutions
 from mafsil.ik.redundant import Redundancy as Redundancy
 from mafsil.ik.redundant import SelfMotionFamily as SelfMotionFamily
