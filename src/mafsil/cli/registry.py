@@ -73,6 +73,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("duration", "number"),
             Parameter("out", "path"),
             Parameter("frictionless", "flag"),
+            Parameter("quantities", "text", many=True, metavar="NAME"),
             _TIP,
             _DEGREES,
         ),
