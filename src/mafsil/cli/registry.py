@@ -215,7 +215,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (
             _ROBOT,
             Parameter("quantity", "text", positional=True, required=True),
-            Parameter("to", "text", choices=("c", "object", "ptx")),
+            Parameter("to", "text", choices=("c", "object", "ptx", "wasm")),
             Parameter("target", "text"),
             Parameter("real", "text", choices=("double", "float")),
             Parameter("frame", "text"),
