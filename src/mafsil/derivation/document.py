@@ -130,7 +130,7 @@ class Derivation(Answer):
         """Plain data: the sentence of every step with its details, and the error of its lines."""
         steps = [
             {
-                "sentence": say(step.key, **dict(step.details)),
+                "sentence": say(step.key, language=None, **dict(step.details)),
                 "lines": len(step.lines),
                 "error": max((line.error for line in step.lines if line.error is not None), default=None),
             }

@@ -15,11 +15,8 @@ from mafsil.model.loading import of_mechanism
 from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
-<<<<<<< HEAD
-from mafsil.whole_file import write_whole
-=======
 from mafsil.scene import Drawing, compact
->>>>>>> room-page
+from mafsil.whole_file import write_whole
 
 
 @of_mechanism
