@@ -26,6 +26,7 @@ FACES = (
 """Packages whose names are public."""
 
 VALUES = {
+    "Bindings": "a part of JerkLimitedMotion",
     "Condition": "a part of ArmStructure",
     "DeterminantFactors": "a formula: it can be evaluated, and explains its factors",
     "Displacement": "a value of geometry in other coordinates: kind, axis, angle, advance",
@@ -36,6 +37,7 @@ VALUES = {
     "LimitExcess": "a part of SolutionSet",
     "LocusComponent": "a part of SingularityLocus",
     "NearSingularity": "a part of Track",
+    "ProfileTable": "a table of what there is",
     "Switch": "a part of Track",
     "Violation": "a part of LimitCheck",
 }
