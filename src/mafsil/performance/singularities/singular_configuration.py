@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -201,9 +202,19 @@ def verdict_in_doubt(
     return rank_in_doubt(singular_values(robot, q, task=task, length=length), tolerance)
 
 
-@dataclass(frozen=True, eq=False)
-class Singularity:
-    """What one configuration can and cannot do.
+class SingularityStatus(Status):
+    """Whether a configuration is singular, the question that succeeds with yes."""
+
+    SINGULAR = ("performance.singular", True)
+    """Its rank is lower than that of almost all others."""
+    DEFICIENT = ("performance.deficient", True)
+    """The arm has no configuration of full rank, and this one is like almost all others."""
+    REGULAR = ("performance.regular", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Singularity(SingleAnswer):
+    """What one configuration can and cannot do: true if it is singular.
 
     Attributes:
         robot: name.
@@ -244,6 +255,13 @@ class Singularity:
     def in_doubt(self) -> bool:
         """Whether a description of six digits leaves the rank open: a singular value is that near to the tolerance."""
         return bool(rank_in_doubt(self.singular_values, self.tolerance))
+
+    @property
+    def status(self) -> SingularityStatus:
+        """Whether this configuration is singular, the arm at all of them, or neither."""
+        if self.drop > 0:
+            return SingularityStatus.SINGULAR
+        return SingularityStatus.DEFICIENT if self.deficient else SingularityStatus.REGULAR
 
     @property
     def drop(self) -> int:
@@ -298,6 +316,26 @@ class Singularity:
         ratios = self.singular_values / self.singular_values[0]
         nearest = float(ratios[np.argmin(np.abs(np.log(np.maximum(ratios, SMALLEST) / self.tolerance)))])
         return [say("performance.rank_in_doubt", language=language, ratio=nearest, tolerance=self.tolerance)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        ranks = {"rank": self.rank, "generic_rank": self.generic_rank, "full_rank": self.full_rank}
+        return {
+            "status": self.status.name.lower(),
+            "singular": self.singular,
+            "robot": self.robot,
+            "q": self.q,
+            "task": self.task,
+            **ranks,
+            "singular_values": self.singular_values,
+            "length": self.length,
+            "in_doubt": self.in_doubt,
+            "causes": [cause.sentence() for cause in self.causes],
+            "cases": list(self.cases),
+            "null_rates": self.null_rates,
+            "lost_twists": self.lost_twists,
+            "carried_wrenches": self.wrenches,
+        }
 
 
 def _cause_line(cause: SingularityCause, language: str | None) -> str:
