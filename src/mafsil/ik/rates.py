@@ -14,20 +14,13 @@ from mafsil.arrays import Floats, JointVector, gate, positive, real_array, requi
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.result import on_screen
+from mafsil.ik.tolerances import MADE, RANK, SYMMETRIC
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
-RANK = 1e-9
-"""Singular values, relative to the largest, that count as zero."""
-
-EXACT = 1e-9
-"""Residual relative to the twist up to which the twist is made: singular values above `RANK` keep so many digits."""
-
-SYMMETRIC = 1e-9
-"""Largest difference of a cost from its transpose, relative to its largest element."""
 
 MOST_STEPS = 10_000_000
 """Most steps of an integration: more would not fit the memory."""
@@ -36,7 +29,7 @@ MOST_STEPS = 10_000_000
 class RateStatus(Status):
     """How well joint rates make a twist."""
 
-    EXACT = ("ik.rates_exact", True)
+    MADE = ("ik.rates_exact", True)
     SLOWED = ("ik.rates_slowed", False)
     APPROXIMATE = ("ik.rates_approximate", False)
 
@@ -109,7 +102,7 @@ def rate_codes(residual: Floats, twist: Floats, factor: Floats | float = 1.0) ->
         twist: (*batch, m) desired.
         factor: (*batch,) part of it that was sought.
     """
-    exact = residual <= EXACT * np.linalg.norm(twist, axis=-1)
+    exact = residual <= MADE * np.linalg.norm(twist, axis=-1)
     slowed = np.where(np.less(factor, 1.0), STATUSES.index(RateStatus.SLOWED), STATUSES.index(RateStatus.EXACT))
     return np.asarray(np.where(exact, slowed, STATUSES.index(RateStatus.APPROXIMATE)), dtype=np.int8)
 
