@@ -13,7 +13,8 @@ import numpy as np
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.recognise import EXACT, recognise_locked, simpler_within_rounding
+from mafsil.ik.recognise import recognise_locked, simpler_within_rounding
+from mafsil.ik.tolerances import DEFECT
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
@@ -43,7 +44,7 @@ class Analysis:
     @property
     def exact(self) -> bool:
         """Whether the closed form is the arm's own."""
-        return self.form is not None and self.form.pattern.defect <= EXACT
+        return self.form is not None and self.form.pattern.defect <= DEFECT
 
 
 @lru_cache(maxsize=256)
@@ -116,7 +117,7 @@ def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[in
         task: as for `analysis`.
     """
     # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
-    incomplete = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not locked
+    incomplete = (pattern.defect > DEFECT or pattern.quartic) and task == "pose" and not locked
     general = GeneralSix(seen) if incomplete and 3 <= len(seen) <= 6 else None
     return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in locked))
 
@@ -124,7 +125,7 @@ def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[in
 def _equations(chain: Chain, orientation: bool) -> int:
     """How many equations a task has: in space, or in the plane of an arm whose joints all turn about parallel axes."""
     along = np.linalg.norm(np.cross(chain.axes, chain.axes[0]), axis=1)
-    if not any(chain.prismatic) and (along <= EXACT).all():
+    if not any(chain.prismatic) and (along <= DEFECT).all():
         return 3 if orientation else 2
     return 6 if orientation else 3
 
