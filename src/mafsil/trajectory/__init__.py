@@ -11,8 +11,8 @@ from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
 from mafsil.trajectory.continuity import Continuity as Continuity
 from mafsil.trajectory.continuity import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
+from mafsil.trajectory.cubic_spline import cubic_through as cubic_through
 from mafsil.trajectory.double_s import double_s as double_s
-from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
 from mafsil.trajectory.feasibility import Obstruction as Obstruction
@@ -24,6 +24,7 @@ from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export
 from mafsil.trajectory.files import read as read
+from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
@@ -41,9 +42,10 @@ from mafsil.trajectory.path_following import follow as follow
 from mafsil.trajectory.path_motion import PathMotion as PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
 from mafsil.trajectory.polynomial import cubic as cubic
-from mafsil.trajectory.polynomial import cubic_through as cubic_through
 from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
+from mafsil.trajectory.polynomial_conditions import polynomial as polynomial
+from mafsil.trajectory.polynomial_conditions import septic as septic
 from mafsil.trajectory.profiles import profiles as profiles
 from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
@@ -56,3 +58,5 @@ from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
 from mafsil.trajectory.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid
+from mafsil.trajectory.via_rates import ViaRates as ViaRates
+from mafsil.trajectory.via_rates import via_rates as via_rates

@@ -40,3 +40,11 @@ class ContinuityStatus(Status):
 
     CONTROLLABLE = ("trajectory.controllable", True)
     NOT_CONTROLLABLE = ("trajectory.not_controllable", False)
+
+
+class ViaRateStatus(Status):
+    """How well joint rates at a via point make the tip's velocity."""
+
+    EXACT = ("trajectory.rates_exact", True)
+    DAMPED = ("trajectory.rates_damped", False)
+    NOT_POSSIBLE = ("trajectory.rates_not_possible", False)
