@@ -6,6 +6,11 @@ from mafsil.trajectory.blend_legs import last_leg as last_leg
 from mafsil.trajectory.blend_legs import single_leg as single_leg
 from mafsil.trajectory.blend_shapes import BLENDS as BLENDS
 from mafsil.trajectory.blended_lines import BlendedLines as BlendedLines
+from mafsil.trajectory.bspline import BSpline as BSpline
+from mafsil.trajectory.bspline import bspline as bspline
+from mafsil.trajectory.bspline_through import bspline_through as bspline_through
+from mafsil.trajectory.bspline_through import minimum_jerk_through as minimum_jerk_through
+from mafsil.trajectory.bspline_through import minimum_snap_through as minimum_snap_through
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
 from mafsil.trajectory.continuity import Continuity as Continuity
@@ -32,6 +37,8 @@ from mafsil.trajectory.laws import time_law as time_law
 from mafsil.trajectory.limit_check import LimitCheck as LimitCheck
 from mafsil.trajectory.limit_check import Violation as Violation
 from mafsil.trajectory.limit_check import check as check
+from mafsil.trajectory.limit_proof import LimitProof as LimitProof
+from mafsil.trajectory.limit_proof import prove as prove
 from mafsil.trajectory.linear_blends import BlendPlan as BlendPlan
 from mafsil.trajectory.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.motion import Motion as Motion

@@ -145,8 +145,8 @@ def _periodic(slopes: Floats, h: Floats) -> Floats:
             matrix[i, i] += 2 * (before[i] + h[i])
             matrix[i, (i - 1) % k] += h[i]
             matrix[i, (i + 1) % k] += before[i]
-        v = np.linalg.solve(matrix, right)
-        return np.concatenate([v, v[:1]])
+        closed = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+        return np.concatenate([closed, closed[:1]])
     lower, diagonal, upper = h.copy(), 2 * (before + h), before.copy()
     corner_first, corner_last = lower[0], upper[-1]
     gamma = -diagonal[0]

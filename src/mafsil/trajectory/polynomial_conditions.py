@@ -61,8 +61,9 @@ def polynomial(conditions: Iterable[Condition]) -> PiecewisePolynomial:
     size = np.abs(matrix).max(axis=1)
     if not size.all() or _determined(matrix / size[:, None]) < SINGULAR:
         raise InputError("trajectory.conditions_open", count=len(rows))
-    scaled = right * (np.power(T, orders) / size).reshape((-1,) + (1,) * (right.ndim - 1))
-    c = np.linalg.solve(matrix / size[:, None], scaled.reshape(len(rows), -1)).reshape(right.shape)
+    scaled = right.reshape(len(rows), -1) * (np.power(T, np.array(orders, dtype=np.float64)) / size)[:, None]
+    found = np.asarray(np.linalg.solve(matrix / size[:, None], scaled), dtype=np.float64)
+    c = found.reshape(right.shape)
     return PiecewisePolynomial.from_pieces([T], (c / _powers(T, c))[None])
 
 

@@ -48,3 +48,11 @@ class ViaRateStatus(Status):
     EXACT = ("trajectory.rates_exact", True)
     DAMPED = ("trajectory.rates_damped", False)
     NOT_POSSIBLE = ("trajectory.rates_not_possible", False)
+
+
+class ProofStatus(Status):
+    """Whether a motion is proven to keep its limits."""
+
+    PROVEN = ("trajectory.proven", True)
+    EXCEEDED = ("trajectory.exceeded", False)
+    IN_DOUBT = ("trajectory.in_doubt", False)
