@@ -29,6 +29,8 @@ from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export
 from mafsil.trajectory.files import read as read
+from mafsil.trajectory.generator import TickReport as TickReport
+from mafsil.trajectory.generator import TrajectoryGenerator as TrajectoryGenerator
 from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
@@ -47,6 +49,11 @@ from mafsil.trajectory.motion_limits import MotionLimits as MotionLimits
 from mafsil.trajectory.path import JointPath as JointPath
 from mafsil.trajectory.path_following import follow as follow
 from mafsil.trajectory.path_motion import PathMotion as PathMotion
+from mafsil.trajectory.path_points import PathPoint as PathPoint
+from mafsil.trajectory.path_points import PathPoints as PathPoints
+from mafsil.trajectory.path_points import PointKind as PointKind
+from mafsil.trajectory.path_points import joint_path as joint_path
+from mafsil.trajectory.path_points import tip_path as tip_path
 from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
 from mafsil.trajectory.polynomial import cubic as cubic
 from mafsil.trajectory.polynomial import quintic as quintic
@@ -54,6 +61,14 @@ from mafsil.trajectory.polynomial import rest as rest
 from mafsil.trajectory.polynomial_conditions import polynomial as polynomial
 from mafsil.trajectory.polynomial_conditions import septic as septic
 from mafsil.trajectory.profiles import profiles as profiles
+from mafsil.trajectory.requirements import IsSmooth as IsSmooth
+from mafsil.trajectory.requirements import KeepsClear as KeepsClear
+from mafsil.trajectory.requirements import PassesWithin as PassesWithin
+from mafsil.trajectory.requirements import RequirementCheck as RequirementCheck
+from mafsil.trajectory.requirements import Takes as Takes
+from mafsil.trajectory.requirements import require as require
+from mafsil.trajectory.routes import RouteComparison as RouteComparison
+from mafsil.trajectory.routes import compare_routes as compare_routes
 from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
 from mafsil.trajectory.shaped_law import ShapedLaw as ShapedLaw

@@ -56,3 +56,17 @@ class ProofStatus(Status):
     PROVEN = ("trajectory.proven", True)
     EXCEEDED = ("trajectory.exceeded", False)
     IN_DOUBT = ("trajectory.in_doubt", False)
+
+
+class TickStatus(Status):
+    """Whether a generator keeps up with its update rate."""
+
+    ON_TIME = ("trajectory.on_time", True)
+    OVERRUN = ("trajectory.overrun", False)
+
+
+class RequirementStatus(Status):
+    """Whether a trajectory does what it must."""
+
+    MET = ("trajectory.met", True)
+    NOT_MET = ("trajectory.not_met", False)
