@@ -52,7 +52,7 @@ class Diagnosis(Answer):
     Attributes:
         request: what was asked for.
         obstructions: limits that it breaks.
-        remedies: least changes that make it possible, the one that costs least time first.
+        remedies: least changes that make it possible: more time, then stops, then points left out; the quickest first.
     """
 
     request: MotionRequest
@@ -79,7 +79,7 @@ class Diagnosis(Answer):
         return RequestStatus.MENDABLE if self.remedies else RequestStatus.NO_REMEDY
 
     def mended(self, kind: RemedyKind | str | None = None) -> PiecewisePolynomial:
-        """The motion after the remedy that costs least time, or after the first one of a kind.
+        """The motion after the first remedy, or after the first one of a kind.
 
         Args:
             kind: `slower`, `slower_leg`, `stop` or `leave_out`; any if None.

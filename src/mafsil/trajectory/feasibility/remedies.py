@@ -58,8 +58,17 @@ class Remedy:
 
 
 def remedies(request: MotionRequest) -> tuple[Remedy, ...]:
-    """Least changes of every kind that make the request possible, the one that costs least time first."""
-    return tuple(sorted(_found(request), key=lambda remedy: remedy.request.duration))
+    """Least changes of every kind that make the request possible.
+
+    Those that keep the points and pass them come first, then stops, then points left out; of each the quickest first.
+    """
+    order = (RemedyKind.SLOWER, RemedyKind.SLOWER_LEG), (RemedyKind.STOP,), (RemedyKind.LEAVE_OUT,)
+    found = list(_found(request))
+    return tuple(
+        remedy
+        for kinds in order
+        for remedy in sorted((each for each in found if each.kind in kinds), key=lambda each: each.request.duration)
+    )
 
 
 def is_possible(request: MotionRequest) -> bool:
