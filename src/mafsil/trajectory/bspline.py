@@ -180,7 +180,8 @@ def bspline(
         if knots not in ("clamped", "uniform"):
             raise InputError("input.choice", name="knots", value=knots, known="clamped, uniform")
         inner = np.linspace(0.0, T, k - p + 1)
-        ends = np.linspace(T / (k - p), p * T / (k - p), p) if knots == "uniform" else np.zeros(p)
+        beyond = p * T / (k - p) if knots == "uniform" else 0.0
+        ends = np.linspace(beyond / p, beyond, p)
         t = np.concatenate([-ends[::-1], inner, T + ends])
     else:
         t = _own_knots(require_finite("knots", real_array("knots", knots)), k, p, T)
