@@ -8,3 +8,5 @@ from mafsil.trajectory.jerk.online import Online as Online
 from mafsil.trajectory.jerk.online import online as online
 from mafsil.trajectory.jerk.state_to_state import jerk_limited as jerk_limited
 from mafsil.trajectory.jerk.status import JerkStatus as JerkStatus
+from mafsil.trajectory.jerk.via_points import ViaMotion as ViaMotion
+from mafsil.trajectory.jerk.via_points import jerk_limited_through as jerk_limited_through

@@ -49,6 +49,20 @@ def _outside(v: float, a: float, limits: Floats) -> bool:
 
 
 @compiled
+def can_pass(v: float, a: float, limits: Floats) -> bool:
+    """Whether a state can be reached from within the limits and left within them.
+
+    Args:
+        v, a: velocity and acceleration.
+        limits: (6,).
+    """
+    if not (limits[0] <= v <= limits[1] and limits[2] <= a <= limits[3]):
+        return False
+    drop, rise = 0.5 * a * a / limits[5], -0.5 * a * a / limits[4]
+    return a == 0.0 or (v - drop >= limits[0] and v + rise <= limits[1])
+
+
+@compiled
 def _kept(x: float, low: float, high: float) -> bool:
     over = x - high if high < inf else -1.0
     under = low - x if low > -inf else -1.0
