@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise, packed_limits, problem_of
+from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise, packed_limits, problem_of, require_finite_states
 from mafsil.trajectory.jerk.refusals import sentence
 from mafsil.trajectory.jerk.status import STATUSES, JerkStatus
 from mafsil.trajectory.motion_limits import Limits
@@ -183,5 +183,6 @@ def online(
     problem = problem_of((position, velocity, acceleration, position, 0.0, 0.0), limits, synchronise=synchronise)
     if problem.states.ndim != 2:
         raise InputError("input.shape", name="position", expected="(n,)", got=problem.states.shape[:-1], hint="")
+    require_finite_states(problem.states)
     packed = packed_limits(limits, problem.states.shape[0])
     return Online(problem.states, packed, positive("cycle", cycle), MODES.index(synchronise))

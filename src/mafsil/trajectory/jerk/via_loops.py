@@ -37,11 +37,17 @@ ROUNDING = 1e-12
 
 
 @compiled
+def _ends(points: Floats, at: Floats, k: int, i: int, x: Floats) -> None:
+    """The states of coordinate i at point k and at the next, into x (n, 6)."""
+    x[i, 0], x[i, 1], x[i, 2] = points[k, i], at[k, i, 0], at[k, i, 1]
+    x[i, 3], x[i, 4], x[i, 5] = points[k + 1, i], at[k + 1, i, 0], at[k + 1, i, 1]
+
+
+@compiled
 def _duration(points: Floats, at: Floats, k: int, i: int, limits: Floats, x: Floats) -> float:
     """Shortest duration of coordinate i from point k to the next."""
-    x[0], x[1], x[2] = points[k, i], at[k, i, 0], at[k, i, 1]
-    x[3], x[4], x[5] = points[k + 1, i], at[k + 1, i, 0], at[k + 1, i, 1]
-    return next_of(x, limits[i], False, 0.0)
+    _ends(points, at, k, i, x)
+    return next_of(x, limits, i, False, 0.0)
 
 
 @compiled
@@ -66,9 +72,8 @@ def _segment(points: Floats, at: Floats, k: int, limits: Floats, each: Floats, c
     i = fitting = 0
     for _ in range(8 * n):
         if T > each[i]:
-            x[0], x[1], x[2] = points[k, i], at[k, i, 0], at[k, i, 1]
-            x[3], x[4], x[5] = points[k + 1, i], at[k + 1, i, 0], at[k + 1, i, 1]
-            later = next_of(x, limits[i], False, T)
+            _ends(points, at, k, i, x)
+            later = next_of(x, limits, i, False, T)
             if later > T * (1.0 + ROUNDING):
                 T, fitting = later, 0
         fitting += 1
@@ -104,8 +109,7 @@ def true_total(points: Floats, at: Floats, limits: Floats, work: Floats, pieces:
     total = 0.0
     for k in range(len(points) - 1):
         for i in range(points.shape[1]):
-            work[i, 0], work[i, 1], work[i, 2] = points[k, i], at[k, i, 0], at[k, i, 1]
-            work[i, 3], work[i, 4], work[i, 5] = points[k + 1, i], at[k + 1, i, 0], at[k + 1, i, 1]
+            _ends(points, at, k, i, work)
         status, _, _, T = plan(work, limits, False, TIME, 0.0, 0.0, scratch, count[k], pieces[k, 0], pieces[k, 1])
         if status != PLANNED:
             return inf
@@ -287,18 +291,18 @@ def through(
         The total duration, and the one with rest at every via point whose velocity is free; infinite if there is none.
     """
     m, n = points.shape
-    each, costs, x, work = np.empty((m - 1, n)), np.empty(m - 1), np.empty(6), np.empty((n, 6))
+    each, costs, work = np.empty((m - 1, n)), np.empty(m - 1), np.empty((n, 6))
     scale, resting = np.empty((n, 2)), np.empty((m - 1, n))
     _scales(points, limits, scale)
     # 1. The beginning: rest at the via points, or the best speed along the chords.
     _chords(points, limits, np.ones((m - 1, n)), given, 0.0, at)
     stops = true_total(points, at, limits, work, pieces, count)
-    least, best, lowest = stops, at.copy(), _fill(points, at, limits, resting, costs, False, x)
+    least, best, lowest = stops, at.copy(), _fill(points, at, limits, resting, costs, False, work)
     first = at.copy()
     for turn in range(1, 9):
         _chords(points, limits, resting, given, 0.25 * turn, at)
         if _can_all(at, limits):
-            cost = _fill(points, at, limits, each, costs, False, x)
+            cost = _fill(points, at, limits, each, costs, False, work)
             if cost < lowest:
                 lowest = cost
                 first[:] = at
@@ -312,7 +316,7 @@ def through(
     for turn in range(3):
         if turn == 2:
             at[:] = beginning
-        _searched(points, at, limits, turn > 0, given, scale, ROUNDS, x)
+        _searched(points, at, limits, turn > 0, given, scale, ROUNDS, work)
         total = true_total(points, at, limits, work, pieces, count)
         if total < least:
             least = total

@@ -18,7 +18,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings
 from mafsil.trajectory.jerk.motion import JerkLimitedMotion, Pieces
-from mafsil.trajectory.jerk.problem import Problem, packed_limits, problem_of
+from mafsil.trajectory.jerk.problem import Problem, packed_limits, problem_of, require_finite_states
 from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, planned
 from mafsil.trajectory.jerk.status import JerkStatus
 from mafsil.trajectory.motion import Motion
@@ -156,6 +156,7 @@ def jerk_limited_through(
     packed = packed_limits(limits, n)
     ends = (array[..., 0, :], start_velocity, start_acceleration, array[..., -1, :], goal_velocity, goal_acceleration)
     states = problem_of(ends, limits).states.reshape(-1, n, 6)
+    require_finite_states(states)
     given = np.full((m, n), np.nan)
     if velocities is not None:
         given[1:-1] = _velocities(velocities, (m - 2, n))
