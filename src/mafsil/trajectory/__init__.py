@@ -35,7 +35,11 @@ from mafsil.trajectory.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.jerk import JerkLimitedBatch as JerkLimitedBatch
 from mafsil.trajectory.jerk import JerkLimitedMotion as JerkLimitedMotion
 from mafsil.trajectory.jerk import JerkStatus as JerkStatus
+from mafsil.trajectory.jerk import Online as Online
+from mafsil.trajectory.jerk import ViaMotion as ViaMotion
 from mafsil.trajectory.jerk import jerk_limited as jerk_limited
+from mafsil.trajectory.jerk import jerk_limited_through as jerk_limited_through
+from mafsil.trajectory.jerk import online as online
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw
