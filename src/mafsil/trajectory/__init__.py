@@ -23,4 +23,8 @@ from mafsil.trajectory.sequence import Sequence as Sequence
 from mafsil.trajectory.sequence import sequence as sequence
 from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
+from mafsil.trajectory.time_optimal import time_optimal as time_optimal
+from mafsil.trajectory.timing_answer import TimeOptimal as TimeOptimal
+from mafsil.trajectory.timing_answer import TimeOptimalBatch as TimeOptimalBatch
+from mafsil.trajectory.timing_status import TimingStatus as TimingStatus
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid

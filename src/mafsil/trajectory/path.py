@@ -137,7 +137,7 @@ class JointPath:
         if self.curve.degree < 1 or not len(inner):
             return np.zeros(0)
         rows, h = self.curve.coefficients[:-1], np.diff(self.curve.knots)[:-1, None]
-        powers = np.arange(1, rows.shape[1])
+        powers = np.arange(1.0, rows.shape[1])
         before = (powers[:, None] * rows[:, 1:] * h[:, None] ** (powers[:, None] - 1)).sum(axis=1)
         after = self.curve.coefficients[1:, 1]
         size = np.maximum(np.abs(before).max(axis=1), np.abs(after).max(axis=1))
