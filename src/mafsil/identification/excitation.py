@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_finite
-from mafsil.errors import FileError, InputError
+from mafsil.csv_table import csv_text, joint_columns
+from mafsil.errors import InputError
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
+from mafsil.whole_file import write_whole
 
 SAMPLES = 120
 """Instants at which a candidate is looked at."""
@@ -124,13 +126,7 @@ class ExcitationTrajectory:
         """
         t = np.arange(round(self.duration * positive("rate", rate)) + 1) / rate
         motion = self.at(t)
-        heads = ["t", *(f"{name}[{joint}]" for name in ("q", "qd", "qdd") for joint in self.joints)]
-        table = np.column_stack([t, *motion])
-        rows = (",".join(f"{value:.9g}" for value in row) for row in table.tolist())
-        try:
-            Path(path).write_text("\n".join([",".join(heads), *rows, ""]), encoding="utf-8")
-        except OSError as fault:
-            raise FileError("identification.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
+        write_whole(Path(path), b"".join(csv_text({"t": t, **joint_columns(("q", "qd", "qdd"), motion, self.joints)})))
 
 
 @of_robot

@@ -6,11 +6,14 @@ moved a little, except near folds, where two branches meet: there a pair may van
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose
@@ -20,7 +23,9 @@ from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
+from mafsil.ik.status import IKStatus
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -37,9 +42,9 @@ SHORTEST = 1e-4
 """Step, in parts of the way, at which a branch is given up: it ends there."""
 
 
-@dataclass(frozen=True, eq=False)
-class Continuation:
-    """What became of the branches of the nearest ideal arm.
+@dataclass(frozen=True, eq=False, repr=False)
+class Continuation(Answer):
+    """What became of the branches of the nearest ideal arm: the solutions of the arm itself, true if one is allowed.
 
     Attributes:
         answer: solutions of the arm itself; `complete` where elimination proves that there are no others.
@@ -58,6 +63,28 @@ class Continuation:
     lost: tuple[int, ...]
     gained: tuple[int, ...]
     defect: float
+
+    @property
+    def status(self) -> IKStatus:
+        """What can be said about the arm's own solutions."""
+        return self.answer.status
+
+    def __bool__(self) -> bool:
+        return bool(self.answer)
+
+    def __len__(self) -> int:
+        return len(self.answer)
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.answer)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        kept = {"ideal": self.ideal, "solution": self.solution, "moved": self.moved}
+        return {**self.answer.to_dict(), **kept, "lost": self.lost, "gained": self.gained, "defect": self.defect}
 
     def explain(self, language: str | None = None) -> str:
         """In sentences: how many branches go on, which are lost or gained, and the answer's own words."""

@@ -13,8 +13,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.result import on_screen
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
@@ -141,10 +141,10 @@ class Rates(RatesAnswer):
         return self.moving - self.rank
 
 
-def task_jacobian(
+def twist_jacobian(
     robot: RobotLike, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None
 ) -> Floats:
-    """(*batch, m, n) Jacobian of a task.
+    """(*batch, m, n) Jacobian of a twist, or of some of its rows: what `performance.task_jacobian` calls a task.
 
     Args:
         robot: any arm.
@@ -211,7 +211,7 @@ def joint_rates(
         robot: any arm.
         q: (*batch, n) coordinates.
         V: (*batch, m) desired twist (omega, v), or its components `rows` [rad/s, m/s].
-        form: frame of the twist, see `task_jacobian`.
+        form: frame of the twist, see `twist_jacobian`.
         rows: components that count; all six if None.
         cost: (n,) diagonal or (n, n) symmetric positive definite Q; a joint of larger cost moves less. Weights that
             grow with a motor's capability are its reciprocals. Ones if None.
@@ -223,7 +223,7 @@ def joint_rates(
     Reference: Whitney, Resolved motion rate control, 1969; Lynch & Park, Modern Robotics, sec. 6.3.
     """
     robot = as_robot(robot)
-    J = task_jacobian(robot, q, form, rows)
+    J = twist_jacobian(robot, q, form, rows)
     twist = twists_for(J, V) if qd_preferred is None else twists_for(J, V, qd_preferred=qd_preferred)
     Q, moving = _cost(cost, robot.n), moving_part(robot).columns
     own = J[..., moving]
@@ -294,7 +294,7 @@ def integrate_rates(
         twist: V of time [s] and coordinates, (m,).
         duration: of the motion [s].
         step: dt [s].
-        form: frame of the twist, see `task_jacobian`.
+        form: frame of the twist, see `twist_jacobian`.
         rows: components that count.
         cost: as for `joint_rates`.
 

@@ -13,6 +13,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 FIELDS = (
@@ -34,17 +35,6 @@ SENTENCES = {
 
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
-
-LINES, COLUMNS = 25, 100
-"""Of a screen."""
-
-
-def on_screen(text: str) -> str:
-    """The lines of a text as far as they fit a screen."""
-    lines = [
-        line if len(line) <= COLUMNS else line[: COLUMNS - 1] + "\N{HORIZONTAL ELLIPSIS}" for line in text.split("\n")
-    ]
-    return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
 
 
 def rounded_up(x: float) -> float:

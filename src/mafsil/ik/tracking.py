@@ -19,8 +19,8 @@ from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.result import on_screen
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 

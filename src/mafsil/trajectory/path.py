@@ -138,7 +138,7 @@ class JointPath:
             return np.zeros(0)
         rows, h = self.curve.coefficients[:-1], np.diff(self.curve.knots)[:-1, None]
         powers = np.arange(1.0, rows.shape[1])
-        before = (powers[:, None] * rows[:, 1:] * h[:, None] ** (powers[:, None] - 1)).sum(axis=1)
+        before = (powers[:, None] * rows[:, 1:] * np.power(h[:, None], powers[:, None] - 1)).sum(axis=1)
         after = self.curve.coefficients[1:, 1]
         size = np.maximum(np.abs(before).max(axis=1), np.abs(after).max(axis=1))
         return inner[np.abs(after - before).max(axis=1) > CORNER * size]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.limit_check import derivative, extreme_times
-from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.motion import Motion, Stretchable, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
@@ -27,7 +27,7 @@ class PathMotion(Printed):
     """
 
     path: PiecewisePolynomial
-    law: PiecewisePolynomial
+    law: Stretchable
     places: Floats | None = None
 
     @property
@@ -80,6 +80,6 @@ class PathMotion(Printed):
         """(*times) where on the path the motion is, never beyond an end by rounding."""
         if self.places is None:
             return np.clip(s[..., 0], 0.0, self.path.duration)
-        k = np.clip(np.searchsorted(self.law.knots, times(t), side="right") - 1, 0, len(self.places) - 2)
+        k = np.clip(np.searchsorted(self.law.breaks(), times(t), side="right") - 1, 0, len(self.places) - 2)
         ends = np.append(np.nextafter(self.places[1:-1], 0.0), self.places[-1])
         return np.clip(s[..., 0], self.places[k], np.maximum(ends[k], self.places[k]))

@@ -15,10 +15,12 @@ from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.solution_table import pose_table
 from mafsil.ik.problem import FARTHEST, clean_poses
 from mafsil.ik.status import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
@@ -125,9 +127,14 @@ class SolutionBatch(Answer):
         return (self[i] for i in range(len(self.q)))
 
     def __repr__(self) -> str:
-        shape, solved = self.status_codes.shape, int(self.solved.sum())
-        size, rows = self.status_codes.size, int(self.valid.sum())
-        return f"<SolutionBatch: {solved} of {size} poses solved, shape {shape}, {rows} rows>"
+        solved = say("ik.batch", solved=int(self.solved.sum()), count=self.solved.size)
+        return on_screen("\n".join([solved, *self._table()]))
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + in_notebook("\n".join(self._table()))
+
+    def _table(self) -> list[str]:
+        return pose_table(self.valid, self.within, self.residual, self.status_codes)
 
     @property
     def count(self) -> NDArray[np.int64]:

@@ -15,11 +15,13 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.solution_table import solution_table
 from mafsil.ik.status import IKStatus
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import INSIDE
 from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, on_screen
 
 if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
@@ -123,7 +125,13 @@ class SolutionSet(Answer):
         return bool(self.within.any())
 
     def __repr__(self) -> str:
-        return f"<SolutionSet: {len(self.q)} solutions, {self.status.name.lower()}, {self.method}>"
+        return on_screen("\n".join([self.explain(), *self._table()]))
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + in_notebook("\n".join(self._table()))
+
+    def _table(self) -> list[str]:
+        return solution_table(self.q, self.branches, self.residual, self.within, self.revolute)
 
     @lazy
     def residual(self) -> Floats:

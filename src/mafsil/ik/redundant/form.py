@@ -27,6 +27,7 @@ from mafsil.ik.recognise import recognise_locked
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
+from mafsil.ik.redundant.parametric_solutions import REACHED, ParametricSolutions
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.kernels.lazy import lazy
@@ -41,30 +42,8 @@ MERGING = 40
 ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
 
-REACHED = 1e-9
-"""Residual of a configuration that counts [rad | m]."""
-
 GRID = 360
 """Values at which intervals are looked for where nothing better is known."""
-
-
-@dataclass(frozen=True, eq=False)
-class ParametricSolutions:
-    """Configurations at values of the free parameter.
-
-    Attributes:
-        values: (*batch, m) of the parameter [rad | m].
-        q: (*batch, m, branches, 7) joint coordinates, wound into the limits where possible; NaN where there is none.
-        residual: (*batch, m, branches) by which forward kinematics misses the pose; NaN where there is none.
-        within: (*batch, m, branches) whether the configuration is one, and within the joint limits.
-        labelled: whether a branch keeps its place along the parameter.
-    """
-
-    values: Floats
-    q: JointVector
-    residual: Floats
-    within: NDArray[np.bool_]
-    labelled: bool
 
 
 @dataclass(frozen=True, eq=False)

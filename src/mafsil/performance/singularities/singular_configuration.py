@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -184,9 +185,19 @@ def is_singular(
     return (here >= 0) & (here < resolved_task(robot, task).full_rank)
 
 
-@dataclass(frozen=True, eq=False)
-class Singularity:
-    """What one configuration can and cannot do.
+class SingularityStatus(Status):
+    """Whether a configuration is singular, the question that succeeds with yes."""
+
+    SINGULAR = ("performance.singular", True)
+    """Its rank is lower than that of almost all others."""
+    DEFICIENT = ("performance.deficient", True)
+    """The arm has no configuration of full rank, and this one is like almost all others."""
+    REGULAR = ("performance.regular", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Singularity(SingleAnswer):
+    """What one configuration can and cannot do: true if it is singular.
 
     Attributes:
         robot: name.
@@ -222,6 +233,13 @@ class Singularity:
     def singular(self) -> bool:
         """Whether the rank is not full."""
         return self.rank < self.full_rank
+
+    @property
+    def status(self) -> SingularityStatus:
+        """Whether this configuration is singular, the arm at all of them, or neither."""
+        if self.drop > 0:
+            return SingularityStatus.SINGULAR
+        return SingularityStatus.DEFICIENT if self.deficient else SingularityStatus.REGULAR
 
     @property
     def drop(self) -> int:
@@ -267,6 +285,25 @@ class Singularity:
         lines += [screw.sentence("lost", language) for screw in self.lost_screws]
         lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        ranks = {"rank": self.rank, "generic_rank": self.generic_rank, "full_rank": self.full_rank}
+        return {
+            "status": self.status.name.lower(),
+            "singular": self.singular,
+            "robot": self.robot,
+            "q": self.q,
+            "task": self.task,
+            **ranks,
+            "singular_values": self.singular_values,
+            "length": self.length,
+            "causes": [cause.sentence() for cause in self.causes],
+            "cases": list(self.cases),
+            "null_rates": self.null_rates,
+            "lost_twists": self.lost_twists,
+            "carried_wrenches": self.wrenches,
+        }
 
 
 def _cause_line(cause: SingularityCause, language: str | None) -> str:
