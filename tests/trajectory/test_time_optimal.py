@@ -221,6 +221,18 @@ def test_what_limits_is_said() -> None:
     assert answer.to_dict()["status"] == "TIMED"
 
 
+def test_what_a_greater_limit_would_save() -> None:
+    limits = MotionLimits.of(2, velocity=[1.0, 100.0], acceleration=[2.0, 100.0])
+    answer = time_optimal(JointPath.through([[0.0, 0.0], [3.0, 1.0]]), limits, intervals=1000)
+    # d/v + v/a: one per cent of v saves (d/v - v/a)/100, one of a saves v/a/100.
+    saved = {(gain.joint, gain.quantity): gain.seconds for gain in answer.gains()}
+    assert set(saved) == {(0, "velocity"), (0, "acceleration")}
+    assert saved[0, "velocity"] == pytest.approx(0.025, rel=0.02)
+    assert saved[0, "acceleration"] == pytest.approx(0.005, rel=0.02)
+    fit = time_optimal(JointPath.through([[0.0, 0.0], [3.0, 1.0]]), limits, start_velocity=0.1).gains()
+    assert fit[0].quantity == "velocity"
+
+
 @pytest.mark.parametrize(
     ("change", "name"),
     [
@@ -258,6 +270,7 @@ def test_efforts_hold_on_a_dense_grid(name: str) -> None:
     assert (np.abs(tau) / robot.limits.effort).max() <= 1 + ALLOWED
     assert (np.abs(motion.v) / 3.0).max() <= 1 + ALLOWED
     assert "effort" in {binding.quantity for binding in answer.bindings}
+    assert any(gain.quantity == "effort" and gain.seconds > 0.0 for gain in answer.gains())
     loose = time_optimal(
         JointPath.through(points), MotionLimits.of(robot.n, velocity=3.0, effort=4 * robot.limits.effort), robot=robot
     )

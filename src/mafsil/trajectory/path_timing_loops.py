@@ -14,15 +14,16 @@ import numpy as np
 from mafsil.solvers.loops import compiled
 from mafsil.trajectory.path import CORNER
 from mafsil.trajectory.path_rows_loops import (
-    FREE,
     acceleration_rows,
-    binomials,
+    as_lines,
     largest_square,
     slope_controls,
+    used_of,
     velocity_caps,
     velocity_shares,
+    weights_of,
 )
-from mafsil.trajectory.reachability_loops import as_lines, passes
+from mafsil.trajectory.reachability_loops import passes
 
 MOST_PARTS = 8
 """Into which one interval is divided at once."""
@@ -86,13 +87,13 @@ def timed(
     4. The duration, and the largest excess of a Bernstein coefficient over its limit: a bound of every excess.
 
     Args:
-        coefficients: (pieces, degree + 1, n) of the path.
+        coefficients: (pieces, degree + 1, n) of the path; n is a multiple of eight, with empty coordinates at the end.
         knots: (pieces + 1,).
         s: (places,) grid; piece: (places - 1,) of the path under each interval.
         slowness: (2, n) one over the magnitudes of the velocity limits; acceleration: (2, n).
         start, end: squares of the path velocity; negative where any will do.
         caps: (places,) the largest squares, from elsewhere; lowered here by the limits of velocity.
-        rows: (2, places - 1, k) further alpha and beta; lows, highs: (places - 1, k).
+        rows: (2, places - 1, k) further alpha and beta, k a multiple of eight; lows, highs: (places - 1, k).
         low, high, x: (places,) receive the sets and the squares of the path velocity.
         loss: (places,) receives for each interval the time that the unused share of the limits at its ends may cost.
         duration: (1,) receives the duration; infinite where the path velocity is zero on a whole interval.
@@ -103,18 +104,18 @@ def timed(
     N, n, m = len(piece), coefficients.shape[2], coefficients.shape[1] - 2
     own, added = (m + 1) * n, rows.shape[2]
     count = own + added
-    choose = binomials(2 * m + 1)
+    powers, squares = weights_of(m)
     D, shares = np.empty((m + 1, n)), np.empty((N, m + 1, n))
     alpha, beta = np.empty((N, count)), np.empty((N, count))
     least, greatest = np.empty((N, count)), np.empty((N, count))
-    largest, ending = np.empty(N), np.empty(n)
+    largest, ending, resting = np.empty(N), np.empty(n), True
     # 1.
     for i in range(N):
         h = s[i + 1] - s[i]
-        slope_controls(coefficients[piece[i]], s[i] - knots[piece[i]], h, choose, D)
+        slope_controls(coefficients[piece[i]], s[i] - knots[piece[i]], h, powers, D)
         acceleration_rows(D, h, acceleration, alpha[i], beta[i], least[i], greatest[i])
-        largest[i] = velocity_shares(D, slowness, shares[i])
-        begin, finish = velocity_caps(shares[i], largest[i], h, choose)
+        largest[i], begin, finish = velocity_shares(D, slowness, shares[i])
+        begin, finish = velocity_caps(shares[i], largest[i], begin, finish, h, squares)
         caps[i] = min(caps[i], begin)
         if i and piece[i] != piece[i - 1] and turned(ending, D, h):
             caps[i] = 0.0
@@ -125,6 +126,7 @@ def timed(
         for k in range(added):
             alpha[i, own + k], beta[i, own + k] = rows[0, i, k], rows[1, i, k]
             least[i, own + k], greatest[i, own + k] = lows[i, k], highs[i, k]
+            resting &= lows[i, k] <= 0.0 <= highs[i, k]
     if largest.max() == 0.0 and not np.abs(alpha).any():
         low[:], high[:], x[:], loss[:], duration[0] = 0.0, 0.0, 0.0, 0.0, 0.0
         return -1, 0.0
@@ -133,7 +135,7 @@ def timed(
     for i in range(N):
         most = as_lines(alpha[i], beta[i], least[i], greatest[i], caps[i + 1], slope[i], above[i], below[i])
         caps[i] = min(caps[i], most)
-    stopped = passes(slope, above, below, caps, start, end, low, high, x)
+    stopped = passes(slope, above, below, caps, start, end, resting, low, high, x)
     duration[0] = np.inf
     if stopped >= 0:
         return stopped, np.inf
@@ -143,32 +145,13 @@ def timed(
         h = s[i + 1] - s[i]
         passing = 2.0 * h / (sqrt(x[i]) + sqrt(x[i + 1]))
         total += passing
-        used = ends_used(alpha[i], beta[i], least[i], greatest[i], shares[i], h, x[i], x[i + 1])
-        loss[i] = passing * max(1.0 - used, 0.0)
-        excess = max(excess, rows_excess(alpha[i], beta[i], least[i], greatest[i], x[i], x[i + 1]))
+        used, over = used_of(alpha[i], beta[i], least[i], greatest[i], shares[i], h, x[i], x[i + 1], added)
+        loss[i], excess = passing * max(1.0 - used, 0.0), max(excess, over)
         if largest[i] * largest[i] * max(x[i], x[i + 1]) > h * h:
-            reached = largest_square(shares[i], x[i] / h / h, x[i + 1] / h / h, choose)
+            reached = largest_square(shares[i], x[i] / h / h, x[i + 1] / h / h, squares)
             excess = max(excess, sqrt(reached) - 1.0)
     duration[0] = total
     return stopped, excess
-
-
-@compiled
-def ends_used(alpha, beta, least, greatest, shares, h, x, y):
-    """Mean over both ends of an interval of the largest share of a limit that is used there."""
-    m, n = shares.shape[0] - 1, shares.shape[1]
-    begin = finish = 0.0
-    for k in range(len(alpha)):
-        value = alpha[k] * x + beta[k] * y
-        share = value / greatest[k] if value > 0.0 else value / least[k] if value < 0.0 else 0.0
-        if k < n or k >= (m + 1) * n:
-            begin = max(begin, share)
-        if k >= m * n:
-            finish = max(finish, share)
-    fast, slow = sqrt(x) / h, sqrt(y) / h
-    for j in range(n):
-        begin, finish = max(begin, abs(shares[0, j]) * fast), max(finish, abs(shares[m, j]) * slow)
-    return 0.5 * (min(begin, 1.0) + min(finish, 1.0))
 
 
 @compiled
@@ -224,19 +207,6 @@ def turned(before, D, h):
         size = max(size, abs(after), abs(before[j]))
         jump = max(jump, abs(after - before[j]))
     return jump > CORNER * size
-
-
-@compiled
-def rows_excess(alpha, beta, least, greatest, x, y):
-    """The largest excess of rows over their bounds, as share of the larger bound."""
-    excess = 0.0
-    for k in range(len(alpha)):
-        value = alpha[k] * x + beta[k] * y
-        over = max(value - greatest[k], least[k] - value)
-        if over > 0.0:
-            size = max(greatest[k], -least[k])
-            excess = max(excess, over / size if size > 0.0 else FREE)
-    return excess
 
 
 @compiled

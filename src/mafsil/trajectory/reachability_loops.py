@@ -17,55 +17,35 @@ Imported only where a path is timed: numba is loaded with it.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 from __future__ import annotations
 
-from mafsil.solvers.loops import compiled
-from mafsil.trajectory.path_rows_loops import FREE, STEEP
+from mafsil.solvers.lane_loops import buffer, get, lanes, seen, where
+from mafsil.solvers.loops import compiled, reordered
+from mafsil.trajectory.path_rows_loops import FREE
 
 MOST_STEPS = 60
 SLIP = 1e-12
 """Relative gap that is rounding."""
 
 
-@compiled
-def as_lines(alpha, beta, low, high, y_cap, slope, above, below):
-    """Rows as bounds of y over x,  slope x + below <= y <= slope x + above, in place.
-
-    Args:
-        alpha, beta, low, high: (rows,).
-        y_cap: the largest y, for rows that hardly speak about it.
-        slope, above, below: (rows,) lines.
-
-    Returns:
-        The largest x that rows without y allow.
-    """
-    most = FREE
-    for k in range(len(alpha)):
-        a, b = alpha[k], beta[k]
-        if abs(b) <= STEEP * abs(a) or b == 0.0:
-            slope[k], above[k], below[k] = 0.0, FREE, -FREE
-            if a != 0.0:
-                bound = high[k] if a > 0.0 else -low[k]
-                spare = min(abs(b) * y_cap, 0.5 * bound)
-                most = min(most, (bound - spare) / abs(a))
-        else:
-            slope[k] = -a / b
-            if b > 0.0:
-                above[k], below[k] = high[k] / b, low[k] / b
-            else:
-                above[k], below[k] = low[k] / b, high[k] / b
-    return most
-
-
-@compiled
+@reordered
 def gap_at(slope, above, below, y_low, y_high, x):
-    """Least upper and greatest lower bound of y at x, and the slopes of both."""
-    upper, lower, down, up = y_high, y_low, 0.0, 0.0
-    for k in range(len(slope)):
-        base = slope[k] * x
-        if base + above[k] < upper:
-            upper, down = base + above[k], slope[k]
-        if base + below[k] > lower:
-            lower, up = base + below[k], slope[k]
-    return upper, lower, down, up
+    """Least upper and greatest lower bound of y at x, and the slopes of both: in lanes, then among the lanes."""
+    upper, lower, down, up = lanes(y_high), lanes(y_low), lanes(0.0), lanes(0.0)
+    for k in range(len(slope) // 8):
+        steep = seen(slope)[k]
+        base = steep * x
+        over, under = base + seen(above)[k], base + seen(below)[k]
+        lesser, greater = over < upper, under > lower
+        upper, down = where(lesser, over, upper), where(lesser, steep, down)
+        lower, up = where(greater, under, lower), where(greater, steep, up)
+    rows = buffer(4)
+    rows[0], rows[1], rows[2], rows[3] = upper, down, lower, up
+    high, fall, low, rise = y_high, 0.0, y_low, 0.0
+    for k in range(8):
+        if get(rows, 0, k) < high:
+            high, fall = get(rows, 0, k), get(rows, 1, k)
+        if get(rows, 2, k) > low:
+            low, rise = get(rows, 2, k), get(rows, 3, k)
+    return high, low, fall, rise
 
 
 @compiled
@@ -118,13 +98,14 @@ def least_at_start(slope, above, below, y_low, y_high, most):
 
 
 @compiled
-def passes(slope, above, below, most, start, end, low, high, x):
+def passes(slope, above, below, most, start, end, resting, low, high, x):
     """Both passes over one path, in place.
 
     Args:
         slope, above, below: (intervals, rows) lines of each interval.
         most: (intervals + 1,) the largest squares of the path velocity at the places.
         start, end: squares of the path velocity at both ends; negative where any will do.
+        resting: whether every row allows rest: from where rest can be reached, zero is the least velocity.
         low, high: (intervals + 1,) receives the sets from which the end can be reached.
         x: (intervals + 1,) receives the squares of the time-optimal path velocity.
 
@@ -132,6 +113,7 @@ def passes(slope, above, below, most, start, end, low, high, x):
         -1, or the number of the place from which the end cannot be reached; of the start if that is too fast or slow.
     """
     N = len(most) - 1
+    low[:] = 0.0
     low[N], high[N] = max(end, 0.0), end if end >= 0.0 else most[N]
     if high[N] > most[N] * (1.0 + SLIP):
         return N
@@ -140,7 +122,8 @@ def passes(slope, above, below, most, start, end, low, high, x):
         high[i] = most_at_start(slope[i], above[i], below[i], low[i + 1], high[i + 1], most[i])
         if high[i] < 0.0:
             return i
-        low[i] = least_at_start(slope[i], above[i], below[i], low[i + 1], high[i + 1], high[i])
+        if low[i + 1] > 0.0 or not resting:
+            low[i] = least_at_start(slope[i], above[i], below[i], low[i + 1], high[i + 1], high[i])
     # 2.
     x[0] = start if start >= 0.0 else high[0]
     if not low[0] * (1.0 - SLIP) <= x[0] <= high[0] * (1.0 + SLIP):

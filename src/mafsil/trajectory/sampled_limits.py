@@ -6,7 +6,7 @@ places of each interval, and measured between them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -57,6 +57,10 @@ class SampledLimit(Protocol):
 
     def scale(self) -> Floats:
         """(k,) what a bound is lowered by for an excess of its whole size."""
+        ...
+
+    def raised(self, joint: int, quantity: str, factor: float) -> SampledLimit:
+        """The same limits, of which one is `factor` times as much; itself if it has no such limit."""
         ...
 
     def label(self, k: int) -> tuple[int, str]:
@@ -118,6 +122,14 @@ class EffortLimit:
     def scale(self) -> Floats:
         """(2 n,) the larger magnitude of each joint's limits."""
         return np.tile(self._size, 2)
+
+    def raised(self, joint: int, quantity: str, factor: float) -> EffortLimit:
+        """More effort of one joint."""
+        if quantity != "effort":
+            return self
+        effort = self.effort.copy()
+        effort[:, joint] *= factor
+        return replace(self, effort=effort)
 
     def label(self, k: int) -> tuple[int, str]:
         """The joint of a column."""
@@ -191,6 +203,16 @@ class TipLimit:
     def scale(self) -> Floats:
         """(1 + DIRECTIONS,) twice the square of the speed, for it grows twice as fast as the speed; accelerations."""
         return np.append(2.0 * self.speed**2, np.full(DIRECTIONS, self.acceleration))
+
+    def raised(self, joint: int, quantity: str, factor: float) -> TipLimit:
+        """More speed or acceleration."""
+        match quantity:
+            case "tip_speed":
+                return replace(self, speed=factor * self.speed)
+            case "tip_acceleration":
+                return replace(self, acceleration=factor * self.acceleration)
+            case _:
+                return self
 
     def label(self, k: int) -> tuple[int, str]:
         """Speed or acceleration."""

@@ -14,7 +14,15 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.trajectory.path import JointPath, PathPoint
 from mafsil.trajectory.sampled_limits import SampledLimit
-from mafsil.trajectory.timing_problem import Timing, TimingProblem, flattened, slowness_of, solved
+from mafsil.trajectory.timing_problem import (
+    Timing,
+    TimingProblem,
+    bounds_in_eights,
+    flattened,
+    in_eights,
+    slowness_of,
+    solved,
+)
 
 if TYPE_CHECKING:
     import mafsil.trajectory.path_timing_loops as path_timing_loops
@@ -171,14 +179,14 @@ def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, 
         flat.knots,
         timing.s,
         timing.piece,
-        slowness_of(problem.velocity)[0],
-        problem.acceleration[0],
+        in_eights(slowness_of(problem.velocity)[0]),
+        bounds_in_eights(problem.acceleration[0]),
         float(start),
         float(end),
         caps,
-        np.ascontiguousarray(rows),
-        np.ascontiguousarray(lows),
-        np.ascontiguousarray(highs),
+        in_eights(rows),
+        in_eights(lows, -np.inf),
+        in_eights(highs, np.inf),
         low,
         high,
         x,

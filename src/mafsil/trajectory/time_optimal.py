@@ -222,7 +222,7 @@ def _answer(
             return TimeOptimal(TimingStatus.POSITION, path, limits, timing, worst)
     effort = next((limit for limit in sampled if isinstance(limit, EffortLimit)), None)
     status, details = _why(path, limits, timing, start, end, effort)
-    return TimeOptimal(status, path, limits, timing, details, tuple(sampled))
+    return TimeOptimal(status, path, limits, timing, details, tuple(sampled), (start, end))
 
 
 def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object] | None:

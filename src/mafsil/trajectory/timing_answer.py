@@ -19,7 +19,8 @@ from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.sampled_limits import SampledLimit
-from mafsil.trajectory.timing_problem import Timing
+from mafsil.trajectory.sampled_timing import timed_within
+from mafsil.trajectory.timing_problem import Timing, TimingProblem, solved
 from mafsil.trajectory.timing_status import TimingStatus
 
 LOOKS = (1e-6, 0.5, 1.0 - 1e-6)
@@ -43,6 +44,20 @@ class Binding(NamedTuple):
     share: float
 
 
+class Gain(NamedTuple):
+    """What a greater limit would save.
+
+    Attributes:
+        joint: index of the joint; -1 for limits of the tip.
+        quantity: as in `Binding`.
+        seconds: saved by one per cent more of the limit, in both directions [s].
+    """
+
+    joint: int
+    quantity: str
+    seconds: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class TimeOptimal(SingleAnswer):
     """The shortest time along a path within limits; true if there is one.
@@ -54,6 +69,7 @@ class TimeOptimal(SingleAnswer):
         timing: grid, squared path velocities and reachable sets.
         details: what the sentence of the status mentions.
         sampled: limits of effort and of the tip that were kept too.
+        velocities_at_ends: ds/dt that was asked for at the start and at the end.
     """
 
     status: TimingStatus
@@ -62,6 +78,7 @@ class TimeOptimal(SingleAnswer):
     timing: Timing
     details: Mapping[str, object] = field(default_factory=dict[str, object])
     sampled: tuple[SampledLimit, ...] = ()
+    velocities_at_ends: tuple[float, float] = (0.0, 0.0)
 
     @property
     def duration(self) -> float:
@@ -92,6 +109,14 @@ class TimeOptimal(SingleAnswer):
     def bindings(self) -> tuple[Binding, ...]:
         """Which limit decides when, one after the other."""
         return bindings_of(self) if self and self.duration > 0.0 else ()
+
+    def gains(self) -> tuple[Gain, ...]:
+        """What one per cent more of each limit that decides somewhere would save, the most first; solved anew for each.
+
+        Differences of two timings on one even grid; those of efforts and of the tip carry the roundoff of repeated
+        tightening, about 1e-5 of the duration.
+        """
+        return gains_of(self) if self.bindings else ()
 
     def explain(self, language: str | None = None) -> str:
         """The sentence of the status; with a motion, a table of what limits it."""
@@ -212,6 +237,35 @@ def bindings_of(answer: TimeOptimal) -> tuple[Binding, ...]:
         Binding(float(edges[a]), float(edges[b]), labels[w][0], labels[w][1], float(shares[a:b, w].max()))
         for a, b, w in ((a, b, int(which[a])) for a, b in pairwise(starts))
     )
+
+
+def gains_of(answer: TimeOptimal) -> tuple[Gain, ...]:
+    """As `TimeOptimal.gains` says."""
+    start, end = (np.array([v]) for v in answer.velocities_at_ends)
+    limits, places = answer.limits, max(len(answer.timing.s) - 1, 1)
+    given = (limits.velocity, limits.acceleration, answer.sampled)
+    decisive = sorted({(binding.joint, binding.quantity) for binding in answer.bindings})
+    seconds: list[float] = []
+    for velocity, acceleration, sampled in (given, *(_raised(given, joint, quantity) for joint, quantity in decisive)):
+        problem = TimingProblem([answer.path], velocity[None], acceleration[None], start, end, places)
+        timing = timed_within(problem, sampled) if sampled else solved(problem)[0]
+        seconds.append(timing.duration)
+    found = [Gain(*which, seconds[0] - less) for which, less in zip(decisive, seconds[1:], strict=True)]
+    return tuple(sorted(found, key=lambda gain: -gain.seconds))
+
+
+def _raised(
+    given: tuple[Floats, Floats, tuple[SampledLimit, ...]], joint: int, quantity: str
+) -> tuple[Floats, Floats, tuple[SampledLimit, ...]]:
+    """Limits of which one is one per cent more."""
+    velocity, acceleration, sampled = given[0].copy(), given[1].copy(), given[2]
+    if quantity == "velocity":
+        velocity[:, joint] *= 1.01
+    elif quantity == "acceleration":
+        acceleration[:, joint] *= 1.01
+    else:
+        sampled = tuple(limit.raised(joint, quantity, 1.01) for limit in sampled)
+    return velocity, acceleration, sampled
 
 
 def _shares(value: Floats, bound: Floats) -> Floats:

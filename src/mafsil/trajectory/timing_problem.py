@@ -85,7 +85,7 @@ class FlatPaths:
     """The polynomials of many paths in one array.
 
     Attributes:
-        coefficients: (pieces, degree + 1, n) of all paths, padded to one degree.
+        coefficients: (pieces, degree + 1, 8 w) of all paths, of one degree, with empty coordinates at the end.
         knots: (pieces + paths,) of all paths.
         firsts: (paths + 1,) where each path's pieces begin.
     """
@@ -129,12 +129,17 @@ class Timings:
 def flattened(paths: Sequence[JointPath]) -> FlatPaths:
     """The polynomials of paths one after the other."""
     rows = [path.curve.coefficients for path in paths]
-    degree = max(2, *(row.shape[1] for row in rows)) - 1
-    rows = [row if row.shape[1] == degree + 1 else _padded(row, degree) for row in rows]
     counts = np.array([len(row) for row in rows])
     firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     knots = np.concatenate([path.curve.knots for path in paths])
-    return FlatPaths(np.concatenate(rows), knots, firsts)
+    n, degree = paths[0].n, max(2, *(row.shape[1] for row in rows)) - 1
+    flat = np.zeros((firsts[-1], degree + 1, n + -n % 8))
+    if all(row.shape[1] == degree + 1 for row in rows):
+        flat[..., :n] = np.concatenate(rows) if len(rows) > 1 else rows[0]
+    else:
+        for first, row in zip(firsts, rows, strict=False):
+            flat[first : first + len(row), : row.shape[1], :n] = row
+    return FlatPaths(flat, knots, firsts)
 
 
 def solved(problem: TimingProblem) -> Timings:
@@ -147,17 +152,17 @@ def solved(problem: TimingProblem) -> Timings:
     count = len(problem.paths)
     rounds = ROUNDS if problem.intervals is None else (problem.intervals,)
     # 2.
-    slowness = slowness_of(problem.velocity)
+    slowness, acceleration = in_eights(slowness_of(problem.velocity)), bounds_in_eights(problem.acceleration)
     start, end = _squares(flat, problem)
     # 1.
     begins = np.empty(count + 1, np.int64)
     s, piece = loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
-    found = _timed(flat, s, piece, begins, slowness, problem.acceleration, start, end)
+    found = _timed(flat, s, piece, begins, slowness, acceleration, start, end)
     for goal in rounds[1:]:
         finer = np.empty_like(begins)
         loss = np.where(np.isfinite(found.loss), found.loss, 0.0)
         s, piece = loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, finer)
-        found = _timed(flat, s, piece, finer, slowness, problem.acceleration, start, end)
+        found = _timed(flat, s, piece, finer, slowness, acceleration, start, end)
     return found
 
 
@@ -165,6 +170,13 @@ def slowness_of(velocity: Floats) -> Floats:
     """One over the magnitudes of velocity limits: 0 where there is none, large where it is zero."""
     size = np.abs(velocity)
     return np.divide(1.0, size, out=np.full(size.shape, STANDING), where=size > 0.0)
+
+
+def bounds_in_eights(acceleration: Floats) -> Floats:
+    """Lower and upper limits (..., 2, 8 w); those of empty coordinates are infinite."""
+    missing = -acceleration.shape[-1] % 8
+    endless = np.broadcast_to(np.array([[-np.inf], [np.inf]]), (*acceleration.shape[:-1], missing))
+    return np.concatenate([acceleration, endless], axis=-1)
 
 
 def limits_of_each(limits: MotionLimits, count: int) -> tuple[Floats, Floats]:
@@ -221,8 +233,9 @@ def _squares(flat: FlatPaths, problem: TimingProblem) -> tuple[Floats, Floats]:
     return squares[0], squares[1]
 
 
-def _padded(rows: Floats, degree: int) -> Floats:
-    """The same polynomials with zeros for the higher powers."""
-    out = np.zeros((rows.shape[0], degree + 1, rows.shape[2]))
-    out[:, : rows.shape[1]] = rows
+def in_eights(rows: Floats, empty: float = 0.0) -> Floats:
+    """The last axis made a multiple of eight long, for loops that take eight numbers at once."""
+    missing = -rows.shape[-1] % 8
+    out = np.full((*rows.shape[:-1], rows.shape[-1] + missing), empty)
+    out[..., : rows.shape[-1]] = rows
     return out
