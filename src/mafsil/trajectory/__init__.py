@@ -87,6 +87,12 @@ from mafsil.trajectory.status import BlendStatus as BlendStatus
 from mafsil.trajectory.status import LimitStatus as LimitStatus
 from mafsil.trajectory.status import PlanStatus as PlanStatus
 from mafsil.trajectory.straight_lines import straight_lines as straight_lines
+from mafsil.trajectory.time_optimal import time_optimal as time_optimal
+from mafsil.trajectory.timing_answer import Binding as Binding
+from mafsil.trajectory.timing_answer import Gain as Gain
+from mafsil.trajectory.timing_answer import TimeOptimal as TimeOptimal
+from mafsil.trajectory.timing_answer import TimeOptimalBatch as TimeOptimalBatch
+from mafsil.trajectory.timing_status import TimingStatus as TimingStatus
 from mafsil.trajectory.trapezoid import trapezoid as trapezoid
 from mafsil.trajectory.via_rates import ViaRates as ViaRates
 from mafsil.trajectory.via_rates import via_rates as via_rates
