@@ -62,6 +62,16 @@ from mafsil.trajectory.path_points import PathPoints as PathPoints
 from mafsil.trajectory.path_points import PointKind as PointKind
 from mafsil.trajectory.path_points import joint_path as joint_path
 from mafsil.trajectory.path_points import tip_path as tip_path
+from mafsil.trajectory.paths import CornerBlend as CornerBlend
+from mafsil.trajectory.paths import JoinedPath as JoinedPath
+from mafsil.trajectory.paths import PosePath as PosePath
+from mafsil.trajectory.paths import TipPath as TipPath
+from mafsil.trajectory.paths import arc_path as arc_path
+from mafsil.trajectory.paths import circle_path as circle_path
+from mafsil.trajectory.paths import joined_path as joined_path
+from mafsil.trajectory.paths import line_path as line_path
+from mafsil.trajectory.paths import screw_path as screw_path
+from mafsil.trajectory.paths import spline_path as spline_path
 from mafsil.trajectory.piecewise import PiecewisePolynomial as PiecewisePolynomial
 from mafsil.trajectory.polynomial import cubic as cubic
 from mafsil.trajectory.polynomial import quintic as quintic
