@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -15,6 +15,7 @@ from mafsil.whole_file import write_whole
 NUMBERS = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2, max_size=30)
 
 
+@settings(deadline=None)
 @given(values=NUMBERS, separators=st.sampled_from([",", ";", "\t"]))
 def test_what_is_written_reads_back_to_the_last_bit(tmp_path_factory, values, separators):
     path = tmp_path_factory.mktemp("tables") / "table.csv"

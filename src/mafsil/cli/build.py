@@ -52,6 +52,11 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "jerk_limited_batch", lambda: mf.trajectory.jerk_limited(np.zeros((3, 2)), goal, limits).at(0.0)
     yield "jerk_limited_through", lambda: mf.trajectory.jerk_limited_through([rest, goal, rest], limits)
     yield "online", lambda: mf.trajectory.online(rest, limits, 0.01).step(goal)
+    path = mf.trajectory.JointPath.through([q, q + 0.1])
+    slow = mf.trajectory.MotionLimits.of(7, velocity=1.0, acceleration=1.0)
+    yield "time_optimal", lambda: mf.trajectory.time_optimal(path, slow)
+    weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)
+    yield "time_optimal_effort", lambda: mf.trajectory.time_optimal(path, weak, robot=panda)
 
 
 def build(say: Callable[[str], None]) -> list[dict[str, object]]:

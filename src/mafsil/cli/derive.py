@@ -92,9 +92,7 @@ def derive(
 def _data(derivation: Derivation) -> dict[str, Any]:
     """Steps as plain data: sentence and equations."""
     return {
-        "robot": derivation.robot,
-        "worst_error": derivation.worst_error,
-        "states": derivation.states,
+        **derivation.to_dict(),
         "steps": [
             {
                 "sentence": step_sentence(step),

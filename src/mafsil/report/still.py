@@ -12,10 +12,10 @@ from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
 from mafsil.model.loading import of_mechanism
-from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
+from mafsil.scene import Drawing, compact
 from mafsil.whole_file import write_whole
 
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -21,6 +21,7 @@ MOTION = quintic(START, GOAL, 2.0)
 FREE = MotionLimits.of(6)
 
 
+@settings(deadline=None)
 @given(duration=st.floats(0.05, 3.0), rate=st.floats(20.0, 500.0))
 def test_a_quintic_reads_back_as_itself(tmp_path_factory, duration, rate):
     path = tmp_path_factory.mktemp("files") / "motion.csv"

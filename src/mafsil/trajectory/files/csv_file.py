@@ -9,11 +9,12 @@ from os import PathLike
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.csv_table import csv_text, joint_columns, read_csv_table
+from mafsil.csv_table import CsvTable, csv_text, joint_columns, read_csv_table
 from mafsil.errors import FileError
+from mafsil.trajectory.cubic_spline import cubic_through
 from mafsil.trajectory.files.sampling import Samples
 from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import cubic_coefficients, cubic_through, quintic_coefficients
+from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
 
 SIGNALS = ("q", "qd", "qdd")
 
@@ -41,7 +42,7 @@ def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePoly
     Example: `mf.trajectory.read("motion.csv").at(0.5).u`
     """
     table = read_csv_table(path)
-    names = tuple(joints) or tuple(head[2:-1] for head in table.heads if head.startswith("q[") and head.endswith("]"))
+    names = tuple(joints) or joint_names(table)
     if not names:
         names = tuple(str(k) for k in range(1, 1 + sum(_is_numbered(head) for head in table.heads)))
     if not names:
@@ -55,8 +56,14 @@ def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePoly
     return _through(time, q, qd, qdd)
 
 
+def joint_names(table: CsvTable) -> tuple[str, ...]:
+    """Names of the joints in columns `q[NAME]`, in the order of the file; none where joints are numbered."""
+    named = tuple(head[2:-1] for head in table.heads if head.startswith("q[") and head.endswith("]"))
+    return () if all(name.isdecimal() for name in named) else named
+
+
 def _is_numbered(head: str) -> bool:
-    return head.startswith("q") and head[1:].lstrip("_").isdecimal()
+    return head.startswith("q") and head[1:].strip("_[]").isdecimal()
 
 
 def _through(t: Floats, q: Floats, qd: Floats | None, qdd: Floats | None) -> PiecewisePolynomial:
