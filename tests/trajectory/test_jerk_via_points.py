@@ -10,8 +10,6 @@ from mafsil.errors import InputError
 from mafsil.trajectory import JerkStatus, MotionLimits, Trajectory, ViaMotion, jerk_limited, jerk_limited_through
 from tests.reliability.jerk_via_points import excess_through, random_vias
 
-pytestmark = pytest.mark.capability("11-36")
-
 
 def single(points, limits, **named) -> ViaMotion:
     motion = jerk_limited_through(points, limits, **named)

@@ -10,8 +10,6 @@ import pytest
 from mafsil.errors import InputError
 from mafsil.trajectory import JerkStatus, MotionLimits, jerk_limited, online
 
-pytestmark = pytest.mark.capability("11-37")
-
 LIMITS = MotionLimits.of(3, velocity=1.0, acceleration=([-2.0] * 3, [1.5] * 3), jerk=10.0)
 CYCLE = 0.004
 

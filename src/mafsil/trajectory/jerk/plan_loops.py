@@ -42,7 +42,7 @@ def _outside(states: Floats, limits: Floats, i: int) -> bool:
     """Whether a target is not within its limits, or cannot have been reached from within them."""
     v, a = states[i, 4], states[i, 5]
     if a == 0.0:
-        return not _kept(v, limits[i, 0], limits[i, 1])
+        return v != 0.0 and not _kept(v, limits[i, 0], limits[i, 1])
     before = v - 0.5 * a * a / (limits[i, 5] if a > 0.0 else limits[i, 4])
     return not (
         _kept(v, limits[i, 0], limits[i, 1])
