@@ -170,6 +170,7 @@ def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, 
     """Both passes with further rows, on the same grid."""
     flat = flattened(problem.paths)
     caps, duration = most.copy(), np.empty(1)
+    _, degree, n = flat.coefficients.shape
     low, high, x, loss = np.zeros((4, len(timing.s)))
     start, end = (
         -1.0 if timing.x[k] > 0.0 and v[0] == 0.0 else v[0] ** 2 for k, v in ((0, problem.start), (-1, problem.end))
@@ -192,5 +193,7 @@ def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, 
         x,
         loss,
         duration,
+        np.empty((7, len(timing.piece), (degree - 1) * n + rows.shape[2] + -rows.shape[2] % 8)),
+        np.empty((len(timing.piece), degree - 1, n)),
     )
     return Timing(timing.s, timing.piece, caps, low, high, x, float(duration[0]), int(stopped), float(excess))
