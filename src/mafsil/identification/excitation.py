@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_finite
 from mafsil.csv_table import csv_text, joint_columns
 from mafsil.errors import InputError
+from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, SMALLEST, WORST_CONDITION
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
@@ -238,13 +239,13 @@ class _Search:
         low, high = q.min(axis=0), q.max(axis=0)
         if self.start is None:
             middle = (self.lower + self.upper) / 2
-            reach_factor = MARGIN * (self.upper - self.lower) / np.maximum(high - low, 1e-12)
+            reach_factor = MARGIN * (self.upper - self.lower) / np.maximum(high - low, NO_MOTION)
         else:
             middle = self.start
-            above = (self.upper - self.start) / np.maximum(high, 1e-12)
-            reach_factor = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, 1e-12))
-        fast = self.rate / np.maximum(np.abs(qd).max(axis=0), 1e-12)
-        hard = self.acceleration / np.maximum(np.abs(qdd).max(axis=0), 1e-12)
+            above = (self.upper - self.start) / np.maximum(high, NO_MOTION)
+            reach_factor = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, NO_MOTION))
+        fast = self.rate / np.maximum(np.abs(qd).max(axis=0), NO_MOTION)
+        hard = self.acceleration / np.maximum(np.abs(qdd).max(axis=0), NO_MOTION)
         factor = np.minimum(reach_factor, np.minimum(fast, hard))
         start = middle if self.start is not None else middle - factor * (low + high) / 2
         return start, factor[:, None] * sine, factor[:, None] * cosine
@@ -260,11 +261,11 @@ class _Search:
             return np.inf
         self.passed += 1
         W = self.model.columns(q, qd, qdd)[..., self.columns]
-        W = W / np.maximum(np.sqrt((tau**2).mean(axis=0)), 1e-9)[:, None]
+        W = W / np.maximum(np.sqrt((tau**2).mean(axis=0)), NO_EFFORT)[:, None]
         W = W.reshape(-1, len(self.columns))
-        W = W / np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+        W = W / np.maximum(np.linalg.norm(W, axis=0), SMALLEST)
         weights = np.linalg.eigvalsh(W.T @ W)
-        return float(np.sqrt(weights[-1] / weights[0])) if weights[0] > 1e-14 * weights[-1] else 1e7
+        return float(np.sqrt(weights[-1] / weights[0])) if weights[0] > NO_EXCITATION * weights[-1] else WORST_CONDITION
 
 
 def _at_rest(draw: Floats) -> tuple[Floats, Floats]:

@@ -2,6 +2,7 @@
 
 from mafsil.ik.analysis import closed_form as closed_form
 from mafsil.ik.analysis import elimination as elimination
+from mafsil.ik.analysis import structure_in_doubt as structure_in_doubt
 from mafsil.ik.answers import Branch as Branch
 from mafsil.ik.answers import LimitExcess as LimitExcess
 from mafsil.ik.answers import SolutionBatch as SolutionBatch

@@ -24,22 +24,14 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
-REACHED = 1e-9
-"""By how much the ideal arm's subproblems may be unsolved and its branch still exist [m | rad]."""
-
-QUARTIC_REACHED = 1e-5
-"""The same of equations of fourth degree, whose roots rounding moves more where axes are almost parallel or meet."""
-
 LEAP = 0.3
 """Joint motion of one step beyond which another branch may have been caught [rad | m]."""
-
-SHORTEST = 1e-4
-"""Step, in parts of the way, at which a branch is given up: it ends there."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,7 +109,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
         raise InputError("input.shape", name="T_sd", expected="(4, 4)", got=np.shape(T_sd), hint="")
     T = np.asarray(T_sd, dtype=np.float64)
     q, details, _ = arm.form.labelled(T, shared.middle, shared.middle_turns, *shared.bounds)
-    reached = QUARTIC_REACHED if shared.quartic else REACHED
+    reached = IDEAL_QUARTIC_REACHED if shared.quartic else IDEAL_REACHED
     exists = np.isfinite(q).all(axis=-1) & (CandidateTable.of(details).subproblem_residual <= reached)
     ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
@@ -130,7 +122,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
             continue
         away = _apart(answer.q, ends[i][0], shared.revolute)
         best = int(away.argmin())
-        if away[best] < 1e-5 and best not in solution:
+        if away[best] < NEARLY_REACHED and best not in solution:
             solution[rows[i]] = best
             moved[rows[i]] = _apart(answer.q[best], ideal[rows[i]], shared.revolute)
     lost = tuple(int(row) for row in rows if solution[row] < 0)
@@ -149,7 +141,7 @@ def _continued(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector
     while s < 1.0:
         goal = start @ pose.exp(V * min(1.0, s + step))
         trial, residual = refined(robot, here[None], goal, everything, None)
-        if residual[0] <= REACHED and np.abs(trial[0] - here).max() <= LEAP:
+        if residual[0] <= IDEAL_REACHED and np.abs(trial[0] - here).max() <= LEAP:
             here, s, step = trial[0], min(1.0, s + step), 2 * step
         elif step > SHORTEST:
             step /= 4

@@ -13,12 +13,10 @@ from mafsil.arrays import Floats, Vector3, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import chain_of
 from mafsil.ik.moving_part import moving_part
+from mafsil.ik.tolerances import DEFECT, SMALLEST
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
-
-PARALLEL = 1e-9
-"""Sine up to which axes are parallel."""
 
 
 class PlaceClass(Status):
@@ -123,7 +121,7 @@ class PlanarReach(SingleAnswer):
             InputError: a wrong shape, a tolerance that is not positive.
         """
         away = gate("point", point, (3,), finite=True) - self.centre
-        margin = positive("tolerance", tolerance) * max(self.outer, 1e-300)
+        margin = positive("tolerance", tolerance) * max(self.outer, SMALLEST)
         if abs(float(away @ self.normal)) > margin:
             return PlaceClass.OFF_PLANE
         r = float(np.linalg.norm(away - (away @ self.normal) * self.normal))
@@ -154,7 +152,7 @@ def planar_reach(robot: RobotLike) -> PlanarReach:
         raise InputError("ik.not_planar", joint=", ".join(part.joint_names))
     h = chain.axes[0]
     for name, w, prismatic in zip(part.joint_names, chain.axes, chain.prismatic, strict=True):
-        if prismatic or float(np.linalg.norm(np.cross(h, w))) > PARALLEL:
+        if prismatic or float(np.linalg.norm(np.cross(h, w))) > DEFECT:
             raise InputError("ik.not_planar", joint=name)
     tip = chain.home[:3, 3]
     places = np.concatenate([chain.points, tip[None]])

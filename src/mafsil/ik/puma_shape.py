@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, Vector3
 from mafsil.errors import InputError
@@ -123,12 +124,12 @@ class PumaShape:
     wrist_centre: Vector3
 
 
-def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
+def arm_structure(robot: RobotLike, tolerance: float = DESCRIBED) -> ArmStructure:
     """The class of an arm of six joints, with every condition and how far it is from being met.
 
     Args:
         robot: a Robot, a Mechanism, a name of the library or a file.
-        tolerance: sizes of conditions that count as rounding.
+        tolerance: sizes of conditions that count as rounding; what a description of six digits leaves open.
 
     Raises:
         InputError: not six revolute or prismatic joints on the way to the tip.
@@ -141,7 +142,7 @@ def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
     return seen if seen.arm_class is not ArmClass.NONE else forward
 
 
-def puma_shape(robot: RobotLike, tolerance: float = 1e-9) -> PumaShape:
+def puma_shape(robot: RobotLike, tolerance: float = DESCRIBED) -> PumaShape:
     """The lengths h, d, a1, a2 of an arm of the PUMA type, read from its axes.
 
     Args:
@@ -291,7 +292,7 @@ def conjugated_wrist(robot: RobotLike) -> ConjugatedWrist:
         InputError: another arm; the sentence says which condition fails and by how much.
     """
     chain = _six(robot)
-    failed_step = next((one for one in _wrist(chain)[:2] if one.size > 1e-6), None)
+    failed_step = next((one for one in _wrist(chain)[:2] if one.size > DESCRIBED), None)
     if failed_step is not None:
         raise InputError("ik.no_puma", reason=failed_step.explain())
     return ConjugatedWrist(chain.screws[3:], common_point(chain.axes[3:], chain.points[3:])[0])

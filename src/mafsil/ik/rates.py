@@ -13,6 +13,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
+from mafsil.ik.tolerances import MADE, RANK, SYMMETRIC
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
@@ -20,14 +21,6 @@ from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
-RANK = 1e-9
-"""Singular values, relative to the largest, that count as zero."""
-
-EXACT = 1e-9
-"""Residual relative to the twist up to which the twist is made: singular values above `RANK` keep so many digits."""
-
-SYMMETRIC = 1e-9
-"""Largest difference of a cost from its transpose, relative to its largest element."""
 
 MOST_STEPS = 10_000_000
 """Most steps of an integration: more would not fit the memory."""
@@ -109,7 +102,7 @@ def rate_codes(residual: Floats, twist: Floats, factor: Floats | float = 1.0) ->
         twist: (*batch, m) desired.
         factor: (*batch,) part of it that was sought.
     """
-    exact = residual <= EXACT * np.linalg.norm(twist, axis=-1)
+    exact = residual <= MADE * np.linalg.norm(twist, axis=-1)
     slowed = np.where(np.less(factor, 1.0), STATUSES.index(RateStatus.SLOWED), STATUSES.index(RateStatus.EXACT))
     return np.asarray(np.where(exact, slowed, STATUSES.index(RateStatus.APPROXIMATE)), dtype=np.int8)
 

@@ -12,6 +12,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
+from mafsil.ik.tolerances import REACHED
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
@@ -42,7 +43,7 @@ def rounded_up(x: float) -> float:
     if not 0.0 < x < np.inf:
         return x
     unit = 10.0 ** (np.floor(np.log10(x)) - 2)
-    return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
+    return float(np.ceil(x * (1 + REACHED) / unit) * unit)
 
 
 class IKResult(Answer):

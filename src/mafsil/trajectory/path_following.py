@@ -15,12 +15,7 @@ from mafsil.trajectory.path_task import PathTask, path_error, path_rates
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
-
-ON_PATH = 1e-11
-"""Size of the pose error [m, rad] at the knots."""
-
-SINGULAR_VALUE = 1e-6
-"""Smallest singular value of the Jacobian at which a path cannot be followed."""
+from mafsil.trajectory.tolerances import NEARBY, ON_PATH, SINGULAR_VALUE
 
 FEWEST_PIECES, MOST_PIECES = 16, 1024
 
@@ -175,7 +170,7 @@ class _Tracker:
         """Out of reach if no configuration nearby reaches the next knot; else the path meets a singularity."""
         target = self.path.poses(end)
         nearby = levenberg_marquardt(
-            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=1e-9, iterations=200
+            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
         )
         if nearby.succeeded:
             return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(begin, q))

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-
-NEARLY_REAL = 1e-6
-"""Imaginary part of what may be a double root on the real line: it splits by the square root of the rounding error."""
+from mafsil.trajectory.tolerances import REAL_ROOT
 
 
 def roots_inside(polynomials: Floats) -> tuple[NDArray[np.intp], Floats]:
@@ -33,7 +31,7 @@ def roots_inside(polynomials: Floats) -> tuple[NDArray[np.intp], Floats]:
         if not len(mine):
             continue
         x = _roots(flat[mine, : degree + 1])
-        inside = (np.abs(x.imag) <= NEARLY_REAL * (1.0 + np.abs(x.real))) & (x.real > 0.0) & (x.real < 1.0)
+        inside = (np.abs(x.imag) <= REAL_ROOT * (1.0 + np.abs(x.real))) & (x.real > 0.0) & (x.real < 1.0)
         places.append(np.repeat(piece[mine], degree).reshape(x.shape)[inside])
         roots.append(x.real[inside])
     return np.concatenate(places), np.concatenate(roots)

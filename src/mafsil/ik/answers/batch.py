@@ -12,6 +12,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
@@ -140,6 +141,18 @@ class SolutionBatch(Answer):
     def count(self) -> NDArray[np.int64]:
         """(*batch,) number of solutions."""
         return self.valid.sum(axis=-1)
+
+    @lazy
+    def in_doubt(self) -> NDArray[np.bool_]:
+        """(*batch,) whether a description of six digits leaves the count open; see `SolutionSet.in_doubt`."""
+        setting, shape = self.setting, self.valid.shape
+        if structure_decides(setting):
+            return np.ones(shape[:-1], dtype=np.bool_)
+        found, rows = self.valid.reshape(-1, shape[-1]), self.q.reshape(-1, *self.q.shape[-2:])
+        doubt = nearly_there(setting, self.T.reshape(-1, 4, 4), setting.part.own(self.others))
+        pose_of, row = np.nonzero(found)
+        doubt[pose_of[folding(setting, setting.part.own(rows[pose_of, row]))]] = True
+        return doubt.reshape(shape[:-1])
 
     @property
     def solved(self) -> NDArray[np.bool_]:

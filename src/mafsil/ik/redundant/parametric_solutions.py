@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector
+from mafsil.ik.tolerances import REACHED
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen, table
-
-REACHED = 1e-9
-"""Residual of a configuration that counts [rad | m]."""
 
 
 class ParameterStatus(Status):

@@ -14,6 +14,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
 from mafsil.performance.singularities.singular_configuration import Singularity, is_singular, singularity
+from mafsil.performance.tolerances import WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.robot import Robot, of_robot
 
@@ -227,7 +228,7 @@ def _number(x: float) -> str:
     """Multiples of a quarter turn by name."""
     quarters = x / (np.pi / 2)
     names = {0: "0", 1: "pi/2", 2: "pi", -1: "-pi/2", -2: "-pi"}
-    return names[round(quarters)] if abs(quarters - round(quarters)) < 1e-6 and abs(quarters) < 2.5 else f"{x:.6g}"
+    return names[round(quarters)] if abs(quarters - round(quarters)) < WITHIN and abs(quarters) < 2.5 else f"{x:.6g}"
 
 
 def _causes(robot: Robot, q: Floats) -> tuple[str, ...]:

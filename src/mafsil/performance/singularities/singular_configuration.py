@@ -9,6 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.algebra.tolerance import DESCRIBED
+from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
@@ -18,6 +20,7 @@ from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, 
 from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
 from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
 from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.tolerances import SLOPE_STEP
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import (
     TOLERANCE,
@@ -26,6 +29,7 @@ from mafsil.performance.velocity.scaling import (
     central_point,
     prismatic_joints,
     random_configurations,
+    rank_in_doubt,
     rank_of,
     require_one,
     scaled_jacobian,
@@ -70,13 +74,13 @@ def _default_task(robot: Robot) -> str:
 def _moves_flat(robot: Robot) -> bool:
     """Whether the tip never turns about x or y of {s}."""
     J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
-    return bool(np.abs(J[:, :2]).max(initial=0.0) < 1e-9)
+    return bool(np.abs(J[:, :2]).max(initial=0.0) < DESCRIBED)
 
 
 def _is_spherical(robot: Robot) -> bool:
     """Whether all joints turn about one point."""
     J_s = robot.jacobian_space(random_configurations(robot, 3, limited=False))
-    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < 1e-9 * max(1.0, float(np.abs(J_s).max())))
+    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < DESCRIBED * max(1.0, float(np.abs(J_s).max())))
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,7 @@ def _looked_at(robot: Robot, task: str) -> tuple[int, ...]:
     rows = task_rows(task)
     others = [row for row in range(6) if row not in rows]
     J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
-    idle = np.abs(J[:, others]).max(initial=0.0) <= 1e-12 * np.abs(J).max(initial=0.0)
+    idle = np.abs(J[:, others]).max(initial=0.0) <= DESCRIBED * np.abs(J).max(initial=0.0)
     return tuple(range(6)) if idle else rows
 
 
@@ -185,6 +189,19 @@ def is_singular(
     return (here >= 0) & (here < resolved_task(robot, task).full_rank)
 
 
+@of_robot
+def verdict_in_doubt(
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> NDArray[np.bool_]:
+    """(*batch) whether a description of six digits leaves `rank` and `is_singular` open; arguments as there."""
+    return rank_in_doubt(singular_values(robot, q, task=task, length=length), tolerance)
+
+
 class SingularityStatus(Status):
     """Whether a configuration is singular, the question that succeeds with yes."""
 
@@ -235,6 +252,11 @@ class Singularity(SingleAnswer):
         return self.rank < self.full_rank
 
     @property
+    def in_doubt(self) -> bool:
+        """Whether a description of six digits leaves the rank open: a singular value is that near to the tolerance."""
+        return bool(rank_in_doubt(self.singular_values, self.tolerance))
+
+    @property
     def status(self) -> SingularityStatus:
         """Whether this configuration is singular, the arm at all of them, or neither."""
         if self.drop > 0:
@@ -278,13 +300,22 @@ class Singularity(SingleAnswer):
         }
         if not self.singular:
             ratio = float(self.singular_values[self.rank - 1] / self.singular_values[0]) if self.rank else 0.0
-            return say("performance.regular", language=language, ratio=ratio, **details)
+            regular = say("performance.regular", language=language, ratio=ratio, **details)
+            return "\n".join([regular, *self._doubt(language)])
         lines = [say("performance.deficient", language=language, **details)] if self.deficient else []
         lines += [say("performance.singular", language=language, **details)] if self.drop > 0 else []
         lines += [_cause_line(cause, language) for cause in self.causes]
         lines += [screw.sentence("lost", language) for screw in self.lost_screws]
         lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]
-        return "\n".join(lines)
+        return "\n".join([*lines, *self._doubt(language)])
+
+    def _doubt(self, language: str | None) -> list[str]:
+        """That rounding may have decided, where it may."""
+        if not self.in_doubt:
+            return []
+        ratios = self.singular_values / self.singular_values[0]
+        nearest = float(ratios[np.argmin(np.abs(np.log(np.maximum(ratios, SMALLEST) / self.tolerance)))])
+        return [say("performance.rank_in_doubt", language=language, ratio=nearest, tolerance=self.tolerance)]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
@@ -298,6 +329,7 @@ class Singularity(SingleAnswer):
             **ranks,
             "singular_values": self.singular_values,
             "length": self.length,
+            "in_doubt": self.in_doubt,
             "causes": [cause.sentence() for cause in self.causes],
             "cases": list(self.cases),
             "null_rates": self.null_rates,
@@ -404,7 +436,7 @@ def _reachable(robot: Robot, q: Floats, scaled: Scaled, null: Floats, left: Floa
     """
     if count <= 0:
         return left[:, :0]
-    step = 1e-4
+    step = SLOPE_STEP
     nearby = q + step * np.concatenate([np.eye(robot.n), -np.eye(robot.n)])
     factors = scaled.row_factors[:, None] * scaled.columns
     J = robot.jacobian_space(nearby)

@@ -17,15 +17,13 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
 from mafsil.performance.singularities.singular_configuration import wrenches_of
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.arguments import in_tip
 from mafsil.solvers import decompositions
-
-BALANCED = 1e-9
-"""Efforts that no tip wrench balances, over the largest effort, below this are rounding."""
 
 
 class StaticsStatus(Status):
@@ -187,7 +185,7 @@ def tip_wrench(
     balanced = np.einsum("...ij,...i->...j", Vt, np.where(kept, along, 0.0))
     unbalanced = (loads - balanced) / scaled.columns
     size = np.abs(efforts).max(axis=-1)
-    moving = np.abs(unbalanced).max(axis=-1) > BALANCED * np.maximum(size, 1e-300)
+    moving = np.abs(unbalanced).max(axis=-1) > CLEAR * np.maximum(size, SMALLEST)
     free = found < len(scaled.rows)
     single = scaled.J.ndim == 2
     carried, motion = _kernels(scaled, tolerance) if single else (np.zeros((0, 6)), np.zeros((0, robot.n)))
@@ -320,7 +318,7 @@ def sum_of_moments(moments: ArrayLike, abouts: ArrayLike) -> Floats:
     m = np.atleast_2d(gate("moments", moments, (3,), finite=True))
     points = np.atleast_2d(gate("abouts", abouts, (3,), finite=True))
     apart = np.linalg.norm(points - points[0], axis=-1)
-    if apart.max(initial=0.0) > 1e-12 * max(1.0, float(np.abs(points).max())):
+    if apart.max(initial=0.0) > ROUNDOFF * max(1.0, float(np.abs(points).max())):
         raise InputError("performance.moments_about", index=int(apart.argmax()), distance=float(apart.max()))
     return m.sum(axis=0)
 
@@ -334,7 +332,7 @@ def in_equilibrium(wrenches: ArrayLike, *, length: float = 1.0, tolerance: float
         tolerance: of the sum, relative to the sum of sizes.
     """
     F = np.atleast_2d(gate("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
-    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), 1e-300))
+    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), SMALLEST))
 
 
 def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:

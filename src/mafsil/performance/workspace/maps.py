@@ -20,6 +20,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, gate, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.performance.tolerances import LEAST_SPAN, WITHIN
 from mafsil.performance.velocity.scaling import prismatic_joints
 from mafsil.performance.velocity.scaling import ranges as drawn_from
 from mafsil.robot import Robot, of_robot
@@ -428,7 +429,7 @@ def _bounds(robot: Robot, view: str, lower: Floats, upper: Floats, frame: str | 
     p = robot.forward_kinematics(rng.uniform(lower, upper, (20_000, robot.n)), frame=frame)[:, :3, 3]
     x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if view == "radial" else p[:, _AXES[view]]
     low, high = x.min(axis=0), x.max(axis=0)
-    margin = 0.1 * np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-6))
+    margin = 0.1 * np.maximum(high - low, LEAST_SPAN * max(float((high - low).max()), WITHIN))
     low, high = low - margin, high + margin
     if view == "radial":
         low[0] = 0.0
