@@ -78,6 +78,8 @@ def timed(
     x,
     loss,
     duration,
+    work,
+    shares,
 ):
     """The time-optimal velocities along one path and how far they exceed the limits, in place.
 
@@ -97,18 +99,25 @@ def timed(
         low, high, x: (places,) receive the sets and the squares of the path velocity.
         loss: (places,) receives for each interval the time that the unused share of the limits at its ends may cost.
         duration: (1,) receives the duration; infinite where the path velocity is zero on a whole interval.
+        work, shares: (7, places - 1 or more, (m + 1) n + k) and (places - 1 or more, m + 1, n), written over; m is
+            the degree of du/ds.
 
     Returns:
         -1 or the number of the place that stops the passes; the largest relative excess.
     """
     N, n, m = len(piece), coefficients.shape[2], coefficients.shape[1] - 2
     own, added = (m + 1) * n, rows.shape[2]
-    count = own + added
     powers, squares = weights_of(m)
-    D, shares = np.empty((m + 1, n)), np.empty((N, m + 1, n))
-    alpha, beta = np.empty((N, count)), np.empty((N, count))
-    least, greatest = np.empty((N, count)), np.empty((N, count))
-    largest, ending, resting = np.empty(N), np.empty(n), True
+    alpha, beta, least, greatest, slope, above, below = (
+        work[0, :N],
+        work[1, :N],
+        work[2, :N],
+        work[3, :N],
+        work[4, :N],
+        work[5, :N],
+        work[6, :N],
+    )
+    D, largest, ending, before, resting = np.empty((m + 1, n)), np.empty(N), np.empty(n), 1.0, True
     # 1.
     for i in range(N):
         h = s[i + 1] - s[i]
@@ -117,10 +126,9 @@ def timed(
         largest[i], begin, finish = velocity_shares(D, slowness, shares[i])
         begin, finish = velocity_caps(shares[i], largest[i], begin, finish, h, squares)
         caps[i] = min(caps[i], begin)
-        if i and piece[i] != piece[i - 1] and turned(ending, D, h):
+        if i and piece[i] != piece[i - 1] and turned(ending, before, D, h):
             caps[i] = 0.0
-        for j in range(n):
-            ending[j] = D[m, j] / h
+        ending[:], before = D[m], h
         caps[i + 1] = min(caps[i + 1], finish)
         # 2.
         for k in range(added):
@@ -131,7 +139,6 @@ def timed(
         low[:], high[:], x[:], loss[:], duration[0] = 0.0, 0.0, 0.0, 0.0, 0.0
         return -1, 0.0
     # 3.
-    slope, above, below = np.empty((N, count)), np.empty((N, count)), np.empty((N, count))
     for i in range(N):
         most = as_lines(alpha[i], beta[i], least[i], greatest[i], caps[i + 1], slope[i], above[i], below[i])
         caps[i] = min(caps[i], most)
@@ -199,13 +206,13 @@ def subdivided(s, piece, parts, finer, under):
 
 
 @compiled
-def turned(before, D, h):
-    """Whether the direction of the path jumps where an interval begins."""
+def turned(ending, before, D, h):
+    """Whether the direction of the path jumps from ending/before, where an interval ends, to D[0]/h."""
     size = jump = 0.0
-    for j in range(len(before)):
-        after = D[0, j] / h
-        size = max(size, abs(after), abs(before[j]))
-        jump = max(jump, abs(after - before[j]))
+    for j in range(len(ending)):
+        last, first = ending[j] / before, D[0, j] / h
+        size = max(size, abs(first), abs(last))
+        jump = max(jump, abs(first - last))
     return jump > CORNER * size
 
 
@@ -241,6 +248,8 @@ def all_timed(
     count = len(durations)
     stopped, excess = np.empty(count, np.int64), np.empty(count)
     none, nowhere = np.empty((2, 1, 0)), np.empty((1, 0))
+    most, (degree, n) = np.diff(begins).max(), coefficients.shape[1:]
+    work, shares = np.empty((7, most, (degree - 1) * n)), np.empty((most, degree - 1, n))
     for b in range(count):
         u, v, f, g = begins[b], begins[b + 1], firsts[b], firsts[b + 1]
         stopped[b], excess[b] = timed(
@@ -261,6 +270,8 @@ def all_timed(
             x[u:v],
             loss[u:v],
             durations[b : b + 1],
+            work,
+            shares,
         )
     return stopped, excess
 

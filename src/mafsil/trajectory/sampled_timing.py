@@ -40,6 +40,8 @@ AROUND = (-6.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 6.0)
 MOST_ROUNDS = 14
 ALLOWED = 1e-6
 """Excess, as share of a limit, that is left."""
+MARGIN = 2e-4
+"""Share of a sampled limit that is left free from the start: what measuring at places may miss between them."""
 SETTLED = 1e-5
 """Relative change of the duration below which friction is linearised well enough."""
 GROWTH = 1.3
@@ -60,7 +62,7 @@ def timed_within(problem: TimingProblem, sampled: Sequence[SampledLimit]) -> Tim
     path = problem.paths[0]
     if timing.stopped >= 0 or timing.duration == 0.0:
         return timing
-    slack, duration = [np.zeros(1)] * len(sampled), np.inf
+    slack, duration = [np.full(1, MARGIN)] * len(sampled), np.inf
     best: Timing | None = None
     for count in range(1, MOST_ROUNDS + 1):
         # 2.
@@ -170,6 +172,7 @@ def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, 
     """Both passes with further rows, on the same grid."""
     flat = flattened(problem.paths)
     caps, duration = most.copy(), np.empty(1)
+    _, degree, n = flat.coefficients.shape
     low, high, x, loss = np.zeros((4, len(timing.s)))
     start, end = (
         -1.0 if timing.x[k] > 0.0 and v[0] == 0.0 else v[0] ** 2 for k, v in ((0, problem.start), (-1, problem.end))
@@ -192,5 +195,7 @@ def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, 
         x,
         loss,
         duration,
+        np.empty((7, len(timing.piece), (degree - 1) * n + rows.shape[2] + -rows.shape[2] % 8)),
+        np.empty((len(timing.piece), degree - 1, n)),
     )
     return Timing(timing.s, timing.piece, caps, low, high, x, float(duration[0]), int(stopped), float(excess))

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, frozen, real_array, require_finite, single
 from mafsil.errors import InputError
-from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.cubic_spline import cubic_through
+from mafsil.trajectory.piecewise import PiecewisePolynomial
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANELS = 8
