@@ -151,8 +151,9 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     if np.linalg.matrix_rank(J, tol=1e-9 * size.max(initial=1e-300)) < len(task_rows(task)):
         raise InputError("performance.flat", robot=robot.name)
     A, b = A[size > 1e-12] / size[size > 1e-12, None], b[size > 1e-12] / size[size > 1e-12]
+    unknowns: int = A.shape[1]
     try:
-        found = HalfspaceIntersection(np.column_stack([A, -b]), np.zeros(A.shape[1])).intersections
+        found = HalfspaceIntersection(np.column_stack([A, -b]), np.zeros(unknowns)).intersections
     except QhullError:
         raise InputError("performance.flat", robot=robot.name) from None
     return Polytope(A, b, _ordered(np.unique(np.round(found, 12), axis=0)))
