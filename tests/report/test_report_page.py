@@ -19,8 +19,8 @@ from mafsil.job.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
 from mafsil.report import contents, fragments
-from mafsil.report.bodies import Drawing, compact
 from mafsil.report.page import render
+from mafsil.scene import Drawing, compact, one_script
 
 
 class Reader(HTMLParser):
@@ -181,7 +181,7 @@ for (const count of [0, 12, 13, 2000]) {
 def test_many_targets_are_drawn_in_three_meshes(tmp_path: Path) -> None:
     """Of 2,000 targets, 12,000 draws of round shafts and cones a frame would be too many."""
     assets = resources.files("mafsil.report").joinpath("template")
-    scripts = [assets.joinpath(name).read_text("utf-8") for name in ("matrix.js", "shapes.js", "replay.js")]
+    scripts = [one_script("scene/shapes.js"), assets.joinpath("replay.js").read_text("utf-8")]
     (tmp_path / "drawn.js").write_text("\n".join([*scripts, DRAWN]), "utf-8")
     done = subprocess.run(["node", str(tmp_path / "drawn.js")], capture_output=True, text=True, check=True)
     rows = {int(line.split()[0]): [int(word) for word in line.split()[1:]] for line in done.stdout.splitlines()}

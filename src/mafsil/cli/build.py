@@ -46,6 +46,11 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "closure_refused", lambda: mf.Grasp(slipping).closure()
     planar = [mf.Contact(p, -np.asarray(p), 0.5) for p in ((1, 0), (-1, 0), (0, 1.0))]
     yield "closure_planar", lambda: mf.Grasp(planar).closure()
+    path = mf.trajectory.JointPath.through([q, q + 0.1])
+    slow = mf.trajectory.MotionLimits.of(7, velocity=1.0, acceleration=1.0)
+    yield "time_optimal", lambda: mf.trajectory.time_optimal(path, slow)
+    weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)
+    yield "time_optimal_effort", lambda: mf.trajectory.time_optimal(path, weak, robot=panda)
 
 
 def build(say: Callable[[str], None]) -> list[dict[str, object]]:

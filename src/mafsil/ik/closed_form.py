@@ -73,13 +73,13 @@ class ClosedForm:
 
         Args:
             T: (*batch, 4, 4) poses in {s}.
-            q0: (*batch, n) coordinates that free joints take; zero if None.
+            q0: (*batch, n) coordinates that free and locked joints take; zero if None.
         """
         return Branches(self._kernel.call(T) if q0 is None else self._kernel_q0.call(T, q0))
 
     @property
     def kernel(self) -> Kernel:
-        """Of T_sd to the table itself, for those who need every microsecond."""
+        """Of T_sd to the table itself, for those who need every microsecond; locked joints are at zero."""
         return self._kernel
 
     @lazy

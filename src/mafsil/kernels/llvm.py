@@ -18,6 +18,10 @@ class Module(Protocol):
         """Raise a RuntimeError if the IR is ill-formed."""
         ...
 
+    def link_in(self, other: Module) -> None:
+        """Take in the functions of another module, which is used up."""
+        ...
+
 
 class TargetMachine(Protocol):
     """LLVM's code generator for one processor."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal
@@ -142,11 +142,13 @@ def assembly(ir: str, target: Target) -> str:
     return str(_machine(target, _effort(ir)).emit_assembly(module))
 
 
-def translate(ir: str, target: Target, form: Literal["object", "assembly"], *, reloc: str = "static") -> bytes:
+def translate(
+    ir: str | Sequence[str], target: Target, form: Literal["object", "assembly"], *, reloc: str = "static"
+) -> bytes:
     """Object code or assembly text of an IR module for any processor that LLVM knows, optimised on the way.
 
     Args:
-        ir: the module; its triple is the target's.
+        ir: the module, or modules that are linked to one; their triple is the target's.
         target: the processor.
         form: what to make.
         reloc: LLVM's relocation model.
@@ -161,7 +163,11 @@ def translate(ir: str, target: Target, form: Literal["object", "assembly"], *, r
         machine = llvm.Target.from_triple(target.triple).create_target_machine(
             cpu=target.cpu, features=target.features, opt=2, reloc=reloc, codemodel="small", jit=False
         )
-        module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
+        texts = [ir] if isinstance(ir, str) else ir
+        parts = [llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + text) for text in texts]
+        module = parts[0]
+        for part in parts[1:]:
+            module.link_in(part)
         module.verify()
         options = llvm.create_pipeline_tuning_options(speed_level=2)
         options.slp_vectorization = options.loop_vectorization = False

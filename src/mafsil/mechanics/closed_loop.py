@@ -10,7 +10,7 @@ from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.friction import FrictionLaw, friction_law
-from mafsil.mechanics.loop_terms import Loop, input_sizes
+from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 from mafsil.mechanics.placement import Expression, constant
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
@@ -46,8 +46,11 @@ def function(loop: Loop) -> ex.Function:
     desired = ex.reshape(x["T_desired"], 4, 4).T
     distance = ex.sqrt(ex.sumsqr(desired[:3, 3] - T[:3, 3]))
     angle = so3.angle_between(T[:3, :3], desired[:3, :3])
-    results = [ex.vertcat(here, rate), integral, command, effort, first, ex.vertcat(distance, angle)]
-    return ex.Function("closed_loop", list(x.values()), ex.cse(results))
+    results = {
+        "next_state": ex.vertcat(here, rate), "next_integral": integral, "command": command, "effort": effort,
+        "acceleration": first, "tip_errors": ex.vertcat(distance, angle),
+    }  # fmt: skip
+    return ex.Function("closed_loop", list(x.values()), ex.cse([results[name] for name in output_sizes(loop)]))
 
 
 class _Trees:

@@ -58,23 +58,31 @@ class Loop:
 
 
 def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
-    """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them."""
-    n, gains = loop.plant.n, loop.gains
+    """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them.
+
+    What would hold no numbers is left out: integrals without an integral, gains without feedback.
+    """
+    n = loop.plant.n
     sizes: dict[str, tuple[int, ...]] = {"state": (2, n), "integral": (loop.integrals, n), "reference": (3, n)}
-    sizes |= {"gains": (gains, 3, n), "step": (), "T_desired": (4, 4)}
+    sizes |= {"gains": (loop.gains, 3, n), "step": (), "T_desired": (4, 4)}
     if loop.saturated:
         sizes["limit"] = (n,)
     if loop.pushed:
         sizes["push"] = (6,)
     if loop.noisy:
         sizes["noise"] = (2, n)
-    return sizes
+    return _present(sizes)
 
 
 def output_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
     """Names and core shapes of the outputs; the last holds the tip's distance and angle from the reference."""
     n = loop.plant.n
-    return {
+    sizes: dict[str, tuple[int, ...]] = {
         "next_state": (2, n), "next_integral": (loop.integrals, n), "command": (n,), "effort": (n,),
         "acceleration": (n,), "tip_errors": (2,),
     }  # fmt: skip
+    return _present(sizes)
+
+
+def _present(sizes: dict[str, tuple[int, ...]]) -> dict[str, tuple[int, ...]]:
+    return {name: shape for name, shape in sizes.items() if 0 not in shape}

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from mafsil.arrays import Floats
-from mafsil.model.mesh import Surface
+from mafsil.scene.solids import Body
 
-Colour: TypeAlias = tuple[float, float, float, float]
 Level: TypeAlias = Literal["good", "warning", "failure"]
 """How good the news is."""
 
@@ -65,33 +64,6 @@ class Plot:
     unit: str
     values: Floats
     limits: Floats | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Solid:
-    """Something to draw.
-
-    Attributes:
-        kind: box, sphere, cylinder, capsule, cone or surface.
-        size: edge lengths; radius; radius and length (a capsule's without its ends) [m].
-        pose: position [m] and quaternion (w, x, y, z) in the frame of its body.
-        colour: red, green, blue, opacity in 0..1.
-        surface: the triangles of a surface.
-    """
-
-    kind: str
-    size: tuple[float, ...]
-    pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-    colour: Colour = (0.8, 0.8, 0.8, 1.0)
-    surface: Surface | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Body:
-    """Solids that move together."""
-
-    name: str
-    solids: tuple[Solid, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,8 +19,8 @@ from mafsil.job.run import Run
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
-from mafsil.report.bodies import Drawing, compact
-from mafsil.report.content import Body, Details, Figure, Finding, Level, Page, Plot, Scene, Solid, Step, Table
+from mafsil.report.content import Details, Figure, Finding, Level, Page, Plot, Scene, Step, Table
+from mafsil.scene import Body, Drawing, Solid, compact
 
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 MOST_POSES = 60_000

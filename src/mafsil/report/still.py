@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +12,11 @@ from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
 from mafsil.model.loading import of_mechanism
-from mafsil.report.bodies import Drawing, compact
 from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
+from mafsil.scene import Drawing, compact
+from mafsil.whole_file import write_whole
 
 
 @of_mechanism
@@ -37,20 +36,4 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     at_tip, bodies = compact(tip)[None], drawing.bodies(floor, poses)
     scene = Scene(bodies, 1.0, compact(poses)[None], at_tip, at_tip, (), centre, size, floor)
     subtitle = " · ".join(mechanism.joint_names)
-    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file so that its name never stands for half of it: temporary file, sync, rename."""
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
-    ) as file:
-        try:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        except BaseException:
-            os.unlink(file.name)
-            raise
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
+    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()).encode())

@@ -106,7 +106,7 @@ class FusedLoop:
         rows, n = q.shape
         self.states = np.empty((ticks + 1, rows, 2, n))
         self.states[0] = np.stack([q, qd], axis=1)
-        self.integrals = np.zeros((ticks + 1, rows, *sizes["integral"]))
+        self.integrals = np.zeros((ticks + 1, rows, *sizes.get("integral", ())))
         self.command, self.effort, self.acceleration = (np.empty((ticks, rows, n)) for _ in range(3))
         self.tip_errors = np.empty((ticks, rows, 2))
         desired = scenario.robot.forward_kinematics(reference[..., 0, :])
@@ -136,9 +136,16 @@ class FusedLoop:
                 given = self.inputs[port.name]
                 given = given if len(given) == 1 else given[ticks]
             arrays.append(given)
-        outputs = [self.states[after], self.integrals[after]]
-        outputs += [x[ticks] for x in (self.command, self.effort, self.acceleration, self.tip_errors)]
-        march(self.kernel, [*arrays, *outputs], last - first)
+        outputs = {
+            "next_state": self.states[after],
+            "next_integral": self.integrals[after],
+            "command": self.command[ticks],
+            "effort": self.effort[ticks],
+            "acceleration": self.acceleration[ticks],
+            "tip_errors": self.tip_errors[ticks],
+        }
+        arrays += [outputs[port.name] for port in self.kernel.signature.outputs]
+        march(self.kernel, arrays, last - first)
 
 
 def _kernel_of(scenario: Scenario, law: LawTerms, *, pushed: bool) -> Kernel:

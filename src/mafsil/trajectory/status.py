@@ -17,6 +17,7 @@ class PlanStatus(Status):
     JOINT_LIMIT = ("trajectory.joint_limit", False)
     DEVIATES = ("trajectory.deviates", False)
     RATE_LIMIT = ("trajectory.rate_limit", False)
+    VELOCITY_JUMPS = ("trajectory.velocity_jumps", False)
 
 
 class LimitStatus(Status):
@@ -24,3 +25,48 @@ class LimitStatus(Status):
 
     KEPT = ("trajectory.within_limits", True)
     EXCEEDED = ("trajectory.exceeded", False)
+
+
+class BlendStatus(Status):
+    """Whether straight lines hold their blends."""
+
+    PLANNED = ("trajectory.planned", True)
+    TOO_SHORT_TO_BLEND = ("trajectory.too_short_to_blend", False)
+    BLENDS_OVERLAP = ("trajectory.blends_overlap", False)
+
+
+class ContinuityStatus(Status):
+    """Whether an arm can follow a trajectory as it is."""
+
+    CONTROLLABLE = ("trajectory.controllable", True)
+    NOT_CONTROLLABLE = ("trajectory.not_controllable", False)
+
+
+class ViaRateStatus(Status):
+    """How well joint rates at a via point make the tip's velocity."""
+
+    EXACT = ("trajectory.rates_exact", True)
+    DAMPED = ("trajectory.rates_damped", False)
+    NOT_POSSIBLE = ("trajectory.rates_not_possible", False)
+
+
+class ProofStatus(Status):
+    """Whether a motion is proven to keep its limits."""
+
+    PROVEN = ("trajectory.proven", True)
+    EXCEEDED = ("trajectory.exceeded", False)
+    IN_DOUBT = ("trajectory.in_doubt", False)
+
+
+class TickStatus(Status):
+    """Whether a generator keeps up with its update rate."""
+
+    ON_TIME = ("trajectory.on_time", True)
+    OVERRUN = ("trajectory.overrun", False)
+
+
+class RequirementStatus(Status):
+    """Whether a trajectory does what it must."""
+
+    MET = ("trajectory.met", True)
+    NOT_MET = ("trajectory.not_met", False)

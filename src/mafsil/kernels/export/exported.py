@@ -11,18 +11,19 @@ from typing import Any, Literal, TypeAlias
 from mafsil.errors import FileError, InputError
 from mafsil.kernels.export.c import check, text
 from mafsil.kernels.export.legend import Legend, symbol, wrapped
+from mafsil.kernels.export.objects.bundle import bundle, layout_text
 from mafsil.kernels.export.objects.machines import machine
 from mafsil.kernels.export.objects.object_file import object_file, rows_prototype
 from mafsil.kernels.export.objects.symbols import symbols
 from mafsil.kernels.export.objects.wasm import loadable
+from mafsil.kernels.export.traced import tapes
 from mafsil.kernels.export.vectors import vectors
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.ptx.program import OLDEST, GridProgram, grid_program
-from mafsil.kernels.reduce import reduce
-from mafsil.kernels.tape import Tape, read
+from mafsil.kernels.tape import Tape
 
-Form: TypeAlias = Literal["c", "object", "ptx"]
-FORMS: tuple[Form, ...] = ("c", "object", "ptx")
+Form: TypeAlias = Literal["c", "object", "ptx", "wasm"]
+FORMS: tuple[Form, ...] = ("c", "object", "ptx", "wasm")
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def export(
     Args:
         kernel: the quantity, compiled for this processor.
         legend: words for the files' comments.
-        to: `c`, `object` or `ptx`.
+        to: `c`, `object`, `ptx` or `wasm`.
         target: processor of an object file, or the oldest generation for PTX.
         real: `double`, or `float` for C.
         name: of the function; made from the legend's owner and the kernel's name if None.
@@ -83,9 +84,11 @@ def export(
         raise InputError("export.form", form=to, known=", ".join(FORMS))
     if real not in ("double", "float") or (real == "float" and to != "c"):
         raise InputError("export.real", real=real, form=to)
-    if to == "c" and target is not None:
-        raise InputError("export.no_target", target=target)
+    if to in ("c", "wasm") and target is not None:
+        raise InputError("export.no_target", target=target, form=to)
     function = symbol(legend.owner, kernel.signature.name, name)
+    if to == "wasm":
+        return _wasm(kernel, legend, function)
     tape, reduced = tapes(kernel)
     match to:
         case "c":
@@ -94,12 +97,6 @@ def export(
             return _object(kernel, tape, reduced, legend, function, target or "host")
         case _:
             return _ptx(kernel, reduced, legend, function, target or OLDEST)
-
-
-def tapes(kernel: Kernel) -> tuple[Tape, Tape]:
-    """The kernel's expression as it is traced, and reduced as it is compiled."""
-    tape = read(kernel.build())
-    return tape, reduce(tape)
 
 
 def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, real: text.Real) -> Export:
@@ -132,6 +129,13 @@ def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str
         contents[f"{name}.wasm"] = loadable(code, [name, f"{name}_rows"])
     details = {"target": chosen.name, "triple": chosen.target.triple, "machine": found.machine, "bits": found.bits}
     return Export(name, contents, details | {"defined": found.defined, "needed": found.needed})
+
+
+def _wasm(kernel: Kernel, legend: Legend, name: str) -> Export:
+    found = bundle({name: kernel})
+    about = "\n".join(legend.lines(kernel.signature)) + "\n"
+    files = {f"{name}.wasm": found.code, **_bytes({f"{name}.json": layout_text(found), f"{name}.txt": about})}
+    return Export(name, files, {"target": "wasm32", "bytes": len(found.code)})
 
 
 def _ptx(kernel: Kernel, reduced: Tape, legend: Legend, name: str, target: str) -> Export:

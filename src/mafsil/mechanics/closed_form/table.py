@@ -46,7 +46,7 @@ def raw(
     Args:
         pattern: of the arm.
         T: (4, 4) requested pose of the tip in {s}.
-        q0: (n,) coordinates that free joints take; zero if None.
+        q0: (n,) coordinates that free and locked joints take; zero if None.
         geometry: the arm's numbers, constants of the pattern if None.
     """
     turns = None if q0 is None else ex.horzcat(ex.cos(q0), ex.sin(q0))
@@ -201,9 +201,10 @@ def _solved(
     R, p = _displacement(pattern, numbers, T)
     arm = Arm(pattern, numbers, R, p, patient=q0 is not None)
     for locked, axis, point in reversed(numbers.locked):
-        assert q0 is not None
-        assert turns is not None
-        motion = q0[locked.joint] if locked.prismatic else Turn(turns[locked.joint, 0], turns[locked.joint, 1])
+        if q0 is None or turns is None:
+            motion = ex.Expression(0) if locked.prismatic else unturned()
+        else:
+            motion = q0[locked.joint] if locked.prismatic else Turn(turns[locked.joint, 0], turns[locked.joint, 1])
         arm.lock(locked, axis, point, motion)
     preferred = [
         unturned() if turns is None or joint < 0 else Turn(turns[joint, 0], turns[joint, 1]) for joint in pattern.joints
@@ -216,9 +217,9 @@ def _coordinates(
 ) -> tuple[list[ex.Expression], ex.Expression]:
     """(n) coordinates, and the sum of 2^i over the free ones."""
     values: list[ex.Expression] = [ex.Expression(0)] * pattern.n
-    for locked in pattern.locked:
-        assert q0 is not None
-        values[locked.joint] = q0[locked.joint]
+    if q0 is not None:
+        for locked in pattern.locked:
+            values[locked.joint] = q0[locked.joint]
     free = ex.Expression(0)
     for motion, loose, joint in zip(solution.motions, solution.free, pattern.joints, strict=True):
         if joint >= 0:

@@ -54,18 +54,30 @@ attributes #9 = { noinline optnone nounwind }
 They are not optimised: LLVM would see what they are, and let them call themselves.
 """
 _EXPORTS = 7
+_DATA = 11
+_ADDRESSES = {3: "leb", 4: "sleb", 5: "i32"}
+"""Kinds of relocations that are addresses of constants: R_WASM_MEMORY_ADDR_LEB, _SLEB, _I32."""
+_WITH_ADDEND = (3, 4, 5, 8, 9)
+"""Kinds that carry an addend, those in sections for debuggers included."""
 _BEHIND = (8, 9, 10, 11, 12)
 """Sections that stand behind the exports."""
 
 
-def loadable(code: bytes, names: Iterable[str]) -> bytes:
+def loadable(code: bytes, names: Iterable[str], base: int = 0) -> bytes:
     """The object file as a module: the functions of these names exported, what only linkers read left out.
 
-    It imports its memory as env.__linear_memory; its constants lie at address 0.
+    It imports its memory as env.__linear_memory.
+
+    Args:
+        code: of an object file.
+        names: of its functions.
+        base: address of its constants. Modules that share a memory need places of their own.
     """
+    names = list(names)
     places = dict(functions(code))
+    code = _moved(code, base) if base else code
     rows = b"".join(_named(name) + b"\0" + _leb(places[name]) for name in names)
-    contents = _leb(len(list(names))) + rows
+    contents = _leb(len(names)) + rows
     section = bytes([_EXPORTS]) + _leb(len(contents)) + contents
     kept = bytearray(code[:8])
     done = False
@@ -77,6 +89,78 @@ def loadable(code: bytes, names: Iterable[str]) -> bytes:
             done = True
         kept += bytes([number]) + _leb(end - begin) + code[begin:end]
     return bytes(kept)
+
+
+def constants_size(code: bytes) -> int:
+    """Bytes of the constants of a module."""
+    return sum(end - begin for number, begin, end in sections(code) if number == _DATA)
+
+
+def _moved(code: bytes, base: int) -> bytes:
+    """The object file with its constants at another address: in every place that the linker is told to write one.
+
+    Reference: WebAssembly tool conventions, Linking, section "Relocation Sections".
+    """
+    places = sections(code)
+    image = bytearray(code)
+    for number, begin, end in places:
+        title, at = _text(code, begin) if number == 0 else ("", 0)
+        if not title.startswith("reloc."):
+            continue
+        which, at = leb(code, at)
+        count, at = leb(code, at)
+        start = places[which][1]
+        for _ in range(count):
+            kind, (offset, at) = code[at], leb(code, at + 1)
+            _, at = leb(code, at)
+            if kind in _WITH_ADDEND:
+                _, at = leb(code, at)
+            if kind in _ADDRESSES:
+                _write_address(image, start + offset, kind, base)
+        if at != end:
+            raise ValueError(f"{title}: relocations end at {at}, not at {end}")
+    return bytes(image[:8]) + b"".join(
+        bytes([number]) + _section(_based(image, begin, end, base) if number == _DATA else bytes(image[begin:end]))
+        for number, begin, end in places
+    )
+
+
+def _section(contents: bytes) -> bytes:
+    return _leb(len(contents)) + contents
+
+
+def _write_address(image: bytearray, at: int, kind: int, base: int) -> None:
+    """Add the base to an address: five bytes of LEB128, or four of an integer."""
+    if _ADDRESSES[kind] == "i32":
+        image[at : at + 4] = (int.from_bytes(image[at : at + 4], "little") + base).to_bytes(4, "little")
+        return
+    value = sum((image[at + k] & 0x7F) << 7 * k for k in range(5)) + base
+    image[at : at + 5] = bytes((value >> 7 * k & 0x7F) | (0x80 if k < 4 else 0) for k in range(5))
+
+
+def _based(image: bytearray, at: int, end: int, base: int) -> bytes:
+    """The data section with every segment's place, i32.const, moved by the base."""
+    count, at = leb(image, at)
+    found = bytearray(_leb(count))
+    for _ in range(count):
+        if bytes(image[at : at + 2]) != b"\0\x41":
+            raise ValueError("a data segment whose place is no constant")
+        offset, at = leb(image, at + 2)
+        size, at = leb(image, at + 1)
+        found += b"\0\x41" + _signed_leb(offset + base) + b"\x0b" + _leb(size) + image[at : at + size]
+        at += size
+    if at != end:
+        raise ValueError("bytes behind the last data segment")
+    return bytes(found)
+
+
+def _signed_leb(value: int) -> bytes:
+    """A number that is not negative."""
+    found = bytearray()
+    while value >= 0x40:
+        found.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*found, value])
 
 
 def _leb(value: int) -> bytes:
@@ -167,7 +251,7 @@ def _linking(code: bytes, at: int, end: int) -> list[tuple[str, int]]:
     return found
 
 
-def leb(code: bytes, at: int) -> tuple[int, int]:
+def leb(code: bytes | bytearray, at: int) -> tuple[int, int]:
     """An unsigned LEB128 number and the place behind it."""
     value = shift = 0
     while True:

@@ -15,7 +15,7 @@ from mafsil.model import Box, Capsule, Cylinder, Mechanism, Sphere
 from mafsil.model.appearance import Piece, corners, part_of, pieces, primitives
 from mafsil.model.mesh import Surface
 from mafsil.model.skeleton import reach, stand
-from mafsil.report.content import Body, Colour, Solid
+from mafsil.scene.solids import Body, Colour, Solid
 
 MOST_COLOURS = 16
 """A surface with more colours keeps the commonest; its other triangles get the nearest of these."""

@@ -1,5 +1,7 @@
 // Triangle meshes of the primitives: {vertices: [x y z nx ny nz ...], indices}.
-const Shapes = {
+import { Vector } from "./matrix.js";
+
+export const Shapes = {
   of(kind, size) {
     if (kind === "box") return Shapes.box(size);
     if (kind === "sphere") return Shapes.lathe(Shapes.arc(size[0], 0, -90, 90, 20));

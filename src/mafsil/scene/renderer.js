@@ -6,6 +6,8 @@
 //   3. the bodies: opaque ones first, then translucent ones over them.
 // Colours are premultiplied by their opacity, so that the page's background shows through. z points up, lengths are metres.
 
+import { Matrix, Vector } from "./matrix.js";
+
 // Every program shares this vertex shader: places in the world, in the sun's picture and on the screen.
 const VERTEX_SHADER = `#version 300 es
 layout(location=0) in vec3 position;
@@ -90,7 +92,7 @@ const FIELD_OF_VIEW = 0.62; // radians
 const CONTEXT = { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true };
 const FLOAT_BYTES = 4, INDEX_BYTES = 4;
 
-class Renderer {
+export class Renderer {
   // Throws where the browser has no WebGL 2.
   constructor(canvas) {
     const gl = canvas.getContext("webgl2", CONTEXT);

@@ -1,5 +1,5 @@
 // Column-major 4x4 matrices as plain arrays, as WebGL wants them.
-const Matrix = {
+export const Matrix = {
   multiply(a, b) {
     const out = new Float32Array(16);
     for (let c = 0; c < 4; c++) for (let r = 0; r < 4; r++) {
@@ -31,7 +31,7 @@ const Matrix = {
       -Vector.dot(x, eye), -Vector.dot(y, eye), -Vector.dot(z, eye), 1]);
   },
 };
-const Vector = {
+export const Vector = {
   minus: (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]],
   plus: (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]],
   dot: (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2],

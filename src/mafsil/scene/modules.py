@@ -1,0 +1,73 @@
+"""ES modules joined to one script for a page that makes no request.
+
+Only what the modules here use is understood: `import { names } from "./path.js";` on lines of their own, and `export`
+in front of declarations. All declarations at the top of the modules share one scope, so their names must differ.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Iterable
+from functools import cache
+from importlib import resources
+
+from mafsil.errors import KernelError
+
+ROOT = "mafsil"
+_IMPORT = re.compile(r'^import \{([^}]*)\} from "([^"]+)";\n', re.M)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:const|let|class|function)\b)", re.M)
+_DECLARED = re.compile(r"^(?:export )?(?:async )?(?:const|let|class|function\*?) (?:\{([^}]*)\}|(\w+))", re.M)
+_COMMENT = re.compile(r"^[ \t]*(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", re.M | re.S)
+
+Source = str
+"""A module's path inside the package, such as `scene/matrix.js`."""
+
+
+@cache
+def one_script(*entries: Source) -> str:
+    """The entries and all that they import, each once, what is imported first; comments left out.
+
+    Args:
+        entries: paths inside the package.
+
+    Raises:
+        KernelError: a statement that is not understood, a name declared twice.
+    """
+    order: list[str] = []
+    for entry in entries:
+        _collect(entry, order)
+    owners: dict[str, str] = {}
+    for path in order:
+        for name in _declared(read(path)):
+            if owners.setdefault(name, path) != path:
+                raise KernelError("kernels.refused", reason=f"{name} is declared in {owners[name]} and in {path}")
+    return '"use strict";\n' + "\n".join(_bare(path) for path in order)
+
+
+@cache
+def read(path: Source) -> str:
+    """The text of a module."""
+    return resources.files(ROOT).joinpath(*path.split("/")).read_text(encoding="utf-8")
+
+
+def _collect(path: Source, order: list[str]) -> None:
+    if path in order:
+        return
+    for _, other in _IMPORT.findall(read(path)):
+        _collect(posixpath.normpath(posixpath.join(posixpath.dirname(path), other)), order)
+    if path not in order:
+        order.append(path)
+
+
+def _declared(text: str) -> Iterable[str]:
+    for names, name in _DECLARED.findall(text):
+        yield from (part.strip() for part in names.split(",")) if names else (name,)
+
+
+def _bare(path: Source) -> str:
+    text = _COMMENT.sub("", _EXPORT.sub("", _IMPORT.sub("", read(path)))).strip()
+    strange = re.search(r"^(?:import|export)\b.*", text, re.M)
+    if strange:
+        raise KernelError("kernels.refused", reason=f"{path}: {strange.group(0)}")
+    return text
