@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +16,7 @@ from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
 from mafsil.scene import Drawing, compact
+from mafsil.scene.files import write_whole
 
 
 @of_mechanism
@@ -38,19 +37,3 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     scene = Scene(bodies, 1.0, compact(poses)[None], at_tip, at_tip, (), centre, size, floor)
     subtitle = " · ".join(mechanism.joint_names)
     write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file so that its name never stands for half of it: temporary file, sync, rename."""
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
-    ) as file:
-        try:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        except BaseException:
-            os.unlink(file.name)
-            raise
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
