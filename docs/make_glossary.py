@@ -59,7 +59,7 @@ class Term:
         area: key of AREAS.
         english, arabic: the words for it.
         code: names in the package.
-        line: what it is.
+        line, line_ar: what it is, in English and Arabic.
         avoided: words for it that are not used.
     """
 
@@ -68,6 +68,7 @@ class Term:
     arabic: str
     code: tuple[str, ...]
     line: str
+    line_ar: str
     avoided: tuple[str, ...]
 
     @property
@@ -84,7 +85,15 @@ def terms() -> list[Term]:
     """All terms, in the order of the file."""
     rows = tomllib.loads(SOURCE.read_text("utf-8"))["term"]
     return [
-        Term(row["area"], row["english"], row["arabic"], tuple(row["code"]), row["line"], tuple(row.get("not", ())))
+        Term(
+            row["area"],
+            row["english"],
+            row["arabic"],
+            tuple(row["code"]),
+            row["line"],
+            row["line_ar"],
+            tuple(row.get("not", ())),
+        )
         for row in rows
     ]
 
@@ -105,10 +114,10 @@ def arabic_page(words: list[Term]) -> str:
     """The page for readers of Arabic, from right to left: an index, then a table for each area."""
     lines = [ARABIC_HEAD, _index(words, key=lambda term: term.arabic)]
     for area, (_, title) in AREAS.items():
-        lines += ["", f"## {title}", "", "| بالعربية | بالإنكليزية | في الشيفرة |", "|---|---|---|"]
+        lines += ["", f"## {title}", "", "| بالعربية | بالإنكليزية | في الشيفرة | ما هو |", "|---|---|---|---|"]
         for term in (term for term in words if term.area == area):
             arabic = _with_avoided(_anchored(term, term.arabic), term.avoided_in(arabic=True), "لا")
-            lines.append(f"| {arabic} | {term.english} | {_names(term)} |")
+            lines.append(f"| {arabic} | {term.english} | {_names(term)} | {term.line_ar} |")
     return "\n".join([*lines, "", "</div>"]) + "\n"
 
 

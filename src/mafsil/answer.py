@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 
 
 class Status(Enum):
@@ -72,7 +73,7 @@ class SingleAnswer(Answer):
         return iter((self,))
 
     def __repr__(self) -> str:
-        return self.explain()
+        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """The sentence of the status, in `en` or `ar` or the current language."""

@@ -12,6 +12,7 @@ from mafsil.cli.main import main
 from mafsil.cli.numerals import number
 from mafsil.cli.registry import OPERATIONS
 from mafsil.errors import InputError
+from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.robot import load
 
 ROOT = Path(__file__).parents[2]
@@ -61,6 +62,24 @@ def test_fk_of_a_link(capsys: pytest.CaptureFixture[str]) -> None:
     _, out, _ = run(capsys, "fk", "panda", *HOME, "--frame", "link4", "--json")
     T = load("panda").forward_kinematics(np.array(json.loads(out)["q"]), frame="link4")
     np.testing.assert_allclose(json.loads(out)["pose"], T, atol=1e-14)
+
+
+def test_dynamics_gives_every_quantity_of_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    q, qd = ["0.1", "0.2"], ["1", "-0.5"]
+    _, out, _ = run(capsys, "dynamics", "planar2r", "--q", *q, "--qd", *qd, "--quantities", *CATALOGUE, "--json")
+    found, arm = json.loads(out)["quantities"], load("planar2r")
+    state = {name: json.loads(out)[name] for name in ("q", "qd", "qdd", "tau")}
+    assert list(found) == list(CATALOGUE)
+    for name, row in CATALOGUE.items():
+        expected = getattr(arm, name)(*(state[each] for each in row.inputs))
+        np.testing.assert_allclose(found[name], expected, rtol=1e-12, atol=1e-12)
+    _, out, _ = run(capsys, "dynamics", "planar2r", "--q", *q, "--quantities", "center_of_mass", "christoffel_symbols")
+    assert "center_of_mass" in out
+    assert "[1]" in out
+    code, _, words = run(capsys, "dynamics", "planar2r", "--q", *q, "--quantities", "center_of_mas")
+    assert code == 2
+    assert "center_of_mass" in words
+    assert run(capsys, "dynamics", "planar2r", "--q", *q, "--duration", "1", "--quantities", "mass_matrix")[0] == 2
 
 
 def test_dynamics_there_and_back(capsys: pytest.CaptureFixture[str]) -> None:

@@ -102,10 +102,13 @@ def test_ctrl_c_is_one_line(tmp_path: Path) -> None:
     """On a busy machine a run may be over before the signal comes, and says so; then another is tried."""
     for attempt in range(5):
         out = tmp_path / f"out{attempt}"
+        # Jobs in the background are born with interrupts ignored, and so would be their children.
+        inherited = signal.signal(signal.SIGINT, signal.SIG_DFL)
         child = subprocess.Popen(
             [*MAFSIL, "run", str(JOBS[0]), "--out", str(out), "--progress"],
             stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
+        signal.signal(signal.SIGINT, inherited)
         assert child.stderr is not None
         assert child.stderr.readline().strip()  # the first stage
         child.send_signal(signal.SIGINT)

@@ -42,7 +42,7 @@ OF_CONFIGURATIONS = {
     "joint_twists": lambda q: performance.joint_twists(ARM, q, ONE),
     "point_velocity": lambda q: performance.point_velocity(ARM, q, ONE),
     "scaled_jacobian": lambda q: performance.scaled_jacobian(ARM, q, at="axes").J,
-    "ik.task_jacobian": lambda q: ik.task_jacobian(ARM, q),
+    "ik.twist_jacobian": lambda q: ik.twist_jacobian(ARM, q),
     "joint_rates": lambda q: ik.joint_rates(ARM, q, ONE).qd,
 }
 OF_ROTATIONS = {
@@ -104,7 +104,7 @@ def test_numbers_that_cannot_be_nan_say_so_by_their_own_means():
     assert performance.rank(ARM, spoilt).tolist() == [6, -1, 6]
     assert performance.is_singular(ARM, spoilt).tolist() == [False, False, False]
     found = performance.tip_wrench(ARM, spoilt, ONE)
-    assert [found.status(k).name for k in range(3)] == ["DETERMINED", "NOT_FINITE", "DETERMINED"]
+    assert [status.name for status in found.status] == ["DETERMINED", "NOT_FINITE", "DETERMINED"]
     assert "not finite" in found.explain(1)
 
 

@@ -77,6 +77,8 @@ def test_no_term_is_ruled_out_by_another() -> None:
     for term in TERMS:
         assert not [word for word in RULED_OUT if word in re.findall(r"[a-z]+", term.english.lower())], term.english
         assert not [word for word in RULED_OUT_ARABIC if _occurs(word, term.arabic)], term.english
+        assert not [word for word in RULED_OUT_ARABIC if _occurs(word, term.line_ar)], term.line_ar
+        assert re.search("[\u0600-\u06ff=]", term.line_ar), term.english
 
 
 @pytest.mark.parametrize("term", TERMS, ids=lambda term: term.english)

@@ -317,10 +317,12 @@ def test_a_task_that_is_no_word_is_refused():
         inverse_kinematics(mf.load("puma560"), np.eye(4), task=["pose"])
 
 
-def test_batches_print_in_one_line():
+def test_batches_print_a_line_for_each_pose():
     robot = mf.load("puma560")
     T = robot.forward_kinematics(np.full((2, 6), 0.3))
-    assert repr(inverse_kinematics(robot, T)) == "<SolutionBatch: 2 of 2 poses solved, shape (2,), 16 rows>"
+    first, _, *rows = repr(inverse_kinematics(robot, T)).split("\n")
+    assert first == "2 of 2 poses solved"
+    assert [row.split()[:2] for row in rows] == [["0", "8"], ["1", "8"]]
 
 
 def test_a_search_shows_some_members_of_a_continuum_and_not_hundreds():

@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import bounded_rates, integrate_rates, joint_rates, newton_ik, prioritised_rates, task_jacobian, track
+from mafsil.ik import bounded_rates, integrate_rates, joint_rates, newton_ik, prioritised_rates, track, twist_jacobian
 from mafsil.model import Mechanism
 
 
@@ -63,7 +63,7 @@ def test_forms_of_the_twist_agree(iiwa):
     np.testing.assert_allclose(joint_rates(iiwa, Q, tip, form="tip").qd, body, atol=1e-12)
     np.testing.assert_allclose(joint_rates(iiwa, Q, pose.adjoint(T) @ V_b, form="space").qd, body, atol=1e-12)
     with pytest.raises(InputError):
-        task_jacobian(iiwa, Q, "world")
+        twist_jacobian(iiwa, Q, "world")
 
 
 def test_priorities_are_strict(iiwa):

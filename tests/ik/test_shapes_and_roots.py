@@ -138,7 +138,7 @@ def test_places_of_planar_arms_agree_with_their_solutions():
             assert len(inverse_kinematics(robot, T, task="position")) == reached[place]
     assert reach.classify([reach.outer, 0, z]) is PlaceClass.OUTER_BOUNDARY
     assert reach.classify([reach.outer, 0, z + 0.1]) is PlaceClass.OFF_PLANE
-    assert "ring" in reach.explain([2 * reach.outer, 0, z], "en")
+    assert "ring" in reach.place([2 * reach.outer, 0, z]).explain("en")
     three = planar_reach("planar3r")
     assert three.outer == pytest.approx(three.lengths.sum())
     q = rng.uniform(-np.pi, np.pi, (20_000, 3))

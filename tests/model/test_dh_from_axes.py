@@ -80,8 +80,13 @@ def test_6r_of_figure_5_9():
 @pytest.mark.capability("05-14", "05-18")
 def test_the_ground_frame_is_frame_1_at_zero():
     for name in library.names():
-        first = dh_from_mechanism(library.load(name)).rows[0]
+        arm = library.load(name)
+        table = dh_from_mechanism(arm)
+        first = table.rows[0]
         assert (first.a, first.alpha, first.d, first.theta) == (0, 0, 0, 0)
+        axis = screws(arm).S_s[0]
+        direction = axis[:3] if axis[:3].any() else axis[3:]
+        np.testing.assert_allclose(table.base[:3, 2], direction, atol=1e-12)
 
 
 def test_the_panda_gets_its_published_lengths_back():

@@ -3,8 +3,8 @@
 1. A function's code is replaced in place by a call of its mutant, so that everybody who holds the function meets it;
    properties, lazy ones and class methods are functions underneath, and a class is broken after its `__init__`.
 2. The mutant calls the true function. What that returns is perturbed: numbers by a thousandth and a thousandth, truths
-   turned, text emptied, statuses exchanged, members of containers and attributes of objects likewise, two levels deep.
-   What draws or saves does nothing.
+   turned, text emptied, statuses exchanged, members of containers and attributes of objects likewise, two levels deep;
+   what an iterator gives, as if it were returned. What draws or saves does nothing.
 3. An error of mafsil that the true function raises is swallowed: a refusal that no longer happens must be noticed too.
 """
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 import copy
 import importlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -170,6 +170,8 @@ def perturbed(value: Any, depth: int = 2) -> Any:
             return type(value)(*(perturbed(each, depth - 1) for each in value))
         case list() | tuple() | set() | frozenset():
             return type(value)(perturbed(each, depth - 1) for each in value) or type(value)([0.5])
+        case Iterator():
+            return (perturbed(each, depth) for each in value)
         case FunctionType():
             return mutant_of_function(value)
         case _ if callable(value) and not isinstance(value, type) and not is_dataclass(value):

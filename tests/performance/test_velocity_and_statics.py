@@ -198,19 +198,19 @@ def test_every_link_is_in_equilibrium(name):
 def test_why_torques_do_not_determine_the_wrench():
     arm, q = mf.load("cobra600"), [0.1, 0.5, 0.1, 0.2]
     answer = tip_wrench(arm, q, [1.0, 2.0, 3.0, 0.5])
-    assert answer.status() is StaticsStatus.CARRIED
+    assert answer.status is StaticsStatus.CARRIED
     assert answer.carried.shape == (2, 6)
     np.testing.assert_allclose(arm.jacobian_space(q).T @ structure_wrenches(arm, q).T, 0, atol=1e-12)
     panda, q7 = mf.load("panda"), states(mf.load("panda"), 1)[0]
     motion = self_motion(panda, q7)
     np.testing.assert_allclose(panda.jacobian_body(q7) @ motion.T, 0, atol=1e-12)
     loose = tip_wrench(panda, q7, motion[0])
-    assert loose.status() is StaticsStatus.UNBALANCED
+    assert loose.status is StaticsStatus.UNBALANCED
     np.testing.assert_allclose(loose.F, 0, atol=1e-10)
     balanced = tip_wrench(panda, q7, joint_torque(panda, q7, [1, 2, 3, 4, 5, 6]))
-    assert balanced.status() is StaticsStatus.DETERMINED
+    assert balanced.status is StaticsStatus.DETERMINED
     singular = tip_wrench(mf.load("puma560"), np.zeros(6), np.arange(1.0, 7.0))
-    assert singular.status() is StaticsStatus.UNBALANCED_AND_CARRIED
+    assert singular.status is StaticsStatus.UNBALANCED_AND_CARRIED
     for result in (answer, loose, balanced, singular):
         assert result.explain(language="en") != result.explain(language="ar")
 

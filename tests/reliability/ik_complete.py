@@ -21,7 +21,8 @@ import numpy as np
 from mafsil.ik import closed_form, inverse_kinematics
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import structure_kernel
-from mafsil.ik.recognise import EXACT, SNAP, recognise
+from mafsil.ik.recognise import recognise
+from mafsil.ik.tolerances import DEFECT, SNAP
 from mafsil.model.library import names
 from mafsil.robot import Robot, load
 from tests.reliability import figures, ik_offset_wrists, ik_singular
@@ -50,7 +51,7 @@ def library() -> dict[str, Robot]:
         robot = load(name)
         if 0 < robot.n <= 6 and chain_of(robot.mechanism) is not None:
             form = closed_form(robot)
-            if form is not None and form.pattern.defect <= EXACT and not form.pattern.locked:
+            if form is not None and form.pattern.defect <= DEFECT and not form.pattern.locked:
                 found[name] = robot
     return found
 
@@ -82,7 +83,7 @@ def of_family(name: str, rng: np.random.Generator, count: int) -> dict[str, int]
             total["bad_not_recognised"] = total.get("bad_not_recognised", 0) + (not rounded)
             continue
         T = forward(chain, q)
-        if pattern.defect > EXACT:
+        if pattern.defect > DEFECT:
             # By chance almost an arm of a simpler family, which is preferred: the public call refines its rows.
             robot = Robot.from_screws(chain.screws, chain.home)
             lost = sum(not _answers(robot, chain, one, X) for one, X in zip(q, T, strict=True))

@@ -28,6 +28,12 @@ WHOLE_TURNS = 1e15
 """Largest (1 + |theta|) / |sin(theta / 2)| at which an angle differs from a whole number of turns: the sine is known to
 EPS (1 + |theta|), so from 1 / EPS = 4.5e15 on no digit of it is left."""
 
+# ---- what a description leaves open ---------------------------------------------------------------------------------
+
+DESCRIBED = 2e-5
+"""By how much an arm [rad, and m relative to its size] may differ from the one that was meant, where its description
+has six digits: each of the 36 numbers between base and tip of six joints is wrong by 5e-7 at most."""
+
 # ---- equations of inverse kinematics -------------------------------------------------------------------------------
 
 FREE = 1e-9

@@ -20,11 +20,12 @@ from mafsil.derivation import (
 from mafsil.derivation.document import Side, is_matrix
 from mafsil.derivation.screw_method import Form
 from mafsil.derivation.text import formula, side_text, step_sentence
-from mafsil.errors import FileError, InputError
+from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model import Mechanism
 from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot
+from mafsil.whole_file import write_whole
 
 
 def _ik(mechanism: Mechanism) -> Derivation:
@@ -82,10 +83,7 @@ def derive(
     data = _data(derivation)
     if out is None:
         return Answer(data, tuple(text.rstrip("\n").split("\n")))
-    try:
-        Path(out).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileError("derivation.unwritable", path=out, reason=error.strerror or str(error)) from None
+    write_whole(Path(out), text.encode())
     error = f"{derivation.worst_error:.1e}"
     written = say("cli.derive_written", path=out, steps=len(derivation.steps), error=error)
     return Answer({**data, "out": out}, (written,))
@@ -94,9 +92,7 @@ def derive(
 def _data(derivation: Derivation) -> dict[str, Any]:
     """Steps as plain data: sentence and equations."""
     return {
-        "robot": derivation.robot,
-        "worst_error": derivation.worst_error,
-        "states": derivation.states,
+        **derivation.to_dict(),
         "steps": [
             {
                 "sentence": step_sentence(step),

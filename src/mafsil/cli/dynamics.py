@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
+from mafsil.cli.quantities import quantity_lines, quantity_values
 from mafsil.cli.state import degrees_remarks, efforts, joint_values, units, with_units
 from mafsil.cli.table import matrix, number, table
 from mafsil.errors import InputError
@@ -24,6 +25,7 @@ def dynamics(
     duration: str | None,
     out: str | None,
     frictionless: bool,
+    quantities: list[str] | None,
     tip: str | None,
     degrees: bool,
 ) -> Answer:
@@ -37,17 +39,21 @@ def dynamics(
         tau: (n) efforts; asks for the accelerations.
         duration: of the motion under constant efforts, if that is asked for.
         out, frictionless: file of the motion, and whether the joints' friction is left out of it.
+        quantities: names of the catalogue whose values at this state are given too.
         tip: another tip link.
         degrees: whether bare angles are degrees.
 
     Raises:
         MafsilError: no such robot, not one number per joint, both `qdd` and `tau`, `out` or `frictionless` without
-            `duration`, a state so large that numbers overflow, or efforts that determine no accelerations.
+            `duration`, `quantities` with it, a state so large that numbers overflow, or efforts that
+            determine no accelerations.
     """
     if qdd is not None and (tau is not None or duration is not None):
         raise InputError("cli.dynamics_both")
     if duration is None and (out is not None or frictionless):
         raise InputError("cli.dynamics_over_time")
+    if duration is not None and quantities:
+        raise InputError("cli.dynamics_one_state")
     arm = load(robot, tip=tip)
     zero = np.zeros(arm.n)
     values = {
@@ -66,7 +72,12 @@ def dynamics(
         arm.degeneracy(values["q"]).require_regular()
         values["qdd"] = np.asarray(arm.forward_dynamics(values["q"], values["qd"], values["tau"]))
     remarks = degrees_remarks(q, arm.mechanism, degrees=degrees)
-    return _answer(arm, values, remarks, forward=tau is not None)
+    shown = _answer(arm, values, remarks, forward=tau is not None)
+    if not quantities:
+        return shown
+    found = quantity_values(arm, quantities, values)
+    _require_finite(arm, found)
+    return Answer({**shown.data, "quantities": found}, (*shown.lines, *quantity_lines(found)), shown.refusal)
 
 
 def _answer(arm: Robot, values: dict[str, Floats], remarks: list[str], *, forward: bool) -> Answer:

@@ -226,4 +226,4 @@ def _draw(task: Callable[[Path], None], path: Path) -> None:
     try:
         task(path)
     except OSError as error:
-        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
+        raise FileError("file.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

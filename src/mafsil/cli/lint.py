@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from mafsil.cli.answer import Answer
-from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Report, Severity
 from mafsil.model.lint import lint as linted
 from mafsil.model.lint import mend
 from mafsil.model.repairing import Change
+from mafsil.whole_file import write_whole
 
 
 def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
@@ -37,7 +37,7 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
         refusal = say("lint.refused", robot=report.source, errors=len(report.errors)) if report.errors else None
         return Answer(data, tuple(lines), refusal)
     text, changes = mend(robot, only=only or ())
-    _write(Path(fix), text)
+    write_whole(Path(fix), text.encode())
     data["fixed"] = fix
     data["changes"] = [{code: change.sentence(code) for code in ("en", "ar")} for change in changes]
     remaining, guesses = len(linted(Path(fix)).errors), sum(change.repair.guess for change in changes)
@@ -64,10 +64,3 @@ def _changed(path: str, changes: tuple[Change, ...]) -> list[str]:
     if not changes:
         return [say("lint.nothing_fixed", path=path)]
     return [say("lint.fixed", path=path, count=len(changes)), *(f"  {change.sentence()}" for change in changes)]
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,11 @@ from mafsil.cli.numerals import number
 from mafsil.cli.state import with_units
 from mafsil.cli.table import number as shown
 from mafsil.cli.table import table
-from mafsil.errors import FileError
+from mafsil.csv_table import csv_text, joint_columns
 from mafsil.messages import say
 from mafsil.robot import Robot
 from mafsil.simulation import ForwardMotion, forward_dynamics_trajectory
+from mafsil.whole_file import write_whole
 
 PER_SECOND = 100
 """Rows of the file per second."""
@@ -75,11 +75,5 @@ def _write(moved: ForwardMotion, tau: JointVector, path: Path) -> None:
     t: Floats = np.linspace(0.0, moved.duration, 1 + max(1, ceil(moved.duration * PER_SECOND)))
     state = moved.at(t)
     columns = {"q": state.u, "qd": state.v, "qdd": state.a, "tau": np.broadcast_to(tau, state.u.shape)}
-    head = ["t", *(f"{name}[{joint}]" for name in columns for joint in moved.robot.joint_names)]
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(head)
-            writer.writerows(np.column_stack([t, *columns.values()]).tolist())
-    except OSError as fault:
-        raise FileError("cli.cannot_write", path=str(path), reason=fault.strerror or str(fault)) from None
+    table = {"t": t, **joint_columns(tuple(columns), tuple(columns.values()), moved.robot.joint_names)}
+    write_whole(path, lambda file: file.writelines(csv_text(table)))

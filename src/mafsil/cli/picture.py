@@ -37,4 +37,4 @@ def drawn(draw: Callable[[Path], None], path: str) -> None:
     try:
         draw(Path(path))
     except OSError as error:
-        raise FileError("cli.cannot_write", path=path, reason=error.strerror or str(error)) from None
+        raise FileError("file.cannot_write", path=path, reason=error.strerror or str(error)) from None

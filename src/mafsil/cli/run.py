@@ -115,7 +115,7 @@ def _written(outcome: Run, target: Path) -> Path:
     try:
         return write_results(outcome, target)
     except OSError as error:
-        raise FileError("cli.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
+        raise FileError("file.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
 
 
 def _answer(outcome: Run, report: Path) -> Answer:

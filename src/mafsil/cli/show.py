@@ -198,7 +198,7 @@ def _draw(mechanism: Mechanism, path: Path) -> None:
     try:
         _draw_into(mechanism, path)
     except OSError as error:
-        raise FileError("cli.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
+        raise FileError("file.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
 
 
 def _draw_into(mechanism: Mechanism, path: Path) -> None:

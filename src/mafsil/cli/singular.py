@@ -29,23 +29,7 @@ def singular(robot: str, q: list[str], task: str | None, tip: str | None, degree
     values = joint_values("q", q, arm.mechanism, degrees=degrees)
     found = singularity(arm, values, task=task)
     product = float(np.prod(found.singular_values)) if found.singular_values.size else 0.0
-    data = {
-        "robot": arm.name,
-        "q": values,
-        "task": found.task,
-        "singular": found.singular,
-        "rank": found.rank,
-        "generic_rank": found.generic_rank,
-        "full_rank": found.full_rank,
-        "singular_values": found.singular_values,
-        "manipulability": product,
-        "length": found.length,
-        "causes": [cause.sentence() for cause in found.causes],
-        "cases": list(found.cases),
-        "null_rates": found.null_rates,
-        "lost_twists": found.lost_twists,
-        "carried_wrenches": found.wrenches,
-    }
+    data = {**found.to_dict(), "manipulability": product}
     size, length = brief(product), brief(found.length)
     lines = found.explain().splitlines()
     lines.append(say("cli.singular_rank", rank=found.rank, full=found.full_rank, manipulability=size, length=length))

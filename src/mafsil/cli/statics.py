@@ -54,7 +54,7 @@ def statics(
     refusal = None
     if tau is not None:
         found = tip_wrench(arm, values, efforts("tau", tau, arm.mechanism))
-        data |= {"tip_wrench": found.F, "status": found.status().name.lower(), "carried": found.carried}
+        data |= {"tip_wrench": found.F, "status": found.status.name.lower(), "carried": found.carried}
         lines += _wrench_lines(found)
         refusal = found.explain().splitlines()[0] if np.any(found.unbalanced) else None
     F = np.zeros(6) if wrench is None else _six(wrench)

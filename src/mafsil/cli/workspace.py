@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from mafsil.performance.workspace.maps import View
 from mafsil.robot import Robot, load
 
 SAMPLES = 300_000
-_AXES = {"radial": ("ρ", "z")}
 
 
 def workspace(
@@ -53,7 +52,7 @@ def workspace(
     natural = "xy" if _flat(arm) else "xyz"
     chosen = cast("View", view or natural)
     found = workspace_map(arm, how_many, view=chosen, cell=edge, seed=first)
-    data = _data(found)
+    data = found.to_dict()
     lines = [found.explain(), *_extent(found), *_voids(found)]
     if picture is not None:
         from mafsil.figures.workspace_slice import save_workspace
@@ -78,40 +77,13 @@ def _turns_about_z(arm: Robot) -> bool:
     return bool(np.allclose(np.abs(S), [0, 0, 1, 0, 0, 0], atol=1e-9))
 
 
-def _bounds(found: WorkspaceMap) -> list[tuple[str, float, float]]:
-    """Name and ends of the reached cells along every axis of the grid."""
-    names = _AXES.get(found.view, tuple(found.view))
-    where = np.argwhere(found.reached)
-    low, high = where.min(axis=0), where.max(axis=0) + 1
-    return [
-        (name, float(found.origin[k] + found.cell * low[k]), float(found.origin[k] + found.cell * high[k]))
-        for k, name in enumerate(names)
-    ]
-
-
 def _extent(found: WorkspaceMap) -> list[str]:
     head = [say(f"cli.{key}") for key in ("workspace_axis", "workspace_from", "workspace_to")]
-    return table(head, [(name, brief(low), brief(high)) for name, low, high in _bounds(found)])
+    return table(head, [(name, brief(low), brief(high)) for name, (low, high) in found.bounds.items()])
 
 
 def _voids(found: WorkspaceMap) -> list[str]:
-    unit = "m²" if found.counts.ndim == 2 and found.view != "radial" else "m³"
+    unit = found.unit.replace("^2", "²").replace("^3", "³")
     places = [("(" + ", ".join(map(brief, void[:-1])) + ")", brief(float(void[-1]))) for void in found.voids()]
     lines = [say("cli.workspace_void", place=place, size=size, unit=unit) for place, size in places]
     return lines or [say("cli.workspace_no_void")]
-
-
-def _data(found: WorkspaceMap) -> dict[str, Any]:
-    size, error = found.volume()
-    return {
-        "robot": found.robot,
-        "view": found.view,
-        "size": size,
-        "error": error,
-        "unit": "m^2" if found.counts.ndim == 2 and found.view != "radial" else "m^3",
-        "cell": found.cell,
-        "samples": found.samples,
-        "seed": found.seed,
-        "bounds": {name: [low, high] for name, low, high in _bounds(found)},
-        "voids": [{"place": void[:-1], "size": float(void[-1])} for void in found.voids()],
-    }

@@ -29,13 +29,11 @@ from mafsil.derivation.matrices import (
     transform,
 )
 from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, symbol
+from mafsil.derivation.tolerances import NOTHING
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of
 from mafsil.model.dh_from_axes import DHTable, Relation, classic_from_modified, dh_from_mechanism
 from mafsil.model.exponentials import chain_to_tip
-
-NOTHING = 1e-11
-"""Lengths [m] and distances from a quarter turn [rad] below this are rounding."""
 
 _IDENTITY = SymbolicPose(rotation_z(()), (ZERO, ZERO, ZERO))
 

@@ -10,14 +10,12 @@ from mafsil.arrays import Floats
 from mafsil.derivation.arm import NOTHING, SymbolicArm
 from mafsil.derivation.matrices import ZERO, Entries, Row
 from mafsil.derivation.polynomial import Polynomial, constant, symbol
+from mafsil.derivation.tolerances import ROUNDOFF
 from mafsil.errors import ModelError
 from mafsil.model import Inertial, JointKind, Mechanism
 from mafsil.model.appearance import part_of
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.mass_properties import combined
-
-ROUNDING = 1e-12
-"""Moments below this share of the largest are rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +131,7 @@ def _com(arm: SymbolicArm, i: int, com: Floats, flat: bool, letters: dict[str, f
 
 
 def _inertia(i: int, inertia: Floats, flat: bool, letters: dict[str, float]) -> Entries:
-    roundoff = ROUNDING * float(np.abs(inertia).max())
+    roundoff = ROUNDOFF * float(np.abs(inertia).max())
     if flat:
         moment = _letter(f"I{i}", float(inertia[2, 2]), letters, roundoff)
         return ((ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO), (ZERO, ZERO, moment))

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.derivation.dh_mistakes import Repair, entry_text, other_convention, single_rows, values, whole_table
 from mafsil.derivation.dh_truth import Rows, Truth, differing, distance
 from mafsil.derivation.review import Finding, Mistake, Review
+from mafsil.derivation.tolerances import SAME
 from mafsil.errors import InputError, InputWarning
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, convention_of, dh_rows
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -116,7 +117,7 @@ def _others(first: Repair, rivals: list[_Named]) -> Iterator[Finding]:
     """Single mistakes that explain the table as well, by another table; two at most."""
     seen = [first.rows]
     for repair, findings in rivals:
-        if len(findings) == 1 and len(seen) < 3 and all(differing(repair.rows, rows, 1e-9) for rows in seen):
+        if len(findings) == 1 and len(seen) < 3 and all(differing(repair.rows, rows, SAME) for rows in seen):
             seen.append(repair.rows)
             yield findings[0]
 

@@ -12,13 +12,12 @@ from typing import Literal
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
+from mafsil.derivation.tolerances import ROUNDOFF
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_from_axes import DHTable, Relation
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.placement import rotation_x, translation
-
-_TOLERANCE = 1e-12
 
 
 def typed_classic(mechanism: Mechanism) -> DHTable | None:
@@ -67,7 +66,7 @@ def modified_core(table: DHTable) -> DHTable:
 def _classic_row(T: PoseMatrix) -> DHRow | None:
     """The four classic parameters of a pose: r_31 = 0, and (p_x, p_y) along (r_11, r_21)."""
     (r11, _, _, x), (r21, _, _, y), (r31, r32, r33, z) = T[:3]
-    if abs(r31) > _TOLERANCE or abs(x * r21 - y * r11) > _TOLERANCE:
+    if abs(r31) > ROUNDOFF or abs(x * r21 - y * r11) > ROUNDOFF:
         return None
     return DHRow(
         a=float(r11 * x + r21 * y), alpha=float(np.arctan2(r32, r33)), d=float(z), theta=float(np.arctan2(r21, r11))
@@ -76,4 +75,4 @@ def _classic_row(T: PoseMatrix) -> DHRow | None:
 
 def _is_modified(T: PoseMatrix) -> bool:
     """Whether a pose is a modified link as well: r_13 = 0 and (p_y, p_z) along (r_23, r_33)."""
-    return abs(T[0, 2]) <= _TOLERANCE and abs(T[1, 3] * T[2, 2] - T[2, 3] * T[1, 2]) <= _TOLERANCE
+    return abs(T[0, 2]) <= ROUNDOFF and abs(T[1, 3] * T[2, 2] - T[2, 3] * T[1, 2]) <= ROUNDOFF

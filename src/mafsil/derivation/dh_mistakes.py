@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.derivation.dh_truth import ANGLES, FIELDS, Field, Rows, Solved, value_of
 from mafsil.derivation.review import Finding, Mistake, shown
+from mafsil.derivation.tolerances import SAME
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 
 _COST = {
@@ -107,7 +108,7 @@ def _column(rows: Rows, field: Field) -> str:
 def _changes(row: DHRow) -> Iterator[tuple[Mistake, tuple[Field, ...], DHRow]]:
     for field in FIELDS:
         # 270 degrees are half a turn too many, not minus 270.
-        if getattr(row, field) and not (field in ANGLES and pi + 1e-9 < abs(getattr(row, field)) < 2 * pi):
+        if getattr(row, field) and not (field in ANGLES and pi + SAME < abs(getattr(row, field)) < 2 * pi):
             yield Mistake.SIGN, (field,), replace(row, **{field: -getattr(row, field)})
     if row.alpha != row.theta:
         yield Mistake.ANGLES_SWAPPED, ("alpha", "theta"), replace(row, alpha=row.theta, theta=row.alpha)
@@ -123,6 +124,6 @@ def _changes(row: DHRow) -> Iterator[tuple[Mistake, tuple[Field, ...], DHRow]]:
 
 
 def _within_half_turn(angle: float) -> float:
-    if abs(angle) <= pi + 1e-9:
+    if abs(angle) <= pi + SAME:
         return angle
     return angle - 2 * pi * round(angle / (2 * pi))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.same_arm import base_between, misfit
+from mafsil.derivation.tolerances import DEPENDENT, DH_STEP, LEAST_LENGTH, QUARTER
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import tables_of_screws
@@ -69,8 +70,8 @@ class Truth:
         revolute = np.repeat(turns, len(places), axis=0)
         at = (np.arange(len(places)), np.array([p[0] for p in places]), np.array([p[1] for p in places]))
         numbers[at] = [p[2] for p in places]
-        size = max(1e-3, float(np.abs(given[..., 1:3]).max(initial=0.0)))
-        width = np.where(np.isin(at[2], (0, 3)), 1e-5, 1e-5 * size)
+        size = max(LEAST_LENGTH, float(np.abs(given[..., 1:3]).max(initial=0.0)))
+        width = np.where(np.isin(at[2], (0, 3)), DH_STEP, DH_STEP * size)
         for _ in range(_STEPS):
             ahead, behind = numbers.copy(), numbers.copy()
             ahead[at] += width
@@ -79,7 +80,7 @@ class Truth:
             slope = (self._misfit(ahead, revolute, convention) - self._misfit(behind, revolute, convention)) / (
                 2 * width[:, None]
             )
-            numbers[at] -= (error * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), 1e-12)
+            numbers[at] -= (error * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), DEPENDENT)
         fits = np.abs(self._misfit(numbers, revolute, convention)).max(axis=1) <= self.tolerance
         return _nearest(given[0], [(*places[k][:2], float(numbers[at][k])) for k in np.flatnonzero(fits)])
 
@@ -187,7 +188,7 @@ def _tidy(value: float, field: Field) -> float:
     if field in ANGLES:
         value = float(-np.angle(np.exp(-1j * value)))
         quarters = round(value / (np.pi / 2))
-        return quarters * np.pi / 2 if abs(value - quarters * np.pi / 2) < 1e-8 else value
+        return quarters * np.pi / 2 if abs(value - quarters * np.pi / 2) < QUARTER else value
     return round(value, 9)
 
 

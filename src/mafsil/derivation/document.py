@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias, TypeGuard
+from typing import Any, TypeAlias, TypeGuard
 
+from mafsil.answer import Answer, Status
 from mafsil.derivation.expression import Expression
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +76,17 @@ class Step:
     grid: Grid | None = None
 
 
+class DerivationStatus(Status):
+    """Whether the lines of a derivation were compared with the robot; lines that differ raise `DerivationError`."""
+
+    CHECKED = ("derivation.short_checked", True)
+    TOO_LONG = ("derivation.short_too_long", False)
+    """The formulas are too long to be written; the steps say how long."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Derivation:
-    """What the functions `derive_...` hand back; `to_text`, `to_latex` and `to_html` write it.
+class Derivation(Answer):
+    """What the functions `derive_...` hand back, iterable over its steps; `to_text`, `to_latex`, `to_html` write it.
 
     Attributes:
         key: of the title's sentence.
@@ -93,10 +103,41 @@ class Derivation:
     checked: str = "derivation.checked"
 
     def __repr__(self) -> str:
-        title, checked = say(self.key, robot=self.robot), ""
-        if self.states:
-            checked = say(self.checked, states=self.states, error=f"{self.worst_error:.1e}")
-        return say("derivation.short", title=title, steps=len(self.steps), checked=checked).strip()
+        return on_screen(self.explain())
+
+    @property
+    def status(self) -> DerivationStatus:
+        """Whether its lines were compared with the robot."""
+        return DerivationStatus.CHECKED if self.states else DerivationStatus.TOO_LONG
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    def __iter__(self) -> Iterator[Step]:
+        return iter(self.steps)
+
+    def explain(self, language: str | None = None) -> str:
+        """The title, the number of steps, and how the lines were checked."""
+        title = say(self.key, language=language, robot=self.robot)
+        error = f"{self.worst_error:.1e}"
+        checked = say(self.checked, language=language, states=self.states, error=error) if self.states else ""
+        return self.status.sentence(language, title=title, steps=len(self.steps), checked=checked)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: the sentence of every step with its details, and the error of its lines."""
+        steps = [
+            {
+                "sentence": say(step.key, language=None, **dict(step.details)),
+                "lines": len(step.lines),
+                "error": max((line.error for line in step.lines if line.error is not None), default=None),
+            }
+            for step in self.steps
+        ]
+        checked = {"states": self.states, "worst_error": self.worst_error}
+        return {"status": self.status.name.lower(), "robot": self.robot, **checked, "steps": steps}
 
     @property
     def worst_error(self) -> float:

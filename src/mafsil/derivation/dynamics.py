@@ -14,6 +14,7 @@ from mafsil.derivation.newton_euler_method import NewtonEuler, newton_euler, sam
 from mafsil.derivation.operation_counts import counts_step, too_long
 from mafsil.derivation.polynomial import Polynomial, simplified
 from mafsil.derivation.table_step import table_step
+from mafsil.derivation.tolerances import LIMIT
 from mafsil.derivation.verification import STATES, DerivationError, Judge
 from mafsil.errors import ModelError
 from mafsil.model import Mechanism
@@ -127,8 +128,8 @@ def _energies(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     K = _kinetic_lines(judge, method)
     total = simplified(sum(method.kinetic, start=ZERO))
     truth = np.asarray(robot.kinetic_energy(judge.q, judge.qd))
-    if np.abs(judge.number(total) - truth).max() > 1e-9 * max(1.0, np.abs(truth).max()):
-        raise DerivationError("derivation.differs", line="K", error=float("nan"), limit=1e-9)
+    if np.abs(judge.number(total) - truth).max() > LIMIT * max(1.0, np.abs(truth).max()):
+        raise DerivationError("derivation.differs", line="K", error=float("nan"), limit=LIMIT)
     return [
         Step("derivation.centres", {}, tuple(places)),
         Step("derivation.speeds", {}, tuple(speeds)),

@@ -9,14 +9,13 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Line, Name
 from mafsil.derivation.expression import Expression, function, named, plus_minus
+from mafsil.derivation.tolerances import HALF_DIGITS, ROUNDOFF
 from mafsil.derivation.verification import DerivationError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 
 POSES = 20
-LIMIT = 1e-7
-"""Largest error of a line [rad | m]: an angle from a cosine near one has half the digits."""
 
 
 class AngleJudge:
@@ -87,13 +86,13 @@ class AngleJudge:
         """A definition: its value is that of its formula, printed where the arm alone decides it."""
         value = np.asarray(formula.evaluate(self.values))
         self.values[name] = value
-        if value.ndim > 2 or np.ptp(value, axis=0).max(initial=0.0) > 1e-12 * max(1.0, self.pattern.size):
+        if value.ndim > 2 or np.ptp(value, axis=0).max(initial=0.0) > ROUNDOFF * max(1.0, self.pattern.size):
             return Line((Name(name),), (formula,))
         return Line((Name(name),), (formula, vector_text(value[0]) if value.ndim == 2 else number_text(value[0])))
 
     def less(self, whole: Expression, one: Expression, other: Expression) -> Expression:
         """Whole - one other, or the whole where one of them is zero at all states."""
-        zero = any(np.abs(each.evaluate(self.values)).max(initial=0.0) < 1e-12 for each in (one, other))
+        zero = any(np.abs(each.evaluate(self.values)).max(initial=0.0) < ROUNDOFF for each in (one, other))
         return whole if zero else whole - one * other
 
     def elementary(self, k: int, a: Expression, b: Expression, c: Expression) -> list[Line]:
@@ -164,8 +163,8 @@ class AngleJudge:
 
     def _error(self, name: str, gap: Floats, scale: float) -> float:
         error = float(gap.max(initial=0.0))
-        if not error <= LIMIT * max(1.0, scale):
-            raise DerivationError("derivation.differs", line=_plain(name), error=error, limit=LIMIT)
+        if not error <= HALF_DIGITS * max(1.0, scale):
+            raise DerivationError("derivation.differs", line=_plain(name), error=error, limit=HALF_DIGITS)
         return error
 
     def _unknown(self, k: int) -> str:
@@ -197,7 +196,7 @@ def vector_text(values: Floats) -> str:
 
 def number_text(value: float) -> str:
     """Six digits; roundoff is zero."""
-    return f"{0.0 if abs(value) < 1e-12 else value:.6g}".replace("-", "−")
+    return f"{0.0 if abs(value) < ROUNDOFF else value:.6g}".replace("-", "−")
 
 
 def _plain(name: str) -> str:

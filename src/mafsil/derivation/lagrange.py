@@ -14,6 +14,7 @@ from mafsil.derivation.formula_text import evaluate, parsed
 from mafsil.derivation.letters import glyph
 from mafsil.derivation.matrices import Row
 from mafsil.derivation.polynomial import Factor, Polynomial, Symbol, Values, constant, simplified, symbol
+from mafsil.derivation.tolerances import COMPLEX_STEP, DIFFERENT
 from mafsil.derivation.verification import LIMIT, STATES, DerivationError
 from mafsil.errors import InputError
 
@@ -21,7 +22,6 @@ FORCE_UNITS = {"m": "N", "rad": "N m"}
 """Energy per unit of the coordinate: the unit of the generalized force."""
 _STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 """Places and weights of the derivative by differences of fourth order."""
-_APART = 1e-3
 
 
 def derive_lagrange(
@@ -142,7 +142,7 @@ class _Judge:
         """Momenta at four instants around, and the slopes now."""
         found: list[Floats] = []
         for name in self.system.names:
-            rate = sum(w * self._slope("d" + name, self._after(k * _APART)) for k, w in _STENCIL) / _APART
+            rate = sum(w * self._slope("d" + name, self._after(k * DIFFERENT)) for k, w in _STENCIL) / DIFFERENT
             found.append(rate - self._slope(name, self.values))
         return found
 
@@ -154,8 +154,8 @@ class _Judge:
         return moved
 
     def _slope(self, name: str, values: Mapping[str, Floats]) -> Floats:
-        stepped = {**values, name: values[name] + 1e-30j}
-        return np.imag(evaluate(self._K, stepped) - evaluate(self._P, stepped)) / 1e-30 + np.zeros(STATES)
+        stepped = {**values, name: values[name] + 1j * COMPLEX_STEP}
+        return np.imag(evaluate(self._K, stepped) - evaluate(self._P, stepped)) / COMPLEX_STEP + np.zeros(STATES)
 
     def line(self, letter: str, index: str, formula: Polynomial, truth: Floats) -> Line:
         """A line compared with numbers.

@@ -13,12 +13,12 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import symbolic_arm
 from mafsil.derivation.arm_numbers import CompiledArm, LetteredArm, Letters
+from mafsil.derivation.tolerances import SAME
 from mafsil.errors import ModelError
 from mafsil.model import Mechanism
 
 _ANGLES = ("alpha", "theta")
 _MOST_READINGS = 24
-_SAME = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ def _used_names(trees: Sequence[Sequence[ast.expr]]) -> set[str]:
 def _meanings(own: Mapping[str, float], letters: Mapping[str, float]) -> Iterator[dict[str, str]]:
     """Which of the arm's letters each of the student's is, `-` in front for its negative: those with its number."""
     choices = [
-        [sign + letter for letter, x in letters.items() for sign, y in (("", x), ("-", -x)) if abs(value - y) < _SAME]
+        [sign + letter for letter, x in letters.items() for sign, y in (("", x), ("-", -x)) if abs(value - y) < SAME]
         for value in own.values()
     ]
     for chosen in islice(product(*choices), _MOST_READINGS):

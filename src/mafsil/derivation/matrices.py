@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.polynomial import Angle, Polynomial, Values, constant, simplified, trig
+from mafsil.derivation.tolerances import ROUNDOFF
 
 Row: TypeAlias = tuple[Polynomial, ...]
 Entries: TypeAlias = tuple[Row, ...]
@@ -49,7 +50,7 @@ def rotation_z(angle: Angle, quarters: int = 0) -> Entries:
 
 def numbers(values: Floats) -> Entries:
     """A matrix of numbers, roundoff of zeros and ones removed."""
-    rounded = np.where(np.abs(values - np.round(values)) < 1e-12, np.round(values), values)
+    rounded = np.where(np.abs(values - np.round(values)) < ROUNDOFF, np.round(values), values)
     return tuple(tuple(constant(float(x)) for x in row) for row in rounded)
 
 

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from mafsil.derivation.tolerances import ROUNDING
+
 Angle: TypeAlias = tuple[tuple[str, int], ...]
 """Names with their integer multiples, sorted by the order in which the chain introduced them; () is the angle zero."""
 Values: TypeAlias = Mapping[str, Any]
@@ -21,8 +23,6 @@ Values: TypeAlias = Mapping[str, Any]
 RATES = ("dtheta", "dq", "ddtheta", "ddq")
 """Letters of rates and accelerations."""
 _FIRST = {"m": 0, "I": 0, "g": 1}
-ROUNDING = 1e-13
-"""Coefficients smaller than this are rounding."""
 
 
 class Symbol(NamedTuple):

@@ -8,10 +8,8 @@ from enum import Enum
 from typing import Any
 
 from mafsil.answer import Answer, Status
+from mafsil.derivation.tolerances import ROUNDOFF
 from mafsil.messages import say
-
-ROUNDOFF = 1e-12
-"""Smaller numbers are shown as zero: some thousand units in the last place of a metre."""
 
 
 class Mistake(Enum):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.derivation.tolerances import ALMOST_PARALLEL, NEAREST, PSEUDOINVERSE
 
-ALMOST_PARALLEL = 1e-4
-"""Second singular value of the directions, relative to the first, below which the places of the axes are asked too."""
 _REFINEMENTS = 3
 
 
@@ -61,7 +60,7 @@ def _with_origin(R: Floats, S: Floats, other: Floats, revolute: Floats) -> Float
     right = np.cross(omega, missing).sum(axis=1)
     B = np.broadcast_to(np.eye(4), (len(S), 4, 4)).copy()
     B[:, :3, :3] = R
-    B[:, :3, 3] = (np.linalg.pinv(square, rcond=1e-9, hermitian=True) @ right[..., None])[..., 0]
+    B[:, :3, 3] = (np.linalg.pinv(square, rcond=PSEUDOINVERSE, hermitian=True) @ right[..., None])[..., 0]
     return B
 
 
@@ -88,7 +87,7 @@ def _refined(S: Floats, other: Floats, B: Floats) -> Floats:
     scale = max(1.0, float(np.abs(other).max(initial=0.0)))
     for _ in range(_REFINEMENTS):
         size = np.abs(misfit(S, other, B)).max(axis=(1, 2), initial=0.0)
-        near = (size < 1e-2 * scale) & (size > 1e-13 * scale)
+        near = (size < 1e-2 * scale) & (size > NEAREST * scale)
         if not near.any():
             break
         B[near] = _better(S[near], other, B[near], _stepped(S[near], other, B[near]))
@@ -103,7 +102,7 @@ def _stepped(S: Floats, other: Floats, B: Floats) -> Floats:
     J[..., :3, :3] = J[..., 3:, 3:] = -_skew(omega)
     J[..., 3:, :3] = -_skew(v)
     rows = J.reshape(len(S), -1, 6)
-    twist = -(np.linalg.pinv(rows, rcond=1e-10) @ error.reshape(len(S), -1, 1))[..., 0]
+    twist = -(np.linalg.pinv(rows, rcond=PSEUDOINVERSE / 10) @ error.reshape(len(S), -1, 1))[..., 0]
     U, _, Vt = np.linalg.svd(np.eye(3) + _skew(twist[:, :3]))
     moved = np.broadcast_to(np.eye(4), B.shape).copy()
     moved[:, :3, :3], moved[:, :3, 3] = U @ Vt, twist[:, 3:]

@@ -24,14 +24,12 @@ from mafsil.derivation.matrices import (
     transform,
 )
 from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, constant, symbol, trig
+from mafsil.derivation.tolerances import NOTHING
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.errors import ModelError
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.exponentials import chain_to_tip, kind_of_screw, screws
 from mafsil.robot import Robot
-
-NOTHING = 1e-11
-"""Lengths [m] and differences of directions below this are rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

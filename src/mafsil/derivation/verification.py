@@ -11,6 +11,7 @@ from mafsil.derivation.factored import evaluate as evaluate_factored
 from mafsil.derivation.factored import factored
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
+from mafsil.derivation.tolerances import LIMIT
 from mafsil.errors import MafsilError
 from mafsil.model import JointKind
 from mafsil.model.exponentials import chain_to_tip
@@ -18,8 +19,6 @@ from mafsil.model.placement import rotation_x, translation
 from mafsil.robot import Robot
 
 STATES = 20
-LIMIT = 1e-9
-"""Largest difference of a line from the compiled robot, relative to the largest number in it (or 1)."""
 
 
 class DerivationError(MafsilError, RuntimeError):

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.grasp.elimination import Reduction, eliminate
 from mafsil.grasp.quality import quality_by_facets
@@ -17,8 +19,15 @@ from mafsil.grasp.tolerances import OPTIMUM
 from mafsil.solvers.linear_program import minimise
 
 
-@dataclass(frozen=True, eq=False)
-class MethodResult:
+class MethodStatus(Status):
+    """The verdict of one method."""
+
+    CLOSED = ("grasp.method_closed", True)
+    OPEN = ("grasp.method_open", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MethodResult(SingleAnswer):
     """What one method says; true if the wrenches close.
 
     Attributes:
@@ -33,8 +42,18 @@ class MethodResult:
     evidence: Floats | None = field(default=None)
     reduction: Reduction | None = field(default=None)
 
-    def __bool__(self) -> bool:
-        return bool(self.closed)
+    @property
+    def status(self) -> MethodStatus:
+        """The verdict."""
+        return MethodStatus.CLOSED if self.closed else MethodStatus.OPEN
+
+    def explain(self, language: str | None = None) -> str:
+        """The verdict and the number whose sign decides."""
+        return self.status.sentence(language, value=self.value)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "value": self.value, "evidence": self.evidence}
 
 
 def positive_span(A: Floats) -> MethodResult:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
@@ -15,9 +17,18 @@ from mafsil.grasp.wrench_batch import wrench_closures
 EDGES = 8
 
 
-@dataclass(frozen=True, eq=False)
-class Robustness:
-    """How a grasp fares when its contacts are off.
+class RobustnessStatus(Status):
+    """Whether a grasp closes, and with a margin."""
+
+    PROVEN = ("grasp.robust_proven", True)
+    """It closes, and as long as its wrenches change by less than the margin."""
+    NO_MARGIN = ("grasp.robust_no_margin", False)
+    """As planned it does not close, or only just: every error however small may open it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robustness(SingleAnswer):
+    """How a grasp fares when its contacts are off: true if it closes with a margin.
 
     Attributes:
         proven: closure is certain as long as no wrench of unit push changes by more than this (moments divided by
@@ -32,6 +43,26 @@ class Robustness:
     low: float
     high: float
     samples: int
+
+    @property
+    def status(self) -> RobustnessStatus:
+        """Whether there is a margin."""
+        return RobustnessStatus.PROVEN if self.proven > 0 else RobustnessStatus.NO_MARGIN
+
+    def explain(self, language: str | None = None) -> str:
+        """The margin, and the share of the samples that close with its interval."""
+        shares = {"share": 100 * self.probability, "low": 100 * self.low, "high": 100 * self.high}
+        return self.status.sentence(language, margin=self.proven, samples=self.samples, **shares)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        interval = {"low": self.low, "high": self.high, "samples": self.samples}
+        return {
+            "status": self.status.name.lower(),
+            "proven": self.proven,
+            "probability": self.probability,
+            **interval,
+        }
 
 
 def robustness(

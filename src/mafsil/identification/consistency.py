@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.identification.tolerances import LEAST_SHARE
 from mafsil.solvers.least_squares import levenberg_marquardt
 
 Indices: TypeAlias = NDArray[np.int64]
 """Indices of parameters."""
-LEAST_GYRATION = 1e-3
-"""Smallest principal radius of gyration of a starting body, as a share of its largest length."""
 _UPPER = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
@@ -59,14 +58,14 @@ def nearest_consistent(parameters: Floats, length: float) -> Floats:
 
     Args:
         parameters: (10,), mass > 0.
-        length: [m] of the robot; bodies are kept thicker than LEAST_GYRATION times this.
+        length: [m] of the robot; bodies are kept thicker than LEAST_SHARE times this.
     """
     m, h = parameters[0], parameters[1:4]
     c = h / m
     P = pseudo_inertia(parameters)
     second = P[:3, :3] - m * np.outer(c, c)
     values, axes = np.linalg.eigh(second)
-    least = m * (LEAST_GYRATION * length) ** 2
+    least = m * (LEAST_SHARE * length) ** 2
     if values[0] >= least:
         return parameters
     P = P.copy()

@@ -16,12 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_finite
-from mafsil.errors import FileError, InputError
+from mafsil.csv_table import csv_text, joint_columns
+from mafsil.errors import InputError
+from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, SMALLEST, WORST_CONDITION
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
+from mafsil.whole_file import write_whole
 
 SAMPLES = 120
 """Instants at which a candidate is looked at."""
@@ -124,13 +127,7 @@ class ExcitationTrajectory:
         """
         t = np.arange(round(self.duration * positive("rate", rate)) + 1) / rate
         motion = self.at(t)
-        heads = ["t", *(f"{name}[{joint}]" for name in ("q", "qd", "qdd") for joint in self.joints)]
-        table = np.column_stack([t, *motion])
-        rows = (",".join(f"{value:.9g}" for value in row) for row in table.tolist())
-        try:
-            Path(path).write_text("\n".join([",".join(heads), *rows, ""]), encoding="utf-8")
-        except OSError as fault:
-            raise FileError("identification.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
+        write_whole(Path(path), b"".join(csv_text({"t": t, **joint_columns(("q", "qd", "qdd"), motion, self.joints)})))
 
 
 @of_robot
@@ -242,13 +239,13 @@ class _Search:
         low, high = q.min(axis=0), q.max(axis=0)
         if self.start is None:
             middle = (self.lower + self.upper) / 2
-            reach_factor = MARGIN * (self.upper - self.lower) / np.maximum(high - low, 1e-12)
+            reach_factor = MARGIN * (self.upper - self.lower) / np.maximum(high - low, NO_MOTION)
         else:
             middle = self.start
-            above = (self.upper - self.start) / np.maximum(high, 1e-12)
-            reach_factor = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, 1e-12))
-        fast = self.rate / np.maximum(np.abs(qd).max(axis=0), 1e-12)
-        hard = self.acceleration / np.maximum(np.abs(qdd).max(axis=0), 1e-12)
+            above = (self.upper - self.start) / np.maximum(high, NO_MOTION)
+            reach_factor = MARGIN * np.minimum(above, (self.start - self.lower) / np.maximum(-low, NO_MOTION))
+        fast = self.rate / np.maximum(np.abs(qd).max(axis=0), NO_MOTION)
+        hard = self.acceleration / np.maximum(np.abs(qdd).max(axis=0), NO_MOTION)
         factor = np.minimum(reach_factor, np.minimum(fast, hard))
         start = middle if self.start is not None else middle - factor * (low + high) / 2
         return start, factor[:, None] * sine, factor[:, None] * cosine
@@ -264,11 +261,11 @@ class _Search:
             return np.inf
         self.passed += 1
         W = self.model.columns(q, qd, qdd)[..., self.columns]
-        W = W / np.maximum(np.sqrt((tau**2).mean(axis=0)), 1e-9)[:, None]
+        W = W / np.maximum(np.sqrt((tau**2).mean(axis=0)), NO_EFFORT)[:, None]
         W = W.reshape(-1, len(self.columns))
-        W = W / np.maximum(np.linalg.norm(W, axis=0), 1e-300)
+        W = W / np.maximum(np.linalg.norm(W, axis=0), SMALLEST)
         weights = np.linalg.eigvalsh(W.T @ W)
-        return float(np.sqrt(weights[-1] / weights[0])) if weights[0] > 1e-14 * weights[-1] else 1e7
+        return float(np.sqrt(weights[-1] / weights[0])) if weights[0] > NO_EXCITATION * weights[-1] else WORST_CONDITION
 
 
 def _at_rest(draw: Floats) -> tuple[Floats, Floats]:

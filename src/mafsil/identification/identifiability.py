@@ -10,11 +10,9 @@ from mafsil.arrays import Floats
 from mafsil.identification.consistency import Parameterisation
 from mafsil.identification.regression import Fit
 from mafsil.identification.remark import Remark
+from mafsil.identification.tolerances import ALONE
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.inertial_parameters import BaseParameters
-
-ALONE = 1e-6
-"""How far a parameter may be from the span of the base parameters and still count as identifiable alone."""
 
 
 @dataclass(frozen=True, slots=True)

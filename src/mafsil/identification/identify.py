@@ -20,6 +20,7 @@ from mafsil.identification.regression import Fit, RegressorStack, fitted
 from mafsil.identification.remark import Remark
 from mafsil.identification.result import Identification, Parameter, Validation
 from mafsil.identification.smoothing import SmoothMotion
+from mafsil.identification.tolerances import DEPENDENT, SMALLEST
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters
@@ -161,7 +162,7 @@ def _identified(
 
 def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, after: Floats) -> Validation:
     rows = problem.held_out or problem.stack
-    effort = np.maximum(rows.effort(), 1e-300)
+    effort = np.maximum(rows.effort(), SMALLEST)
     training = problem.stack
     return Validation(
         joints=joints,
@@ -169,7 +170,7 @@ def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, afte
         effort=rows.effort(),
         before=100.0 * rows.residual(before) / effort,
         after=100.0 * rows.residual(after) / effort,
-        training=100.0 * training.residual(after) / np.maximum(training.effort(), 1e-300),
+        training=100.0 * training.residual(after) / np.maximum(training.effort(), SMALLEST),
     )
 
 
@@ -177,9 +178,9 @@ def _rotors_needed(full: RegressorStack, without: RegressorStack, fit: Fit) -> l
     """Whether rows fit so much better with rotors that it cannot be chance."""
     k = full.triangles.shape[-1] - 1
     R = full.weighted(fit.noise)
-    b = np.asarray(np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=1e-9)[0], dtype=np.float64)
+    b = np.asarray(np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=DEPENDENT)[0], dtype=np.float64)
     with_rotors = full.residual(b)
-    gain = full.rows * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, 1e-300) ** 2).sum()
+    gain = full.rows * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, SMALLEST) ** 2).sum()
     better = float((with_rotors / without.residual(fit.b)).min())
     extra = max(k - (without.triangles.shape[-1] - 1), 1)
     if extra and gain > 30.0 * extra and better < 0.9:

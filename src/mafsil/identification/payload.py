@@ -19,6 +19,7 @@ from mafsil.identification.preparation import Log, opened, prepared
 from mafsil.identification.regression import RegressorStack, fitted
 from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion
+from mafsil.identification.tolerances import LEAST_MASS, LEAST_SHARE, NO_EFFORT, NO_MOTION
 from mafsil.identification.torque_model import CHUNK, thinned
 from mafsil.mechanics.inertial_parameters import inertial_of
 from mafsil.messages import say
@@ -176,7 +177,7 @@ def estimate_payload(
         stack = RegressorStack.of((block for m in motions for block in _rows(robot, m)), robot.n, 10)
     if stack.rows < 2:
         raise InputError("identification.too_short", seconds=given.duration)
-    effort = np.maximum(np.sqrt((given.signals()["tau"] ** 2).mean(axis=0)), 1e-12)
+    effort = np.maximum(np.sqrt((given.signals()["tau"] ** 2).mean(axis=0)), NO_EFFORT)
     return _estimated(robot, stack, effort, remarks)
 
 
@@ -231,14 +232,14 @@ def _poses(robot: Robot, log: MotionLog) -> Iterator[Floats]:
 
 def _rough(stack: RegressorStack) -> Floats:
     """A ball with the mass and the centre that the rows ask for without any prior."""
-    weight = max(float(stack.size()[:, 0].max()), 1e-9)
-    mass = max(float(stack.effort().max()) / weight, 1e-6)
+    weight = max(float(stack.size()[:, 0].max()), NO_EFFORT)
+    mass = max(float(stack.effort().max()) / weight, LEAST_MASS)
     size = np.array([1.0, *3 * (3 * RADIUS,), *6 * (9 * RADIUS**2,)])
     fit = fitted(stack, np.zeros(10), np.diag(10.0 * mass * size))
-    heavy = max(float(fit.b[0]), 1e-3 * mass)
+    heavy = max(float(fit.b[0]), LEAST_SHARE * mass)
     centre = fit.b[1:4] / heavy
     distance = float(np.linalg.norm(centre))
-    return ball(heavy, RADIUS, centre * min(1.0, 10 * RADIUS / max(distance, 1e-12)))
+    return ball(heavy, RADIUS, centre * min(1.0, 10 * RADIUS / max(distance, NO_MOTION)))
 
 
 def _rates(load: Floats) -> Floats:

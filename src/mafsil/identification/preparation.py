@@ -11,6 +11,7 @@ from mafsil.identification.log import MotionLog, log_of
 from mafsil.identification.log_file import read_log
 from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion, band_of, filtered, half_window, kernels, smooth_motions
+from mafsil.identification.tolerances import NO_EFFORT, PART_OF_BAND
 from mafsil.robot import Robot
 
 Log = MotionLog | str | PathLike[str]
@@ -48,5 +49,5 @@ def _rate_mismatch(log: MotionLog, band: float) -> float:
     position, rate, _ = kernels(half, period)
     derived, measured = filtered(signals["q"], rate), filtered(signals["qd"], position)
     size = np.sqrt((derived**2).mean(axis=0))
-    moving = size > 0.01 * max(float(size.max()), 1e-9)
+    moving = size > PART_OF_BAND * max(float(size.max()), NO_EFFORT)
     return float((np.sqrt(((derived - measured) ** 2).mean(axis=0))[moving] / size[moving]).max(initial=0.0))

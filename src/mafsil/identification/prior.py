@@ -16,6 +16,7 @@ from mafsil.identification.consistency import (
 )
 from mafsil.identification.regression import RegressorStack
 from mafsil.identification.remark import Remark
+from mafsil.identification.tolerances import LEAST_MASS, NO_EFFORT
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.model import Mechanism
@@ -59,7 +60,7 @@ def prior_of(model: TorqueModel, stack: RegressorStack, spread: float, *, rotors
     scale[model.inertial_count : -model.rotor_count] = _friction_scale(model, stack)
     if rotors:
         typical = np.array([model.robot.mass_matrix(np.zeros(model.robot.n))]).reshape(model.robot.n, -1).diagonal()
-        floor = PART_OF_INERTIA * np.maximum(typical, LEAST_INERTIA * max(float(typical.max()), 1e-6))
+        floor = PART_OF_INERTIA * np.maximum(typical, LEAST_INERTIA * max(float(typical.max()), LEAST_MASS))
         scale[-model.rotor_count :] = np.maximum(prior[-model.rotor_count :], floor)
     return Prior(Parameterisation(bodies, scale, prior, spread), tuple(remarks))
 
@@ -67,7 +68,7 @@ def prior_of(model: TorqueModel, stack: RegressorStack, spread: float, *, rotors
 def _friction_scale(model: TorqueModel, stack: RegressorStack) -> Floats:
     """(3 n,) what viscous, Coulomb and offset of each joint may be."""
     n = model.robot.n
-    effort = np.maximum(PART_OF_EFFORT * stack.effort(), 1e-9)
+    effort = np.maximum(PART_OF_EFFORT * stack.effort(), NO_EFFORT)
     places = {column: k for k, column in enumerate(model.base.columns)}
     size, rates = stack.size(), np.full(n, SLOWEST)
     for j in range(n):

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.identification.tolerances import LEAST_NOISE, LEAST_SHARE, NO_EFFORT
 
 ROUNDS = 4
 """Times the noise of the joints is estimated again with the parameters found."""
 GUESSED_NOISE = 0.05
 """Noise as a share of the efforts, while there are fewer rows than parameters."""
-LEAST_NOISE = 1e-9
-"""Smallest noise that is assumed for a joint, as a share of its efforts."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -123,7 +122,7 @@ def fitted(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
         spread: B (k, p), a square root of the prior's covariance.
     """
     k, b = len(b0), b0
-    effort = np.maximum(stack.effort(), 1e-12)
+    effort = np.maximum(stack.effort(), NO_EFFORT)
     noise = np.maximum(stack.own_noise(), LEAST_NOISE * effort)
     for _ in range(ROUNDS):
         R = stack.weighted(noise)
@@ -131,7 +130,7 @@ def fitted(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
         count = int((S > 1.0).sum())
         target = R[:, -1] - R[:, :-1] @ b0
         b = b0 + spread @ (Vt[:count].T @ ((U.T @ target)[:count] / S[:count]))
-        freedom = max(1.0 - count / max(stack.rows * len(noise), 1), 1e-3)
+        freedom = max(1.0 - count / max(stack.rows * len(noise), 1), LEAST_SHARE)
         noise = np.maximum(stack.residual(b) / np.sqrt(freedom), LEAST_NOISE * effort)
     R = stack.weighted(noise)
     _, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mafsil.errors import FileError, ModelError
+from mafsil.errors import ModelError
 from mafsil.identification.remark import Remark
 from mafsil.model import Mechanism, table, urdf
+from mafsil.whole_file import write_whole
 
 
 def save(mechanism: Mechanism, path: Path) -> tuple[Remark, ...]:
@@ -24,10 +25,7 @@ def save(mechanism: Mechanism, path: Path) -> tuple[Remark, ...]:
         table.write(mechanism, path)
         return ()
     text, lost = _urdf(mechanism)
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as fault:
-        raise FileError("identification.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
+    write_whole(path, text.encode())
     return tuple(Remark(f"identification.lost_{what}", {"path": path.name, "name": name}) for what, name in lost)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.identification.log import MotionLog
+from mafsil.identification.tolerances import LEAST_SHARE
 
 ORDER = 5
 """Degree of the local polynomials."""
@@ -20,8 +21,6 @@ FLATNESS = 3e-4
 """By how much the kernels may miss rate and acceleration at the highest frequency of the motion, as a share."""
 POWER = 0.999
 """Share of the power of the accelerations that lies below the band's end."""
-LEAST_MOTION = 1e-3
-"""Joints with a smaller share of the accelerations' power do not decide on the band."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,7 +97,7 @@ def band_of(log: MotionLog) -> float:
             reached = int((acceleration >= POWER * acceleration[-1]).argmax())
             ends.append((float(acceleration[-1]), float(frequency[reached])))
     most = max((total for total, _ in ends), default=0.0)
-    band = max((end for total, end in ends if total > LEAST_MOTION * most), default=lowest)
+    band = max((end for total, end in ends if total > LEAST_SHARE * most), default=lowest)
     return float(min(max(band, lowest), highest))
 
 

@@ -2,6 +2,7 @@
 
 from mafsil.ik.analysis import closed_form as closed_form
 from mafsil.ik.analysis import elimination as elimination
+from mafsil.ik.analysis import structure_in_doubt as structure_in_doubt
 from mafsil.ik.answers import Branch as Branch
 from mafsil.ik.answers import LimitExcess as LimitExcess
 from mafsil.ik.answers import SolutionBatch as SolutionBatch
@@ -19,8 +20,10 @@ from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
 from mafsil.ik.newton import NewtonRecord as NewtonRecord
 from mafsil.ik.newton import newton_ik as newton_ik
 from mafsil.ik.numerical import solve_ik as solve_ik
+from mafsil.ik.planar_reach import Place as Place
 from mafsil.ik.planar_reach import PlaceClass as PlaceClass
 from mafsil.ik.planar_reach import PlanarReach as PlanarReach
+from mafsil.ik.planar_reach import ReachShape as ReachShape
 from mafsil.ik.planar_reach import planar_reach as planar_reach
 from mafsil.ik.puma_shape import ArmClass as ArmClass
 from mafsil.ik.puma_shape import ArmStructure as ArmStructure
@@ -34,7 +37,7 @@ from mafsil.ik.rates import Rates as Rates
 from mafsil.ik.rates import integrate_rates as integrate_rates
 from mafsil.ik.rates import joint_rates as joint_rates
 from mafsil.ik.rates import prioritised_rates as prioritised_rates
-from mafsil.ik.rates import task_jacobian as task_jacobian
+from mafsil.ik.rates import twist_jacobian as twist_jacobian
 from mafsil.ik.redundant import ParametricSolutions as ParametricSolutions
 from mafsil.ik.redundant import Redundancy as Redundancy
 from mafsil.ik.redundant import SelfMotionFamily as SelfMotionFamily

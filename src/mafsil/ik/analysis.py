@@ -13,7 +13,8 @@ import numpy as np
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.recognise import EXACT, recognise_locked
+from mafsil.ik.recognise import recognise_locked, simpler_within_rounding
+from mafsil.ik.tolerances import DEFECT
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
@@ -43,7 +44,7 @@ class Analysis:
     @property
     def exact(self) -> bool:
         """Whether the closed form is the arm's own."""
-        return self.form is not None and self.form.pattern.defect <= EXACT
+        return self.form is not None and self.form.pattern.defect <= DEFECT
 
 
 @lru_cache(maxsize=256)
@@ -57,9 +58,7 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
     chain = chain_of(mechanism)
     if chain is None or not len(chain):
         return Analysis(None, None, None, ())
-    n, orientation, seen = mechanism.n, task != "position", chain
-    if task == "axis":
-        seen = chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2)
+    n, orientation, seen = mechanism.n, task != "position", _seen(chain, task)
     excess = max(0, len(seen) - _equations(seen, orientation))
     quartic: tuple[ArmPattern, tuple[int, ...]] | None = None
     for locked in _locked_sets(seen, excess):
@@ -75,6 +74,38 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
     return Analysis(chain, None, general, ())
 
 
+@of_robot
+def structure_in_doubt(robot: Robot, task: Task = "pose") -> bool:
+    """Whether an arm differs from a simpler structure by no more than a description of six digits leaves open.
+
+    Its closed form is then another, or refined, or missing, where that of the arm that was meant may be simple.
+
+    Args:
+        robot: any arm.
+        task: as for `inverse_kinematics`.
+    """
+    return _in_doubt(robot.mechanism, task)
+
+
+@lru_cache(maxsize=256)
+def _in_doubt(mechanism: Mechanism, task: Task) -> bool:
+    chain = chain_of(mechanism)
+    if chain is None or not len(chain):
+        return False
+    orientation, seen = task != "position", _seen(chain, task)
+    excess = max(0, len(seen) - _equations(seen, orientation))
+    for locked in _locked_sets(seen, excess):
+        simpler = simpler_within_rounding(seen, mechanism.n, locked, orientation=orientation)
+        if simpler is not None:
+            return simpler
+    return False
+
+
+def _seen(chain: Chain, task: Task) -> Chain:
+    """The chain with the joint that a task adds."""
+    return chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2) if task == "axis" else chain
+
+
 def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[int, ...], task: Task) -> Analysis:
     """An arm with a closed form.
 
@@ -86,7 +117,7 @@ def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[in
         task: as for `analysis`.
     """
     # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
-    incomplete = (pattern.defect > EXACT or pattern.quartic) and task == "pose" and not locked
+    incomplete = (pattern.defect > DEFECT or pattern.quartic) and task == "pose" and not locked
     general = GeneralSix(seen) if incomplete and 3 <= len(seen) <= 6 else None
     return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in locked))
 
@@ -94,7 +125,7 @@ def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[in
 def _equations(chain: Chain, orientation: bool) -> int:
     """How many equations a task has: in space, or in the plane of an arm whose joints all turn about parallel axes."""
     along = np.linalg.norm(np.cross(chain.axes, chain.axes[0]), axis=1)
-    if not any(chain.prismatic) and (along <= EXACT).all():
+    if not any(chain.prismatic) and (along <= DEFECT).all():
         return 3 if orientation else 2
     return 6 if orientation else 3
 

@@ -6,11 +6,14 @@ moved a little, except near folds, where two branches meet: there a pair may van
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose
@@ -20,26 +23,20 @@ from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
+from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
-
-REACHED = 1e-9
-"""By how much the ideal arm's subproblems may be unsolved and its branch still exist [m | rad]."""
-
-QUARTIC_REACHED = 1e-5
-"""The same of equations of fourth degree, whose roots rounding moves more where axes are almost parallel or meet."""
 
 LEAP = 0.3
 """Joint motion of one step beyond which another branch may have been caught [rad | m]."""
 
-SHORTEST = 1e-4
-"""Step, in parts of the way, at which a branch is given up: it ends there."""
 
-
-@dataclass(frozen=True, eq=False)
-class Continuation:
-    """What became of the branches of the nearest ideal arm.
+@dataclass(frozen=True, eq=False, repr=False)
+class Continuation(Answer):
+    """What became of the branches of the nearest ideal arm: the solutions of the arm itself, true if one is allowed.
 
     Attributes:
         answer: solutions of the arm itself; `complete` where elimination proves that there are no others.
@@ -58,6 +55,28 @@ class Continuation:
     lost: tuple[int, ...]
     gained: tuple[int, ...]
     defect: float
+
+    @property
+    def status(self) -> IKStatus:
+        """What can be said about the arm's own solutions."""
+        return self.answer.status
+
+    def __bool__(self) -> bool:
+        return bool(self.answer)
+
+    def __len__(self) -> int:
+        return len(self.answer)
+
+    def __iter__(self) -> Iterator[JointVector]:
+        return iter(self.answer)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        kept = {"ideal": self.ideal, "solution": self.solution, "moved": self.moved}
+        return {**self.answer.to_dict(), **kept, "lost": self.lost, "gained": self.gained, "defect": self.defect}
 
     def explain(self, language: str | None = None) -> str:
         """In sentences: how many branches go on, which are lost or gained, and the answer's own words."""
@@ -90,7 +109,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
         raise InputError("input.shape", name="T_sd", expected="(4, 4)", got=np.shape(T_sd), hint="")
     T = np.asarray(T_sd, dtype=np.float64)
     q, details, _ = arm.form.labelled(T, shared.middle, shared.middle_turns, *shared.bounds)
-    reached = QUARTIC_REACHED if shared.quartic else REACHED
+    reached = IDEAL_QUARTIC_REACHED if shared.quartic else IDEAL_REACHED
     exists = np.isfinite(q).all(axis=-1) & (CandidateTable.of(details).subproblem_residual <= reached)
     ideal = np.where(exists[:, None], q, np.nan)
     rows = np.flatnonzero(exists)
@@ -103,7 +122,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
             continue
         away = _apart(answer.q, ends[i][0], shared.revolute)
         best = int(away.argmin())
-        if away[best] < 1e-5 and best not in solution:
+        if away[best] < NEARLY_REACHED and best not in solution:
             solution[rows[i]] = best
             moved[rows[i]] = _apart(answer.q[best], ideal[rows[i]], shared.revolute)
     lost = tuple(int(row) for row in rows if solution[row] < 0)
@@ -122,7 +141,7 @@ def _continued(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector
     while s < 1.0:
         goal = start @ pose.exp(V * min(1.0, s + step))
         trial, residual = refined(robot, here[None], goal, everything, None)
-        if residual[0] <= REACHED and np.abs(trial[0] - here).max() <= LEAP:
+        if residual[0] <= IDEAL_REACHED and np.abs(trial[0] - here).max() <= LEAP:
             here, s, step = trial[0], min(1.0, s + step), 2 * step
         elif step > SHORTEST:
             step /= 4

@@ -8,12 +8,10 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import pose
+from mafsil.ik.tolerances import NO_EXTENT, TYPED_ZERO
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.exponentials import chain_to_tip, screws
 from mafsil.model.mechanism import JointLimits
-
-DESCRIPTION_ROUNDING = 1e-13
-"""Rounding of the description: smaller components are zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class Chain:
         """A length of the arm [m]: the widest extent of its axes and tip, one if it has none."""
         places = np.concatenate([self.points[~np.array(self.prismatic, dtype=np.bool_)], self.home[None, :3, 3]])
         extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
-        return extent if extent > 1e-9 else 1.0
+        return extent if extent > NO_EXTENT else 1.0
 
     def length_without(self, k: int, limits: JointLimits) -> float:
         """How far the tip may come from the origin while joint k, a prismatic joint, is at zero [m].
@@ -123,8 +121,8 @@ def chain_of(mechanism: Mechanism) -> Chain | None:
 
 def _snapped(x: Floats) -> Floats:
     """Rounding removed from zeros and ones."""
-    x = np.where(np.abs(x) < DESCRIPTION_ROUNDING, 0.0, x)
-    return np.where(np.abs(np.abs(x) - 1.0) < DESCRIPTION_ROUNDING, np.sign(x), x)
+    x = np.where(np.abs(x) < TYPED_ZERO, 0.0, x)
+    return np.where(np.abs(np.abs(x) - 1.0) < TYPED_ZERO, np.sign(x), x)
 
 
 def meeting_point(w1: Vector3, r1: Vector3, w2: Vector3, r2: Vector3) -> tuple[Vector3, float]:

@@ -10,15 +10,13 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6, gate, positive, require_kind, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-
-DIFFERENCE = 1e-3
-"""Step of the differences in units of time [s]; of sixth order, so rounding and truncation meet near 1e-13."""
+from mafsil.ik.tolerances import SIXTH_ORDER
 
 WEIGHTS = ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0))
 """Central differences of sixth order."""
 
 
-def twist_of_motion(X: Callable[[float], ArrayLike], t: float, *, step: float = DIFFERENCE) -> tuple[Vector6, Vector6]:
+def twist_of_motion(X: Callable[[float], ArrayLike], t: float, *, step: float = SIXTH_ORDER) -> tuple[Vector6, Vector6]:
     """The body and the space twist of a motion at a time.
 
     [V_b] = X^-1 dX/dt,  [V_s] = dX/dt X^-1 = Ad(X) V_b

@@ -15,14 +15,12 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, single, who
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.ik.root_finding import GROWING, RootStatus, orders
+from mafsil.ik.tolerances import CENTRAL
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
 NewtonForm = Literal["body", "space"]
 ResidualForm = Literal["twist", "euler"]
-
-DIFFERENCE = 6e-6
-"""Step of central differences [rad | m], the cube root of the rounding."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,5 +182,5 @@ def _lacking(robot: Robot, T_goal: PoseMatrix, q: JointVector) -> Floats:
 
 def _slopes(f: Callable[[JointVector], Floats], q: JointVector) -> Floats:
     """(6, n) central differences."""
-    steps = DIFFERENCE * np.eye(len(q))
-    return np.stack([(f(q + h) - f(q - h)) / (2 * DIFFERENCE) for h in steps], axis=1)
+    steps = CENTRAL * np.eye(len(q))
+    return np.stack([(f(q + h) - f(q - h)) / (2 * CENTRAL) for h in steps], axis=1)

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import Status
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, Vector3, gate, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import chain_of
 from mafsil.ik.moving_part import moving_part
+from mafsil.ik.tolerances import DEFECT, SMALLEST
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
-
-PARALLEL = 1e-9
-"""Sine up to which axes are parallel."""
 
 
 class PlaceClass(Status):
@@ -31,8 +30,42 @@ class PlaceClass(Status):
     OFF_PLANE = ("ik.place_off_plane", False)
 
 
-@dataclass(frozen=True, eq=False)
-class PlanarReach:
+class ReachShape(Status):
+    """What the places of the tip form."""
+
+    DISC = ("ik.reach_disc", True)
+    ANNULUS = ("ik.reach_annulus", True)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Place(SingleAnswer):
+    """Where a point lies: true if the tip gets there without regard to joint limits.
+
+    Attributes:
+        status: the class of the point.
+        distance: of the point from the centre [m].
+        inner, outer: radii of the annulus [m].
+    """
+
+    status: PlaceClass
+    distance: float
+    inner: float
+    outer: float
+
+    def explain(self, language: str | None = None) -> str:
+        """The class in a sentence with the distance and both radii."""
+        lengths = {"distance": self.distance, "inner": self.inner, "outer": self.outer}
+        words = {name: f"{x:.6g}" for name, x in lengths.items()}
+        return self.status.sentence(language) + say("ik.place_annulus", language=language, **words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        status = self.status.name.lower()
+        return {"status": status, "distance": self.distance, "inner": self.inner, "outer": self.outer}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlanarReach(SingleAnswer):
     """The annulus that the tip of an arm of parallel revolute axes can reach.
 
     Attributes:
@@ -57,6 +90,26 @@ class PlanarReach:
         """The least distance from the centre [m]: the longest link against all others."""
         return max(0.0, float(2 * self.lengths.max(initial=0.0) - self.lengths.sum()))
 
+    @property
+    def status(self) -> ReachShape:
+        """A disc, or an annulus with a hole."""
+        return ReachShape.ANNULUS if self.inner > 0.0 else ReachShape.DISC
+
+    def explain(self, language: str | None = None) -> str:
+        """The shape with its radii."""
+        return self.status.sentence(language, inner=f"{self.inner:.6g}", outer=f"{self.outer:.6g}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        radii = {"inner": self.inner, "outer": self.outer}
+        drawn = {"centre": self.centre, "normal": self.normal, "lengths": self.lengths}
+        return {"status": self.status.name.lower(), **radii, **drawn}
+
+    def place(self, point: ArrayLike, tolerance: float = 1e-9) -> Place:
+        """Where a point lies, and how far from the centre; arguments as `classify`."""
+        away = gate("point", point, (3,), finite=True) - self.centre
+        return Place(self.classify(point, tolerance), float(np.linalg.norm(away)), self.inner, self.outer)
+
     def classify(self, point: ArrayLike, tolerance: float = 1e-9) -> PlaceClass:
         """The class of a point; the centre of two equal links, reached in infinitely many ways, is an `INNER_BOUNDARY`.
 
@@ -68,7 +121,7 @@ class PlanarReach:
             InputError: a wrong shape, a tolerance that is not positive.
         """
         away = gate("point", point, (3,), finite=True) - self.centre
-        margin = positive("tolerance", tolerance) * max(self.outer, 1e-300)
+        margin = positive("tolerance", tolerance) * max(self.outer, SMALLEST)
         if abs(float(away @ self.normal)) > margin:
             return PlaceClass.OFF_PLANE
         r = float(np.linalg.norm(away - (away @ self.normal) * self.normal))
@@ -80,13 +133,6 @@ class PlanarReach:
         if closed and abs(r - self.inner) <= margin:
             return PlaceClass.INNER_BOUNDARY
         return PlaceClass.INTERIOR if r > self.inner or not closed else PlaceClass.HOLE
-
-    def explain(self, point: ArrayLike, language: str | None = None) -> str:
-        """The class of a point in a sentence with its distance and both radii."""
-        away = gate("point", point, (3,), finite=True) - self.centre
-        details = {"distance": f"{float(np.linalg.norm(away)):.6g}", "inner": f"{self.inner:.6g}"}
-        annulus = say("ik.place_annulus", language=language, **details, outer=f"{self.outer:.6g}")
-        return self.classify(point).sentence(language) + annulus
 
 
 def planar_reach(robot: RobotLike) -> PlanarReach:
@@ -106,7 +152,7 @@ def planar_reach(robot: RobotLike) -> PlanarReach:
         raise InputError("ik.not_planar", joint=", ".join(part.joint_names))
     h = chain.axes[0]
     for name, w, prismatic in zip(part.joint_names, chain.axes, chain.prismatic, strict=True):
-        if prismatic or float(np.linalg.norm(np.cross(h, w))) > PARALLEL:
+        if prismatic or float(np.linalg.norm(np.cross(h, w))) > DEFECT:
             raise InputError("ik.not_planar", joint=name)
     tip = chain.home[:3, 3]
     places = np.concatenate([chain.points, tip[None]])

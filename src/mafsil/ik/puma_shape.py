@@ -12,10 +12,12 @@ Reference: Lee and Ziegler, A geometric approach in solving the inverse kinemati
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
+from typing import Any
 
 import numpy as np
 
+from mafsil.algebra.tolerance import DESCRIBED
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, Vector3
 from mafsil.errors import InputError
 from mafsil.geometry import pose
@@ -26,16 +28,16 @@ from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
 
-class ArmClass(Enum):
-    """Classes of arms with a wrist of orthogonal axes that meet; the members are sentence keys."""
+class ArmClass(Status):
+    """Classes of arms with a wrist of orthogonal axes that meet, and that an arm is of none."""
 
-    PUMA = "ik.class_puma"
-    PUMA_WITH_OFFSET = "ik.class_puma_with_offset"
-    GENERALIZED_PUMA = "ik.class_generalized_puma"
-    STANFORD = "ik.class_stanford"
-    STANFORD_WITH_OFFSET = "ik.class_stanford_with_offset"
-    GENERALIZED_STANFORD = "ik.class_generalized_stanford"
-    NONE = "ik.class_none"
+    PUMA = ("ik.class_puma", True)
+    PUMA_WITH_OFFSET = ("ik.class_puma_with_offset", True)
+    GENERALIZED_PUMA = ("ik.class_generalized_puma", True)
+    STANFORD = ("ik.class_stanford", True)
+    STANFORD_WITH_OFFSET = ("ik.class_stanford_with_offset", True)
+    GENERALIZED_STANFORD = ("ik.class_generalized_stanford", True)
+    NONE = ("ik.class_none", False)
 
 
 @dataclass(frozen=True)
@@ -62,9 +64,9 @@ class Condition:
         return say(key, language=language, condition=words, size=f"{self.size:.3g}")
 
 
-@dataclass(frozen=True, eq=False)
-class ArmStructure:
-    """What an arm of six joints is, and why it is not more.
+@dataclass(frozen=True, eq=False, repr=False)
+class ArmStructure(SingleAnswer):
+    """What an arm of six joints is, and why it is not more: true if it is of one of the classes.
 
     Attributes:
         arm_class: the narrowest class whose conditions hold.
@@ -79,14 +81,28 @@ class ArmStructure:
     wrist_centre: Vector3
 
     @property
+    def status(self) -> ArmClass:
+        """The class."""
+        return self.arm_class
+
+    @property
     def failing(self) -> tuple[Condition, ...]:
         """The conditions that are not met."""
         return tuple(condition for condition in self.conditions if not condition.satisfied)
 
     def explain(self, language: str | None = None) -> str:
         """The class, then every condition with its size."""
-        lines = [say(self.arm_class.value, language=language)]
+        lines = [self.arm_class.sentence(language)]
         return "\n".join([*lines, *(condition.explain(language) for condition in self.conditions)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        conditions = [
+            {"condition": one.explain(), "joints": list(one.joints), "size": one.size, "satisfied": one.satisfied}
+            for one in self.conditions
+        ]
+        seen = {"reversed": self.reversed, "wrist_centre": self.wrist_centre}
+        return {"status": self.status.name.lower(), "conditions": conditions, **seen}
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +124,12 @@ class PumaShape:
     wrist_centre: Vector3
 
 
-def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
+def arm_structure(robot: RobotLike, tolerance: float = DESCRIBED) -> ArmStructure:
     """The class of an arm of six joints, with every condition and how far it is from being met.
 
     Args:
         robot: a Robot, a Mechanism, a name of the library or a file.
-        tolerance: sizes of conditions that count as rounding.
+        tolerance: sizes of conditions that count as rounding; what a description of six digits leaves open.
 
     Raises:
         InputError: not six revolute or prismatic joints on the way to the tip.
@@ -126,7 +142,7 @@ def arm_structure(robot: RobotLike, tolerance: float = 1e-9) -> ArmStructure:
     return seen if seen.arm_class is not ArmClass.NONE else forward
 
 
-def puma_shape(robot: RobotLike, tolerance: float = 1e-9) -> PumaShape:
+def puma_shape(robot: RobotLike, tolerance: float = DESCRIBED) -> PumaShape:
     """The lengths h, d, a1, a2 of an arm of the PUMA type, read from its axes.
 
     Args:
@@ -276,7 +292,7 @@ def conjugated_wrist(robot: RobotLike) -> ConjugatedWrist:
         InputError: another arm; the sentence says which condition fails and by how much.
     """
     chain = _six(robot)
-    failed_step = next((one for one in _wrist(chain)[:2] if one.size > 1e-6), None)
+    failed_step = next((one for one in _wrist(chain)[:2] if one.size > DESCRIBED), None)
     if failed_step is not None:
         raise InputError("ik.no_puma", reason=failed_step.explain())
     return ConjugatedWrist(chain.screws[3:], common_point(chain.axes[3:], chain.points[3:])[0])

@@ -13,21 +13,14 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.result import on_screen
+from mafsil.ik.tolerances import MADE, RANK, SYMMETRIC
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
-RANK = 1e-9
-"""Singular values, relative to the largest, that count as zero."""
-
-EXACT = 1e-9
-"""Residual relative to the twist up to which the twist is made: singular values above `RANK` keep so many digits."""
-
-SYMMETRIC = 1e-9
-"""Largest difference of a cost from its transpose, relative to its largest element."""
 
 MOST_STEPS = 10_000_000
 """Most steps of an integration: more would not fit the memory."""
@@ -109,7 +102,7 @@ def rate_codes(residual: Floats, twist: Floats, factor: Floats | float = 1.0) ->
         twist: (*batch, m) desired.
         factor: (*batch,) part of it that was sought.
     """
-    exact = residual <= EXACT * np.linalg.norm(twist, axis=-1)
+    exact = residual <= MADE * np.linalg.norm(twist, axis=-1)
     slowed = np.where(np.less(factor, 1.0), STATUSES.index(RateStatus.SLOWED), STATUSES.index(RateStatus.EXACT))
     return np.asarray(np.where(exact, slowed, STATUSES.index(RateStatus.APPROXIMATE)), dtype=np.int8)
 
@@ -141,10 +134,10 @@ class Rates(RatesAnswer):
         return self.moving - self.rank
 
 
-def task_jacobian(
+def twist_jacobian(
     robot: RobotLike, q: ArrayLike, form: TwistForm = "body", rows: Sequence[int] | None = None
 ) -> Floats:
-    """(*batch, m, n) Jacobian of a task.
+    """(*batch, m, n) Jacobian of a twist, or of some of its rows: what `performance.task_jacobian` calls a task.
 
     Args:
         robot: any arm.
@@ -211,7 +204,7 @@ def joint_rates(
         robot: any arm.
         q: (*batch, n) coordinates.
         V: (*batch, m) desired twist (omega, v), or its components `rows` [rad/s, m/s].
-        form: frame of the twist, see `task_jacobian`.
+        form: frame of the twist, see `twist_jacobian`.
         rows: components that count; all six if None.
         cost: (n,) diagonal or (n, n) symmetric positive definite Q; a joint of larger cost moves less. Weights that
             grow with a motor's capability are its reciprocals. Ones if None.
@@ -223,7 +216,7 @@ def joint_rates(
     Reference: Whitney, Resolved motion rate control, 1969; Lynch & Park, Modern Robotics, sec. 6.3.
     """
     robot = as_robot(robot)
-    J = task_jacobian(robot, q, form, rows)
+    J = twist_jacobian(robot, q, form, rows)
     twist = twists_for(J, V) if qd_preferred is None else twists_for(J, V, qd_preferred=qd_preferred)
     Q, moving = _cost(cost, robot.n), moving_part(robot).columns
     own = J[..., moving]
@@ -294,7 +287,7 @@ def integrate_rates(
         twist: V of time [s] and coordinates, (m,).
         duration: of the motion [s].
         step: dt [s].
-        form: frame of the twist, see `task_jacobian`.
+        form: frame of the twist, see `twist_jacobian`.
         rows: components that count.
         cost: as for `joint_rates`.
 

@@ -7,18 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Vector3
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point, distance_to_line, meeting_point
+from mafsil.ik.tolerances import COINCIDENT, CONDITIONED, DEFECT, FLAT_CIRCLE, SNAP, WELL_POSED
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, LockedJoint, PositioningMethod
-
-EXACT = 1e-9
-"""Defects [rad, and m relative to the arm's size] that are rounding: the closed form is the arm's own."""
-
-SNAP = 5e-4
-"""Defects up to which a simple family is preferred to an exact one that solves an equation of fourth degree: angles
-printed with four digits and more, 1.571 or 1.5708 for a quarter turn. Its rows are refined to the arm as it is, and
-merged roots, which the exact equation then nearly has, need no care."""
 
 ALMOST_IDEAL = 0.03
 """Defects up to which the nearest ideal arm's closed form gives seeds that are refined."""
@@ -51,7 +45,7 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
     candidates = _with_orientation(chain, n) if orientation else _points(chain, n)
     best: ArmPattern | None = None
     for pattern in candidates:
-        if pattern.defect <= EXACT:
+        if pattern.defect <= DEFECT:
             snapped = pattern.quartic and best is not None and best.defect <= SNAP and not best.quartic
             return best if snapped else pattern
         if pattern.defect <= ALMOST_IDEAL and (best is None or pattern.defect < best.defect):
@@ -70,17 +64,40 @@ def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientati
     """
     if not locked:
         return recognise(chain, n, orientation=orientation)
-    generic = 0.4567 * chain.size
-    seen = chain
-    for k in reversed(locked):
-        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
+    generic, seen = 0.4567 * chain.size, _locked(chain, locked)
     candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
     for pattern in candidates:
         if pattern.shifted:
             continue
-        if pattern.defect <= EXACT and not _split(pattern, chain, locked):
+        if pattern.defect <= DEFECT and not _split(pattern, chain, locked):
             return _released(pattern, chain, locked, generic)
     return None
+
+
+def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> bool | None:
+    """Whether a description of six digits leaves open that the arm has a simpler closed form than its exact one.
+
+    Args:
+        chain, n, locked, orientation: as for `recognise_locked`.
+
+    Returns:
+        None where there is neither an exact closed form nor one within rounding.
+    """
+    seen = _locked(chain, locked)
+    for pattern in _with_orientation(seen, n) if orientation else _points(seen, n):
+        if locked and pattern.shifted:
+            continue
+        if pattern.defect <= DESCRIBED and not (locked and _split(pattern, chain, locked)):
+            return pattern.defect > DEFECT
+    return None
+
+
+def _locked(chain: Chain, locked: tuple[int, ...]) -> Chain:
+    """The chain without the locked joints, at generic values of these."""
+    generic, seen = 0.4567 * chain.size, chain
+    for k in reversed(locked):
+        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
+    return seen
 
 
 def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:
@@ -172,12 +189,12 @@ def _spherical_wrist(chain: Chain, n: int, *, general: bool, shifted: bool) -> I
     if not np.isfinite(centre).all():
         return
     w4, w5, w6 = chain.axes[3:]
-    if min(_sine(w4, w5), _sine(w5, w6)) < 1e-3:
+    if min(_sine(w4, w5), _sine(w5, w6)) < WELL_POSED:
         return
     if (
         not shifted
         and not chain.prismatic[2]
-        and distance_to_line(chain.axes[2], chain.points[2], centre) < 1e-6 * chain.size
+        and distance_to_line(chain.axes[2], chain.points[2], centre) < COINCIDENT * chain.size
     ):
         # Four axes through one point: the third joint does not move it.
         return
@@ -191,10 +208,10 @@ def _three_parallel(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPatte
     if any(chain.prismatic[1:]):
         return
     w1, w2, w3, w4, w5, w6 = chain.axes
-    if min(_sine(w2, w5), _sine(w5, w6)) < 1e-3:
+    if min(_sine(w2, w5), _sine(w5, w6)) < WELL_POSED:
         return
     centre, gap = meeting_point(w5, chain.points[4], w6, chain.points[5])
-    usable = abs(w1 @ w2) > 1e-3 if chain.prismatic[0] else _sine(w1, w2) > 1e-3
+    usable = abs(w1 @ w2) > WELL_POSED if chain.prismatic[0] else _sine(w1, w2) > WELL_POSED
     if usable or shifted:
         defect = max(_sine(w2, w3), _sine(w2, w4), gap / chain.size)
         yield _pattern(Family.THREE_PARALLEL, chain, n, centre, _NO_POSITIONING, defect, shifted=shifted)
@@ -206,13 +223,13 @@ def _linked(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
         return
     w1, w2, w3, w4, w5, w6 = chain.axes
     c, r5 = chain.points[5], chain.points[4]
-    if min(_sine(w2, w5), _sine(w5, w6)) < 1e-3 or any(j < 0 for j in chain.joints[1:]):
+    if min(_sine(w2, w5), _sine(w5, w6)) < WELL_POSED or any(j < 0 for j in chain.joints[1:]):
         return
-    usable = abs(w1 @ w2) > 1e-3 if chain.prismatic[0] else _sine(w1, w2) > 1e-3
+    usable = abs(w1 @ w2) > WELL_POSED if chain.prismatic[0] else _sine(w1, w2) > WELL_POSED
     # The circle of joint 5 in the two equations must not be flat.
     k = c - r5
     B = np.array([_form(-w5, w6, w2), _form(w5, w2, k) / chain.size])
-    if (usable or shifted) and (chain.prismatic[0] or abs(np.linalg.det(B)) > 1e-7):
+    if (usable or shifted) and (chain.prismatic[0] or abs(np.linalg.det(B)) > FLAT_CIRCLE):
         defect = max(_sine(w2, w3), _sine(w2, w4))
         yield _pattern(Family.LINKED, chain, n, c, _NO_POSITIONING, defect, shifted=shifted)
 
@@ -242,7 +259,7 @@ def _planar(chain: Chain, n: int) -> Iterator[ArmPattern]:
         arm = arm.with_joint(arm.axes[1], chain.home[:3, 3], at=2)
     if not sliding:
         arm = arm.with_joint(h, np.zeros(3), prismatic=True)
-    if distance_to_line(arm.axes[1], arm.points[1], arm.points[2]) < 1e-9 * chain.size:
+    if distance_to_line(arm.axes[1], arm.points[1], arm.points[2]) < DEFECT * chain.size:
         return
     yield _pattern(Family.PLANAR, arm, n, arm.points[2], _NO_POSITIONING, defect)
 
@@ -270,7 +287,7 @@ def _positionings(arm: Chain, start: Vector3, *, general: bool, carried: bool = 
         yield from _by_distance(arm.backwards(), True, carried=True)
         return
     if all(arm.prismatic):
-        if abs(np.linalg.det(arm.axes)) > 1e-3:
+        if abs(np.linalg.det(arm.axes)) > WELL_POSED:
             yield _Positioning(PositioningMethod.LINEAR, False, np.zeros(3), 0.0)
         return
     for backwards in (False, True):
@@ -291,20 +308,20 @@ def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = 
     """
     w1, w2, w3 = arm.axes
     one, two, three = arm.prismatic
-    if not backwards and not three and distance_to_line(w3, arm.points[2], start) < 1e-6 * arm.size:
+    if not backwards and not three and distance_to_line(w3, arm.points[2], start) < COINCIDENT * arm.size:
         return
     sine, cosine = _sine(w1, w2), abs(float(w1 @ w2))
     if one and two:
-        conditioning = sine if carried or three or _sine(np.cross(w1, w2), w3) > 1e-3 else 0.0
-        conditioning *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > 1e-3 else 0.0
+        conditioning = sine if carried or three or _sine(np.cross(w1, w2), w3) > WELL_POSED else 0.0
+        conditioning *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > WELL_POSED else 0.0
     elif one or two:
         conditioning = cosine
     else:
         conditioning = 0.0
-        if sine > 1e-5:
+        if sine > CONDITIONED:
             _, gap = meeting_point(w1, arm.points[0], w2, arm.points[1])
             conditioning = sine * gap / arm.size
-    if conditioning > 1e-5:
+    if conditioning > CONDITIONED:
         yield _Positioning(PositioningMethod.QUARTIC, backwards, np.zeros(3), 0.0, conditioning)
 
 
@@ -313,7 +330,7 @@ def _by_perpendicular_prismatic(arm: Chain, backwards: bool) -> Iterator[_Positi
     w1, w2, w3 = arm.axes
     if arm.prismatic[0] or not arm.prismatic[1]:
         return
-    if abs(w1 @ w3) > 1e-3 if arm.prismatic[2] else _sine(w1, w3) > 1e-3:
+    if abs(w1 @ w3) > WELL_POSED if arm.prismatic[2] else _sine(w1, w3) > WELL_POSED:
         yield _Positioning(PositioningMethod.ACROSS, backwards, np.zeros(3), abs(float(w1 @ w2)))
 
 
@@ -322,8 +339,8 @@ def _by_height(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterato
     w1, h, w3 = arm.axes
     if arm.prismatic[1]:
         return
-    usable = carried or (abs(w1 @ h) > 1e-3 if arm.prismatic[0] else _sine(w1, h) > 1e-3)
-    apart = arm.prismatic[2] or distance_to_line(h, arm.points[1], arm.points[2]) > 1e-6 * arm.size
+    usable = carried or (abs(w1 @ h) > WELL_POSED if arm.prismatic[0] else _sine(w1, h) > WELL_POSED)
+    apart = arm.prismatic[2] or distance_to_line(h, arm.points[1], arm.points[2]) > COINCIDENT * arm.size
     if usable and apart:
         yield _Positioning(
             PositioningMethod.PARALLEL, backwards, np.zeros(3), abs(float(h @ w3)) if arm.prismatic[2] else _sine(h, w3)
@@ -332,10 +349,13 @@ def _by_height(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterato
 
 def _by_distance(arm: Chain, backwards: bool, *, carried: bool = False) -> Iterator[_Positioning]:
     """The first two axes meet, and the third moves the point nearer to there or away."""
-    if arm.prismatic[0] or arm.prismatic[1] or _sine(arm.axes[0], arm.axes[1]) < 1e-3:
+    if arm.prismatic[0] or arm.prismatic[1] or _sine(arm.axes[0], arm.axes[1]) < WELL_POSED:
         return
     place, gap = meeting_point(arm.axes[0], arm.points[0], arm.axes[1], arm.points[1])
-    if not (carried or arm.prismatic[2]) and distance_to_line(arm.axes[2], arm.points[2], place) < 1e-6 * arm.size:
+    if (
+        not (carried or arm.prismatic[2])
+        and distance_to_line(arm.axes[2], arm.points[2], place) < COINCIDENT * arm.size
+    ):
         return
     yield _Positioning(PositioningMethod.MEET, backwards, place, gap / arm.size)
 
@@ -356,7 +376,7 @@ def _padded(chain: Chain) -> Iterator[Chain]:
         w_last = chain.axes[-1]
         for arm in _three_joints(chain):
             place = _tip(chain)
-            if not chain.prismatic[-1] and distance_to_line(w_last, chain.points[-1], place) < 1e-3 * chain.size:
+            if not chain.prismatic[-1] and distance_to_line(w_last, chain.points[-1], place) < WELL_POSED * chain.size:
                 # A point on the last axis would not see that joint turn; any other of the tip will do.
                 place = place + 0.5 * chain.size * _normal(w_last)
             w = _normal(arm.axes[2] + np.array([0.1, 0.2, 0.3]))
@@ -369,10 +389,10 @@ def _sixth(chain: Chain) -> Iterator[Chain]:
     w4, w5 = chain.axes[3], chain.axes[4]
     if chain.prismatic[4]:
         return
-    if not chain.prismatic[3] and _sine(w4, w5) > 1e-3:
+    if not chain.prismatic[3] and _sine(w4, w5) > WELL_POSED:
         place, _ = meeting_point(w4, chain.points[3], w5, chain.points[4])
         yield chain.with_joint(np.cross(w4, w5), place)
-    if _sine(chain.axes[1], w5) > 1e-3:
+    if _sine(chain.axes[1], w5) > WELL_POSED:
         yield chain.with_joint(np.cross(chain.axes[1], w5), chain.points[4] + 0.37 * chain.size * w5)
 
 
@@ -392,7 +412,7 @@ def _three_joints(chain: Chain) -> Iterator[Chain]:
     else:
         across = _tip(chain) - chain.points[0]
         across = across - (across @ w) * w
-        across = across if np.linalg.norm(across) > 1e-6 * chain.size else _normal(w)
+        across = across if np.linalg.norm(across) > COINCIDENT * chain.size else _normal(w)
         yield chain.with_joint(w, np.zeros(3), prismatic=True, at=0).with_joint(across, np.zeros(3), prismatic=True)
 
 

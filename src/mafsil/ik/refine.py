@@ -7,13 +7,18 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
+from mafsil.ik.tolerances import (
+    EXACT_POSE,
+    LEAST_DAMPING,
+    NO_BETTER,
+    NO_COST,
+    NO_STEP,
+    REFINED_DAMPING,
+    SAME,
+    SINGULAR,
+    SMALLEST,
+)
 from mafsil.robot import Robot
-
-EXACT = 1e-14
-"""Errors that no step makes smaller."""
-
-SINGULAR = 1e-7
-"""Singular values of the Jacobian, relative to the largest, below which a direction is left alone."""
 
 
 def pose_errors(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
@@ -48,8 +53,8 @@ def task_error(T: PoseMatrix, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floa
         axis = np.stack([-z[:, 1], z[:, 0], np.zeros(len(z))], axis=1)
         sine = np.linalg.norm(axis, axis=1)
         angle = np.arctan2(sine, z[:, 2])
-        error[:, :3] = axis * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
-        error[:, 0] += np.where((sine <= 1e-12) & (z[:, 2] < 0), np.pi, 0.0)
+        error[:, :3] = axis * np.where(sine > EXACT_POSE, angle / np.maximum(sine, SMALLEST), 1.0)[:, None]
+        error[:, 0] += np.where((sine <= EXACT_POSE) & (z[:, 2] < 0), np.pi, 0.0)
     error[:, 3:] *= mask[3:]
     return error
 
@@ -92,7 +97,7 @@ def refined(
     # 1.
     q, error = q.copy(), pose_errors(robot, q, T_sd, mask, frame)
     size = residuals(error)
-    rows = np.flatnonzero(size > EXACT)
+    rows = np.flatnonzero(size > NO_BETTER)
     for _ in range(steps):
         if not len(rows):
             break
@@ -100,14 +105,14 @@ def refined(
         J = robot.jacobian_body(q[rows], frame=frame) * mask[:, None] * moving[rows][:, None]
         step = (np.linalg.pinv(J, rcond=SINGULAR) @ error[rows, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
-        trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
         # 3.
         trial_error = pose_errors(robot, trial, T_sd[rows], mask, frame)
         trial_size = residuals(trial_error)
         better = trial_size < size[rows]
         rows = rows[better]
         q[rows], error[rows], size[rows] = trial[better], trial_error[better], trial_size[better]
-        rows = rows[size[rows] > EXACT]
+        rows = rows[size[rows] > NO_BETTER]
     return q, size
 
 
@@ -130,30 +135,30 @@ def least_squares(
     """
     T_sd = np.broadcast_to(T_sd, (len(q), 4, 4))
     q, error, unit = q.copy(), pose_errors(robot, q, T_sd, mask, None), np.eye(robot.n)
-    cost, damping = (error**2).sum(axis=1), np.full(len(q), 1e-6)
+    cost, damping = (error**2).sum(axis=1), np.full(len(q), REFINED_DAMPING)
     moving = np.arange(len(q))
     for _ in range(steps):
         if not len(moving):
             break
         J = robot.jacobian_body(q[moving]) * mask[:, None]
         normal = J.transpose(0, 2, 1) @ J
-        scale = np.maximum(np.trace(normal, axis1=1, axis2=2), 1e-300)
+        scale = np.maximum(np.trace(normal, axis1=1, axis2=2), SMALLEST)
         normal = normal + (damping[moving] * scale)[:, None, None] * unit
         step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ error[moving, :, None])[:, :, 0]
         length = np.abs(step).max(axis=1, keepdims=True)
-        trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
         trial_error = pose_errors(robot, trial, T_sd[moving], mask, None)
         trial_cost = (trial_error**2).sum(axis=1)
         better = trial_cost < cost[moving]
         rows = moving[better]
         q[rows], error[rows], cost[rows] = trial[better], trial_error[better], trial_cost[better]
-        damping[moving] = np.where(better, np.maximum(damping[moving] / 16, 1e-12), damping[moving] * 16)
+        damping[moving] = np.where(better, np.maximum(damping[moving] / 16, LEAST_DAMPING), damping[moving] * 16)
         # Steps that small, and damping that large, change nothing that is seen.
-        moving = moving[(np.abs(step).max(axis=1) > 1e-15) & (damping[moving] < 1e4) & (cost[moving] > 1e-29)]
+        moving = moving[(np.abs(step).max(axis=1) > NO_STEP) & (damping[moving] < 1e4) & (cost[moving] > NO_COST)]
     return q, residuals(error)
 
 
-def distinct(q: JointVector, revolute: NDArray[np.bool_], tolerance: float = 1e-6) -> list[int]:
+def distinct(q: JointVector, revolute: NDArray[np.bool_], tolerance: float = SAME) -> list[int]:
     """Indices of the first of each group of rows that are equal up to whole turns.
 
     Args:

@@ -12,7 +12,9 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
+from mafsil.ik.tolerances import REACHED
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 FIELDS = (
@@ -35,24 +37,13 @@ SENTENCES = {
 LISTED = 20
 """Poses of a batch whose sentences are listed at once."""
 
-LINES, COLUMNS = 25, 100
-"""Of a screen."""
-
-
-def on_screen(text: str) -> str:
-    """The lines of a text as far as they fit a screen."""
-    lines = [
-        line if len(line) <= COLUMNS else line[: COLUMNS - 1] + "\N{HORIZONTAL ELLIPSIS}" for line in text.split("\n")
-    ]
-    return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
-
 
 def rounded_up(x: float) -> float:
     """The next number of three digits that is larger by some rounding at least."""
     if not 0.0 < x < np.inf:
         return x
     unit = 10.0 ** (np.floor(np.log10(x)) - 2)
-    return float(np.ceil(x * (1 + 1e-9) / unit) * unit)
+    return float(np.ceil(x * (1 + REACHED) / unit) * unit)
 
 
 class IKResult(Answer):

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, single, whole
 from mafsil.errors import InputError
+from mafsil.ik.tolerances import CENTRAL, EPS, START_DAMPING, SUFFICIENT
 
 Variant = Literal["newton", "damped", "broyden", "levenberg"]
 VARIANTS: tuple[str, ...] = get_args(Variant)
@@ -31,9 +32,6 @@ GROWING = 3
 
 HALVINGS = 40
 """Most halvings of a damped step."""
-
-DIFFERENCE = 6e-6
-"""Relative step of central differences, the cube root of the rounding."""
 
 
 class RootStatus(Status):
@@ -112,7 +110,7 @@ def orders(iterates: Floats) -> Floats:
     """(k - 2,) measured orders of convergence of iterates (k + 1, n) that end at a root; NaN where none can be said."""
     errors = np.linalg.norm(iterates[:-1] - iterates[-1], axis=1)
     scale = max(1.0, float(np.abs(iterates[-1]).max(initial=0.0)))
-    errors = np.where(errors > 4e-16 * scale, errors, np.nan)
+    errors = np.where(errors > 2 * EPS * scale, errors, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(errors[1:] / errors[:-1])
         return logs[1:] / logs[:-1]
@@ -166,7 +164,7 @@ class _Iteration:
         x: Floats,
     ) -> None:
         self.f, self.jacobian, self.variant, self.x = f, jacobian, variant, x
-        self.J, self.damping, self.ranks = np.eye(len(x)), 1e-3, list[int]()
+        self.J, self.damping, self.ranks = np.eye(len(x)), START_DAMPING, list[int]()
 
     def run(self, tolerance: float, most: int) -> RootRecord:
         """Steps until an end is seen."""
@@ -206,7 +204,7 @@ class _Iteration:
         step, share = -np.linalg.solve(self.J, y), 1.0
         x, value = self.x + step, self._value(self.x + step)
         for _ in range(HALVINGS if self.variant == "damped" else 0):
-            if np.linalg.norm(value) < (1 - 1e-4 * share) * np.linalg.norm(y):
+            if np.linalg.norm(value) < (1 - SUFFICIENT * share) * np.linalg.norm(y):
                 break
             share /= 2
             x = self.x + share * step
@@ -229,6 +227,6 @@ class _Iteration:
         columns: list[Floats] = []
         for i in range(len(self.x)):
             h = np.zeros(len(self.x))
-            h[i] = DIFFERENCE * max(1.0, abs(float(self.x[i])))
+            h[i] = CENTRAL * max(1.0, abs(float(self.x[i])))
             columns.append((self._value(self.x + h) - self._value(self.x - h)) / (2 * h[i]))
         return np.stack(columns, axis=1)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, gate, positive
 from mafsil.errors import InputError
-from mafsil.ik.rates import RANK, RatesAnswer, TwistForm, rate_codes, task_jacobian, twists_for
+from mafsil.ik.rates import RANK, RatesAnswer, TwistForm, rate_codes, twist_jacobian, twists_for
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.solvers import decompositions
@@ -71,7 +71,7 @@ def bounded_rates(
         robot: any arm.
         q: (*batch, n) coordinates.
         V: (*batch, m) desired twist, or its components `rows` [rad/s, m/s].
-        form: frame of the twist, see `task_jacobian`.
+        form: frame of the twist, see `twist_jacobian`.
         rows: components that count; all six if None.
         region: singular value e below which a direction is damped.
         damping: lambda at a singular configuration.
@@ -85,7 +85,7 @@ def bounded_rates(
     """
     robot = as_robot(robot)
     e, largest = positive("region", region), positive("damping", damping)
-    J = task_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
+    J = twist_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
     twist = twists_for(J, V)
     U, s, W = decompositions.svd(J)
     squares = np.where(s < e, (1.0 - (s / e) ** 2) * largest**2, 0.0)

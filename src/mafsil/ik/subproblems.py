@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, gate, single
 from mafsil.geometry.declared import Declared
+from mafsil.ik.tolerances import EPS, SAME_SUBPROBLEM
 
 _distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
 _two_axes = Declared("subproblem_angles.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")
@@ -51,7 +52,9 @@ class Angles(NamedTuple):
         rows = [row for row, short in zip(self.angles, self.residual, strict=True) if short <= tolerance]
         kept: list[Floats] = []
         for row in rows:
-            if not any(np.abs(np.remainder(row - other + np.pi, 2 * np.pi) - np.pi).max() < 1e-7 for other in kept):
+            if not any(
+                np.abs(np.remainder(row - other + np.pi, 2 * np.pi) - np.pi).max() < SAME_SUBPROBLEM for other in kept
+            ):
                 kept.append(row)
         return np.reshape(kept, (len(kept), *self.angles.shape[1:]))
 
@@ -172,6 +175,6 @@ def strokes(r: ArrayLike, v: ArrayLike, c: float) -> Floats:
     point, direction, distance = single("r", r, (3,)), single("v", v, (3,)), float(single("c", c, ()))
     along = float(point @ direction)
     left = along**2 - float(point @ point) + distance**2
-    if abs(left) <= 4e-16 * (along**2 + float(point @ point) + distance**2):
+    if abs(left) <= 2 * EPS * (along**2 + float(point @ point) + distance**2):
         return np.array([-along])
     return np.array([-along - np.sqrt(left), -along + np.sqrt(left)]) if left > 0.0 else np.zeros(0)

@@ -19,19 +19,14 @@ from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.result import on_screen
+from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
 FINEST = 2.0**-14
 """Smallest part of the way between two poses that is tried before the branch is given up."""
-
-NEARLY_SINGULAR = 1e-3
-"""Conditioning below which a configuration is named as nearly singular."""
-
-ROUNDING = 1e-9
-"""Distance from a bound at which a joint counts as being there [rad | m]."""
 
 
 class TrackStatus(Status):
@@ -179,7 +174,9 @@ class Track(Answer):
         lines += [place.explain(language) for place in (*self.switches, *self.near_singularities)]
         if self.closed and self.reached == len(self.q):
             drift = float(np.abs(self.drift).max(initial=0.0))
-            lines.append(say("ik.track_drift" if drift > 1e-6 else "ik.track_closed", language=language, drift=drift))
+            lines.append(
+                say("ik.track_drift" if drift > FROM_THE_POSE else "ik.track_closed", language=language, drift=drift)
+            )
         return "\n".join(lines)
 
 
@@ -285,7 +282,9 @@ class _Tracker:
         if len(self.moving) >= 6:
             return True
         J, V = self.robot.jacobian_body(q), pose.error(self.robot.forward_kinematics(q), T)
-        return bool(np.linalg.norm(J @ (np.linalg.pinv(J, rcond=1e-6) @ V) - V) <= 1e-6 * np.linalg.norm(V))
+        return bool(
+            np.linalg.norm(J @ (np.linalg.pinv(J, rcond=SELF_MOTION) @ V) - V) <= SELF_MOTION * np.linalg.norm(V)
+        )
 
     def _step(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
         """The solution that Newton's method finds from q, within the limits, if it is a step away."""
@@ -301,9 +300,9 @@ class _Tracker:
         """Why the branch ended: a joint at its limit that has to go on, or a singular configuration."""
         limits = self.robot.limits
         J = self.robot.jacobian_body(q)
-        ahead = np.linalg.pinv(J, rcond=1e-6) @ pose.error(self.robot.forward_kinematics(q), self.poses[k])
+        ahead = np.linalg.pinv(J, rcond=SELF_MOTION) @ pose.error(self.robot.forward_kinematics(q), self.poses[k])
         reach = q + np.sign(ahead) * 1e-2 * self.largest
-        pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > 1e-9)
+        pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > PULLED)
         reason = "limit" if pushed.any() else "singular"
         joint = int(np.where(pushed, np.abs(ahead), 0.0).argmax()) if pushed.any() else int(np.abs(new - q).argmax())
         before = inverse_kinematics(self.robot, self.poses[k - 1], q0=self.q[k - 1], tolerance=self.tolerance)
@@ -322,7 +321,7 @@ class _Tracker:
         conditioning = np.full(len(self.poses), np.nan)
         if reached:
             conditioning[:reached] = self._conditioning(self.q[:reached])
-        closed = len(self.poses) > 1 and bool(np.abs(self.poses[0] - self.poses[-1]).max() <= 1e-9)
+        closed = len(self.poses) > 1 and bool(np.abs(self.poses[0] - self.poses[-1]).max() <= REACHED)
         drift = np.full(self.robot.n, np.nan)
         if closed and reached == len(self.poses):
             drift = self.q[-1] - self.q[0]

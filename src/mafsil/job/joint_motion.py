@@ -13,7 +13,7 @@ from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
-from mafsil.trajectory.laws import QUINTIC, time_law
+from mafsil.trajectory.laws import QUINTIC, rest_law
 
 PEAK_MARGIN = 1e-9
 """Share of time on top of the shortest: a peak equals its limit only up to rounding."""
@@ -41,7 +41,7 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
     elif np.abs(goal - start).max(initial=0.0) < STILL:
         return rest(goal, move.duration or SHORTEST)
     else:
-        law = time_law(move.profile or "quintic")
+        law = rest_law(move.profile or "quintic")
         shortest = law.fastest(
             start, goal, velocity=speed, acceleration=acceleration, margin=PEAK_MARGIN, least=SHORTEST
         )

@@ -11,9 +11,10 @@ from mafsil.job.description import Bounds, Move
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, rest
+from mafsil.trajectory import Trajectory, rest
 from mafsil.trajectory.cartesian_path import CartesianPath
-from mafsil.trajectory.laws import time_law
+from mafsil.trajectory.laws import rest_law
+from mafsil.trajectory.motion import Stretchable
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.path_timing import Slowest, dilated, slowest
@@ -113,7 +114,7 @@ def _tip_bounds(path: CartesianPath, bounds: Bounds, move: Move) -> tuple[float,
     return rate, move.speed**2 * min(bounds.tip_acceleration / length, turn_acceleration / angle)
 
 
-def _time_law(rate: float, growth: float, move: Move) -> PiecewisePolynomial:
+def _time_law(rate: float, growth: float, move: Move) -> Stretchable:
     """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
-    law = time_law(move.profile or "quintic")
+    law = rest_law(move.profile or "quintic")
     return law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import unicodedata
 from collections.abc import Sequence
 from html import escape
@@ -14,6 +15,8 @@ MOST_ROWS = 20
 """With head, sentence and remarks a table then stays below 25 lines."""
 LONGEST_NAME = 24
 """Longer names are cut [columns]: seven columns of numbers stand beside them in 100."""
+LINES, COLUMNS = 25, 100
+"""Of a screen."""
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], language: str | None = None) -> list[str]:
@@ -37,9 +40,19 @@ def number(value: float) -> str:
     return "-" if isnan(value) else f"{value + 0.0:.4g}"
 
 
+def on_screen(text: str) -> str:
+    """A text as far as it fits a screen: long sentences are wrapped, what is beyond the last line is left out."""
+    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else _wrapped(line))]
+    return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
+
+
 def in_notebook(text: str) -> str:
     """A printed table as HTML that keeps its columns."""
     return f'<pre dir="auto">{escape(text)}</pre>'
+
+
+def _wrapped(line: str) -> list[str]:
+    return textwrap.wrap(line, COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
 def _cut(name: str) -> str:

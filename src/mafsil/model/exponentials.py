@@ -21,7 +21,7 @@ from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
-from mafsil.model.tolerances import PRINTED, WRITTEN
+from mafsil.model.tolerances import PRINTED
 
 
 class Screws(NamedTuple):
@@ -127,12 +127,15 @@ def chain_to_tip(mechanism: Mechanism) -> tuple[Joint, ...]:
 
 
 def kind_of_screw(S: Vector6) -> tuple[JointKind, Vector3, float]:
-    """Joint kind, unit direction (3,) and pitch [m/rad] of a unit screw (omega, v)."""
+    """Joint kind, unit direction (3,) and pitch [m/rad] of a unit screw (omega, v).
+
+    Six decimals leave a pitch omega . v of up to 5e-7 (|omega|_1 + |v|_1), which no machine screw has: it is none.
+    """
     omega, v = S[:3], S[3:]
     if not omega.any():
         return JointKind.PRISMATIC, v, 0.0
     pitch = float(omega @ v)
-    if abs(pitch) <= WRITTEN * max(1.0, float(np.linalg.norm(v))):
+    if abs(pitch) <= PRINTED * (1.0 + float(np.linalg.norm(v))):
         return JointKind.REVOLUTE, omega, 0.0
     return JointKind.HELICAL, omega, pitch
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, frozen, gate
 from mafsil.errors import InputError, ModelError
 from mafsil.model.link import Inertial
-from mafsil.model.tolerances import PRINTED
+from mafsil.model.tolerances import PRINTED_ROTATION
 
 _QUARTER = pi / 2
 _ROUNDING = 4 * 2.0**-52
@@ -26,17 +26,17 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
 
     Raises:
         InputError: another shape, or NaN or infinite numbers.
-        ModelError: the rotation block is no rotation to PRINTED or mirrors, or the last row is not 0, 0, 0, 1.
+        ModelError: the rotation block is no rotation to PRINTED_ROTATION or mirrors, or the last row is not 0, 0, 0, 1.
     """
     T = gate(name, value, (4, 4), finite=True)
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
     R = T[:3, :3]
     deviation = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
-    if deviation <= PRINTED and np.linalg.det(R) < 0:
+    if deviation <= PRINTED_ROTATION and np.linalg.det(R) < 0:
         raise ModelError("serial.left_handed", name=name)
-    if deviation > PRINTED:
-        raise ModelError("serial.pose", name=name, deviation=deviation, limit=PRINTED)
+    if deviation > PRINTED_ROTATION:
+        raise ModelError("serial.pose", name=name, deviation=deviation, limit=PRINTED_ROTATION)
     return T
 
 

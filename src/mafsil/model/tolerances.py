@@ -7,10 +7,12 @@ written and below what a drawing means by different.
 WRITTEN = 1e-9
 """Relative difference of two values that mean one: files of programs carry ten digits and more, so 5e-11, times twenty.
 
-Lengths of unit axes, opposite entries of an inertia, coordinates of one mimic pair, pitches, distances over the size.
+Lengths of unit axes, opposite entries of an inertia, coordinates of one mimic pair, distances over the size.
 """
 PRINTED = 1e-6
 """Deviation of a printed rotation, unit screw or inertia from a true one: six decimals leave 5e-7 in each entry."""
+PRINTED_ROTATION = 2e-6
+"""Deviation of R R' from the identity where R is printed: products of rows are wrong by 2 sqrt(3) 5e-7 = 1.74e-6."""
 PARALLEL = 1e-7
 """Angle [rad] between axes that count as parallel.
 

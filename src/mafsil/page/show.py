@@ -17,8 +17,8 @@ from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled
 from mafsil.page.content import content
 from mafsil.robot import Robot, as_robot
-from mafsil.scene.files import write_whole
 from mafsil.scene.inline import attribute
+from mafsil.whole_file import write_whole
 
 HEIGHT = 720
 """Of the page in a notebook [pixels]."""
@@ -54,7 +54,7 @@ class Page:
         """
         place = Path(path)
         try:
-            write_whole(place, self.html)
+            write_whole(place, self.html.encode())
         except OSError as error:
             raise FileError("cli.cannot_write", path=str(place), reason=error.strerror or str(error)) from None
         return place

@@ -38,6 +38,7 @@ from mafsil.performance.singularities import singular_values as singular_values
 from mafsil.performance.singularities import singularity as singularity
 from mafsil.performance.singularities import singularity_locus as singularity_locus
 from mafsil.performance.singularities import twist_screw as twist_screw
+from mafsil.performance.singularities import verdict_in_doubt as verdict_in_doubt
 from mafsil.performance.singularities import wrench_screw as wrench_screw
 from mafsil.performance.statics import FreeBodyDiagram as FreeBodyDiagram
 from mafsil.performance.statics import JointReactions as JointReactions

@@ -16,7 +16,7 @@ from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
 from mafsil.scene import Drawing, compact
-from mafsil.scene.files import write_whole
+from mafsil.whole_file import write_whole
 
 
 @of_mechanism
@@ -36,4 +36,4 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     at_tip, bodies = compact(tip)[None], drawing.bodies(floor, poses)
     scene = Scene(bodies, 1.0, compact(poses)[None], at_tip, at_tip, (), centre, size, floor)
     subtitle = " · ".join(mechanism.joint_names)
-    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()))
+    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()).encode())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,21 +11,18 @@ from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
 from mafsil.robot.routines import signature_of
 
-if TYPE_CHECKING:
-    from mafsil.robot.robot import Robot
-
 
 class Motionless:
     """A routine of configurations (*batch, 0) that gives the same poses for each.
 
     Args:
-        robot: whose routine; it has no moving joint.
+        mechanism: whose routine; it has no moving joint.
         name: of the routine.
     """
 
-    def __init__(self, robot: Robot, name: str) -> None:
-        self._robot, self._name = robot, name
-        self._poses = _link_poses(robot.mechanism)
+    def __init__(self, mechanism: Mechanism, name: str) -> None:
+        self._mechanism, self._name = mechanism, name
+        self._poses = _link_poses(mechanism)
         row = quantity(name)
         self.__name__, self.__doc__, self.__signature__ = name, row.doc(), signature_of(row)
 
@@ -55,7 +50,7 @@ class Motionless:
         return result
 
     def _value(self, frame: str | None) -> Floats:
-        mechanism = self._robot.mechanism
+        mechanism = self._mechanism
         if self._name == "link_poses":
             if frame is not None:
                 raise InputError("robot.no_frame", name=self._name)
@@ -64,8 +59,8 @@ class Motionless:
             return self._poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
         return self._poses[mechanism.link_names.index(mechanism.link(frame).name)]
 
-    def __reduce__(self) -> tuple[type[Motionless], tuple[Robot, str]]:
-        return Motionless, (self._robot, self._name)
+    def __reduce__(self) -> tuple[type[Motionless], tuple[Mechanism, str]]:
+        return Motionless, (self._mechanism, self._name)
 
 
 def _link_poses(mechanism: Mechanism) -> PoseMatrix:

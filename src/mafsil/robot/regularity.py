@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.degeneracy import Degeneracy
 from mafsil.model import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
 from mafsil.robot.routines import signature_of
-
-if TYPE_CHECKING:
-    from mafsil.robot.robot import Robot
-
 
 NO_FINITE_ANSWER = ("call.overflow", "call.undefined")
 """Keys of the errors of a kernel that finds no finite number."""
@@ -37,14 +36,14 @@ class Answered:
     In batches such rows stay NaN, and the others keep their numbers.
 
     Args:
-        robot: whose routine.
         name: of the quantity.
+        routine: which gives NaN there.
+        degeneracy: of a position, by the robot of the routine.
     """
 
-    def __init__(self, robot: Robot, name: str) -> None:
-        self.robot, self.name = robot, name
+    def __init__(self, name: str, routine: Any, degeneracy: Callable[[ArrayLike], Degeneracy]) -> None:
+        self.name, self.routine, self.degeneracy = name, routine, degeneracy
         self.row = quantity(name)
-        self.routine: Any = robot.compiled_routine(name)
         self.__name__, self.__doc__, self.__signature__ = name, self.routine.__doc__, signature_of(self.row)
 
     def __call__(self, *arrays: Any, **named: Any) -> Floats:
@@ -58,11 +57,11 @@ class Answered:
             found: Floats = self.routine(*arrays, **named)
         except InputError as error:
             if error.key in NO_FINITE_ANSWER:
-                self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
+                self.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
             raise
         if found.ndim == len(self.row.shape) and not np.isfinite(found).all():
-            self.robot.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
+            self.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
         return found
 
-    def __reduce__(self) -> tuple[type[Answered], tuple[Robot, str]]:
-        return Answered, (self.robot, self.name)
+    def __reduce__(self) -> tuple[type[Answered], tuple[Any, ...]]:
+        return Answered, (self.name, self.routine, self.degeneracy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,13 +13,11 @@ from mafsil.errors import InputError
 from mafsil.mechanics.degeneracy import degeneracy
 from mafsil.mechanics.task_space import TaskSpace, task_space
 from mafsil.mechanics.tolerances import SINGULAR, SMALLEST
-
-if TYPE_CHECKING:
-    from mafsil.robot.robot import Robot
+from mafsil.robot.compiled_robot import CompiledRobot
 
 
 def task_space_of(
-    robot: Robot,
+    robot: CompiledRobot,
     q: ArrayLike,
     qd: ArrayLike,
     expressed_in: Literal["body", "space"],
@@ -55,7 +53,7 @@ def task_space_of(
     )
 
 
-def _require_regular(M: Floats, robot: Robot) -> None:
+def _require_regular(M: Floats, robot: CompiledRobot) -> None:
     """Refuses the first state (of a batch) whose mass matrix has no inverse, with the motion that moves no inertia."""
     flat = M.reshape(-1, robot.n, robot.n)
     size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), SMALLEST))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import reflected_inertias
-
-if TYPE_CHECKING:
-    from mafsil.robot.robot import Robot
+from mafsil.robot.compiled_robot import CompiledRobot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +70,7 @@ def _known(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def torque_terms_of(
-    robot: Robot,
+    robot: CompiledRobot,
     q: ArrayLike,
     qd: ArrayLike,
     qdd: ArrayLike,

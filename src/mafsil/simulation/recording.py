@@ -5,26 +5,26 @@ from __future__ import annotations
 import json
 import os
 import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
+from mafsil.csv_table import csv_text
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
+from mafsil.whole_file import write_whole
 
 FORMAT = 1
 """Version of the file layout."""
-ROWS_AT_ONCE = 4096
 TABLE_NUMBERS = 1_000_000
 """Numbers that the CSV file holds at most (about 20 MB). Longer runs leave ticks out there, never in the npz file."""
 
@@ -156,9 +156,9 @@ class Recording(Answer):
         about = json.dumps({**self._about(), "csv_every_tick": every}, indent=2, ensure_ascii=False)
         arrays: dict[str, Any] = {**self.arrays(), "about": np.array(about)}
         npz, csv, note = (stem.with_name(stem.name + suffix) for suffix in (".npz", ".csv", ".json"))
-        _write(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
-        _write(csv, lambda file: _write_table(file, table, every))
-        _write(note, lambda file: file.write(about.encode()))
+        write_whole(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
+        write_whole(csv, lambda file: file.writelines(csv_text(_every(table, every))))
+        write_whole(note, about.encode())
         return npz, csv, note
 
     @classmethod
@@ -205,28 +205,8 @@ def _stem(path: str | os.PathLike[str]) -> Path:
     return given.with_suffix("") if given.suffix in (".npz", ".csv", ".json") else given
 
 
-def _write(path: Path, put: Callable[[BinaryIO], object]) -> None:
-    """Write beside the place, flush to disk, rename."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with beside.open("wb") as file:
-            put(file)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    except OSError as fault:
-        raise FileError("simulation.cannot_write", path=str(path), fault=fault.strerror or str(fault)) from None
-    finally:
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
-
-
-def _write_table(file: BinaryIO, table: dict[str, Floats], every: int) -> None:
-    """Comma-separated values, shortest digits that read back exactly; every so many rows, and the last."""
-    file.write((",".join(f'"{name}"' if "," in name else name for name in table) + "\n").encode())
+def _every(table: dict[str, Floats], every: int) -> dict[str, Floats]:
+    """Every so many rows, and the last."""
     count = len(table["t"])
     rows = np.unique(np.append(np.arange(0, count, every), count - 1)) if count else np.zeros(0, dtype=int)
-    for first in range(0, len(rows), ROWS_AT_ONCE):
-        chosen = rows[first : first + ROWS_AT_ONCE]
-        for row in np.stack([column[chosen] for column in table.values()], axis=1).tolist():
-            file.write((",".join(map(repr, row)) + "\n").encode())
+    return {name: column[rows] for name, column in table.items()}

@@ -16,6 +16,7 @@ from mafsil.robot import Robot, as_robot
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF, friction_stiffness, require_integrator
+from mafsil.simulation.tolerances import PART_OF_STEP, PERIOD
 from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
@@ -82,7 +83,7 @@ class Scenario:
                 positive(name, value)
         if self.integrator is not None:
             require_integrator(self.integrator)
-        if abs(self.substeps * self.step - self.control_period) > 1e-9 * self.control_period:
+        if abs(self.substeps * self.step - self.control_period) > PERIOD * self.control_period:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
         size = max(np.size(x) for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
         ticks = max(self.length / self.control_period, 1.0)
@@ -132,7 +133,7 @@ class Scenario:
 
     def ticks(self) -> Floats:
         """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""
-        return np.arange(ceil(self.length / self.control_period - 1e-9) + 1.0) * self.control_period
+        return np.arange(ceil(self.length / self.control_period - PART_OF_STEP) + 1.0) * self.control_period
 
     def start(self) -> tuple[JointVector, JointVector]:
         """Initial positions and rates, (*batch, n)."""

@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
+from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
 from mafsil.simulation.plant import Plant
 from mafsil.solvers import METHODS, Splitting, method, second_order
 from mafsil.solvers.integrate import State, Step
@@ -164,7 +165,7 @@ def _solved(M: Floats, b: Floats) -> Floats:
 def _secant(law: FrictionLaw, v: Floats) -> Floats:
     """D (*batch, n, n): D v + offset is the friction at the rates v (*batch, n)."""
     w = v @ law.gain.T
-    moving = np.abs(w) > 1e-8 * SMOOTHING
+    moving = np.abs(w) > NEGLIGIBLE_RATE * SMOOTHING
     share = np.where(moving, np.tanh(w / SMOOTHING) / np.where(moving, w, 1.0), 1.0 / SMOOTHING)
     slope = law.viscous + np.where(w >= 0.0, law.positive, law.negative) * share
     return law.gain.T @ (slope[..., None] * law.gain)

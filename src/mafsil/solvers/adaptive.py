@@ -16,6 +16,16 @@ from mafsil.solvers.events import Event, Watch
 from mafsil.solvers.integrate import Field
 from mafsil.solvers.outcome import Outcome
 from mafsil.solvers.solution import Crossing, IntegrationStatus, Solution, SolutionBuilder, cut, value_within
+from mafsil.solvers.tolerances import (
+    AFTER_RESET,
+    CLOSE_RESETS,
+    EARLIEST,
+    FEW_ROUNDINGS,
+    FIRST_STEP,
+    LAST_STEP,
+    LEAST_ERROR,
+    NO_SPEED,
+)
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 8.0
 """Share of the predicted step that is taken; bounds of the change from step to step."""
@@ -23,13 +33,9 @@ MEMORY = 0.3
 """Share of the exponent that the previous error has: the P of PI control against hunting step sizes."""
 RESETS = 10_000
 """Resets after which an integration counts as chattering."""
-CLOSE = 1e-7
-"""Resets closer than this share of the interval, `IN_A_ROW` times, count as chattering."""
 IN_A_ROW = 20
 EDGE = 32 * 2.0**-52
 """Share of its time by which a break is approached: the value before it counts up to there."""
-FINEST = 1e-15
-"""Relative tolerance below which rounding alone exceeds it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +55,8 @@ class Tolerance:
 
     def __post_init__(self) -> None:
         for value in np.ravel(self.relative).tolist():
-            if value != 0.0 and not FINEST <= value <= 1.0:
-                raise InputError("solvers.tolerance", value=value, low=FINEST)
+            if value != 0.0 and not FEW_ROUNDINGS <= value <= 1.0:
+                raise InputError("solvers.tolerance", value=value, low=FEW_ROUNDINGS)
         least = float(np.min(self.absolute))
         if not 0.0 < least < inf:
             raise InputError("input.positive", name="tolerance", value=least)
@@ -169,7 +175,7 @@ class _Adaptive:
     def _step(self, end: float) -> IntegrationStatus | None:
         """Try one step; a status if the integration ends with it."""
         whole = min(self.h, self.budget.longest)
-        last = self.t + whole * (1.0 + 1e-10) >= end
+        last = self.t + whole * (1.0 + LAST_STEP) >= end
         h = end - self.t if last else whole
         if h <= 10.0 * np.spacing(abs(self.t)) and not last:
             return IntegrationStatus.BLOWN_UP
@@ -179,10 +185,10 @@ class _Adaptive:
         if not error <= 1.0:
             factor = max(LEAST, SAFETY * error ** (-1.0 / self.pair.error_order)) if isfinite(error) else LEAST
             self.h = h * factor
-            return IntegrationStatus.BLOWN_UP if self.h <= 10.0 * np.spacing(max(abs(self.t), 1e-290)) else None
+            return IntegrationStatus.BLOWN_UP if self.h <= 10.0 * np.spacing(max(abs(self.t), EARLIEST)) else None
         k = self.pair.error_order
-        size = max(error, 1e-10)
-        factor = SAFETY * size ** (-(1.0 - MEMORY) / k) * (max(self.previous, 1e-10) / size) ** (MEMORY / k)
+        size = max(error, LEAST_ERROR)
+        factor = SAFETY * size ** (-(1.0 - MEMORY) / k) * (max(self.previous, LEAST_ERROR) / size) ** (MEMORY / k)
         suggested = h * min(MOST, max(LEAST, factor))
         self.h = max(suggested, whole) if last else suggested
         self.previous = self.error = error
@@ -238,9 +244,9 @@ class _Adaptive:
         self.y = event.after(self.t, self.y)
         self.stages[0] = self.field(self.t, self.y)
         self.h = min(self.h, self._first_step())
-        self.watch.restart(self.t, self.y, self.stages[0], 1e-3 * self.h)
+        self.watch.restart(self.t, self.y, self.stages[0], AFTER_RESET * self.h)
         self.resets += 1
-        self.close = self.close + 1 if self.t - self.last_reset <= CLOSE * self.span else 0
+        self.close = self.close + 1 if self.t - self.last_reset <= CLOSE_RESETS * self.span else 0
         self.last_reset = self.t
         chattering = self.resets >= RESETS or self.close >= IN_A_ROW
         return IntegrationStatus.CHATTERING if chattering else None
@@ -253,7 +259,7 @@ class _Adaptive:
         scale = self.tolerance.absolute + self.tolerance.relative * np.abs(self.y)
         rate = self.stages[0]
         size, speed = _size(self.y / scale), _size(rate / scale)
-        guess = 1e-6 if size < 1e-5 or speed < 1e-5 else 0.01 * size / speed
+        guess = FIRST_STEP if size < NO_SPEED or speed < NO_SPEED else 0.01 * size / speed
         guess = min(guess, self.span)
         ahead = self.field(self.t + guess, self.y + guess * rate)
         bend = _size((ahead - rate) / scale) / guess
@@ -261,7 +267,7 @@ class _Adaptive:
         if not isfinite(most):
             return guess
         power = 1.0 / (self.pair.order + 1.0)
-        careful = max(1e-6, 1e-3 * guess) if most <= 1e-15 else (0.01 / most) ** power
+        careful = max(FIRST_STEP, AFTER_RESET * guess) if most <= FEW_ROUNDINGS else (0.01 / most) ** power
         return min(100.0 * guess, careful, self.span)
 
 

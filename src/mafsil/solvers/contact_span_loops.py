@@ -32,9 +32,7 @@ from mafsil.solvers.positive_span_loops import (
     span,
     stands_apart,
 )
-
-ASIDE = 1e-6
-"""Moments about a line, over the spread of the points, that are surely not zero: points are typed with six digits."""
+from mafsil.solvers.tolerances import ASIDE
 
 
 class Placement(NamedTuple):

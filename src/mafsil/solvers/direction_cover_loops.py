@@ -27,6 +27,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import dot
 from mafsil.solvers.loops import compiled
+from mafsil.solvers.tolerances import SMALLEST, STILL, TINY, WALL
 
 PROVEN, LOWER, SPENT = 0, 1, 2
 """How `covered` ended: every direction proven; a direction found that reaches less far; too many cones."""
@@ -38,14 +39,8 @@ SHARES = np.array([1.0, 0.3, 0.1, 0.03, 0.0])
 """Values of s that are tried."""
 STACK = 1024
 """Cones that wait at most."""
-MARGIN = 1e-6
-"""A cone this near to a wall is not left to its image."""
-STILL = 1e-9
-"""Relative gain of a cutting plane that is none."""
 DEEP, MANY = 12, 300
 """Rounds of cutting planes, and steps, of a descent at most."""
-TINY = 1e-12
-"""Costs and pivots of a game with entries of about 1 that are rounding."""
 
 
 @compiled
@@ -136,7 +131,7 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
             weights[int(t[j]) - m] = max(0.0, T[count, j])
             total += max(0.0, T[count, j])
     for p in range(count):
-        weights[p] /= max(total, 1e-300)
+        weights[p] /= max(total, SMALLEST)
     t[:] = 0.0
     for p in range(count):
         if side[p] < m:
@@ -145,7 +140,7 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
     for j in range(m):
         total += t[j]
     for j in range(m):
-        t[j] /= max(total, 1e-300)
+        t[j] /= max(total, SMALLEST)
 
 
 @compiled
@@ -345,7 +340,7 @@ def elsewhere(V: Floats, walls: Floats) -> bool:
     for w in range(len(walls)):
         beyond = True
         for j in range(len(V)):
-            if dot(walls[w], V[j]) > -MARGIN:
+            if dot(walls[w], V[j]) > -WALL:
                 beyond = False
                 break
         if beyond:
@@ -414,7 +409,7 @@ def around(u: Floats, width: float, V: Floats) -> None:
         V[j, j] += width
         along = dot(x, V[j])
         for c in range(m):
-            V[j, c] += u[c] - 2.0 * along * x[c] / max(square, 1e-300)
+            V[j, c] += u[c] - 2.0 * along * x[c] / max(square, SMALLEST)
         size = np.sqrt(dot(V[j], V[j]))
         for c in range(m):
             V[j, c] /= size
@@ -439,7 +434,7 @@ def descend(D: Floats, u: Floats, width: float, narrowest: float) -> float:
         for c in range(m):
             proof.u[c] /= size
         found, _ = pieces_at(D, proof.u, proof.W, proof.Q, proof.disc, 0)
-        if found < reach * (1.0 - 1e-12):
+        if found < reach * (1.0 - TINY):
             if found > reach * (1.0 - 1e-3 * width):
                 width *= 0.7
             reach = found

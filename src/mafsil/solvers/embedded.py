@@ -14,8 +14,7 @@ import numpy as np
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
 from mafsil.solvers.rooted_trees import violation
-
-TOLERANCE = 1e-13
+from mafsil.solvers.tolerances import ORDER_CONDITION_LONG
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,14 +61,14 @@ class EmbeddedPair:
             self._require("b(theta)", self.a, weights, self.dense_order, theta)
         ends = self.dense.sum(axis=1)
         ends[: s - 1] -= self.b
-        if np.abs(ends).max() > TOLERANCE * np.abs(self.dense).max():
+        if np.abs(ends).max() > ORDER_CONDITION_LONG * np.abs(self.dense).max():
             raise InputError("solvers.tableau", name=self.name, law="b(1) = b", error=float(np.abs(ends).max()))
-        if np.abs(self.error.sum(axis=1)).max() > TOLERANCE:
+        if np.abs(self.error.sum(axis=1)).max() > ORDER_CONDITION_LONG:
             raise InputError("solvers.tableau", name=self.name, law="e 1 = 0", error=float(self.error.sum()))
 
     def _require(self, law: str, a: Floats, weights: Floats, order: int, theta: float) -> None:
         worst, tree = violation(a, weights, order, theta)
-        if worst > TOLERANCE:
+        if worst > ORDER_CONDITION_LONG:
             raise InputError("solvers.tableau", name=self.name, law=f"{law} of {tree}", error=worst)
 
 

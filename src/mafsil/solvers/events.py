@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, real_array, require_finite, require_function
 from mafsil.errors import InputError
 from mafsil.solvers.solution import value_within
+from mafsil.solvers.tolerances import AT_EVENT, FEW_ROUNDINGS
 
 PROBES = 8
 """Places within a step at which the sign is asked: two zeros of one event closer than that are not seen."""
@@ -124,7 +125,7 @@ class Watch:
         for number, event in enumerate(self._events):
             here = self._values(event, t, y)
             ahead = self._values(event, t + span, y + span * rate)
-            near = np.abs(here) <= 1e-9 * np.maximum(1.0, np.abs(ahead - here) / span)
+            near = np.abs(here) <= AT_EVENT * np.maximum(1.0, np.abs(ahead - here) / span)
             self._sides[number] = np.where(near, np.sign(ahead - here), np.sign(here))
 
     @staticmethod
@@ -150,7 +151,7 @@ class Watch:
         g_low, g_high = g(low), g(high)
         side = 0
         for count in range(100):
-            if high - low <= 1e-15:
+            if high - low <= FEW_ROUNDINGS:
                 break
             middle = (low * g_high - high * g_low) / (g_high - g_low) if g_low * g_high < 0.0 else high
             if not low < middle < high or count % 8 == 7:

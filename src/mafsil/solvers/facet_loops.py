@@ -7,9 +7,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension
 from mafsil.solvers.loops import compiled
-
-ON_FACET = 1e-7
-"""Points within it of a facet, relative to the largest, may lie on it."""
+from mafsil.solvers.tolerances import ON_FACET
 
 
 @compiled

@@ -27,15 +27,10 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension, dot, support
 from mafsil.solvers.loops import compiled, reordered
+from mafsil.solvers.tolerances import FLATNESS, JOGGLE, SMALLEST, TURNED, VISIBLE
 
-JOGGLE = 1e-9
-"""Moves of the corners, relative to the set: far above rounding, far below any quality that counts."""
-VISIBLE = 1e-13
-"""Heights over a facet, relative to the set, from which a corner sees it: 450 eps, the rounding of its plane."""
 STEADY = 10.0
 """Heights over a facet, in units of what is barely visible, from which the next facet's direction is sure."""
-FLATNESS = 1e-10
-"""Heights over the flat of the corners before, relative to the set, below which the set is flat."""
 FAR = 0.05
 """Heights of a corner over the flat of those before, relative to the set, at which no better one is looked for."""
 MOST = 4096
@@ -65,7 +60,7 @@ def null_vector(dimension: Dimension, A: Floats, n: Floats) -> None:
                 if abs(A[i, j]) > big:
                     pr, pc, big = i, j, abs(A[i, j])
         if not big > 0.0:
-            A[r, r] = 1e-300
+            A[r, r] = SMALLEST
         for j in range(m):
             A[r, j], A[pr, j] = A[pr, j], A[r, j]
         for i in range(rows):
@@ -155,7 +150,7 @@ def away(u: Floats, basis: Floats, count: int) -> float:
                 u[c] -= s * basis[i, c]
     length = np.sqrt(dot(u, u))
     for c in range(len(u)):
-        u[c] /= max(length, 1e-300)
+        u[c] /= max(length, SMALLEST)
     return length
 
 
@@ -194,7 +189,7 @@ def first_simplex(D: Floats, together: bool, size: float, points: Floats) -> boo
                 break
             u[:] = 0.0
             u[axis] = 1.0
-            if turn == first or away(u, basis, k - 1) < 1e-6:
+            if turn == first or away(u, basis, k - 1) < TURNED:
                 continue
             height = furthest_either_way(D, together, u, points[0], w, basis[k - 1])
             if height > best:

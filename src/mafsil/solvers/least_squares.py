@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, frozen
 from mafsil.solvers.outcome import Outcome, SolverStatus
+from mafsil.solvers.tolerances import FEW_ROUNDINGS, LEAST_DAMPING
 
 LANES = 512
 """Rows that are factorised together: their matrices fit the second-level cache."""
@@ -107,7 +108,7 @@ def levenberg_marquardt(
     """
     x = np.array(start, dtype=np.float64)
     r, J = function(x)
-    mu, growth = damping * max(float((J * J).sum(axis=0).max(initial=0.0)), 1e-30), 2.0
+    mu, growth = damping * max(float((J * J).sum(axis=0).max(initial=0.0)), LEAST_DAMPING), 2.0
     history = [float(np.linalg.norm(r))]
     status = SolverStatus.BUDGET_SPENT
     for _ in range(iterations):
@@ -118,7 +119,7 @@ def levenberg_marquardt(
             status = SolverStatus.NOT_FINITE
             break
         step = -damped_step(J[None], r[None], np.array([mu]))[0]
-        if not np.linalg.norm(step) > 1e-15 * (1.0 + np.linalg.norm(x)):
+        if not np.linalg.norm(step) > FEW_ROUNDINGS * (1.0 + np.linalg.norm(x)):
             status = SolverStatus.STALLED
             break
         r_new, J_new = function(x + step)

@@ -25,8 +25,9 @@ from mafsil.messages import say
 from mafsil.solvers import loop_entry
 
 PACKAGE = Path(__file__).resolve().parents[1]
-COMPILED = "loops.py"
-"""How the names of the files end whose functions are compiled, and of the one that holds the options."""
+COMPILED = ("loops.py", "tolerances.py")
+"""How the names of the files end whose functions are compiled, of the one with the options, and of those that hold
+the numbers that stand in the code."""
 LOOP = Kind(b"mafsilL\0", ".loop")
 
 

@@ -20,14 +20,9 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import dot, support
 from mafsil.solvers.loops import compiled
+from mafsil.solvers.tolerances import DEPENDENT, FEW_ROUNDINGS, NEAR_BOUNDARY
 
 STEPS = 1000
-DEPENDENT = 1e-12
-"""Corners closer than this share of their distance to the flat of the others add nothing."""
-ROUNDOFF = 1e-15
-"""Weights and gaps of a few eps are none."""
-NEAR = 1e-5
-"""Distances of the scaled set below it may be the boundary."""
 GILBERT = 6
 """Cheap steps away from the origin before the nearest point is sought."""
 LOOSE = 0.9
@@ -88,7 +83,7 @@ def drop(S: Floats, share: Floats, weights: Floats, count: int) -> int:
     kept = 0
     for i in range(count):
         left = share[i] + step * (weights[i] - share[i])
-        if left > ROUNDOFF or (weights[i] >= 0.0 and left > 0.0):
+        if left > FEW_ROUNDINGS or (weights[i] >= 0.0 and left > 0.0):
             share[kept] = left
             for c in range(S.shape[1]):
                 S[kept, c] = S[i, c]
@@ -122,7 +117,7 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
     for _ in range(STEPS):
         length = np.sqrt(dot(v, v))
         size = max(size, np.sqrt(dot(S[count - 1], S[count - 1])))
-        if length <= ROUNDOFF * size:
+        if length <= FEW_ROUNDINGS * size:
             v[:] = 0.0
             return 0.0, 0.0
         for c in range(m):
@@ -132,7 +127,7 @@ def nearest_point(D: Floats, tolerance: float, v: Floats, apart: Floats) -> tupl
             lower = max(reached, 0.0)
             for c in range(m):
                 apart[c] = -u[c]
-        if length - lower <= tolerance * length + ROUNDOFF * size:
+        if length - lower <= tolerance * length + FEW_ROUNDINGS * size:
             return min(lower, length), length
         share[count], count = 0.0, count + 1  # 3
         while True:  # 4
@@ -175,11 +170,11 @@ def steps_apart(D: Floats, y: Floats) -> bool:
             v[c] += D[i, 0, c] / len(D)
     for _ in range(GILBERT):
         length = np.sqrt(dot(v, v))
-        if not length > NEAR:
+        if not length > NEAR_BOUNDARY:
             return False
         for c in range(m):
             y[c] = -v[c] / length
-        if -support(D, False, y, s) > 10.0 * NEAR:  # 2
+        if -support(D, False, y, s) > 10.0 * NEAR_BOUNDARY:  # 2
             for c in range(m):
                 y[c] = -y[c]
             return True
@@ -201,4 +196,4 @@ def lies_apart(D: Floats, y: Floats) -> bool:
         D: (k, parts, m) discs.
         y: (m,) out: unit direction in which all of it is beyond the origin, if so.
     """
-    return steps_apart(D, y) or nearest_point(D, LOOSE, np.empty(len(y)), y)[0] > NEAR
+    return steps_apart(D, y) or nearest_point(D, LOOSE, np.empty(len(y)), y)[0] > NEAR_BOUNDARY

@@ -27,19 +27,12 @@ from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension, dot, reach
 from mafsil.solvers.loops import compiled, reordered
 from mafsil.solvers.nearest_point_loops import lies_apart
+from mafsil.solvers.tolerances import ENTERING, FULL_RANK, NEGLIGIBLE, PIVOT, SMALLEST
 
-ENTERING = 1e-9
-"""Gains of columns of length 1 below it are none: prices carry the rounding of some tens of pivots."""
-PIVOT = 1e-9
-"""Entries of the entering column, of length about 1, on which no pivot is made."""
 ROUNDS = 24
 """Times that round cones are asked for more columns."""
 SPANS, OPEN, DOUBTFUL = 1, 0, -1
 """Verdicts of `positive_span`."""
-NEGLIGIBLE = 1e-14
-"""Rows below this share of the largest (45 eps) are rounding and stay small."""
-FULL_RANK = 1e-14
-"""Least det(A A') / (trace / m)^m that is surely full rank."""
 
 
 class Tableau(NamedTuple):
@@ -273,7 +266,7 @@ def read_prices(value: float, doubt: float, y: Floats, T: Tableau) -> int:
     for i in range(len(y)):
         y[i] = -T.price[i] * T.rows[i]
         square += y[i] * y[i]
-    factor = 1.0 / max(np.sqrt(square), 1e-300)
+    factor = 1.0 / max(np.sqrt(square), SMALLEST)
     for i in range(len(y)):
         y[i] *= factor
     return OPEN if value >= 100.0 * doubt else DOUBTFUL

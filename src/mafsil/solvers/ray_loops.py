@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
-
-PARALLEL = 1e-12
-"""Determinants below this share of their terms have no sign."""
+from mafsil.solvers.tolerances import PARALLEL
 
 
 @compiled

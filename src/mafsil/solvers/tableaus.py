@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.errors import InputError
+from mafsil.solvers.tolerances import ORDER_CONDITION
 
 Row = tuple[float, ...]
-
-TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +86,7 @@ class Splitting:
 
 
 def _require(name: str, law: str, error: float) -> None:
-    if error > TOLERANCE:
+    if error > ORDER_CONDITION:
         raise InputError("solvers.tableau", name=name, law=law, error=error)
 
 

@@ -9,7 +9,7 @@ from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.cartesian_path import CartesianPath, Interpolation
-from mafsil.trajectory.laws import LawName, time_law
+from mafsil.trajectory.laws import LawName, rest_law
 from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
@@ -54,7 +54,7 @@ def cartesian_line(
     if q.ndim != 1 or goal.ndim != 2:
         name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
         raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")
-    unit = time_law(law).unit()
+    unit = rest_law(law).unit()
     start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
     joints = follow(robot, CartesianPath(start, goal, interpolation), q, frame=frame, tolerance=tolerance)
     if joints.value is None or not joints.succeeded:

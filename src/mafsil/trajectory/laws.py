@@ -1,142 +1,29 @@
-"""Time laws: how a motion from rest to rest spends its time. A law is one row of `LAWS`, found by its name.
+"""Time laws by name. A law is one row of `LAWS`: adding one is a row, and its name in `LawName`.
 
-A further polynomial law, such as the septic without jerk at its ends, is its coefficients (0, 0, 0, 0, 35, -84, 70,
--20) in a row and its name in `LawName`; what its peaks are follows from them, and everything that takes a law by its
-name (Cartesian lines, the moves of a job) knows it.
+What its peaks are follows from the row, and everything that takes a law by its name (Cartesian lines, the moves of a
+job, the table of `profiles`) knows it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
-from typing import Literal, Protocol, TypeAlias
+from math import pi
+from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial_law import PolynomialLaw as PolynomialLaw
+from mafsil.trajectory.shaped_law import ExponentialApproach, Harmonic, Pieces, ShapedLaw
+from mafsil.trajectory.time_law import TimeLaw as TimeLaw
 from mafsil.trajectory.trapezoid import trapezoid
 
-LawName: TypeAlias = Literal["quintic", "trapezoid"]
-
-
-class TimeLaw(Protocol):
-    """From rest to rest, all coordinates on one share s(t) of their way, or each with its own blends."""
-
-    def unit(self) -> PiecewisePolynomial:
-        """s(t) from 0 to 1 within one second."""
-        ...
-
-    def fastest(
-        self,
-        start: Floats,
-        goal: Floats,
-        *,
-        velocity: Floats | float,
-        acceleration: Floats | float,
-        margin: float = 0.0,
-        least: float = 0.0,
-    ) -> PiecewisePolynomial:
-        """The shortest motion whose peaks keep the limits.
-
-        Args:
-            start, goal: (n,) positions [rad | m | 1].
-            velocity, acceleration: (n,) or a number, largest magnitudes.
-            margin: share of time on top, where peaks that equal a limit by formula exceed it by rounding.
-            least: shortest duration of a motion whose formula divides by it [s].
-        """
-        ...
-
-
-def _value(coefficients: tuple[int, ...], x: Fraction, order: int) -> Fraction:
-    """A derivative of the polynomial, exactly."""
-    terms = (_falling(k, order) * c * x ** (k - order) for k, c in enumerate(coefficients) if k >= order)
-    return sum(terms, start=Fraction(0))
-
-
-def _falling(k: int, order: int) -> int:
-    """k (k - 1) ... (k - order + 1)."""
-    factor = 1
-    for i in range(order):
-        factor *= k - i
-    return factor
-
-
-@dataclass(frozen=True)
-class PolynomialLaw:
-    """s(x) = sum_k c_k x^k over x = t / T in 0 .. 1.
-
-    Attributes:
-        coefficients: c_0, c_1, ... in ascending powers, whole numbers.
-
-    Raises:
-        InputError: the polynomial does not lead from 0 to 1, or not from rest to rest.
-    """
-
-    coefficients: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        ends = [_value(self.coefficients, Fraction(x), order) for order in (0, 1) for x in (0, 1)]
-        if ends != [0, 1, 0, 0]:
-            raise InputError("trajectory.law_ends", coefficients=self.coefficients)
-
-    @cached_property
-    def peaks(self) -> tuple[float, float]:
-        """Largest |ds/dx| and |d2s/dx2|: peak velocity T / distance, peak acceleration T^2 / distance."""
-        return self._peak(1), self._peak(2)
-
-    def unit(self) -> PiecewisePolynomial:
-        """s(t) from 0 to 1 within one second."""
-        return self.between(np.zeros(1), np.ones(1), 1.0)
-
-    def between(self, start: Floats, goal: Floats, duration: float) -> PiecewisePolynomial:
-        """The motion from `start` to `goal` (n,) that takes `duration` [s]."""
-        # A zero is positive, so that what stands still has no negative zero for a speed.
-        rows = [c * (goal - start) / duration**k + 0.0 for k, c in enumerate(self.coefficients)]
-        rows[0] = np.asarray(start, dtype=np.float64)
-        return PiecewisePolynomial.from_pieces([duration], np.stack(rows)[None])
-
-    def fastest(
-        self,
-        start: Floats,
-        goal: Floats,
-        *,
-        velocity: Floats | float,
-        acceleration: Floats | float,
-        margin: float = 0.0,
-        least: float = 0.0,
-    ) -> PiecewisePolynomial:
-        """The shortest motion whose peaks keep the limits; see `TimeLaw.fastest`."""
-        shortest = self.shortest_duration(goal - start, velocity, acceleration)
-        return self.between(start, goal, max(shortest * (1.0 + margin), least))
-
-    def shortest_duration(self, distance: Floats, velocity: Floats | float, acceleration: Floats | float) -> float:
-        """Shortest time of all coordinates together [s]: peak velocity p_1 |D| / T, peak acceleration p_2 |D| / T^2.
-
-        Args:
-            distance: (n,) D to go [rad | m | 1].
-            velocity, acceleration: (n,) or a number, largest magnitudes.
-        """
-        way = np.abs(distance)
-        speed, growth = self.peaks
-        each = np.maximum(speed * way / velocity, np.sqrt(growth * way / acceleration))
-        return float(each.max(initial=0.0))
-
-    def _peak(self, order: int) -> float:
-        """Largest magnitude of a derivative over 0 .. 1, to the last digit.
-
-        It lies at an end or where the next derivative vanishes; the value there, in rational numbers, has an error of
-        the square of that of the place.
-        """
-        slope = np.array([float(_falling(k, order + 1) * c) for k, c in enumerate(self.coefficients)][order + 1 :])
-        roots: NDArray[np.complex128] = np.zeros(0, dtype=np.complex128)
-        if slope.any():
-            roots = np.asarray(np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b")), dtype=np.complex128)
-        inside = [float(x) for x in roots.real[np.abs(roots.imag) < 1e-8] if 0.0 < x < 1.0]
-        return float(max(abs(_value(self.coefficients, Fraction(x), order)) for x in (0.0, *inside, 1.0)))
+LawName: TypeAlias = Literal["cubic", "quintic", "septic", "cosine", "cycloid", "trapezoid", "double_s", "bang_bang"]
+"""Laws from rest to rest, whose speed does not jump."""
+ProfileName: TypeAlias = LawName | Literal["exponential"]
+"""All of them."""
 
 
 @dataclass(frozen=True)
@@ -149,9 +36,21 @@ class TrapezoidLaw:
 
     blend: float = 0.25
 
+    @property
+    def peaks(self) -> tuple[float, float, float]:
+        """Largest |ds/dx| and |d2s/dx2| of the unit motion; between its jumps of acceleration it has no jerk."""
+        return 1.0 / (1.0 - self.blend), 1.0 / (self.blend * (1.0 - self.blend)), 0.0
+
     def unit(self) -> PiecewisePolynomial:
         """s(t) from 0 to 1 within one second."""
-        return trapezoid(0.0, 1.0, acceleration=1.0 / (self.blend * (1.0 - self.blend)), duration=1.0).value
+        return trapezoid(0.0, 1.0, acceleration=self.peaks[1], duration=1.0).value
+
+    def between(self, start: Floats, goal: Floats, duration: float) -> PiecewisePolynomial:
+        """The motion from `start` to `goal` (*batch, n) that takes `duration` [s], in the shape of the unit motion."""
+        way, unit = np.asarray(goal - start), self.unit()
+        coefficients = unit.coefficients.reshape(unit.coefficients.shape[:2] + (1,) * way.ndim) * way
+        coefficients[:, 0] += start
+        return PiecewisePolynomial(unit.knots, coefficients).stretched(duration)
 
     def fastest(
         self,
@@ -167,17 +66,41 @@ class TrapezoidLaw:
         return trapezoid(start, goal, velocity=velocity, acceleration=acceleration).value
 
 
+def _seven_parts(accelerating: float, jerking: float) -> PiecewisePolynomial:
+    """s(x) of seven parts of constant jerk, mirrored in the middle.
+
+    Args:
+        accelerating: share of the duration until the constant speed.
+        jerking: share in which the acceleration grows, at most half of that.
+    """
+    parts = [jerking, accelerating - 2 * jerking, jerking, 1 - 2 * accelerating, jerking, accelerating - 2 * jerking]
+    jerk = 1.0 / (jerking * (accelerating - jerking) * (1.0 - accelerating))
+    pieces: list[list[float]] = []
+    u = v = a = 0.0
+    for h, j in zip([*parts, jerking], jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0]), strict=True):
+        pieces.append([u, v, a / 2, j / 6])
+        u, v, a = u + h * (v + h * (a / 2 + h * j / 6)), v + h * (a + h * j / 2), a + h * j
+    return PiecewisePolynomial.from_pieces([*parts, jerking], np.array(pieces)[..., None])
+
+
 QUINTIC = PolynomialLaw((0, 0, 0, 10, -15, 6))
 """No acceleration at its ends. Reference: Craig, Introduction to Robotics, eq. (7.18)."""
 
-LAWS: dict[LawName, TimeLaw] = {
+LAWS: dict[ProfileName, TimeLaw] = {
+    "cubic": PolynomialLaw((0, 0, 3, -2)),
     "quintic": QUINTIC,
+    "septic": PolynomialLaw((0, 0, 0, 0, 35, -84, 70, -20)),
+    "cosine": ShapedLaw(Harmonic(0.5, 0.0, 0.5, pi, -pi / 2)),
+    "cycloid": ShapedLaw(Harmonic(0.0, 1.0, -0.5 / pi, 2 * pi, 0.0)),
+    "exponential": ShapedLaw(ExponentialApproach(time_constants=5.0)),
     "trapezoid": TrapezoidLaw(),
+    "double_s": ShapedLaw(Pieces(_seven_parts(accelerating=3 / 8, jerking=1 / 8))),
+    "bang_bang": ShapedLaw(Pieces(trapezoid(0.0, 1.0, acceleration=4.0, duration=1.0).value)),
 }
-"""All time laws by name."""
+"""All laws by name."""
 
 
-def time_law(name: LawName) -> TimeLaw:
+def time_law(name: ProfileName) -> TimeLaw:
     """The law of that name.
 
     Raises:
@@ -185,4 +108,16 @@ def time_law(name: LawName) -> TimeLaw:
     """
     if name not in LAWS:
         raise InputError("input.choice", name="law", value=name, known=", ".join(LAWS))
+    return LAWS[name]
+
+
+def rest_law(name: LawName) -> TimeLaw:
+    """The law of that name, for a motion from rest to rest whose speed does not jump.
+
+    Raises:
+        InputError: there is none; the sentence lists those that are.
+    """
+    known = [each for each in LAWS if each != "exponential"]
+    if name not in known:
+        raise InputError("input.choice", name="law", value=name, known=", ".join(known))
     return LAWS[name]

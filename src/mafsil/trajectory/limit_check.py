@@ -12,12 +12,15 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.model import JointLimits
 from mafsil.trajectory.motion import Trajectory
+from mafsil.trajectory.motion_limits import Limits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import LimitStatus
 
 SAMPLES_PER_PIECE = 128
+
+QUANTITIES = (("lower", "upper"), ("velocity", "velocity"), ("acceleration", "acceleration"), ("jerk", "jerk"))
+"""What the lower and upper bounds of each derivative are called."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +32,7 @@ class Violation:
         quantity: `lower`, `upper`, `velocity`, `acceleration` or `jerk`.
         time: [s].
         value: the coordinate's value or derivative there.
-        limit: what was allowed.
+        limit: what was allowed in that direction: negative for a velocity that is too negative.
     """
 
     joint: str
@@ -88,7 +91,7 @@ class LimitCheck(Answer):
 
 
 def check(
-    trajectory: Trajectory, limits: JointLimits, names: tuple[str, ...] = (), *, tolerance: float = 1e-9
+    trajectory: Trajectory, limits: Limits, names: tuple[str, ...] = (), *, tolerance: float = 1e-9
 ) -> LimitCheck:
     """Hold a trajectory against the limits of its joints.
 
@@ -97,31 +100,41 @@ def check(
 
     Args:
         trajectory: of n coordinates, without batch dimensions.
-        limits: (n,) bounds; infinite ones are not checked.
+        limits: of a robot, or bounds of n coordinates; infinite ones are not checked, those of effort neither.
         names: (n,) of the joints, for the sentences.
         tolerance: excess that is still allowed, relative to max(1, limit).
+
+    Raises:
+        InputError: limits of another number of coordinates.
     """
     labels = names or tuple(str(i) for i in range(trajectory.n))
-    found: list[Violation] = []
-    for order, quantity, limit in (
-        (0, "upper", limits.upper),
-        (0, "lower", limits.lower),
-        (1, "velocity", limits.velocity),
-        (2, "acceleration", limits.acceleration),
-        (3, "jerk", limits.jerk),
-    ):
-        if not np.isfinite(limit).any():
+    bounds = motion_limits(limits, trajectory.n)
+    derivatives = (bounds.position, bounds.velocity, bounds.acceleration, bounds.jerk)
+    found: list[tuple[float, Violation]] = []
+    for order, sides in enumerate(derivatives):
+        if not np.isfinite(sides).any():
             continue
         moments = extreme_times(trajectory, order)
         values = derivative(trajectory, moments, order)
-        size = {"upper": values, "lower": -values}.get(quantity, np.abs(values))
-        bound = -limit if quantity == "lower" else limit
-        worst = size.argmax(axis=0)
-        for joint in np.flatnonzero(size.max(axis=0) - bound > tolerance * np.maximum(1.0, np.abs(bound))):
-            at = worst[joint]
-            place = (float(moments[at]), float(values[at, joint]), float(limit[joint]))
-            found.append(Violation(labels[joint], quantity, *place))
-    return LimitCheck(tuple(found))
+        for sign, bound in ((-1.0, sides[0]), (1.0, sides[1])):
+            at = (sign * values).argmax(axis=0)
+            reached = np.take_along_axis(values, at[None], axis=0)[0]
+            excess = sign * (reached - bound)
+            for joint in np.flatnonzero(excess > tolerance * np.maximum(1.0, np.abs(bound))):
+                quantity = QUANTITIES[order][int(sign > 0)]
+                place = (float(moments[at[joint]]), float(reached[joint]), float(bound[joint]))
+                found.append((float(excess[joint]), Violation(labels[joint], quantity, *place)))
+    return LimitCheck(_worst_of_each(found))
+
+
+def _worst_of_each(found: list[tuple[float, Violation]]) -> tuple[Violation, ...]:
+    """One violation for each joint and quantity: a limit that is exceeded in both directions is named once."""
+    worst: dict[tuple[str, str], tuple[float, Violation]] = {}
+    for excess, violation in found:
+        key = (violation.joint, violation.quantity)
+        if key not in worst or excess > worst[key][0]:
+            worst[key] = (excess, violation)
+    return tuple(violation for _, violation in worst.values())
 
 
 def extreme_times(trajectory: Trajectory, order: int) -> Floats:

@@ -51,6 +51,15 @@ class Trajectory(Protocol):
         ...
 
 
+@runtime_checkable
+class Stretchable(Trajectory, Protocol):
+    """A trajectory that can be run slower or faster on the same path."""
+
+    def stretched(self, factor: float) -> Stretchable:
+        """The same path, `factor` times as slow."""
+        ...
+
+
 def times(t: ArrayLike) -> Floats:
     """Times as a finite float64 array.
 

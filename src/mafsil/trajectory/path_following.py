@@ -15,19 +15,14 @@ from mafsil.trajectory.path_task import PathTask, path_error, path_rates
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
-
-ON_PATH = 1e-11
-"""Size of the pose error [m, rad] at the knots."""
-
-SINGULAR_VALUE = 1e-6
-"""Smallest singular value of the Jacobian at which a path cannot be followed."""
+from mafsil.trajectory.tolerances import NEARBY, ON_PATH, SINGULAR_VALUE
 
 FEWEST_PIECES, MOST_PIECES = 16, 1024
 
 PLACING_PIECES = 256
 """Knots that place the end of a path that cannot be followed to its end."""
 
-JointPath = Outcome[PiecewisePolynomial | None]
+Followed = Outcome[PiecewisePolynomial | None]
 
 
 @of_robot
@@ -40,7 +35,7 @@ def follow(
     tolerance: float = 1e-6,
     task: PathTask = "pose",
     slack: float = 0.0,
-) -> JointPath:
+) -> Followed:
     """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
 
     q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
@@ -89,7 +84,7 @@ class _Tracker:
     task: PathTask
     slack: float
 
-    def march(self, q_start: JointVector, pieces: int) -> JointPath:
+    def march(self, q_start: JointVector, pieces: int) -> Followed:
         """Knot by knot from the start."""
         s = np.linspace(0.0, 1.0, pieces + 1)
         q = np.array(q_start, dtype=np.float64)
@@ -171,11 +166,11 @@ class _Tracker:
             return None
         return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
 
-    def _why_not(self, q: JointVector, begin: float, end: float) -> JointPath:
+    def _why_not(self, q: JointVector, begin: float, end: float) -> Followed:
         """Out of reach if no configuration nearby reaches the next knot; else the path meets a singularity."""
         target = self.path.poses(end)
         nearby = levenberg_marquardt(
-            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=1e-9, iterations=200
+            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
         )
         if nearby.succeeded:
             return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(begin, q))
@@ -204,5 +199,5 @@ def _least_norm(A: Floats, b: Floats) -> Floats:
     return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
 
 
-def _ended(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> JointPath:
+def _ended(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> Followed:
     return Outcome(None, status, residual, details={"place": place, **details})

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.limit_check import derivative, extreme_times
-from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.motion import Motion, Stretchable, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
@@ -20,12 +20,12 @@ class PathMotion(Printed):
     """u(t) = path(s(t)).
 
     Attributes:
-        path: (n) coordinates over the path parameter s in 0 .. 1.
-        law: (1) s over time, from 0 to 1.
+        path: (n) coordinates over the path parameter s, from 0 to its length.
+        law: (1) s over time, from 0 to that length.
     """
 
     path: PiecewisePolynomial
-    law: PiecewisePolynomial
+    law: Stretchable
 
     @property
     def duration(self) -> float:
@@ -54,7 +54,7 @@ class PathMotion(Printed):
         """(*times, n) third derivative path''' s'^3 + 3 path'' s' s'' + path' s''' [rad/s^3 | m/s^3]."""
         s, rate, growth = self.law.at(t)
         here = self._on_path(s)
-        third = self.path.jerk(np.clip(s[..., 0], 0.0, 1.0))
+        third = self.path.jerk(np.clip(s[..., 0], 0.0, self.path.duration))
         return third * rate**3 + 3 * here.a * rate * growth + here.v * self.law.jerk(times(t))
 
     def stretched(self, factor: float) -> PathMotion:
@@ -75,4 +75,4 @@ class PathMotion(Printed):
 
     def _on_path(self, s: Floats) -> Motion:
         """The path and its derivatives by s, never beyond its ends by rounding."""
-        return self.path.at(np.clip(s[..., 0], 0.0, 1.0))
+        return self.path.at(np.clip(s[..., 0], 0.0, self.path.duration))

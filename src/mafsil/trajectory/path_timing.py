@@ -10,6 +10,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import MafsilError
 from mafsil.model import JointLimits
 from mafsil.solvers.linear_program import minimise
+from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
@@ -150,7 +151,7 @@ def _splines(knots: Floats, t: Floats) -> tuple[Floats, Floats]:
     return value, slope
 
 
-def _in_time(law: PiecewisePolynomial, knots: Floats, coefficients: Floats) -> PiecewisePolynomial:
+def _in_time(law: Trajectory, knots: Floats, coefficients: Floats) -> PiecewisePolynomial:
     """s(t): quintics between the knots."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     middle, half = (knots[1:] + knots[:-1]) / 2, np.diff(knots) / 2

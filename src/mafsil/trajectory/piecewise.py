@@ -11,6 +11,7 @@ from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.polynomial_roots import roots_inside
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +75,21 @@ class PiecewisePolynomial(Printed):
         piece, local = self._locate(moment)
         return self._derivative(piece, local, 3) * moving_at(moment, self.duration, self.coefficients.ndim - 2)
 
+    def derivative(self, t: ArrayLike, order: int, *, within: ArrayLike | None = None) -> Floats:
+        """(*times, *batch, n) a derivative of any order, outside 0 .. duration that of its ends.
+
+        Args:
+            t: (*times) [s].
+            order: 0 for the position.
+            within: (*times) of the pieces that are evaluated, even beyond their ends; `t` if None [s].
+        """
+        moment = times(t)
+        piece, local = self._locate(moment)
+        if within is not None:
+            piece = self._locate(times(within))[0]
+            local = moment - self.knots[piece]
+        return self._derivative(piece, local, order)
+
     def stretched(self, factor: float) -> PiecewisePolynomial:
         """The same path, `factor` times as slow."""
         powers = factor ** -np.arange(self.degree + 1.0)
@@ -82,14 +98,13 @@ class PiecewisePolynomial(Printed):
 
     def stationary_times(self, order: int) -> Floats:
         """(k,) times between knots at which a coordinate's derivative of the given order is stationary [s]."""
-        found: list[Floats] = []
-        for piece, length in enumerate(np.diff(self.knots)):
-            rows = self.coefficients[piece].reshape(self.degree + 1, -1)
-            slopes = _factors(self.degree, order + 1)[:, None] * rows[order + 1 :]
-            for polynomial in slopes.T:
-                roots = _real_roots(polynomial)
-                found.append(self.knots[piece] + roots[(roots > 0.0) & (roots < length)])
-        return np.unique(np.concatenate(found)) if found else np.zeros(0)
+        lengths: Floats = np.diff(self.knots)
+        rows = self.coefficients.reshape(len(lengths), self.degree + 1, -1)[:, order + 1 :]
+        # Over a share of the piece's length coefficients are of the size of what they add to the value.
+        shares = np.power(lengths[:, None], np.arange(rows.shape[1], dtype=np.float64))
+        slopes = rows * (_factors(self.degree, order + 1) * shares)[..., None]
+        piece, share = roots_inside(np.moveaxis(slopes, 1, -1))
+        return np.unique(self.knots[piece] + share * lengths[piece])
 
     def _locate(self, t: Floats) -> tuple[NDArray[np.intp], Floats]:
         """Index of the piece (*times), and time since its start."""
@@ -115,11 +130,3 @@ def _factors(degree: int, order: int) -> Floats:
     for i in range(order):
         factors *= k - i
     return factors
-
-
-def _real_roots(ascending: Floats) -> Floats:
-    """Real roots of a polynomial, nearly real ones included: a double root may come out as a complex pair."""
-    if not ascending[1:].any():
-        return np.zeros(0)
-    roots = np.polynomial.polynomial.polyroots(ascending)
-    return roots.real[np.abs(roots.imag) <= 1e-6 * (1.0 + np.abs(roots.real))]

@@ -17,6 +17,7 @@ class PlanStatus(Status):
     JOINT_LIMIT = ("trajectory.joint_limit", False)
     DEVIATES = ("trajectory.deviates", False)
     RATE_LIMIT = ("trajectory.rate_limit", False)
+    VELOCITY_JUMPS = ("trajectory.velocity_jumps", False)
 
 
 class LimitStatus(Status):
@@ -24,3 +25,18 @@ class LimitStatus(Status):
 
     KEPT = ("trajectory.within_limits", True)
     EXCEEDED = ("trajectory.exceeded", False)
+
+
+class BlendStatus(Status):
+    """Whether straight lines hold their blends."""
+
+    PLANNED = ("trajectory.planned", True)
+    TOO_SHORT_TO_BLEND = ("trajectory.too_short_to_blend", False)
+    BLENDS_OVERLAP = ("trajectory.blends_overlap", False)
+
+
+class ContinuityStatus(Status):
+    """Whether an arm can follow a trajectory as it is."""
+
+    CONTROLLABLE = ("trajectory.controllable", True)
+    NOT_CONTROLLABLE = ("trajectory.not_controllable", False)

@@ -14,16 +14,11 @@ from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.geometry import rotation
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import refined
+from mafsil.ik.tolerances import EXACT_POSE, HIDDEN, PART_OF_BEND, STRAIGHT
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 
 NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
-
-STRAIGHT = 1e-11
-"""Residual up to which a pose is reached with the wrist locked straight [m | rad]."""
-
-HIDDEN = 5e-10
-"""The same where it is a thousand times less than the bend that was taken away: no bend of that size is real."""
 
 
 def straightened(
@@ -49,7 +44,7 @@ def straightened(
             start = q[rows]
             start[:, bend[0]] -= off[rows]
             found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
-            reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, 1e-3 * np.abs(off[rows])))
+            reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, PART_OF_BEND * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()
             q[rows] = found[reached]
@@ -63,6 +58,6 @@ def _straight(pattern: ArmPattern) -> list[float]:
     found: list[float] = []
     for goal in (outer, -outer):
         value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
-        if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < 1e-12:
+        if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
             found.append(value)
     return found

@@ -12,13 +12,16 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.solution_table import pose_table
 from mafsil.ik.problem import FARTHEST, clean_poses
 from mafsil.ik.status import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
@@ -125,14 +128,31 @@ class SolutionBatch(Answer):
         return (self[i] for i in range(len(self.q)))
 
     def __repr__(self) -> str:
-        shape, solved = self.status_codes.shape, int(self.solved.sum())
-        size, rows = self.status_codes.size, int(self.valid.sum())
-        return f"<SolutionBatch: {solved} of {size} poses solved, shape {shape}, {rows} rows>"
+        solved = say("ik.batch", solved=int(self.solved.sum()), count=self.solved.size)
+        return on_screen("\n".join([solved, *self._table()]))
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + in_notebook("\n".join(self._table()))
+
+    def _table(self) -> list[str]:
+        return pose_table(self.valid, self.within, self.residual, self.status_codes)
 
     @property
     def count(self) -> NDArray[np.int64]:
         """(*batch,) number of solutions."""
         return self.valid.sum(axis=-1)
+
+    @lazy
+    def in_doubt(self) -> NDArray[np.bool_]:
+        """(*batch,) whether a description of six digits leaves the count open; see `SolutionSet.in_doubt`."""
+        setting, shape = self.setting, self.valid.shape
+        if structure_decides(setting):
+            return np.ones(shape[:-1], dtype=np.bool_)
+        found, rows = self.valid.reshape(-1, shape[-1]), self.q.reshape(-1, *self.q.shape[-2:])
+        doubt = nearly_there(setting, self.T.reshape(-1, 4, 4), setting.part.own(self.others))
+        pose_of, row = np.nonzero(found)
+        doubt[pose_of[folding(setting, setting.part.own(rows[pose_of, row]))]] = True
+        return doubt.reshape(shape[:-1])
 
     @property
     def solved(self) -> NDArray[np.bool_]:

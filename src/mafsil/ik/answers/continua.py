@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import refined
-
-SELF_MOTION = 1e-6
-"""Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
+from mafsil.ik.tolerances import SELF_MOTION
 
 STEP = 0.02
 """Motion that proves a continuum [rad | m]."""

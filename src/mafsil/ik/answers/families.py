@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.continua import SELF_MOTION
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.setting import Setting, bits
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.answers.tangents import tangents
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import refined
+from mafsil.ik.tolerances import FAR_ALONG, REACHED, SAME_AT_DOUBLE_ROOT, SELF_MOTION
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import Family
@@ -39,9 +39,6 @@ STEPS = (0.02, 2e-3, 2e-4)
 
 STRIDE = 0.05
 """Way along a family that Newton's method goes at once [rad | m]."""
-
-SAME = 1e-4
-"""How far a joint that stands still in a family may seem to move [rad | m]."""
 
 PATIENT = 40
 """Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
@@ -72,14 +69,14 @@ class Continua:
             if not len(null):
                 continue
             cone = tangents(self.setting, q[k], null, U[:, rank:])
-            preferred = [j for j in sorted({*bits(int(free[k]), n), *locked}) if np.abs(null[:, j]).max() > 1e-3]
+            preferred = [j for j in sorted({*bits(int(free[k]), n), *locked}) if np.abs(null[:, j]).max() > FAR_ALONG]
             motion = np.round(np.linalg.norm(null, axis=0), 3)
             others = [int(j) for j in np.argsort(-motion, kind="stable") if motion[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
             for j in [*preferred, *others]:
                 rates = self._along(q[k], null, cone, j, STEPS if j in preferred else STEPS[:1])
                 if rates is not None:
-                    choices.append((j, np.where(np.abs(rates) < 1e-6, 0.0, rates)))
+                    choices.append((j, np.where(np.abs(rates) < SELF_MOTION, 0.0, rates)))
                     if j not in preferred[:-1]:
                         break
             joints = tuple(names[j] for j, _ in choices)
@@ -114,7 +111,7 @@ class Continua:
         """(n,) rates of a continuum through q along which a joint moves, that of the joint one; None without."""
         directions = (null.T @ null[:, joint])[None] if cone is None else cone[np.argsort(-np.abs(cone[:, joint]))]
         for direction in directions:
-            rates = direction / direction[joint] if abs(direction[joint]) > 1e-3 else None
+            rates = direction / direction[joint] if abs(direction[joint]) > FAR_ALONG else None
             if rates is not None and any(self._moves(q, rates, joint, step) for step in steps):
                 return rates
         return None
@@ -149,8 +146,8 @@ class Continua:
             off = np.abs(q[:, chosen] - target[chosen]).max(axis=1)
             # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
             fixed = (rates == 0.0) & (chosen == [joint])
-            still = np.abs(q - target)[:, fixed].max(axis=1, initial=0.0) <= SAME
-            good = (residual <= self.tolerance) & (off < 1e-9) & still
+            still = np.abs(q - target)[:, fixed].max(axis=1, initial=0.0) <= SAME_AT_DOUBLE_ROOT
+            good = (residual <= self.tolerance) & (off < REACHED) & still
             cost = np.where(good, np.abs(q - target).sum(axis=1), np.inf)
             cost[row] -= 1e3
             if np.isfinite(cost.min()):

@@ -24,16 +24,8 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import least_squares, refined
+from mafsil.ik.tolerances import FINEST, REACHED, SAME
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, INSIDE, LOOSE
-
-SAME = 1e-6
-"""Difference of coordinates up to which rows are one solution [rad | m]."""
-
-EXACTLY = 1e-9
-"""Residuals above which the pose of an arm of few joints is met in the sense of least squares only."""
-
-FINEST = 1e-13
-"""Residuals that are not refined where anything is [m | rad]."""
 
 PATIENT = 40
 """Newton steps where an equation of fourth degree has roots that merge by three or four."""
@@ -155,7 +147,7 @@ def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bo
     """
     if setting.quartic or setting.merged_twice(codes).any():
         return False
-    return not setting.few or bool((residual <= EXACTLY).all())
+    return not setting.few or bool((residual <= REACHED).all())
 
 
 def _candidates(setting: Setting, q: JointVector, details: CandidateTable, tolerance: float) -> NDArray[np.bool_]:
@@ -189,7 +181,7 @@ def _open(
     unsettled = (valid & (loose > 0)).any(axis=1) | setting.quartic
     unsettled |= (valid & setting.merged_twice(_whole(details.code))).any(axis=1)
     if setting.few:
-        unsettled |= (valid & (details.residual > EXACTLY)).any(axis=1)
+        unsettled |= (valid & (details.residual > REACHED)).any(axis=1)
     return chosen | crossing | missing | (found & ~within.any(axis=1) & unsettled)
 
 

@@ -17,7 +17,7 @@ from mafsil.ik.answers.continua import SELF_MOTION, moving_joints
 from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.lists import EXACTLY, complete
+from mafsil.ik.answers.lists import complete
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.search import Search
@@ -28,6 +28,7 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_squares, refined
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
 
@@ -36,9 +37,6 @@ if TYPE_CHECKING:
 
 SCAN = 24
 """Values around a least singular value at which it is looked for again."""
-
-SAME = 1e-4
-"""How far a joint that stands still in a family may seem to move [rad | m]."""
 
 CROSSINGS = 181
 """Values of a free joint at which it is looked whether another continuum crosses nearby."""
@@ -94,7 +92,7 @@ class Question:
             q, residual = self.refusal.q[None], np.array([self.refusal.residual])
             near_enough = np.flatnonzero(residual <= self.tolerance)
             candidates, residual, proven = unlabelled(q[near_enough]), residual[near_enough], False
-        proven &= not setting.few or not (residual > EXACTLY).any()
+        proven &= not setting.few or not (residual > REACHED).any()
         kept = distinct(candidates.q, setting.revolute)
         candidates, residual = candidates.chosen(kept, candidates.q), residual[kept]
         # Beside two folds at once the coordinates are known to the fourth root of the rounding: rows may be missing.
@@ -265,7 +263,9 @@ class Question:
                     q, details = self._rows_of(form, there[0])
                     member = self._straightened(form, Candidates.of(q[[k]], details.at([k]), np.array([k])))
                     crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
-                    crossing &= bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - candidate[j]) > SAME
+                    crossing &= (
+                        bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - candidate[j]) > SAME_AT_DOUBLE_ROOT
+                    )
                     if details.residual[k] <= self.setting.candidate and crossing:
                         more = more.and_more(member)
         return more
@@ -288,7 +288,7 @@ class Question:
         self, form: ClosedForm, q0: JointVector, row: int, joint: int, value: float, width: float, rank: int
     ) -> float:
         """The value of a free joint near which the Jacobian of a row is nearest to losing one more rank."""
-        while width > 1e-12:
+        while width > PLACE:
             values = value + np.linspace(-width, width, 2 * SCAN + 1)
             value = float(values[self._least_value(form, _with(q0, joint, values), row, rank)[1].argmin()])
             width *= 2 / SCAN

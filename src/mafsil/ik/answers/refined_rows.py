@@ -29,12 +29,10 @@ from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.refine import distinct
+from mafsil.ik.tolerances import CLOSED, FINEST, LEAST_MARGIN, QUADRATIC, REACHED, SAME_AT_DOUBLE_ROOT
 
 CLEAR_OF_FOLDS = 100.0
 """The least square of a branch margin, over the defect of the arm, that keeps a row away from others."""
-
-LEAST_MARGIN = 1e-3
-"""Branch margins below which rows are not trusted, however small the defect."""
 
 STEPS = 8
 """Most Newton steps; two or three are made where the defect is that of rounded angles."""
@@ -44,18 +42,6 @@ PATIENT = 24
 
 WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
 """How far from a row beside a fold along the direction that moves least [rad]."""
-
-REFINED = 1e-10
-"""Errors of solutions beside folds."""
-
-SAME = 1e-4
-"""Solutions beside a fold that are nearer to each other are one: errors of `REFINED` move them as far."""
-
-LAST = 5e-9
-"""Error whose Newton step leaves nothing that is seen, at branch margins that are trusted."""
-
-LAST_BESIDE = 1e-13
-"""The same beside folds, where a step leaves a quarter of the error."""
 
 ROWS = 16384
 """Rows that are kept at once."""
@@ -98,7 +84,7 @@ def refined_rows(setting: Setting, T: PoseMatrix, q0: JointVector) -> RefinedRow
     defect, size = form.pattern.defect, max(1.0, form.pattern.size)
     least = max(LEAST_MARGIN, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
     exists = np.isfinite(q).all(axis=-1) & (details.subproblem_residual <= least * size)
-    apart = (details.margin >= least) & (details.free == 0) & (details.subproblem_residual <= 1e-9)
+    apart = (details.margin >= least) & (details.free == 0) & (details.subproblem_residual <= REACHED)
     absent = details.subproblem_residual > least * size
     where = np.nonzero(exists)
     moved, errors = _moved(setting, q[where], T[where[0]])
@@ -127,24 +113,24 @@ def beside_folds(setting: Setting, T: PoseMatrix, q0: JointVector) -> tuple[Join
     assert form is not None
     starts = form.labelled(T, q0, turns_of(q0), *setting.bounds)[0]
     pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
-    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], PATIENT, LAST_BESIDE)
+    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], PATIENT, FINEST)
     weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
     ways = np.concatenate([[0.0], WAYS, -WAYS])
     tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
     owner = np.repeat(pose_of, len(ways))
-    tries, errors = _moved(setting, tries, T[owner], PATIENT, LAST_BESIDE)
+    tries, errors = _moved(setting, tries, T[owner], PATIENT, FINEST)
     found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
     for i in range(len(T)):
-        mine = np.flatnonzero((owner == i) & (errors <= REFINED))
+        mine = np.flatnonzero((owner == i) & (errors <= CLOSED))
         mine = mine[np.argsort(errors[mine], kind="stable")]
-        kept = mine[distinct(tries[mine], setting.revolute, SAME)][:MOST]
+        kept = mine[distinct(tries[mine], setting.revolute, SAME_AT_DOUBLE_ROOT)][:MOST]
         found[i, : len(kept)] = wound_near(tries[kept], q0, setting.lower, setting.upper, setting.revolute)
         error[i, : len(kept)] = errors[kept]
     return found, error
 
 
 def _moved(
-    setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS, last: float = LAST
+    setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS, last: float = QUADRATIC
 ) -> tuple[JointVector, Floats]:
     """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""
     plan = setting.newton

@@ -18,6 +18,7 @@ from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_squares, pose_errors, residuals
 from mafsil.ik.result import IKResult, rounded_up
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import EXACT_POSE, FROM_THE_POSE, LEAST_DAMPING, NO_GRADIENT, REACHED, SMALLEST, START_DAMPING
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
@@ -29,9 +30,6 @@ else:
 
 STARTS = 24
 """Random configurations from which the nearest place is sought, besides the rows of the closed form."""
-
-PARALLEL, OFF = 1e-12, 1e-9
-"""What counts as parallel in a planar arm, and what as out of its plane, relative to its size."""
 
 DESCENT = 100
 """Steps of that search."""
@@ -80,7 +78,7 @@ class Refusal:
 
 def plain(x: float) -> str:
     """Four digits, without an exponent where a person would write none; rounding is nothing."""
-    if abs(x) < 1e-12:
+    if abs(x) < EXACT_POSE:
         return "0"
     return f"{x:.4g}" if x == 0.0 or not 1e-4 <= abs(x) < 1e6 else f"{float(f'{x:.4g}'):.10f}".rstrip("0").rstrip(".")
 
@@ -168,7 +166,7 @@ def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -
 def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
     """Whether a place is outside the sphere that the frame cannot leave."""
     centre, radius = reach_bound(setting.robot.mechanism, None)
-    return float(np.linalg.norm(T[:3, 3] - centre)) > radius * (1 + 1e-12)
+    return float(np.linalg.norm(T[:3, 3] - centre)) > radius * (1 + EXACT_POSE)
 
 
 def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
@@ -186,11 +184,11 @@ def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
         return ""
     h = chain.axes[revolute][0]
     along = np.abs(chain.axes @ h)
-    if (along[revolute] < 1.0 - PARALLEL).any() or (along[~revolute] > PARALLEL).any():
+    if (along[revolute] < 1.0 - EXACT_POSE).any() or (along[~revolute] > EXACT_POSE).any():
         return ""
-    if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > OFF * chain.size:
+    if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > REACHED * chain.size:
         return "plane"
-    tilted = float(np.linalg.norm(np.cross(T[:3, :3] @ chain.home[:3, :3].T @ h, h))) > OFF
+    tilted = float(np.linalg.norm(np.cross(T[:3, :3] @ chain.home[:3, :3].T @ h, h))) > REACHED
     return "tilt" if tilted and setting.task == "pose" else ""
 
 
@@ -205,7 +203,7 @@ def failed_step_of(details: CandidateTable) -> FailedStep:
     """
     short = np.where(np.isfinite(details.subproblem_residual), details.subproblem_residual, np.inf)
     best = int(short.argmin())
-    return failed_step(int(np.nan_to_num(details.code[best]))) if short[best] > 1e-12 else FailedStep.NONE
+    return failed_step(int(np.nan_to_num(details.code[best]))) if short[best] > EXACT_POSE else FailedStep.NONE
 
 
 def _nearest_place(
@@ -239,7 +237,7 @@ def _nearest_place(
     table = form.solve(reachable, q0)
     residual = np.where(np.isfinite(table.residual), table.residual, np.inf)
     q = table.q[int(residual.argmin())]
-    return q if residual.min() < 1e-6 else None
+    return q if residual.min() < FROM_THE_POSE else None
 
 
 def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
@@ -267,22 +265,22 @@ def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
 def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
     """(k, 3) damped Newton steps on the squared distance of the placed point, from many starts."""
     x, J, slopes = _placed(pattern, q)
-    damping, unit, stride = np.full(len(q), 1e-3), pattern.size**2 * np.eye(3), max(1.0, pattern.size)
+    damping, unit, stride = np.full(len(q), START_DAMPING), pattern.size**2 * np.eye(3), max(1.0, pattern.size)
     for _ in range(DESCENT):
         away = goal - x
         gradient = (away[:, None] @ J)[:, 0]
-        if np.abs(gradient).max() < 1e-13 * pattern.size**2:
+        if np.abs(gradient).max() < NO_GRADIENT * pattern.size**2:
             break
         hessian = J.transpose(0, 2, 1) @ J - np.einsum("kijx,kx->kij", slopes, away)
         lowest = np.maximum(-np.linalg.eigvalsh(hessian)[:, 0] / pattern.size**2, 0.0)
         step = np.linalg.solve(hessian + (damping + 1.1 * lowest)[:, None, None] * unit, gradient[:, :, None])[:, :, 0]
-        trial = q + step * np.minimum(1.0, stride / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        trial = q + step * np.minimum(1.0, stride / np.maximum(np.abs(step).max(axis=1, keepdims=True), SMALLEST))
         moved, J_moved, slopes_moved = _placed(pattern, trial)
         better = np.linalg.norm(goal - moved, axis=1) <= np.linalg.norm(away, axis=1)
         q, x = np.where(better[:, None], trial, q), np.where(better[:, None], moved, x)
         J = np.where(better[:, None, None], J_moved, J)
         slopes = np.where(better[:, None, None, None], slopes_moved, slopes)
-        damping = np.where(better, np.maximum(damping / 8, 1e-12), np.minimum(damping * 8, 1e6))
+        damping = np.where(better, np.maximum(damping / 8, LEAST_DAMPING), np.minimum(damping * 8, 1e6))
     return q
 
 

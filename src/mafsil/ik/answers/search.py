@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import pose_errors, refined, residuals
+from mafsil.ik.tolerances import SELF_MOTION
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -27,9 +28,6 @@ SPREAD = 256
 
 REPRESENTATIVES = 8
 """Members of continua that are kept where nothing better than a search is known."""
-
-SELF_MOTION = 1e-6
-"""Singular values of the Jacobian, relative to the largest, below which a motion may leave the pose as it is."""
 
 
 class Search:

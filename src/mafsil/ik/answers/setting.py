@@ -17,6 +17,7 @@ from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
+from mafsil.ik.tolerances import NEARLY_REACHED
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import BENT, INSIDE, NEARLY, SPLIT, candidate, folds, merges_twice
@@ -138,7 +139,7 @@ class Setting:
     def candidate(self) -> float:
         """Residual up to which a row of an exact closed form may become a solution by refinement."""
         form = self.arm.form
-        return 1e-5 if form is None else candidate(form.pattern)
+        return NEARLY_REACHED if form is None else candidate(form.pattern)
 
     def folded(self, details: Floats | CandidateTable) -> NDArray[np.bool_]:
         """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.

@@ -10,16 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.candidate_table import CandidateTable
+from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.solution_table import solution_table
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import FAR_ALONG, INSIDE, REACHED, SELF_MOTION, SMALLEST
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import INSIDE
 from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, on_screen
 
 if TYPE_CHECKING:
     from mafsil.ik.answers.question import Question
@@ -31,12 +35,6 @@ else:
     answers_question = lazily("mafsil.ik.answers.question")
 
 TURN = 2 * np.pi
-
-TOLERANCE = 1e-9
-"""Largest residual of a solution where nothing else is asked for [m | rad]."""
-
-DEPENDENT = 1e-6
-"""Singular values, relative to the largest, below which joint axes depend on each other."""
 
 
 SENTENCES = {
@@ -123,7 +121,13 @@ class SolutionSet(Answer):
         return bool(self.within.any())
 
     def __repr__(self) -> str:
-        return f"<SolutionSet: {len(self.q)} solutions, {self.status.name.lower()}, {self.method}>"
+        return on_screen("\n".join([self.explain(), *self._table()]))
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + in_notebook("\n".join(self._table()))
+
+    def _table(self) -> list[str]:
+        return solution_table(self.q, self.branches, self.residual, self.within, self.revolute)
 
     @lazy
     def residual(self) -> Floats:
@@ -162,11 +166,22 @@ class SolutionSet(Answer):
         return known or self._question.proven(len(self.own))
 
     @lazy
+    def in_doubt(self) -> bool:
+        """Whether a description of six digits leaves the count open: the arm that was meant may have another one."""
+        setting, asked = self._setting, self._question
+        if structure_decides(setting) or folding(setting, self.own).any():
+            return True
+        if setting.arm.form is None and not len(self.own):
+            return bool(asked.refusal.residual <= DESCRIBED * max(1.0, setting.length))
+        start = asked.start
+        return bool(nearly_there(setting, asked.T[None], asked.q0 if start is None else start.q0)[0])
+
+    @lazy
     def _question(self) -> answers_question.Question:
         """The question that a clear list answers: its pose is that of its solutions."""
         setting = self._setting
         return answers_question.Question(
-            setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, TOLERANCE
+            setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, REACHED
         )
 
     @lazy
@@ -239,7 +254,7 @@ class SolutionSet(Answer):
             return np.zeros(0)
         setting = self._setting
         values = np.linalg.svd(setting.scaled_jacobians(self.own), compute_uv=False)
-        return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], 1e-300)
+        return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], SMALLEST)
 
     @property
     def own_names(self) -> tuple[str, ...]:
@@ -273,7 +288,7 @@ class SolutionSet(Answer):
             setting.robot.joint_names, self.own[k], setting.lower, setting.upper, strict=True
         ):
             excess = max(low - x, x - high)
-            if excess > 1e-12:
+            if excess > INSIDE:
                 found.append(LimitExcess(name, float(x), float(low if x < low else high), float(excess)))
         return tuple(found)
 
@@ -285,12 +300,12 @@ class SolutionSet(Answer):
         """
         setting = self._setting
         _, values, Vt = np.linalg.svd(setting.scaled_jacobians(self.own[k : k + 1])[0])
-        null = Vt[int((values > DEPENDENT * values[0]).sum()) :]
+        null = Vt[int((values > SELF_MOTION * values[0]).sum()) :]
         excess = max(0, setting.robot.n - int(setting.mask.sum()))
         if len(null) <= excess:
             return ()
         motion = np.linalg.norm(null, axis=0)
-        return tuple(name for name, x in zip(setting.robot.joint_names, motion, strict=True) if x > 1e-3)
+        return tuple(name for name, x in zip(setting.robot.joint_names, motion, strict=True) if x > FAR_ALONG)
 
     def explain(self, language: str | None = None) -> str:
         """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""
@@ -311,6 +326,8 @@ class SolutionSet(Answer):
         method = say(f"ik.method_{self.method.replace(' ', '_')}", language=language)
         if len(self.q) or self.complete:
             lines.append(say("ik.complete" if self.complete else "ik.not_proven", language=language, method=method))
+        if self.in_doubt:
+            lines.append(say("ik.in_doubt", language=language))
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -319,6 +336,7 @@ class SolutionSet(Answer):
             "status": self.status.name.lower(),
             "solved": bool(self),
             "complete": self.complete,
+            "in_doubt": self.in_doubt,
             "method": self.method,
             "q": self.q,
             "residual": self.residual,
@@ -339,7 +357,7 @@ class SolutionSet(Answer):
         given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._setting
         start = setting.part.own(given)
         wound = wound_near(self.own, start, setting.lower, setting.upper, setting.revolute)
-        allowed = ((wound >= setting.lower - 1e-12) & (wound <= setting.upper + 1e-12)).all(axis=1)
+        allowed = ((wound >= setting.lower - INSIDE) & (wound <= setting.upper + INSIDE)).all(axis=1)
         cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
         return setting.part.lifted(wound[int(cost.argmin())], given)
 
@@ -379,7 +397,7 @@ class SolutionSet(Answer):
         low, high = setting.lower[i], setting.upper[i]
         if not setting.revolute[i] or not (np.isfinite(low) and np.isfinite(high)):
             return [x]
-        first, last = int(np.ceil((low - x) / TURN - 1e-12)), int(np.floor((high - x) / TURN + 1e-12))
+        first, last = int(np.ceil((low - x) / TURN - INSIDE)), int(np.floor((high - x) / TURN + INSIDE))
         return [x + k * TURN for k in range(first, last + 1)]
 
 
@@ -438,7 +456,7 @@ def wound_near(
         revolute: (n) which coordinates are angles.
     """
     moved = q - np.where(revolute, TURN * np.round((q - q0) / TURN), 0.0)
-    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - 1e-12), 0.0)
-    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - 1e-12), 0.0)
+    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - INSIDE), 0.0)
+    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - INSIDE), 0.0)
     shifted = moved + TURN * (up - down)
-    return np.where((shifted >= lower - 1e-12) & (shifted <= upper + 1e-12), shifted, moved)
+    return np.where((shifted >= lower - INSIDE) & (shifted <= upper + INSIDE), shifted, moved)

@@ -13,15 +13,13 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.answers.setting import Setting
+from mafsil.ik.tolerances import DIRECTION, TANGENT
 
 STARTS = 64
 """Directions from which common zeros of the forms are sought."""
 
 STEPS = 30
 """Newton steps from each."""
-
-ZERO = 1e-5
-"""Values of a form on a unit vector that may be none: merged roots are known to the square root of the rounding."""
 
 
 def tangents(setting: Setting, q: JointVector, null: Floats, left: Floats) -> Floats | None:
@@ -38,7 +36,7 @@ def tangents(setting: Setting, q: JointVector, null: Floats, left: Floats) -> Fl
     rates = np.array([setting.scaled_jacobian_rate(q, direction) for direction in null])
     forms = left.T @ rates @ null.T
     forms = (forms + forms.transpose(2, 1, 0)) / 2
-    if np.abs(forms).max(initial=0.0) <= ZERO:
+    if np.abs(forms).max(initial=0.0) <= DIRECTION:
         return None
     u = np.random.default_rng(0).normal(size=(STARTS, len(null)))
     for _ in range(STEPS):
@@ -47,11 +45,11 @@ def tangents(setting: Setting, q: JointVector, null: Floats, left: Floats) -> Fl
         # The forms and their slopes, and the length kept: else Newton's method would only shorten u.
         slopes = np.concatenate([2 * pulled, u[:, None]], axis=1)
         values = np.concatenate([pulled @ u[:, :, None], np.zeros((STARTS, 1, 1))], axis=1)
-        u = u - (np.linalg.pinv(slopes, rcond=1e-9) @ values)[:, :, 0]
+        u = u - (np.linalg.pinv(slopes, rcond=TANGENT) @ values)[:, :, 0]
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     worst = np.abs(np.einsum("ka,alb,kb->kl", u, forms, u)).max(axis=1)
     kept: list[Floats] = []
-    for direction in u[worst <= ZERO] @ null:
-        if all(abs(float(direction @ other)) < 1 - 1e-9 for other in kept):
+    for direction in u[worst <= DIRECTION] @ null:
+        if all(abs(float(direction @ other)) < 1 - TANGENT for other in kept):
             kept.append(direction)
     return np.reshape(kept, (-1, len(q)))

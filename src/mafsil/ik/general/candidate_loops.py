@@ -10,6 +10,7 @@ from math import cos, sin
 
 from mafsil.ik.general.closed_chain_loops import advanced, unit
 from mafsil.ik.general.elimination_loops import reflected
+from mafsil.ik.tolerances import SMALLEST
 from mafsil.solvers.lane_loops import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
@@ -121,7 +122,7 @@ def _middle_joints(N, order, prismatic, twist, turn, q, middle):
     # 2.
     d, e = 2 * order[3], 2 * order[4]
     if prismatic[order[3]]:
-        ratio = s / where(c == 0.0, 1e-300, c)
+        ratio = s / where(c == 0.0, SMALLEST, c)
         q[d], q[d + 1] = ratio - twist, 0.0
         c, s = lanes(1.0), ratio
     else:
@@ -130,11 +131,11 @@ def _middle_joints(N, order, prismatic, twist, turn, q, middle):
     middle[0], middle[1], middle[2] = c * c, c * s, s * s
     # 3.
     if prismatic[order[4]]:
-        value = cosine / where(one == 0.0, 1e-300, one)
+        value = cosine / where(one == 0.0, SMALLEST, one)
         q[e], q[e + 1] = value, 0.0
         middle[3], middle[4] = value, value * value
     else:
-        length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + 1e-300
+        length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + SMALLEST
         middle[3], middle[4] = cosine / length, sine / length
         unit(q, order[4], middle[3], middle[4])
 
@@ -275,4 +276,4 @@ def _null_vector(S, pick, N):
     else:
         for j in range(6):
             N[j] = V[j]
-    return magnitude(S[28]) / (magnitude(S[0]) + 1e-300)
+    return magnitude(S[28]) / (magnitude(S[0]) + SMALLEST)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.ik.tolerances import EPS, LAST_CORRECTION, SMALLEST
 from mafsil.solvers.lane_loops import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
 from mafsil.solvers.loops import reordered
 
@@ -90,7 +91,7 @@ def zeros_on_circles(coefficients, roundoff, degree, waves, factors, zeros, numb
             size = abs(coefficients[b, k]) + abs(coefficients[b, degree + k])
             total += size
             truncated += size * abs(factors[ORDER - 1, k]) * k * HALF / ORDER
-        rounding = 64 * 2.2e-16 * total + 8 * roundoff[b]
+        rounding = 64 * EPS * total + 8 * roundoff[b]
         noise, steep = rounding + truncated, rounding * degree + truncated * ORDER / HALF
         number[b], certain[b] = 0, False
         if total > 100 * roundoff[b]:
@@ -212,7 +213,7 @@ def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
                 sure, last = False, high
                 centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
                 lift = t[0] + 0.5 * t[1] * centre
-                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + 1e-300)))
+                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + SMALLEST)))
                 for side in range(2):
                     zeros[min(count, most - 1)] = t[ORDER] + width * (centre + (apart if side else -apart))
                     count += 1
@@ -249,7 +250,7 @@ def _crossing(T):
     """
     low, high, x, open_lanes, level = lanes(-1.0), lanes(1.0), lanes(0.0), lanes(1.0), lanes(0.0)
     for j in range(ORDER):
-        level += 4.4e-16 * magnitude(T[j])
+        level += 2 * EPS * magnitude(T[j])
     for _ in range(60):
         f, slope = T[ORDER - 1], (ORDER - 1.0) * T[ORDER - 1]
         for j in range(ORDER - 2, 0, -1):
@@ -261,7 +262,7 @@ def _crossing(T):
         step = f / slope
         better = x - step
         # Below the rounding of its value a zero cannot be found better.
-        open_lanes = where((magnitude(step) < 1e-13) | (magnitude(f) <= level), 0.0, open_lanes)
+        open_lanes = where((magnitude(step) < LAST_CORRECTION) | (magnitude(f) <= level), 0.0, open_lanes)
         better = where((low < better) & (better < high), better, 0.5 * (low + high))
         x = where(open_lanes > 0.0, better, x)
         if not any_lane(open_lanes > 0.0):

@@ -16,6 +16,7 @@ from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination_orders import TWIST, EliminationOrder, orders
 from mafsil.ik.general.findings import DETERMINED, MATCHED, MOST, Findings, whole
+from mafsil.ik.tolerances import CLEAN, DISTURBANCE, EPS, SMALLEST
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -37,16 +38,8 @@ CHOICES: tuple[tuple[float, int, float], ...] = (
 Where zeros almost coincide the rank is small: each may lead to two solutions.
 """
 
-CLEAN = 1e-12
-"""Coefficients that must be zero, relative to the others, beyond which rounding is measured: it also stays within."""
-
-ROUNDING = 2.0**-52
-
 EMPTY = 1e5
 """Size of coefficients, relative to their rounding, beyond which a polynomial without zeros is believed."""
-
-DISTURBANCE = 1e-10
-"""Of the equations, relative, by which the effect of rounding is measured."""
 
 NOISE: Floats = np.cos(np.arange(162.0) ** 2).reshape(6, 27)
 """Directions of that disturbance, as good as random."""
@@ -168,7 +161,7 @@ class Elimination:
         and the squeeze m: the first harmonic of log r^(2 degree) is made opposite to that of log |f|.
         """
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            level = np.log(np.abs(f) / np.abs(f).max(axis=1, keepdims=True) + 1e-16)
+            level = np.log(np.abs(f) / np.abs(f).max(axis=1, keepdims=True) + EPS)
             cosines, sines, _ = self._circle
             x, y = (level * cosines).sum(axis=1), (level * sines).sum(axis=1)
             depth = np.minimum(0.85, np.hypot(x, y) / (f.shape[1] * self.degree))
@@ -187,7 +180,7 @@ class Elimination:
         """(k,) what rounding in the equations does to the coefficients, measured by a larger disturbance."""
         changed = self._sampled(systems.disturbed(), circle)[1] - coefficients
         change = np.abs(changed[:, : 2 * self.degree + 1]).sum(axis=1)
-        return 0.5 * ROUNDING / DISTURBANCE * (1 + systems.condition()) * change
+        return 0.5 * EPS / DISTURBANCE * (1 + systems.condition()) * change
 
     @staticmethod
     def _doubted(
@@ -243,12 +236,12 @@ class _Systems:
     def condition(self) -> Floats:
         """(k,) of the systems of a and b, roughly."""
         pivots = np.abs(self.R[: self.count, DIAGONAL])
-        return pivots.max(axis=1) / (pivots.min(axis=1) + 1e-300)
+        return pivots.max(axis=1) / (pivots.min(axis=1) + SMALLEST)
 
     def cancellation(self) -> Floats:
         """(k,) how much larger than the smallest equation the terms are whose sums the equations are."""
         size = np.abs(self.A[: self.count]).max(axis=2).min(axis=1)
-        return np.abs(self.order.left).max() / (size + 1e-300)
+        return np.abs(self.order.left).max() / (size + SMALLEST)
 
     def candidates(
         self,

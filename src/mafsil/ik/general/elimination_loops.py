@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from mafsil.ik.tolerances import SMALLEST
 from mafsil.solvers.lane_loops import buffer, lanes, magnitude, put, seen, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
@@ -206,7 +207,7 @@ def reflected(M, k, stride, columns):
     alpha = where(x > 0.0, -norm, norm)
     head = x - alpha
     M[stride * k + k] = head
-    beta = 1.0 / (norm * magnitude(head) + 1e-300)
+    beta = 1.0 / (norm * magnitude(head) + SMALLEST)
     for j in range(k + 1, columns):
         dot = lanes(0.0)
         for r in range(k, 6):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
+from mafsil.ik.tolerances import DETERMINED, MATCHED
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -26,12 +27,6 @@ FOLD = 0.05
 
 WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
 """How far from a nearly singular solution along the direction that moves least [rad | unit of length]."""
-
-MATCHED = 1e-3
-"""Difference of a solution from the zero that it explains [rad]."""
-
-DETERMINED = 1e-5
-"""Rank of all zeros of a list beyond which each of them leads to one solution only."""
 
 Candidates = Callable[[NDArray[np.int64], Floats, int], tuple[Floats, Floats]]
 """From rows, zeros (m,) and a choice to candidates (m', 12), see `polished`, and how well they are determined (m,)."""

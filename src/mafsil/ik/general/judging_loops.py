@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from math import asin, ceil, pi, sqrt
 
+from mafsil.ik.tolerances import INSIDE
 from mafsil.solvers.loops import compiled
 
 TURN = 2 * pi
-
-SLACK = 1e-12
-"""By how much a limit may be exceeded [rad | m]."""
 
 
 @compiled
@@ -59,11 +57,11 @@ def judged(reached, T, rows, q0, lower, upper, revolute, q, residual, within):
                 x -= TURN * round((x - q0[k]) / TURN)
                 turns = 0.0
                 if x < low:
-                    turns = ceil((low - x) / TURN - SLACK)
+                    turns = ceil((low - x) / TURN - INSIDE)
                 elif x > high:
-                    turns = -ceil((x - high) / TURN - SLACK)
-                if low - SLACK <= x + TURN * turns <= high + SLACK:
+                    turns = -ceil((x - high) / TURN - INSIDE)
+                if low - INSIDE <= x + TURN * turns <= high + INSIDE:
                     x += TURN * turns
                 q[i, k] = x
-            inside = inside and low - SLACK <= x <= high + SLACK
+            inside = inside and low - INSIDE <= x <= high + INSIDE
         within[i] = inside

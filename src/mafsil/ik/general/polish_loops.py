@@ -11,6 +11,7 @@ from math import pi
 import numpy as np
 
 from mafsil.ik.general.closed_chain_loops import advanced, turned
+from mafsil.ik.tolerances import CLOSED, LAST_CORRECTION, NO_BETTER, SAME
 from mafsil.solvers.lane_loops import angle_of, buffer, get, lane_bits, lanes, magnitude, put, spread, where
 from mafsil.solvers.loops import reordered
 
@@ -19,12 +20,6 @@ STEPS = 40
 
 LONGEST = 0.6
 """Newton step [rad | unit of length]."""
-
-SAME = 1e-6
-"""Difference of two solutions that count as one [rad | unit of length]."""
-
-CLOSED = 1e-10
-"""Error of the loop below which a candidate is a solution [rad, unit of length]."""
 
 
 @reordered
@@ -82,7 +77,9 @@ def polished(frames, prismatic, P, rows, turns, q, size):
         error, before, count = _loop_error(T, X, J), errors[0], counts[0]
         errors[0], counts[0] = error, count + 1.0
         # 3.
-        done = (error < 1e-14) | (count >= STEPS - 1.0) | ((error < CLOSED) & (error > 0.5 * before)) | (error > 1e6)
+        done = (
+            (error < NO_BETTER) | (count >= STEPS - 1.0) | ((error < CLOSED) & (error > 0.5 * before)) | (error > 1e6)
+        )
         vacant = lane_bits(done) & active
         for l in range(8):
             if (vacant >> l) & 1:
@@ -163,7 +160,7 @@ def _solved(M):
                 here, there = M[7 * k + c], M[7 * r + c]
                 M[7 * k + c], M[7 * r + c] = where(larger, there, here), where(larger, here, there)
         pivot = M[7 * k + k]
-        inverse = 1.0 / where(magnitude(pivot) > 1e-13, pivot, 1e-13)
+        inverse = 1.0 / where(magnitude(pivot) > LAST_CORRECTION, pivot, LAST_CORRECTION)
         for c in range(k + 1, 7):
             M[7 * k + c] = M[7 * k + c] * inverse
         for r in range(k + 1, 6):

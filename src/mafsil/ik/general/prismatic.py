@@ -22,6 +22,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import fourier_columns
 from mafsil.ik.general.findings import Findings
+from mafsil.ik.tolerances import REGULAR
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -39,9 +40,6 @@ DEGREE = 4
 
 WAYS: Floats = np.array([1.0, -1.0])
 """The two roots of joint c."""
-
-REGULAR = 1e-6
-"""Distance from merged ways, from b and d about one axis, and from dependent prismatic axes that a proof needs."""
 
 START = 0.05
 """Where the first sample is: no angle that arms prefer."""

@@ -15,10 +15,8 @@ from mafsil.ik.general.elimination import Elimination
 from mafsil.ik.general.findings import MOST, Findings, loop_frames
 from mafsil.ik.general.prismatic import ThreePrismatic, TwoPrismatic
 from mafsil.ik.problem import clean_poses
+from mafsil.ik.tolerances import ADDED_STILL, NO_EXTENT, SAME
 from mafsil.kernels.lazy import lazy
-
-STILL = 1e-7
-"""Values of added joints that count as standing still [rad | m]."""
 
 CHUNK = 256
 """Poses that one thread takes at a time."""
@@ -165,7 +163,7 @@ class _Machine:
         proof = np.concatenate([one.proof for one in parts])
         taken = np.concatenate([one.attempts for one in parts])
         if self.added:
-            stray = ~(np.abs(q[:, :, self.added]) <= STILL).all(axis=-1)
+            stray = ~(np.abs(q[:, :, self.added]) <= ADDED_STILL).all(axis=-1)
             q[stray], error[stray] = np.nan, np.nan
             order = np.argsort(stray, axis=1, kind="stable")
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
@@ -224,7 +222,7 @@ def _size(chain: Chain) -> float:
     revolute = ~np.array(chain.prismatic, dtype=np.bool_)
     places = chain.points[revolute]
     extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0))) if len(places) else 0.0
-    return 0.5 * extent if extent > 1e-9 else chain.size
+    return 0.5 * extent if extent > NO_EXTENT else chain.size
 
 
 def _normalised(chain: Chain, middle: Floats, size: float) -> Chain:
@@ -247,4 +245,4 @@ def _product(chain: Chain, q: JointVector) -> PoseMatrix:
 def _holds(found: JointVector, requested: JointVector) -> bool:
     """Whether one of the solutions is the requested one."""
     d = (found - requested + np.pi) % (2 * np.pi) - np.pi
-    return len(found) > 0 and bool((np.abs(d).max(axis=1) < 1e-6).any())
+    return len(found) > 0 and bool((np.abs(d).max(axis=1) < SAME).any())

@@ -8,9 +8,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import analysis
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import PoseTask
-
-NEAR = 1e-5
-"""Residual [m | rad] up to which a branch is worth a start: merged roots are off by the square root of rounding."""
+from mafsil.ik.tolerances import NEARLY_REACHED
 
 TURN = 2.0 * np.pi
 
@@ -37,10 +35,10 @@ def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: Joint
     q, revolute = branches.q, problem.revolute == 1
     # Angles come within half a turn of zero: first near to the given, then up or down into the bounds.
     q = q - np.where(revolute, TURN * np.round((q - near[:, None]) / TURN), 0.0)
-    q = q + np.where(revolute & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEAR), 0.0)
-    q = q - np.where(revolute & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEAR), 0.0)
-    fits = (q >= problem.lower - NEAR) & (q <= problem.upper + NEAR)
-    good = fits.all(axis=-1) & (branches.residual <= NEAR)
+    q = q + np.where(revolute & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEARLY_REACHED), 0.0)
+    q = q - np.where(revolute & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEARLY_REACHED), 0.0)
+    fits = (q >= problem.lower - NEARLY_REACHED) & (q <= problem.upper + NEARLY_REACHED)
+    good = fits.all(axis=-1) & (branches.residual <= NEARLY_REACHED)
     far = np.where(good, np.abs(q - near[:, None]).max(axis=-1), np.inf)
     order = np.argsort(far, axis=1, kind="stable")
     q[~good] = np.nan

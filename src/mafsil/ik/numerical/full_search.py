@@ -23,6 +23,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.tolerances import EXACT_POSE
 from mafsil.kernels.loop_compiler import Rows
 
 FREE_RESTARTS = 7
@@ -78,7 +79,7 @@ class FullSearch:
         T, distance = self.plan.clean(self.desired[rows])
         valid = distance >= 0.0
         # Poses whose place is proven out of reach.
-        beyond = (distance > problem.reach[1] * (1.0 + 1e-12)) & self.plan.task.all_positions
+        beyond = (distance > problem.reach[1] * (1.0 + EXACT_POSE)) & self.plan.task.all_positions
         allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * valid
         best, records = self.plan.run(T, q0, allowed, deadline=self.deadline)
         unseen = ~np.isfinite(best[:, :-1]).all(axis=1)

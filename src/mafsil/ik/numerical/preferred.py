@@ -12,19 +12,13 @@ from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.search import SearchPlan
+from mafsil.ik.tolerances import LEAST_GAIN, STILL
 
 STEPS = 300
 """Most steps of self-motion."""
 
-STILL = 1e-8
-"""Self-motion [rad | m] at which the approach counts as ended."""
-
 LONGEST = 0.2
 """Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
-
-
-LEAST_GAIN = 1e-6
-"""Part of a step below which nothing is gained any more."""
 
 
 @dataclass(frozen=True, eq=False)

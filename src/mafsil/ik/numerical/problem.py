@@ -13,6 +13,7 @@ from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.problem import reach_bound
+from mafsil.ik.tolerances import FACTOR_DAMPING
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
@@ -27,9 +28,6 @@ else:
 
 RELATIVE_DAMPING = 0.02
 """Damping relative to the squared error norm. Small enough for long steps, which also leave poor valleys."""
-
-SMALLEST_DAMPING = 1e-14
-"""Keeps the factorisation regular at singular poses without slowing the last steps elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +144,7 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
     size = {"check": 22, "step": n + 6, "step_with_self_motion": 2 * n + 6}[what]
     if what == "step_with_self_motion":
         inputs = (*inputs, Port("z", (n,)))
-    numbers = () if what == "check" else (RELATIVE_DAMPING, SMALLEST_DAMPING, unit_length(mechanism, frame))
+    numbers = () if what == "check" else (RELATIVE_DAMPING, FACTOR_DAMPING, unit_length(mechanism, frame))
     return kernels.compile(
         Signature(f"pose_{what}", inputs, (Port("out", (size,)),)),
         partial(_build, what, mechanism, frame, one_axis, numbers),

@@ -17,6 +17,7 @@ from mafsil.ik.numerical.records import GROUP, LEFT, Lane, Plan, PoseRecord, Sea
 from mafsil.ik.numerical.search_loops import PATIENT, TRUSTED
 from mafsil.ik.numerical.task import PoseTask
 from mafsil.ik.problem import ORTHOGONALITY
+from mafsil.ik.tolerances import ONE_MORE
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loop_compiler import Rows
@@ -29,10 +30,6 @@ SLICE = 2048
 
 SHORT_SLICE = 32
 """The same with a time limit: some hundred microseconds."""
-
-NEWTON = 1e-7
-"""Scaled error from which one more step is trusted to end within rounding, for arms up to a metre; the check of every
-answer judges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +145,7 @@ def plan_of(problem: PoseProblem, task: PoseTask, seed: int) -> SearchPlan:
         position_factor=pool.position_factor,
         one_axis=int(task.one_axis),
         # A last step squares the scaled error; of long arms less is left to it.
-        trust=NEWTON / max(1.0, problem.length) ** 0.5,
+        trust=ONE_MORE / max(1.0, problem.length) ** 0.5,
         radius=radius if task.all_positions else np.inf,
         defect=ORTHOGONALITY,
         centre=centre,

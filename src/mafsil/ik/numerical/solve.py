@@ -169,7 +169,7 @@ def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: in
     full = FullSearch(search.plan, desired[rest], some, None, restarts, np.inf)
     full.run()
     codes = np.full(len(desired), SOLVED, np.int8)
-    numbers[rest], record[rest], codes[rest] = full.report, full.record, full.codes
+    numbers[rest], counts[rest], codes[rest] = full.report, full.counts, full.codes
     return Report(numbers, counts, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
 
 

@@ -1,6 +1,6 @@
 """Arms with seven joints: configurations by arm angle or by a locked joint, and the intervals in which they exist."""
 
-from mafsil.ik.redundant.form import ParametricSolutions as ParametricSolutions
 from mafsil.ik.redundant.form import Redundancy as Redundancy
 from mafsil.ik.redundant.form import SelfMotionFamily as SelfMotionFamily
 from mafsil.ik.redundant.form import redundancy as redundancy
+from mafsil.ik.redundant.parametric_solutions import ParametricSolutions as ParametricSolutions

@@ -12,11 +12,9 @@ from mafsil.geometry import pose
 from mafsil.ik.answers.setting import FAR, turns_of
 from mafsil.ik.chain import Chain, common_point
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern
+from mafsil.ik.tolerances import COINCIDENT, DEFECT, EXACT_POSE
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
-
-EXACT = 1e-9
-"""Misfit of axes that should meet or be normal to each other that counts as rounding [rad, relative to the size]."""
 
 _ANGLES: Floats = 2 * np.pi / 3 * np.arange(3.0)
 
@@ -110,10 +108,10 @@ class ArmAngleForm:
         wrist = _applied(before @ E[3], self.wrist)
         w = wrist - self.shoulder
         w = w / np.linalg.norm(w, axis=-1, keepdims=True)
-        along = np.linalg.norm(np.cross(w, self.chain.axes[0]), axis=-1) < 1e-9
+        along = np.linalg.norm(np.cross(w, self.chain.axes[0]), axis=-1) < DEFECT
         up = np.where(along[..., None], self.chain.axes[1], self.chain.axes[0])
         reference, side = _across(up, w), _across(elbow - self.shoulder, w)
-        straight = np.linalg.norm(side, axis=-1) < 1e-12
+        straight = np.linalg.norm(side, axis=-1) < EXACT_POSE
         found = np.arctan2((np.cross(reference, side) * w).sum(-1), (reference * side).sum(-1))
         return np.where(straight, np.nan, found)
 
@@ -127,13 +125,13 @@ def arm_angle_form(chain: Chain) -> ArmAngleForm | None:
     for part in (slice(0, 3), slice(4, 7)):
         axes = chain.axes[part]
         place, distance = common_point(axes, chain.points[part])
-        if not distance <= EXACT * size or max(abs(axes[0] @ axes[1]), abs(axes[1] @ axes[2])) > EXACT:
+        if not distance <= DEFECT * size or max(abs(axes[0] @ axes[1]), abs(axes[1] @ axes[2])) > DEFECT:
             return None
         ends.append(place)
     w, r = chain.axes[3], chain.points[3]
     elbow = r + w * (w @ (ends[0] - r))
     offsets = [np.linalg.norm(np.cross(w, place - r)) for place in ends]
-    if min(offsets) < 1e-6 * size:
+    if min(offsets) < COINCIDENT * size:
         return None
     return ArmAngleForm(chain, ends[0], elbow, ends[1])
 
@@ -180,7 +178,7 @@ def _at_limit(k: int, limit: float) -> Floats:
 def _zeros(a: float, b: float, c: float) -> Floats:
     """Where a + b cos + c sin vanishes: none or two angles; both are the extremum where it nearly touches."""
     size = float(np.hypot(b, c))
-    if not abs(a) <= size * (1 + 1e-9):
+    if not abs(a) <= size * (1 + DEFECT):
         return np.zeros(0)
     opening = np.arccos(np.clip(-a / size, -1.0, 1.0)) if size > 0.0 else 0.0
     return np.arctan2(c, b) + np.array([-opening, opening])

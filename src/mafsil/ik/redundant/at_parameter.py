@@ -21,6 +21,7 @@ from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import AT_LIMIT, INSIDE, INWARDS, NEARLY_REACHED
 from mafsil.kernels.lazy import preset
 
 TRIED = 24
@@ -28,12 +29,6 @@ TRIED = 24
 
 BESIDE = 2
 """How many of those are tried beside the value that a search found."""
-
-SLACK = 1e-9
-"""By how much a joint may be beyond its limit while another is at one [rad | m]."""
-
-INWARDS: Floats = np.array([1e-2, 1e-4, 1e-6])
-"""How far from a configuration at a limit the locked joint is moved [rad | m]."""
 
 _NO_ROW, _NO_NAME, _NO_FREE = np.full(16, -1), np.full(16, UNNAMED), np.zeros(16, dtype=np.int64)
 
@@ -96,7 +91,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         Question(setting, T.copy(), near, tolerance),
         q,
         chosen[:, 0],
-        chosen[:, 3] <= 1e-12,
+        chosen[:, 3] <= INSIDE,
         _NO_ROW[:k],
         _NO_NAME[:k],
         _NO_FREE[:k],
@@ -104,7 +99,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         complete=False,
         isolated=False,
     )
-    if excess <= 1e-12:
+    if excess <= INSIDE:
         preset(answer, status=IKStatus.CONTINUUM)
     return answer
 
@@ -182,7 +177,7 @@ def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
         q = np.insert(others, joint, limit, axis=1)
         q = wound_near(q, setting.middle, setting.lower, setting.upper, setting.revolute)
         q[:, joint] = limit
-        allowed = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
+        allowed = (q >= setting.lower - AT_LIMIT) & (q <= setting.upper + AT_LIMIT)
         found.append(q[allowed.all(axis=1), form.locked])
     return np.concatenate(found) if found else np.zeros(0)
 
@@ -208,7 +203,7 @@ def fixed(
         search: what was tried before.
     """
     found = form.solve(T, np.array([value]))
-    q = found.q[0][found.residual[0] <= 1e-5]
+    q = found.q[0][found.residual[0] <= NEARLY_REACHED]
     locked = (form.locked,) if form.parameter != ARM_ANGLE else ()
     q, residual = refined(setting.robot, q, T, setting.mask, None, locked=locked)
     good = np.flatnonzero(residual <= tolerance)
@@ -218,7 +213,7 @@ def fixed(
     near = setting.middle.copy()
     if locked:
         near[form.locked] = value
-    allowed = (q >= setting.lower - 1e-12) & (q <= setting.upper + 1e-12)
+    allowed = (q >= setting.lower - INSIDE) & (q <= setting.upper + INSIDE)
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"

@@ -23,23 +23,14 @@ from mafsil.ik.redundant.interval_loops import (
     plain,
     product,
 )
+from mafsil.ik.tolerances import CELL_SLACK, RELATIVELY, SLIGHT, STEP_RESIDUAL
 from mafsil.solvers.loops import compiled
-
-SLACK = 1e-10
-"""By how much a joint may be beyond its limit [rad | m]: roundoff of a closed form, eps times a condition number of
-some 1e5."""
-
-STEP_RESIDUAL = 1e-12
-"""Residual of a step up to which it exists: the configurations then are off by some times more [rad | m]."""
 
 UNLIMITED, ENDLESS = 1e100, 1e300
 """Half widths of limits from which there are none; period of coordinates that have none."""
 
 STEEPEST = 1e8
 """Slope from which a crossing is not confined by Newton's step: its cell would be one of rounding, 1 / sqrt(eps)."""
-
-ROUNDOFF, RELATIVE_ROUNDOFF = 1e-14, 4e-16
-"""Of a value of the parameter: some tens of eps near zero [rad | m], two of them relative to it."""
 
 
 @compiled
@@ -192,9 +183,11 @@ def _judged(
             turn = 2 * pi
             e -= turn * floor(e / turn + 0.5)
         low, high = e + angle[LO], e + angle[HI]
-        if low >= -h - SLACK and high <= h + SLACK:
+        if low >= -h - CELL_SLACK and high <= h + CELL_SLACK:
             continue
-        if (low > h + SLACK and high < turn - h - SLACK) or (high < -h - SLACK and low > h + SLACK - turn):
+        if (low > h + CELL_SLACK and high < turn - h - CELL_SLACK) or (
+            high < -h - CELL_SLACK and low > h + CELL_SLACK - turn
+        ):
             return OUTSIDE, lo, hi, True
         found += 1
         # 3.
@@ -209,7 +202,7 @@ def _judged(
         if near > far:
             near, far = far, near
         centre = 0.5 * (lo + hi)
-        roundoff = ROUNDOFF + RELATIVE_ROUNDOFF * abs(centre)
+        roundoff = SLIGHT + RELATIVELY * abs(centre)
         begin, end = max(lo, centre + near - roundoff), min(hi, centre + far + roundoff)
         rising = (angle[DLO] > 0.0) == at_bottom
     return found, begin, end, rising

@@ -16,20 +16,18 @@ from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.at_parameter import BESIDE, SLACK, TRIED, answered
+from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
 
 ROWS = 16
 """Most solutions of six joints."""
 
 CHUNK = 1024
 """Poses that are worked on at once."""
-
-SAME = 1e-6
-"""Difference of coordinates up to which rows are one solution [rad | m]."""
 
 
 def counted_by_elimination(setting: Setting) -> bool:
@@ -163,7 +161,7 @@ def _try(
     poses = T[rows]
     table = form.solve(poses, values[:, None])
     q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
-    pose, place = np.nonzero(table.residual[:, 0] <= 1e-5)
+    pose, place = np.nonzero(table.residual[:, 0] <= NEARLY_REACHED)
     q[pose, place], residual[pose, place] = refined(
         setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.locked,)
     )
@@ -204,6 +202,6 @@ def _may_end_at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> NDA
             np.insert(others, joint, limit, axis=-1), setting.middle, setting.lower, setting.upper, setting.revolute
         )
         q[..., joint] = np.where(np.isnan(q[..., joint]), np.nan, limit)
-        inside = (q >= setting.lower - SLACK) & (q <= setting.upper + SLACK)
+        inside = (q >= setting.lower - AT_LIMIT) & (q <= setting.upper + AT_LIMIT)
         found |= np.any(np.all(inside, axis=-1), axis=1)
     return found

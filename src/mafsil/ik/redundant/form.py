@@ -27,13 +27,12 @@ from mafsil.ik.recognise import recognise_locked
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
+from mafsil.ik.redundant.parametric_solutions import ParametricSolutions
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
+from mafsil.ik.tolerances import INSIDE, REACHED, RELATIVELY
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, of_robot
-
-TOUCHING = 4e-16
-"""Arm angles nearer to each other than that are one [rad]."""
 
 MERGING = 40
 """Newton steps where two branches merge, each of which halves the error only."""
@@ -41,30 +40,8 @@ MERGING = 40
 ARM_ANGLE = "arm angle"
 """Name of the parameter of arms with a spherical shoulder and a spherical wrist."""
 
-REACHED = 1e-9
-"""Residual of a configuration that counts [rad | m]."""
-
 GRID = 360
 """Values at which intervals are looked for where nothing better is known."""
-
-
-@dataclass(frozen=True, eq=False)
-class ParametricSolutions:
-    """Configurations at values of the free parameter.
-
-    Attributes:
-        values: (*batch, m) of the parameter [rad | m].
-        q: (*batch, m, branches, 7) joint coordinates, wound into the limits where possible; NaN where there is none.
-        residual: (*batch, m, branches) by which forward kinematics misses the pose; NaN where there is none.
-        within: (*batch, m, branches) whether the configuration is one, and within the joint limits.
-        labelled: whether a branch keeps its place along the parameter.
-    """
-
-    values: Floats
-    q: JointVector
-    residual: Floats
-    within: NDArray[np.bool_]
-    labelled: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +160,7 @@ class Redundancy:
             if not len(ends):
                 continue
             nexts = np.append(ends[1:], ends[0] + 2 * np.pi)
-            wide = nexts - ends > TOUCHING
+            wide = nexts - ends > RELATIVELY
             starts, nexts = ends[wide], nexts[wide]
             within = self._judged(X, (starts + nexts) / 2).within
             for branch in range(4 * elbow, 4 * elbow + 4):
@@ -290,7 +267,7 @@ class Redundancy:
         q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *preferred, REACHED)
         if not np.less_equal(defect, ORTHOGONALITY).all():
             raise _no_poses()
-        return q, residual, excess <= 1e-12
+        return q, residual, excess <= INSIDE
 
     def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
         """Residuals of configurations, and which are within the limits, into which they are wound in place."""
@@ -302,7 +279,7 @@ class Redundancy:
         wound = wound_near(q, own.middle, own.lower, own.upper, own.revolute)
         wound[..., self.locked] = np.where(np.isnan(residual), np.nan, values[..., None])
         q[...] = wound
-        inside = (q >= own.lower - 1e-12) & (q <= own.upper + 1e-12)
+        inside = (q >= own.lower - INSIDE) & (q <= own.upper + INSIDE)
         return residual, (residual <= REACHED) & inside.all(axis=-1)
 
     def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.ik.chain import Chain
 from mafsil.ik.redundant.program import Programs
+from mafsil.ik.tolerances import CELL
 from mafsil.lazy_module import lazily
 from mafsil.model.mechanism import JointLimits
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 else:
     cell_loops = lazily("mafsil.ik.redundant.cell_loops")
     interval_loops = lazily("mafsil.ik.redundant.interval_loops")
-
-WIDTH = 1e-9
-"""Cells narrower than that are left undecided: ends are known, and gaps and intervals seen, to it [rad | m]."""
 
 CELLS = 32
 """Into which the range is divided at first."""
@@ -77,7 +75,7 @@ def certified(
     upper: Floats,
     prismatic: NDArray[np.bool_],
 ) -> BranchIntervals:
-    """Intervals in which branches surely exist within the limits; outside of them, but for `WIDTH`, they surely do not.
+    """Intervals in which branches surely exist within the limits; outside of them, but for `CELL`, they surely do not.
 
     Args:
         programs: of the closed form.
@@ -108,7 +106,7 @@ def certified(
     for k, one in enumerate(programs.branches):
         registers = np.zeros((one.registers, 5, interval_loops.LANES))
         program = interval_loops.Program(one.code, one.first, one.second, one.target, one.ports, values)
-        count, _ = cell_loops.inside_cells(program, within, start, WIDTH, WORK, registers, out)
+        count, _ = cell_loops.inside_cells(program, within, start, CELL, WORK, registers, out)
         cells = out[:count]
         unsure = cells[:, 0] > cells[:, 1]
         if unsure.any():

@@ -11,9 +11,7 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.intervals import BranchIntervals, certified, range_of
 from mafsil.ik.redundant.program import programs
-
-INSET = 1e-3
-"""How far from the end of an interval a value is chosen, if it is wide enough [rad | m]."""
+from mafsil.ik.tolerances import INSET
 
 LOOKED_AT = 64
 """Cells in doubt whose middle is tried."""

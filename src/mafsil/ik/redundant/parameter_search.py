@@ -13,6 +13,7 @@ from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY, reach_bound
 from mafsil.ik.redundant.locked_values import locked_values
 from mafsil.ik.redundant.parametric_form import ParametricForm
+from mafsil.ik.tolerances import INSIDE
 
 COARSE, FINE = 24, 240
 """Values of one redundant joint that are tried, first and then."""
@@ -22,9 +23,6 @@ MOST_JOINTS = 3
 
 TOGETHER = 128
 """Evaluations that are made at once though one of them may be enough: a call of a kernel costs as much."""
-
-INSIDE = 1e-12
-"""Excess over a limit that is rounding [rad | m]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mafsil import kernels
 from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
+from mafsil.ik.tolerances import APART_BRANCH, FREE_BRANCH, NEARLY_REACHED
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
@@ -19,15 +20,6 @@ if TYPE_CHECKING:
 else:
     function = lazily("mafsil.mechanics.closed_form.function")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")
-
-MERGING = 1e-7
-"""Marks up to which a solution may be the member of a further continuum."""
-
-APART = 1e-4
-"""Marks below which two branches may be the same solution, where turning joints were added to the arm."""
-
-CANDIDATE = 1e-5
-"""Residuals up to which a branch may become a solution by refinement."""
 
 Numbers = tuple[float, ...]
 
@@ -99,7 +91,7 @@ def parametric_form(setting: Setting) -> ParametricForm:
     """
     form = setting.arm.form
     assert form is not None
-    margin = MERGING if setting.plain else APART
+    margin = FREE_BRANCH if setting.plain else APART_BRANCH
     return ParametricForm(form.pattern, (CLEAR, setting.candidate, margin, SPLIT, NEARLY, BENT))
 
 
@@ -110,7 +102,7 @@ def form_of_pattern(pattern: Pattern) -> ParametricForm:
     Args:
         pattern: with redundant joints, or counted by its arm angle.
     """
-    return ParametricForm(pattern, (CLEAR, CANDIDATE, APART, SPLIT, NEARLY, BENT))
+    return ParametricForm(pattern, (CLEAR, NEARLY_REACHED, APART_BRANCH, SPLIT, NEARLY, BENT))
 
 
 def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:

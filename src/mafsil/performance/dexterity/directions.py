@@ -11,12 +11,10 @@ from mafsil.arrays import Floats, JointVector, gate
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
 from mafsil.performance.dexterity.manipulability import Part, rate_jacobian
+from mafsil.performance.tolerances import SMALLEST, WITHIN
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE
 from mafsil.robot import as_robot
-
-OUTSIDE = 1e-6
-"""Part of a unit direction that no joint rates produce, above which the direction is lost."""
 
 
 def least_joint_rate(
@@ -48,10 +46,10 @@ def least_joint_rate(
     u = unit_direction(direction, J.shape[-2])
     U, s, _ = np.linalg.svd(J, full_matrices=False)
     along = np.einsum("...ij,...i->...j", U, u)
-    kept = s > np.maximum(TOLERANCE * s[..., :1], 1e-300)
+    kept = s > np.maximum(TOLERANCE * s[..., :1], SMALLEST)
     reached = np.einsum("...ij,...j->...i", U, np.where(kept, along, 0.0))
     effort = np.sqrt((np.where(kept, along / np.where(kept, s, 1.0), 0.0) ** 2).sum(axis=-1))
-    return np.where(np.linalg.norm(u - reached, axis=-1) > OUTSIDE, np.inf, effort)
+    return np.where(np.linalg.norm(u - reached, axis=-1) > WITHIN, np.inf, effort)
 
 
 def largest_speed(

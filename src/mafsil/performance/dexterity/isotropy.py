@@ -11,14 +11,12 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector
 from mafsil.performance.dexterity.manipulability import jacobian_hessian
+from mafsil.performance.tolerances import ISOTROPIC, LEAST_DAMPING, NO_TRACE, SAME, SMALLEST
 from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 from mafsil.solvers.least_squares import damped_step
-
-ISOTROPIC = 1e-8
-"""Condition number minus one below which a configuration counts as isotropic."""
 
 
 class IsotropyStatus(Status):
@@ -114,9 +112,9 @@ def isotropic_configurations(
         better = (after**2).sum(axis=-1) < (residual**2).sum(axis=-1)
         q, residual = np.where(better[:, None], trial, q), np.where(better[:, None], after, residual)
         slope = np.where(better[:, None, None], slope_after, slope)
-        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-14, 1e6)
+        damping = np.clip(np.where(better, damping / 5, damping * 4), LEAST_DAMPING, 1e6)
     s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
-    condition_number = s[:, 0] / np.maximum(s[:, -1], 1e-300)
+    condition_number = s[:, 0] / np.maximum(s[:, -1], SMALLEST)
     order = np.argsort(condition_number)  # 3
     good = [k for k in order if condition_number[k] - 1.0 < ISOTROPIC] or [order[0]]
     kept = _different(q, good)
@@ -132,7 +130,7 @@ def _residual(robot: Robot, q: Floats, task: Task, length: float | None) -> tupl
     G = J @ np.swapaxes(J, -1, -2)
     half = dJ @ np.swapaxes(J, -1, -2)[..., None, :, :]
     dG = half + np.swapaxes(half, -1, -2)
-    mean = np.maximum(np.trace(G, axis1=-2, axis2=-1) / m, 1e-30)[..., None, None]
+    mean = np.maximum(np.trace(G, axis1=-2, axis2=-1) / m, NO_TRACE)[..., None, None]
     dmean = (np.trace(dG, axis1=-2, axis2=-1) / m)[..., None, None]
     rows, columns = np.triu_indices(m)
     residual = (G / mean - np.eye(m))[..., rows, columns]
@@ -144,7 +142,7 @@ def _different(q: Floats, order: list[int]) -> list[int]:
     """Those that are no neighbours of an earlier one, at most sixteen."""
     kept: list[int] = []
     for k in order:
-        if all(np.abs(q[k] - q[other]).max() > 1e-3 for other in kept):
+        if all(np.abs(q[k] - q[other]).max() > SAME for other in kept):
             kept.append(k)
         if len(kept) == 16:
             break

@@ -20,3 +20,4 @@ from mafsil.performance.singularities.singular_configuration import is_singular 
 from mafsil.performance.singularities.singular_configuration import rank as rank
 from mafsil.performance.singularities.singular_configuration import singular_values as singular_values
 from mafsil.performance.singularities.singular_configuration import singularity as singularity
+from mafsil.performance.singularities.singular_configuration import verdict_in_doubt as verdict_in_doubt

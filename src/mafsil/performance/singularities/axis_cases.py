@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats, Vector3
 from mafsil.messages import say
 from mafsil.performance.singularities.screw_parameters import signed, vector_text, wrench_screw
+from mafsil.performance.tolerances import CLEAR, DEPENDENT
 
 LOOSE = 100.0
 """Geometry is read this much more loosely than the rank: a rank drops faster than angles and distances close."""
@@ -138,7 +139,7 @@ def causes(axes: Axes, nullity: int) -> tuple[SingularityCause, ...]:
     for joints, rates in _circuits(axes):
         if len(nulls) >= nullity:
             break
-        if np.linalg.matrix_rank(np.array([*nulls, rates]), tol=1e-6) <= len(nulls):
+        if np.linalg.matrix_rank(np.array([*nulls, rates]), tol=DEPENDENT) <= len(nulls):
             continue
         nulls.append(rates)
         cause = _named(axes, joints, rates)
@@ -266,7 +267,7 @@ def common_point(axes: Axes, joints: Sequence[int]) -> Vector3 | None:
     across = [np.eye(3) - np.outer(axes.w(i), axes.w(i)) for i in joints]
     moments = [A @ axes.p(i) for A, i in zip(across, joints, strict=True)]
     normal = np.sum(across, axis=0)
-    point: Vector3 = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ np.sum(moments, axis=0)
+    point: Vector3 = np.linalg.pinv(normal, rcond=CLEAR, hermitian=True) @ np.sum(moments, axis=0)
     distance = max(float(np.linalg.norm(A @ point - m)) for A, m in zip(across, moments, strict=True))
     return point if distance < axes.loose else None
 

@@ -20,6 +20,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
 from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fitted
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
 from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
 from mafsil.performance.velocity.tasks import task_jacobian, task_rows
 from mafsil.robot import Robot, of_robot
@@ -28,8 +29,6 @@ CHECKS = 200
 """Random configurations at which a product is compared with the determinant."""
 LONGEST = 12
 """Terms of a form that are written in full in explanations."""
-ALWAYS = 1e-9
-"""Relations that hold within this at all probing configurations hold always."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,13 +230,13 @@ def determinant_factors(robot: Robot, task: str | None = None) -> DeterminantFac
     if J.shape[-1] != J.shape[-2]:
         raise InputError("performance.not_square", robot=robot.name, n=robot.n)
     truth, at = np.linalg.det(J), lines(robot, q)
-    if float(np.abs(truth).max()) < 1e-12 * characteristic_length(robot) ** _lengths_in(chosen):
+    if float(np.abs(truth).max()) < ROUNDOFF * characteristic_length(robot) ** _lengths_in(chosen):
         raise InputError("performance.always_singular", robot=robot.name, task=chosen)
     for candidate in (*_candidates(robot, chosen, at), _whole(robot, chosen)):
         values = np.prod([f.value(at) for f in candidate], axis=0)
         sign = 1.0 if float(values @ truth) >= 0 else -1.0
-        error = float(np.abs(sign * values - truth).max() / max(float(np.abs(truth).max()), 1e-300))
-        if error < 1e-9:
+        error = float(np.abs(sign * values - truth).max() / max(float(np.abs(truth).max()), SMALLEST))
+        if error < CLEAR:
             return DeterminantFactors(robot, chosen, sign, tuple(_written(robot, f) for f in candidate), error)
     raise InputError("performance.not_square", robot=robot.name, n=robot.n)
 
@@ -286,14 +285,14 @@ def _written(robot: Robot, factor: Factor) -> Factor:
 
 
 def _parallel(at: Lines, i: int, j: int) -> bool:
-    return bool(np.linalg.norm(np.cross(at.w[..., i, :], at.w[..., j, :]), axis=-1).max() < ALWAYS)
+    return bool(np.linalg.norm(np.cross(at.w[..., i, :], at.w[..., j, :]), axis=-1).max() < CLEAR)
 
 
 def _concurrent(at: Lines, joints: Sequence[int]) -> bool:
     if any(at.prismatic[i] for i in joints) or all(_parallel(at, joints[0], i) for i in joints[1:]):
         return False
     c = at.meeting(joints)
-    return all(float(np.linalg.norm(at.velocity(i, c), axis=-1).max()) < ALWAYS for i in joints)
+    return all(float(np.linalg.norm(at.velocity(i, c), axis=-1).max()) < CLEAR for i in joints)
 
 
 Point = Callable[[Lines], Floats]

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
 from mafsil.performance.singularities.singular_configuration import Singularity, is_singular, singularity
+from mafsil.performance.tolerances import WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.robot import Robot, of_robot
 
@@ -63,9 +68,18 @@ class LocusComponent:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class SingularityLocus:
-    """All components of the singularity locus of an arm.
+class LocusStatus(Status):
+    """Whether the sampled components are singular by rank too."""
+
+    VERIFIED = ("performance.locus_verified", True)
+    EMPTY = ("performance.locus_empty", True)
+    """No configuration was found at which a factor vanishes."""
+    NOT_VERIFIED = ("performance.locus_not_verified", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SingularityLocus(Answer):
+    """All components of the singularity locus of an arm, iterable; true if every sample is singular by rank.
 
     Attributes:
         determinant: in factors; a configuration is singular exactly where one of them vanishes.
@@ -80,10 +94,52 @@ class SingularityLocus:
         """Whether every sample of every component is singular."""
         return all(component.verified == len(component.samples) for component in self.components)
 
+    @property
+    def status(self) -> LocusStatus:
+        """From the counts of samples."""
+        if not self.verified:
+            return LocusStatus.NOT_VERIFIED
+        return LocusStatus.EMPTY if all(component.empty for component in self.components) else LocusStatus.VERIFIED
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.components)
+
+    def __iter__(self) -> Iterator[LocusComponent]:
+        return iter(self.components)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
     def explain(self, language: str | None = None) -> str:
-        """The determinant, then the components."""
+        """The determinant, then the components, then how many samples are singular by rank."""
         lines = [f"{k}. {component.explain(language)}" for k, component in enumerate(self.components, 1)]
-        return "\n".join([self.determinant.explain(language), *lines])
+        verified, count = (
+            sum(numbers)
+            for numbers in zip((0, 0), *((c.verified, len(c.samples)) for c in self.components), strict=True)
+        )
+        last = self.status.sentence(language, verified=verified, count=count)
+        return "\n".join([self.determinant.explain(language), *lines, last])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the components."""
+        return {
+            "status": self.status.name.lower(),
+            "factors": [factor.formula for factor in self.determinant.factors],
+            "components": [
+                {
+                    "condition": component.condition,
+                    "joints": list(component.joints),
+                    "samples": component.samples,
+                    "verified": component.verified,
+                    "within_limits": component.within_limits,
+                    "causes": list(component.causes),
+                }
+                for component in self.components
+            ],
+        }
 
 
 @of_robot
@@ -172,7 +228,7 @@ def _number(x: float) -> str:
     """Multiples of a quarter turn by name."""
     quarters = x / (np.pi / 2)
     names = {0: "0", 1: "pi/2", 2: "pi", -1: "-pi/2", -2: "-pi"}
-    return names[round(quarters)] if abs(quarters - round(quarters)) < 1e-6 and abs(quarters) < 2.5 else f"{x:.6g}"
+    return names[round(quarters)] if abs(quarters - round(quarters)) < WITHIN and abs(quarters) < 2.5 else f"{x:.6g}"
 
 
 def _causes(robot: Robot, q: Floats) -> tuple[str, ...]:

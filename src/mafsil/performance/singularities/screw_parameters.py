@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.messages import say
-
-PARALLEL = 1e-9
-"""A screw whose directed part is shorter than this share of the whole has none: pure translation, pure couple."""
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SHOWN, WITHIN
 
 
 class ScrewParameters(NamedTuple):
@@ -29,7 +27,7 @@ class ScrewParameters(NamedTuple):
 
     def sentence(self, key: str, language: str | None = None) -> str:
         """The words for `<key>_line`, `<key>_screw` or `<key>_free`, whichever fits the pitch."""
-        form = "free" if np.isinf(self.pitch) else "line" if abs(self.pitch) < 1e-6 else "screw"
+        form = "free" if np.isinf(self.pitch) else "line" if abs(self.pitch) < WITHIN else "screw"
         details = {"direction": vector_text(self.direction), "point": vector_text(self.point), "pitch": self.pitch}
         return say(f"performance.{key}_{form}", language=language, **details)
 
@@ -58,7 +56,7 @@ def wrench_screw(F: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
 
 def _screw(directed: Floats, moment: Floats, length: float) -> ScrewParameters:
     size = float(np.linalg.norm(directed))
-    if size * length <= PARALLEL * float(np.linalg.norm(moment)) or size == 0.0:
+    if size * length <= CLEAR * float(np.linalg.norm(moment)) or size == 0.0:
         total = float(np.linalg.norm(moment))
         return ScrewParameters(signed(moment / total if total else moment), np.full(3, np.nan), float("inf"))
     pitch = float(directed @ moment) / size**2
@@ -67,11 +65,11 @@ def _screw(directed: Floats, moment: Floats, length: float) -> ScrewParameters:
 
 def signed(direction: Vector3) -> Vector3:
     """The same line's direction with its first clearly non-zero component positive, and no roundoff."""
-    clean = np.where(np.abs(direction) < 1e-12, 0.0, direction)
-    first = clean[np.argmax(np.abs(clean) > 1e-6)]
+    clean = np.where(np.abs(direction) < ROUNDOFF, 0.0, direction)
+    first = clean[np.argmax(np.abs(clean) > WITHIN)]
     return clean * np.sign(first) if first else clean
 
 
 def vector_text(vector: Floats) -> str:
     """(x, y, z) with four digits."""
-    return "(" + ", ".join(f"{x:.4g}" if abs(x) > 5e-7 else "0" for x in vector) + ")"
+    return "(" + ", ".join(f"{x:.4g}" if abs(x) > SHOWN else "0" for x in vector) + ")"

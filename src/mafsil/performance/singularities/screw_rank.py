@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, gate
 from mafsil.performance.singularities.screw_systems import canonical_system
-from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_of
+from mafsil.performance.tolerances import WITHIN
+from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_in_doubt, rank_of
 
 
 class ScrewRank(NamedTuple):
@@ -21,6 +22,7 @@ class ScrewRank(NamedTuple):
         null_rates: (k - rank, k) rates along the screws that cancel.
         reciprocal: (6 - rank, 6) wrenches (m, f) that do no work on any of them, in their canonical basis.
         length: [m] that divided translations.
+        tolerance: of the rank.
     """
 
     rank: int
@@ -28,6 +30,12 @@ class ScrewRank(NamedTuple):
     null_rates: Floats
     reciprocal: Floats
     length: float
+    tolerance: float = TOLERANCE
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether screws of six digits leave the rank open."""
+        return bool(rank_in_doubt(self.singular_values, self.tolerance))
 
 
 def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: float = TOLERANCE) -> ScrewRank:
@@ -48,7 +56,7 @@ def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: floa
     levers = np.linalg.norm(J[3:, revolute], axis=0) / np.linalg.norm(J[:3, revolute], axis=0)
     extent = float(np.sqrt((levers**2).mean())) if revolute.any() else 0.0
     size = max(float(np.abs(point).max()), float(np.abs(axes[3:]).max()))
-    scale = length if length is not None else extent if extent > 1e-6 * size else 1.0
+    scale = length if length is not None else extent if extent > WITHIN * size else 1.0
     units = J / np.repeat([1.0, scale], 3)[:, None]
     units = units / np.linalg.norm(units, axis=0)
     U, s, Vt = np.linalg.svd(units)
@@ -58,4 +66,4 @@ def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: floa
     f, m = canonical_system(left[:, 3:] / 1.0, left[:, :3])
     F = np.concatenate([m, f / scale], axis=1)
     F[:, :3] += np.cross(point, F[:, 3:])
-    return ScrewRank(found, s, Vt[found:] / sizes, F, float(scale))
+    return ScrewRank(found, s, Vt[found:] / sizes, F, float(scale), tolerance)

@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-
-CLEAR = 1e-9
-"""Share of the whole below which a part of a screw is rounding."""
+from mafsil.performance.tolerances import CLEAR, SINGLE_DIGITS, SMALLEST
 
 
 def canonical_system(directed: Floats, free: Floats) -> tuple[Floats, Floats]:
@@ -75,7 +73,7 @@ def echelon(rows: Floats) -> Floats:
         if done == k:
             break
         pivot = done + int(np.abs(A[done:, column]).argmax())
-        if abs(A[pivot, column]) <= 1e3 * CLEAR * max(float(np.abs(A[done:]).max()), 1e-300):
+        if abs(A[pivot, column]) <= SINGLE_DIGITS * max(float(np.abs(A[done:]).max()), SMALLEST):
             continue
         A[[done, pivot]] = A[[pivot, done]]
         A[done] /= A[done, column]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.algebra.tolerance import DESCRIBED
+from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -17,6 +20,7 @@ from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, 
 from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
 from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
 from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.tolerances import SLOPE_STEP
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import (
     TOLERANCE,
@@ -25,6 +29,7 @@ from mafsil.performance.velocity.scaling import (
     central_point,
     prismatic_joints,
     random_configurations,
+    rank_in_doubt,
     rank_of,
     require_one,
     scaled_jacobian,
@@ -69,13 +74,13 @@ def _default_task(robot: Robot) -> str:
 def _moves_flat(robot: Robot) -> bool:
     """Whether the tip never turns about x or y of {s}."""
     J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
-    return bool(np.abs(J[:, :2]).max(initial=0.0) < 1e-9)
+    return bool(np.abs(J[:, :2]).max(initial=0.0) < DESCRIBED)
 
 
 def _is_spherical(robot: Robot) -> bool:
     """Whether all joints turn about one point."""
     J_s = robot.jacobian_space(random_configurations(robot, 3, limited=False))
-    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < 1e-9 * max(1.0, float(np.abs(J_s).max())))
+    return bool(np.abs(at_point(J_s, central_point(J_s))[:, 3:]).max() < DESCRIBED * max(1.0, float(np.abs(J_s).max())))
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,7 @@ def _looked_at(robot: Robot, task: str) -> tuple[int, ...]:
     rows = task_rows(task)
     others = [row for row in range(6) if row not in rows]
     J = tool_jacobian(robot, random_configurations(robot, 3, limited=False))
-    idle = np.abs(J[:, others]).max(initial=0.0) <= 1e-12 * np.abs(J).max(initial=0.0)
+    idle = np.abs(J[:, others]).max(initial=0.0) <= DESCRIBED * np.abs(J).max(initial=0.0)
     return tuple(range(6)) if idle else rows
 
 
@@ -184,9 +189,32 @@ def is_singular(
     return (here >= 0) & (here < resolved_task(robot, task).full_rank)
 
 
-@dataclass(frozen=True, eq=False)
-class Singularity:
-    """What one configuration can and cannot do.
+@of_robot
+def verdict_in_doubt(
+    robot: Robot,
+    q: ArrayLike,
+    *,
+    task: Task | None = None,
+    length: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> NDArray[np.bool_]:
+    """(*batch) whether a description of six digits leaves `rank` and `is_singular` open; arguments as there."""
+    return rank_in_doubt(singular_values(robot, q, task=task, length=length), tolerance)
+
+
+class SingularityStatus(Status):
+    """Whether a configuration is singular, the question that succeeds with yes."""
+
+    SINGULAR = ("performance.singular", True)
+    """Its rank is lower than that of almost all others."""
+    DEFICIENT = ("performance.deficient", True)
+    """The arm has no configuration of full rank, and this one is like almost all others."""
+    REGULAR = ("performance.regular", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Singularity(SingleAnswer):
+    """What one configuration can and cannot do: true if it is singular.
 
     Attributes:
         robot: name.
@@ -222,6 +250,18 @@ class Singularity:
     def singular(self) -> bool:
         """Whether the rank is not full."""
         return self.rank < self.full_rank
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether a description of six digits leaves the rank open: a singular value is that near to the tolerance."""
+        return bool(rank_in_doubt(self.singular_values, self.tolerance))
+
+    @property
+    def status(self) -> SingularityStatus:
+        """Whether this configuration is singular, the arm at all of them, or neither."""
+        if self.drop > 0:
+            return SingularityStatus.SINGULAR
+        return SingularityStatus.DEFICIENT if self.deficient else SingularityStatus.REGULAR
 
     @property
     def drop(self) -> int:
@@ -260,13 +300,42 @@ class Singularity:
         }
         if not self.singular:
             ratio = float(self.singular_values[self.rank - 1] / self.singular_values[0]) if self.rank else 0.0
-            return say("performance.regular", language=language, ratio=ratio, **details)
+            regular = say("performance.regular", language=language, ratio=ratio, **details)
+            return "\n".join([regular, *self._doubt(language)])
         lines = [say("performance.deficient", language=language, **details)] if self.deficient else []
         lines += [say("performance.singular", language=language, **details)] if self.drop > 0 else []
         lines += [_cause_line(cause, language) for cause in self.causes]
         lines += [screw.sentence("lost", language) for screw in self.lost_screws]
         lines += [screw.sentence("carried", language) for screw in self.reciprocal_screws]
-        return "\n".join(lines)
+        return "\n".join([*lines, *self._doubt(language)])
+
+    def _doubt(self, language: str | None) -> list[str]:
+        """That rounding may have decided, where it may."""
+        if not self.in_doubt:
+            return []
+        ratios = self.singular_values / self.singular_values[0]
+        nearest = float(ratios[np.argmin(np.abs(np.log(np.maximum(ratios, SMALLEST) / self.tolerance)))])
+        return [say("performance.rank_in_doubt", language=language, ratio=nearest, tolerance=self.tolerance)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        ranks = {"rank": self.rank, "generic_rank": self.generic_rank, "full_rank": self.full_rank}
+        return {
+            "status": self.status.name.lower(),
+            "singular": self.singular,
+            "robot": self.robot,
+            "q": self.q,
+            "task": self.task,
+            **ranks,
+            "singular_values": self.singular_values,
+            "length": self.length,
+            "in_doubt": self.in_doubt,
+            "causes": [cause.sentence() for cause in self.causes],
+            "cases": list(self.cases),
+            "null_rates": self.null_rates,
+            "lost_twists": self.lost_twists,
+            "carried_wrenches": self.wrenches,
+        }
 
 
 def _cause_line(cause: SingularityCause, language: str | None) -> str:
@@ -367,7 +436,7 @@ def _reachable(robot: Robot, q: Floats, scaled: Scaled, null: Floats, left: Floa
     """
     if count <= 0:
         return left[:, :0]
-    step = 1e-4
+    step = SLOPE_STEP
     nearby = q + step * np.concatenate([np.eye(robot.n), -np.eye(robot.n)])
     factors = scaled.row_factors[:, None] * scaled.columns
     J = robot.jacobian_space(nearby)

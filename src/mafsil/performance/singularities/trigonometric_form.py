@@ -11,9 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-
-ROUNDOFF = 1e-11
-"""Coefficients smaller than this share of the largest are rounding."""
+from mafsil.performance.tolerances import (
+    CLEAR,
+    COMPUTED,
+    FLAT_SLOPE,
+    LONGEST_MOVE,
+    ON_CIRCLE,
+    REAL_ROOT,
+    ROOT_STEP,
+    SAME_FORM,
+    SHOWN,
+    SMALLEST,
+    WITHIN,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,24 +85,24 @@ class TrigonometricForm:
             return np.zeros(0)
         zeros: Any = np.roots(np.trim_zeros(coefficients[::-1], "f"))
         if prismatic:
-            return np.sort(zeros[np.abs(zeros.imag) < 1e-6 * np.maximum(1.0, np.abs(zeros))].real)
-        on_circle = zeros[np.abs(np.abs(zeros) - 1.0) < 1e-5]
+            return np.sort(zeros[np.abs(zeros.imag) < REAL_ROOT * np.maximum(1.0, np.abs(zeros))].real)
+        on_circle = zeros[np.abs(np.abs(zeros) - 1.0) < ON_CIRCLE]
         return _distinct(self._polished(q, joint, np.angle(on_circle)))
 
     def _polished(self, q: Floats, joint: int, angles: Floats) -> Floats:
         """Newton on the form itself; at double roots the steps stay small."""
         at = np.repeat(q[None], len(angles), axis=0)
         at[:, joint] = angles
-        step = 1e-6
+        step = ROOT_STEP
         for _ in range(3):
             ahead, behind = at.copy(), at.copy()
             ahead[:, joint] += step
             behind[:, joint] -= step
             slope = (self(ahead) - self(behind)) / (2 * step)
             value = self(at)
-            good = np.abs(slope) > 1e-7
+            good = np.abs(slope) > FLAT_SLOPE
             move = np.where(good, value / np.where(good, slope, 1.0), 0.0)
-            at[:, joint] -= np.clip(move, -1e-3, 1e-3)
+            at[:, joint] -= np.clip(move, -LONGEST_MOVE, LONGEST_MOVE)
         return at[:, joint]
 
     def text(self, longest: int | None = None) -> str:
@@ -119,11 +129,11 @@ class TrigonometricForm:
             return [(term.coefficient.real, " ".join(lengths))]
         pair = [(2 * term.coefficient.real, f"cos({angle})"), (-2 * term.coefficient.imag, f"sin({angle})")]
         largest = max(abs(t.coefficient) for t in self.terms)
-        return [(x, " ".join([*lengths, name])) for x, name in pair if abs(x) > ROUNDOFF * largest]
+        return [(x, " ".join([*lengths, name])) for x, name in pair if abs(x) > COMPUTED * largest]
 
 
 def _product(x: float, rest: str) -> str:
-    return rest if rest and abs(x - 1.0) < 5e-7 else f"{x:.6g} {rest}".strip()
+    return rest if rest and abs(x - 1.0) < SHOWN else f"{x:.6g} {rest}".strip()
 
 
 def _leads(powers: Sequence[int], prismatic: Sequence[bool]) -> bool:
@@ -145,8 +155,8 @@ def _distinct(angles: Floats) -> Floats:
     wrapped = np.sort(np.pi - np.mod(np.pi - angles, 2 * np.pi))
     if not len(wrapped):
         return wrapped
-    keep = np.concatenate([[True], np.diff(wrapped) > 1e-6])
-    if len(wrapped) > 1 and keep[-1] and wrapped[0] + 2 * np.pi - wrapped[-1] < 1e-6:
+    keep = np.concatenate([[True], np.diff(wrapped) > WITHIN])
+    if len(wrapped) > 1 and keep[-1] and wrapped[0] + 2 * np.pi - wrapped[-1] < WITHIN:
         keep[0] = False
     return wrapped[keep]
 
@@ -180,11 +190,11 @@ def fitted(
     terms = tuple(
         Term(complex(x), tuple(int(i) + low for i, low in zip(index, lows, strict=True)))
         for index, x in np.ndenumerate(values)
-        if abs(x) > ROUNDOFF * largest
+        if abs(x) > COMPUTED * largest
     )
     form = TrigonometricForm(joints, tuple(bool(prismatic[j]) for j in joints), terms)
     trial = _trial(n, prismatic, scale, rng, 32)
-    return form if np.abs(form(trial) - function(trial)).max() < 1e-9 * max(largest, 1e-300) else None
+    return form if np.abs(form(trial) - function(trial)).max() < CLEAR * max(largest, SMALLEST) else None
 
 
 def _dependencies(
@@ -197,7 +207,7 @@ def _dependencies(
     for j in range(n):
         moved = start.copy()
         moved[:, j] = other[:, j]
-        if np.abs(function(moved) - reference).max() > 1e-10 * max(float(np.abs(reference).max()), 1e-300):
+        if np.abs(function(moved) - reference).max() > SAME_FORM * max(float(np.abs(reference).max()), SMALLEST):
             found.append(j)
     return tuple(found)
 

@@ -14,6 +14,7 @@ from mafsil.arrays import Floats, JointVector, Vector3, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.model.loading import RobotLike
+from mafsil.performance.tolerances import SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, require_one
 from mafsil.robot import as_robot
@@ -115,7 +116,7 @@ class VirtualWork(SingleAnswer):
     @property
     def status(self) -> EquilibriumStatus:
         """Equilibrium, if the largest power is none beside the sizes that cancel."""
-        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, 1e-300)
+        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, SMALLEST)
         return EquilibriumStatus.EQUILIBRIUM if balanced else EquilibriumStatus.NO_EQUILIBRIUM
 
     def explain(self, language: str | None = None) -> str:
@@ -159,7 +160,7 @@ def virtual_work(
     A = np.zeros((0, robot.n)) if constraint is None else np.atleast_2d(gate("constraint", constraint, (robot.n,)))
     if len(A):
         _, s, Vt = np.linalg.svd(A)
-        rates = Vt[int((s > TOLERANCE * max(float(s[0]), 1e-300)).sum()) :]
+        rates = Vt[int((s > TOLERANCE * max(float(s[0]), SMALLEST)).sum()) :]
     else:
         rates = np.eye(robot.n)
     size = float(sum(np.abs(term).sum() for term in terms))

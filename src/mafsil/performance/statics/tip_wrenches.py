@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, Vector6, gate, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
+from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
 from mafsil.performance.singularities.singular_configuration import wrenches_of
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.arguments import in_tip
 from mafsil.solvers import decompositions
-
-BALANCED = 1e-9
-"""Efforts that no tip wrench balances, over the largest effort, below this are rounding."""
 
 
 class StaticsStatus(Status):
@@ -37,6 +37,9 @@ class StaticsStatus(Status):
 
 
 STATUSES = tuple(StaticsStatus)
+_MEMBERS = np.array(STATUSES, dtype=np.object_)
+LISTED = 6
+"""Configurations of a batch whose sentences are given at once, the first that have no answer."""
 
 JACOBIANS: dict[str, Callable[[Robot, ArrayLike, str | None], Floats]] = {
     "body": lambda robot, q, frame: robot.jacobian_body(q, frame=frame),
@@ -82,9 +85,9 @@ def joint_torque(
     return np.einsum("...ij,...i->...j", J, gate("F", F, (6,)))
 
 
-@dataclass(frozen=True, eq=False)
-class TipWrench:
-    """The wrench at the tip that balances joint efforts, as far as there is one.
+@dataclass(frozen=True, eq=False, repr=False)
+class TipWrench(Answer):
+    """The wrench at the tip that balances joint efforts, as far as there is one: true where all efforts determine it.
 
     Attributes:
         F: (*batch, m) rows of the wrench (m, f) that the tip exerts, at its origin in the axes of {s}, the task's rows;
@@ -106,12 +109,42 @@ class TipWrench:
     rows: int
     length: float
 
-    def status(self, *index: int) -> StaticsStatus:
-        """The status of one element of the batch."""
-        return STATUSES[int(self.codes[index])]
+    @property
+    def status(self) -> Any:
+        """The status, a member of `StaticsStatus`; of a batch an array (*batch,) of them."""
+        return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
+
+    def __bool__(self) -> bool:
+        return bool((self.codes == STATUSES.index(StaticsStatus.DETERMINED)).all())
+
+    def __len__(self) -> int:
+        return len(self.codes) if self.codes.ndim else 1
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter(self.F if self.codes.ndim else (self.F,))
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data; arrays are those of the answer."""
+        names = np.array([status.name.lower() for status in STATUSES])[self.codes]
+        found = {"F": self.F, "unbalanced": self.unbalanced, "rank": self.rank}
+        return {"status": names.tolist(), **found, "carried": self.carried, "self_motion": self.self_motion}
 
     def explain(self, *index: int, language: str | None = None) -> str:
-        """Whether F is the answer, and if not why; wrenches carried by the structure one by one."""
+        """Whether F is the answer, and if not why; wrenches carried by the structure one by one.
+
+        Of a batch, without an index, how many efforts determine F, and the sentences of the first that do not.
+        """
+        if self.codes.ndim and not index:
+            failing = np.argwhere(self.codes != STATUSES.index(StaticsStatus.DETERMINED)).tolist()
+            determined = self.codes.size - len(failing)
+            lines = [say("performance.statics_batch", language=language, determined=determined, count=self.codes.size)]
+            for where in failing[:LISTED]:
+                lines.append(f"{', '.join(map(str, where))}: {self.explain(*where, language=language)}")
+            return "\n".join(lines)
+        status = STATUSES[int(self.codes[index])]
         details = {
             "rank": int(self.rank[index]),
             "n": self.n,
@@ -120,7 +153,7 @@ class TipWrench:
             "motions": self.n - int(self.rank[index]),
             "unbalanced": vector_text(self.unbalanced[index]),
         }
-        lines = [self.status(*index).sentence(language, **details)]
+        lines = [status.sentence(language, **details)]
         lines += [wrench_screw(F, length=self.length).sentence("carried", language) for F in self.carried]
         return "\n".join(lines)
 
@@ -152,7 +185,7 @@ def tip_wrench(
     balanced = np.einsum("...ij,...i->...j", Vt, np.where(kept, along, 0.0))
     unbalanced = (loads - balanced) / scaled.columns
     size = np.abs(efforts).max(axis=-1)
-    moving = np.abs(unbalanced).max(axis=-1) > BALANCED * np.maximum(size, 1e-300)
+    moving = np.abs(unbalanced).max(axis=-1) > CLEAR * np.maximum(size, SMALLEST)
     free = found < len(scaled.rows)
     single = scaled.J.ndim == 2
     carried, motion = _kernels(scaled, tolerance) if single else (np.zeros((0, 6)), np.zeros((0, robot.n)))
@@ -285,7 +318,7 @@ def sum_of_moments(moments: ArrayLike, abouts: ArrayLike) -> Floats:
     m = np.atleast_2d(gate("moments", moments, (3,), finite=True))
     points = np.atleast_2d(gate("abouts", abouts, (3,), finite=True))
     apart = np.linalg.norm(points - points[0], axis=-1)
-    if apart.max(initial=0.0) > 1e-12 * max(1.0, float(np.abs(points).max())):
+    if apart.max(initial=0.0) > ROUNDOFF * max(1.0, float(np.abs(points).max())):
         raise InputError("performance.moments_about", index=int(apart.argmax()), distance=float(apart.max()))
     return m.sum(axis=0)
 
@@ -299,7 +332,7 @@ def in_equilibrium(wrenches: ArrayLike, *, length: float = 1.0, tolerance: float
         tolerance: of the sum, relative to the sum of sizes.
     """
     F = np.atleast_2d(gate("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
-    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), 1e-300))
+    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), SMALLEST))
 
 
 def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:

@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Vector3, Vector6, gate
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
+from mafsil.performance.tolerances import CLEAR
 from mafsil.robot import Robot, of_robot
-
-LOCK = 1e-9
-"""Determinant of the rate matrix below which three angles have no rates: a gimbal lock."""
 
 
 @of_robot
@@ -111,7 +109,7 @@ def _euler_rates(R: Floats, sequence: str) -> Floats:
     """(*batch, 3, 3) from omega_s to the rates of three angles."""
     E = euler.rates_to_angular_velocity(euler.to_euler(R, sequence), sequence)
     with np.errstate(invalid="ignore"):
-        locked = np.abs(np.linalg.det(E)) < LOCK
+        locked = np.abs(np.linalg.det(E)) < CLEAR
     if E.ndim == 2 and locked:
         raise InputError("performance.gimbal_lock", sequence=sequence)
     inverse = np.linalg.inv(np.where(locked[..., None, None], np.eye(3), E))

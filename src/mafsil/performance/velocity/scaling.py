@@ -9,10 +9,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Floats, Vector3, gate
 from mafsil.errors import InputError
 from mafsil.model import JointKind
 from mafsil.model.skeleton import reach
+from mafsil.performance.tolerances import CLEAR, NO_LEVER, ROUNDOFF, SMALLEST, TOLERANCE
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
@@ -21,11 +23,6 @@ from mafsil.solvers.decompositions import symmetric_pinv
 SAMPLES = 256
 """Configurations over which lengths and generic ranks are taken."""
 SEED = 20
-NO_LEVER = 1e-5
-"""Lever arms, relative to the size of the arm, that are the rounding of a description."""
-
-TOLERANCE = 1e-6
-"""Smallest singular value of the scaled Jacobian, over its largest, that counts as not zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +97,7 @@ def characteristic_length(robot: Robot, about: Literal["tip", "axes"] = "tip") -
 
 def _rms_lever(J: Floats, size: float) -> float:
     """Root mean square of the levers [m]; the size of the arm [m] where they are none beside it."""
-    revolute = np.abs(J[:, :3]).max(axis=(0, 1)) > 1e-12
+    revolute = np.abs(J[:, :3]).max(axis=(0, 1)) > ROUNDOFF
     if not revolute.any():
         return 1.0
     lever = float(np.sqrt((J[:, 3:, revolute] ** 2).sum(axis=1).mean()))
@@ -116,7 +113,7 @@ def central_point(J_s: Floats) -> Vector3:
     w, v = J_s[..., :3, :], J_s[..., 3:, :]
     normal = np.einsum("...in,...in->...", w, w)[..., None, None] * np.eye(3) - w @ np.swapaxes(w, -1, -2)
     toward = np.cross(w, v, axis=-2).sum(axis=-1)
-    return (symmetric_pinv(normal, 1e-9) @ toward[..., None])[..., 0]
+    return (symmetric_pinv(normal, CLEAR) @ toward[..., None])[..., 0]
 
 
 def at_point(J_s: Floats, point: Floats) -> Floats:
@@ -187,8 +184,18 @@ def scaled_jacobian(
 def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.int64]:
     """(*batch) how many singular values (*batch, k) exceed tolerance times the largest; -1 where they are NaN."""
     largest = singular_values[..., :1]
-    count = (singular_values > np.maximum(tolerance * largest, 1e-300)).sum(axis=-1)
+    count = (singular_values > np.maximum(tolerance * largest, SMALLEST)).sum(axis=-1)
     return np.where(np.isnan(singular_values).any(axis=-1), -1, count)
+
+
+def rank_in_doubt(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
+    """(*batch) whether a description of six digits leaves open how many singular values (*batch, k) `rank_of` counts.
+
+    One of them is as near to the tolerance as rounding moves it: within the factor DESCRIBED / TOLERANCE, 20, of it.
+    """
+    factor = DESCRIBED / TOLERANCE
+    limit = tolerance * singular_values[..., :1]
+    return ((singular_values > limit / factor) & (singular_values < limit * factor)).any(axis=-1)
 
 
 def require_one(name: str, q: ArrayLike, n: int) -> Floats:

@@ -13,11 +13,9 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.model.loading import RobotLike
+from mafsil.performance.tolerances import CLEAR
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.robot import Robot, as_robot, of_robot
-
-FLAT = 1e-9
-"""Tilt of z [rad] that counts as none where only an angle about z is asked for."""
 
 TASKS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
@@ -74,7 +72,7 @@ def task_coordinates(robot: RobotLike, q: ArrayLike, task: Task = "pose", *, fra
     T = as_robot(robot).forward_kinematics(q, frame=frame)
     turns = [row for row in rows if row < 3]
     if turns == [2]:
-        if np.abs(T[..., :2, 2]).max(initial=0.0) > FLAT:
+        if np.abs(T[..., :2, 2]).max(initial=0.0) > CLEAR:
             raise InputError("performance.turn_rows", rows=rows)
         r = np.zeros((*T.shape[:-2], 3))
         r[..., 2] = np.arctan2(T[..., 1, 0], T[..., 0, 0])

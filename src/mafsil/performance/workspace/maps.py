@@ -16,9 +16,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, gate, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.performance.tolerances import LEAST_SPAN, WITHIN
 from mafsil.performance.velocity.scaling import prismatic_joints
 from mafsil.performance.velocity.scaling import ranges as drawn_from
 from mafsil.robot import Robot, of_robot
@@ -35,9 +37,17 @@ View = Literal["xyz", "xy", "xz", "yz", "radial"]
 _AXES: dict[str, tuple[int, ...]] = {"xyz": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-@dataclass(frozen=True, eq=False)
-class WorkspaceMap:
-    """Cells of space and what was seen in them.
+class WorkspaceStatus(Status):
+    """Whether anything of the space that a map shows was reached."""
+
+    REACHED = ("performance.workspace", True)
+    NOTHING_REACHED = ("performance.workspace_nothing", False)
+    """No sample fell into the slice: none was found, which proves nothing."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WorkspaceMap(SingleAnswer):
+    """Cells of space and what was seen in them: true if any was reached.
 
     Attributes:
         robot: name.
@@ -63,6 +73,44 @@ class WorkspaceMap:
     inside: int
     seed: int
     given: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def status(self) -> WorkspaceStatus:
+        """Whether any cell was reached."""
+        return WorkspaceStatus.REACHED if self.counts.any() else WorkspaceStatus.NOTHING_REACHED
+
+    @property
+    def unit(self) -> str:
+        """Of sizes: `m^2` of flat views, else `m^3`."""
+        return "m^2" if self.counts.ndim == 2 and self.view != "radial" else "m^3"
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Ends of the reached cells along every axis of the grid, by its name [m]; empty if nothing was reached."""
+        if not self:
+            return {}
+        where = np.argwhere(self.reached)
+        low = self.origin + self.cell * where.min(axis=0)
+        high = self.origin + self.cell * (where.max(axis=0) + 1)
+        names = ("ρ", "z") if self.view == "radial" else tuple(self.view)
+        return {name: (float(a), float(b)) for name, a, b in zip(names, low, high, strict=True)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: sizes, bounds and voids; the grid itself is `counts`."""
+        size, error = self.volume()
+        return {
+            "status": self.status.name.lower(),
+            "robot": self.robot,
+            "view": self.view,
+            "size": size,
+            "error": error,
+            "unit": self.unit,
+            "cell": self.cell,
+            "samples": self.samples,
+            "seed": self.seed,
+            "bounds": {name: list(ends) for name, ends in self.bounds.items()},
+            "voids": [{"place": void[:-1], "size": float(void[-1])} for void in self.voids()],
+        }
 
     @property
     def reached(self) -> NDArray[np.bool_]:
@@ -171,15 +219,13 @@ class WorkspaceMap:
     def explain(self, language: str | None = None) -> str:
         """Samples, size with its error, voids."""
         size, error = self.volume()
-        unit = "m^2" if self.counts.ndim == 2 and self.view != "radial" else "m^3"
-        sentence = say(
-            "performance.workspace",
-            language=language,
+        sentence = self.status.sentence(
+            language,
             robot=self.robot,
             samples=self.samples,
             size=size,
             error=error,
-            unit=unit,
+            unit=self.unit,
             voids=len(self.voids()),
             cell=self.cell,
         )
@@ -383,7 +429,7 @@ def _bounds(robot: Robot, view: str, lower: Floats, upper: Floats, frame: str | 
     p = robot.forward_kinematics(rng.uniform(lower, upper, (20_000, robot.n)), frame=frame)[:, :3, 3]
     x = np.stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]], axis=1) if view == "radial" else p[:, _AXES[view]]
     low, high = x.min(axis=0), x.max(axis=0)
-    margin = 0.1 * np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-6))
+    margin = 0.1 * np.maximum(high - low, LEAST_SPAN * max(float((high - low).max()), WITHIN))
     low, high = low - margin, high + margin
     if view == "radial":
         low[0] = 0.0

@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.simulation.motion.system import DrivenRobot
 from mafsil.simulation.motion.variational import COMPOSITIONS, march
+from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import integrate, method, second_order
 from mafsil.solvers.events import Event, Watch
 from mafsil.solvers.integrate import State
@@ -38,9 +39,9 @@ class Clock:
     @classmethod
     def until(cls, end: float, step: float) -> Clock:
         """The clock that ends at a time."""
-        count = int(end / step + 1e-9)
+        count = int(end / step + PART_OF_STEP)
         rest = end - count * step
-        return cls(step, count, rest if rest > 1e-9 * step else 0.0)
+        return cls(step, count, rest if rest > PART_OF_STEP * step else 0.0)
 
     @property
     def lengths(self) -> Floats:

@@ -22,6 +22,7 @@ from mafsil.simulation.motion.signal import Source, breaks_of, signal
 from mafsil.simulation.motion.system import DrivenRobot, common_shape
 from mafsil.simulation.motion.variational import COMPOSITIONS
 from mafsil.simulation.overview import joint_table
+from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.events import Event, require_events
@@ -212,7 +213,7 @@ def forward_dynamics_trajectory(
     longest = inf if step is None else positive("step", step)
     budget = Budget(whole("most_steps", most_steps, 1), seconds, longest)
     h = DEFAULT_STEP if step is None and method not in PAIRS else longest
-    if end / h > budget.steps + 1e-9:
+    if end / h > budget.steps + PART_OF_STEP:
         raise InputError("simulation.most_steps", steps=end / h, limit=budget.steps)
     require_events(events)
     if method in COMPOSITIONS and friction:

@@ -27,6 +27,7 @@ from mafsil.geometry import pose, wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
+from mafsil.simulation.tolerances import NO_SECONDS, SLOWEST_TURN
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
 from mafsil.solvers.outcome import Outcome
 from mafsil.solvers.pairs import pair
@@ -160,14 +161,14 @@ def free_body_motion(
         # A stretch ends when the chart has turned far enough; its length follows from the present rate.
         system.origin = poses[-1]
         with np.errstate(over="ignore", invalid="ignore"):
-            rate = max(float(np.linalg.norm(twists[-1][:3])), 1e-3)
+            rate = max(float(np.linalg.norm(twists[-1][:3])), SLOWEST_TURN)
             outcome = integrate_adaptively(
                 pair(method),
                 system.rates,
                 np.concatenate([np.zeros(6), twists[-1]]),
                 (times[-1], min(end, max(times[-1] + LONGEST_TURN / rate, float(np.nextafter(times[-1], inf))))),
                 tolerance=accuracy,
-                budget=Budget(most_steps - spent, max(deadline - perf_counter(), 1e-9)),
+                budget=Budget(most_steps - spent, max(deadline - perf_counter(), NO_SECONDS)),
             )
         spent += outcome.iterations
         _append(outcome.value, system.origin, times, poses, twists)

@@ -10,12 +10,11 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.simulation.motion.system import DrivenRobot, variational_kernel
+from mafsil.simulation.tolerances import FAILED, NEWTON_RESIDUAL, SMALLEST
 from mafsil.solvers.outcome import Outcome, SolverStatus
 
 NEWTON = 30
 """Newton steps at most; three or four are usual."""
-ROUNDING, ACCEPTED = 4e-16, 1e-9
-"""Residual, relative to the momenta, at which Newton stops, and above which a step has failed."""
 
 
 def _symmetric(*half: float) -> tuple[float, ...]:
@@ -108,7 +107,7 @@ class _MidpointStep:
     def solved(self, t: float, q: Floats, p: Floats, v: Floats, h: float) -> tuple[Floats, Floats] | None:
         """Mean rate over the step and momentum at its end; None if there is no solution near the guess."""
         n, system = self.system.n, self.system
-        size = float(np.abs(p).max(initial=0.0)) + 1e-300
+        size = float(np.abs(p).max(initial=0.0)) + SMALLEST
         clock, before, stuck = np.asarray(h), np.inf, 0
         for _ in range(NEWTON):
             load = self.zero if self.free else system.load(t + h / 2.0, q + (h / 2.0) * v, v)
@@ -120,9 +119,9 @@ class _MidpointStep:
             moved = float(np.abs(table[..., n : 2 * n]).max(initial=0.0)) + size
             if not left < np.inf:
                 return None
-            if left <= ROUNDING * moved or stuck >= 2:
+            if left <= NEWTON_RESIDUAL * moved or stuck >= 2:
                 self.worst = max(self.worst, left / moved)
-                return (v, table[..., n : 2 * n]) if left <= ACCEPTED * moved else None
+                return (v, table[..., n : 2 * n]) if left <= FAILED * moved else None
             stuck = stuck + 1 if left >= before else 0
             before = min(left, before)
             v = table[..., :n]

@@ -1,0 +1,113 @@
+"""`mafsil trajectory`: why a motion through points is impossible and what mends it; motions for controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import number
+from mafsil.csv_table import read_csv_table
+from mafsil.errors import InputError
+from mafsil.robot import Robot, load
+from mafsil.trajectory import TrajectoryFile, check, doctor, export, read
+from mafsil.trajectory.files.csv_file import joint_names
+from mafsil.trajectory.overview import overview
+
+USUAL_RATE = 125.0
+"""Points per second, where none is asked for [Hz]."""
+
+
+def trajectory(
+    action: str,
+    robot: str,
+    file: str,
+    out: str | None,
+    rate: str | None,
+    curve: str | None,
+    remedy: str | None,
+    tip: str | None,
+) -> Answer:
+    """One of the actions of the command.
+
+    Args:
+        action: `check`, `doctor` or `export`.
+        robot: name or file, whose limits count.
+        file: CSV with a column of times and one for each joint.
+        out: file to be written; of `export` its ending says the format.
+        rate: points per second, as typed [Hz].
+        curve, remedy: of `doctor`: the curve through the points, and the kind of change that is applied.
+        tip: another tip link.
+
+    Raises:
+        MafsilError: no such robot or file, a column for another joint, an option that the action does not have.
+    """
+    for name, value, owner in (("--curve", curve, "doctor"), ("--remedy", remedy, "doctor")):
+        if value is not None and action != owner:
+            raise InputError("cli.trajectory_option", option=name, action=action, owner=owner)
+    arm = load(robot, tip=tip)
+    points = USUAL_RATE if rate is None else number("--rate", rate)
+    actions: dict[str, Callable[[], Answer]] = {
+        "check": lambda: _check(arm, file),
+        "doctor": lambda: _doctor(arm, file, curve, remedy, out, points),
+        "export": lambda: _export(arm, file, out, points),
+    }
+    return actions[action]()
+
+
+def _check(arm: Robot, file: str) -> Answer:
+    """What the motion of a file looks like, and whether it keeps the limits."""
+    motion = read(file, joints=_joints(arm, file))
+    verdict = check(motion, arm, arm.joint_names)
+    data: dict[str, Any] = {"robot": arm.name, "duration": motion.duration, **verdict.to_dict()}
+    lines = tuple(Laid(line) for line in overview(motion, arm.joint_names).split("\n"))
+    if verdict:
+        return Answer(data, (*lines, verdict.explain()))
+    return Answer(data, lines, verdict.explain())
+
+
+def _doctor(arm: Robot, file: str, curve: str | None, remedy: str | None, out: str | None, rate: float) -> Answer:
+    """What makes the motion through the points of a file impossible; the mended motion in another file."""
+    table = read_csv_table(file, fewest=2)
+    t = table.numbers([table.time_column()])[:, 0]
+    table.require_increasing(t)
+    names = _joints(arm, file)
+    columns = table.joint_columns("q", names, required=True) or []
+    found = doctor(table.numbers(columns), np.diff(t), arm, curve="stops" if curve == "stops" else "spline")
+    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
+    lines = found.explain().split("\n")
+    if out is None and remedy is None:
+        return Answer(data, tuple(lines) if found else tuple(lines[1:]), None if found else lines[0])
+    if out is None:
+        raise InputError("cli.trajectory_out_missing", option="--remedy")
+    written = export(found.mended(remedy), out, arm, rate=rate)
+    return _written(data, lines, written)
+
+
+def _export(arm: Robot, file: str, out: str | None, rate: float) -> Answer:
+    """The motion of a file for a controller."""
+    if out is None:
+        raise InputError("cli.trajectory_out_missing", option="export")
+    written = export(read(file, joints=_joints(arm, file)), out, arm, rate=rate)
+    return _written({"robot": arm.name}, [], written)
+
+
+def _written(data: dict[str, Any], lines: list[str], written: TrajectoryFile) -> Answer:
+    sentence = written.explain()
+    data = data | {"file": written.to_dict()}
+    return Answer(data, (*lines, sentence)) if written else Answer(data, tuple(lines), sentence)
+
+
+def _joints(arm: Robot, file: str) -> tuple[str, ...]:
+    """Joints of the robot, as the file names or numbers them.
+
+    Raises:
+        InputError: the file names other joints.
+    """
+    named = joint_names(read_csv_table(Path(file)))
+    if named and set(arm.joint_names) - set(named):
+        raise InputError("cli.trajectory_joints", file=file, got=", ".join(named), expected=", ".join(arm.joint_names))
+    return arm.joint_names

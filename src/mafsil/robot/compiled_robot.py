@@ -1,0 +1,216 @@
+"""The quantities of a mechanism as compiled routines: what everything else of a robot is made of."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, cast
+
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, gate
+from mafsil.errors import InputError
+from mafsil.kernels.batch import Evaluator
+from mafsil.kernels.kernel import Kernel
+from mafsil.kernels.lazy import lazy
+from mafsil.mechanics.catalogue import quantity
+from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
+from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_law
+from mafsil.mechanics.quantity import Quantity
+from mafsil.model import Mechanism
+from mafsil.robot.arguments import arranged, twin_form
+from mafsil.robot.compiling import compiled, compiled_together
+from mafsil.robot.degrees import DegreesHint
+from mafsil.robot.description import Description
+from mafsil.robot.masses import require_masses
+from mafsil.robot.motionless import Motionless
+from mafsil.robot.regularity import Answered, may_be_singular
+from mafsil.robot.routines import Routines
+from mafsil.robot.together import Together
+
+
+class CompiledRobot(Description, Routines):
+    """A description whose quantities are compiled at their first use; `Robot` adds what is computed from them.
+
+    Attributes:
+        mechanism: the description; immutable.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        super().__init__(mechanism)
+        self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], Kernel] = {}
+
+    def friction_torque(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> JointVector:
+        """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) + offset [N m | N].
+
+        Args:
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            smoothing: rate [rad/s | m/s] within which the Coulomb part changes its sign smoothly.
+        """
+        return self._friction.torque(gate("qd", qd, (self.n,)), smoothing)
+
+    def degeneracy(self, q: ArrayLike) -> Degeneracy:
+        """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
+        return degeneracy(self.mass_matrix(gate("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
+
+    def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Kernel:
+        """The compiled kernel of a quantity; made once.
+
+        Args:
+            name: a name of the catalogue.
+            frame: link name for framed quantities; the tip frame if None.
+            optional: optional inputs that shall be present, such as ("tip_wrench",).
+
+        Raises:
+            InputError: the name or the frame is not known; the sentence lists what is.
+        """
+        if not isinstance(cast(object, frame), str | None):
+            raise InputError("robot.frame_name", name=name, got=type(frame).__name__)
+        key = (name, frame, optional)
+        if key not in self._kernels:
+            row = quantity(name)
+            if frame is not None:
+                self._require_frame(row, frame)
+            self._kernels[key] = compiled(self.mechanism, name, frame, optional)
+        return self._kernels[key]
+
+    def together(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Together:
+        """Several quantities of the same state as one routine, in which what they share is computed once.
+
+        `T, J = robot.together("forward_kinematics", "jacobian_body")(q)`. The inputs are those of the quantities in
+        the order in which they first occur, then the optional ones; batches, `out=` (a tuple) and `threads=` as always.
+
+        Args:
+            names: two or more names of the catalogue.
+            frame: link name for the framed quantities among them; the tip frame if None.
+            optional: optional inputs that shall be present, such as ("tip_wrench",).
+
+        Raises:
+            InputError: a name, frame or optional input that is not known, a name given twice, fewer than two names.
+        """
+        if not isinstance(cast(object, frame), str | None):
+            raise InputError("robot.frame_name", name="together", got=type(frame).__name__)
+        key = (names, frame, optional)
+        if key not in self._kernels:
+            rows = [quantity(name) for name in names]
+            if len(names) < 2 or len(set(names)) < len(names):
+                raise InputError("robot.together", got=", ".join(names))
+            possible = [name for row in rows for name in row.optional]
+            if unknown := [name for name in optional if name not in possible]:
+                raise InputError("input.choice", name="optional", value=unknown[0], known=", ".join(possible))
+            if frame is not None:
+                self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
+            self._kernels[key] = compiled_together(self.mechanism, names, frame, optional)
+        return self._kernels[key].call
+
+    def routine(self, name: str) -> Any:
+        """The routine of a quantity, as `robot.<name>`; that attribute keeps it.
+
+        Args:
+            name: of the catalogue.
+
+        Raises:
+            InputError: no such quantity.
+            ModelError: a quantity of masses, for a robot that has none.
+        """
+        row = quantity(name)
+        if not self.n and not row.needs_joints:
+            return Motionless(self.mechanism, name)
+        require_masses(self.mechanism, row)
+        if row.solves_mass_matrix and may_be_singular(self.mechanism):
+            return Answered(name, self.compiled_routine(name), self.degeneracy)
+        return self.compiled_routine(name)
+
+    def compiled_routine(self, name: str) -> Any:
+        """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        return _routine_kernel(self, name).call
+
+    def _general(
+        self,
+        row: Quantity,
+        evaluate: Evaluator,
+        *arrays: ArrayLike,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        **named: ArrayLike,
+    ) -> Floats:
+        """Any call: inputs by position or name, optional inputs, frames, batches.
+
+        1. The inputs alone, by position: a list or a batch for the tip frame's own kernel.
+        2. Otherwise the inputs are put in their order, and the kernel is that of this frame and these optional inputs.
+        3. A form of call that has a builtin of its own (`twin_form`) gets it, so that the next such call is fast.
+        """
+        # 1.
+        if frame is None and not named and len(arrays) == len(row.inputs):
+            found = evaluate(*arrays, out=out, threads=threads)
+            self._degrees_hint(arrays[0])
+            return found
+        # 2.
+        inputs = arranged(row, arrays, named, self.mechanism.tip)
+        optional = tuple(name for name in row.optional if name in inputs)
+        if frame is not None or optional:
+            kernel = self.kernel(row.name, frame, optional)
+            # 3.
+            form = twin_form(row, len(arrays), tuple(named), frame, optional)
+            if form is not None and form not in evaluate.twins:
+                twin = _twin_kernel(self, row.name, frame, optional).call
+                evaluate.twins[form] = twin
+                if isinstance(form, tuple):
+                    for options in (("out",), ("threads",), ("out", "threads")):
+                        evaluate.twins[*form, *options] = twin
+            evaluate = kernel.evaluate
+        found = evaluate(*inputs.values(), out=out, threads=threads)
+        self._degrees_hint(inputs["q"])
+        return found
+
+    def _general_of_twin(
+        self,
+        row: Quantity,
+        own_frame: str | None,
+        optional: tuple[str, ...],
+        evaluate: Evaluator,
+        /,
+        *arrays: ArrayLike,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        **named: ArrayLike,
+    ) -> Floats:
+        """What the builtin of a frame or with optional inputs does not take; these may even be None."""
+        inputs = arranged(row, arrays, named, self.mechanism.tip)
+        there = tuple(name for name in row.optional if name in inputs)
+        at = own_frame if frame is None else frame
+        if (at, there) != (own_frame, optional):
+            evaluate = self.kernel(row.name, at, there).evaluate
+        found = evaluate(*inputs.values(), out=out, threads=threads)
+        self._degrees_hint(inputs["q"])
+        return found
+
+    def _require_frame(self, row: Quantity, frame: str) -> None:
+        if not row.framed:
+            raise InputError("robot.no_frame", name=row.name)
+        self.mechanism.link(frame)
+
+    @lazy
+    def _degrees_hint(self) -> DegreesHint:
+        """Warns of joint angles that look like degrees."""
+        return DegreesHint(self.mechanism)
+
+    @lazy
+    def _friction(self) -> FrictionLaw:
+        """Friction of the joints that have any."""
+        return friction_law(self.mechanism)
+
+
+def _twin_kernel(robot: CompiledRobot, name: str, frame: str | None, optional: tuple[str, ...]) -> Kernel:
+    """The kernel of a frame or with optional inputs, all by position, falling back to all that the robot knows."""
+    row = quantity(name)
+    fallback = partial(robot._general_of_twin, row, frame, optional)  # pyright: ignore[reportPrivateUsage]
+    recipe = (_twin_kernel, (robot, name, frame, optional))
+    return compiled(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
+
+
+def _routine_kernel(robot: CompiledRobot, name: str) -> Kernel:
+    """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
+    fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
+    return compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))

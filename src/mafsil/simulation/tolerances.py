@@ -1,0 +1,18 @@
+"""Thresholds of simulation, each with its reason: time is counted in steps, and a step is a decimal."""
+
+from mafsil.algebra.tolerance import SMALLEST_DIVISOR
+
+SMALLEST = SMALLEST_DIVISOR
+"""In place of a zero to divide by."""
+PART_OF_STEP = 1e-9
+"""Share of a step that is the rounding of a time: a million steps (1e6 EPS) of a decimal, and ten times that."""
+PERIOD = 1e-9
+"""Relative difference of a control period from whole steps: both are typed with nine digits."""
+NO_SECONDS = 1e-9
+"""Seconds of computing that are left at least, so that a budget is positive: a clock's tick."""
+SLOWEST_TURN = 1e-3
+"""Rate [rad/s] that stands for none where a body's turn decides how long a piece of its motion is."""
+NEWTON_RESIDUAL = 4e-16
+"""Residual, over the momenta, at which Newton's method stops: 2 EPS, no step makes it smaller."""
+FAILED = 1e-9
+"""The same above which a step has failed: the default tolerance of integration."""

@@ -1,0 +1,95 @@
+"""Durations of legs that nobody gave: from default speeds or limits, raised until every leg holds its blends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array
+from mafsil.errors import InputError
+from mafsil.trajectory.blend_legs import mean_acceleration
+from mafsil.trajectory.blend_plan import BlendProblem, blends
+from mafsil.trajectory.motion_limits import MotionLimits
+
+ROUNDS = 40
+"""Legs are lengthened so often by what they lack; what then still overlaps is slowed as a whole."""
+SLOWER = 1.1
+"""How much as a whole."""
+
+
+def default_durations(problem: BlendProblem, velocity: ArrayLike | None, limits: MotionLimits | None) -> BlendProblem:
+    """The problem with durations, those of the slowest coordinate and the slowest row of a batch.
+
+    1. |D|/V, the least time of each leg.
+    2. End legs need sqrt(2 |D|/A), a leg from rest to rest 2 sqrt(|D|/A); where V is a limit, |D|/V and half a blend.
+    3. Each leg is lengthened by what its blends overlap. A leg without distance lasts as long as they do: a stop.
+
+    Args:
+        problem: its durations do not count.
+        velocity: (n,) or one number, default speeds [rad/s | m/s].
+        limits: of the slopes.
+
+    Raises:
+        InputError: neither default speeds nor finite limits of velocity, or one that is not positive.
+    """
+    n = problem.points.shape[-1]
+    if velocity is None and limits is None:
+        raise InputError("trajectory.no_velocity")
+    speed = _speeds(velocity, n)
+    free = _speeds(None, n)
+    hard = (free, free) if limits is None else (-limits.velocity[0], limits.velocity[1])
+    D: Floats = np.diff(problem.points, axis=-2)
+    top: Floats = np.where(D < 0.0, hard[0], hard[1])
+    pace = np.minimum(speed, top)
+    if not ((pace > 0.0) & np.isfinite(pace))[D != 0.0].all():
+        raise InputError("trajectory.no_velocity")
+    # 1
+    way = np.abs(D)
+    least = np.where(way > 0.0, way / np.where(way > 0.0, pace, 1.0), 0.0)
+    # 2
+    least = np.maximum(least, _with_blends(problem, D, top))
+    durations = least.reshape(-1, *least.shape[-2:]).max(axis=(0, -1), initial=0.0)
+    return _lengthened(replace(problem, durations=durations))
+
+
+def _speeds(velocity: ArrayLike | None, n: int) -> Floats:
+    """(n,) positive speeds; infinite where none is given."""
+    V = real_array("velocity", np.inf if velocity is None else velocity)
+    if V.shape not in ((), (n,)):
+        raise InputError("input.shape", name="velocity", expected=(n,), got=V.shape, hint="")
+    if not (V > 0.0).all():
+        raise InputError("input.positive", name="velocity", value=float(V[~(V > 0.0)].flat[0]) if V.ndim else float(V))
+    return np.broadcast_to(V, (n,))
+
+
+def _with_blends(problem: BlendProblem, D: Floats, top: Floats) -> Floats:
+    """(*batch, m - 1, n) least time of end legs with their blends; 0 of the others."""
+    way, legs = np.abs(D), D.shape[-2]
+    start = np.where(D < 0.0, problem.down[..., :-1, :], problem.up[..., :-1, :])
+    goal = np.where(D > 0.0, problem.down[..., 1:, :], problem.up[..., 1:, :])
+    least = np.zeros(D.shape)
+    if legs == 1:
+        A = mean_acceleration(start, goal)
+        cruise = way * A > top**2
+        safe = np.where(cruise, top, 1.0)
+        return np.where(cruise, way / safe + safe / A, 2.0 * np.sqrt(way / A))
+    for k, A in ((0, start), (-1, goal)):
+        far, strong, fast = way[..., k, :], A[..., k, :], top[..., k, :]
+        cruise = 2.0 * far * strong > fast**2
+        safe = np.where(cruise, fast, 1.0)
+        least[..., k, :] = np.where(cruise, far / safe + safe / (2.0 * strong), np.sqrt(2.0 * far / strong))
+    return least
+
+
+def _lengthened(problem: BlendProblem) -> BlendProblem:
+    """3. Longer legs until nothing overlaps."""
+    for attempt in range(10 * ROUNDS):
+        straight = blends(problem).straight
+        lacking = -straight.reshape(-1, *straight.shape[-2:]).min(axis=(0, -1))
+        if (lacking <= 1e-12 * problem.durations).all():
+            break
+        longer = problem.durations + np.maximum(lacking, 0.0) * (1.0 + 1e-12)
+        problem = replace(problem, durations=longer if attempt < ROUNDS else SLOWER * problem.durations)
+    return problem

@@ -1,0 +1,80 @@
+"""Trajectories as CSV: t, q[JOINT], qd[JOINT], qdd[JOINT], written and read back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from os import PathLike
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.csv_table import CsvTable, csv_text, joint_columns, read_csv_table
+from mafsil.errors import FileError
+from mafsil.trajectory.files.sampling import Samples
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial import cubic_coefficients, cubic_through, quintic_coefficients
+
+SIGNALS = ("q", "qd", "qdd")
+
+
+def as_csv(samples: Samples) -> bytes:
+    """The rows as text that reads back to the last bit."""
+    values = (samples.q, samples.qd, samples.qdd)
+    return b"".join(csv_text({"t": samples.t, **joint_columns(SIGNALS, values, samples.joints)}))
+
+
+def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePolynomial:
+    """The trajectory of a CSV file, through every row.
+
+    Between rows: quintics where velocities and accelerations are recorded, cubics where velocities are, and the cubic
+    spline at rest at both ends where only positions are. Its time begins at zero whatever that of the file.
+
+    Args:
+        path: of a file with a heading line, columns `t` or `time`, and for every joint `q[NAME]` (or `q1`, `q_1`),
+            if recorded `qd[NAME]` and `qdd[NAME]`; other columns are passed over. In rad or m, and seconds.
+        joints: names of the joints, in the order of coordinates; as the file names them if empty.
+
+    Raises:
+        FileError: no such file, a missing column, a cell that is no number, times that do not increase.
+
+    Example: `mf.trajectory.read("motion.csv").at(0.5).u`
+    """
+    table = read_csv_table(path)
+    names = tuple(joints) or joint_names(table)
+    if not names:
+        names = tuple(str(k) for k in range(1, 1 + sum(_is_numbered(head) for head in table.heads)))
+    if not names:
+        raise table.no_column("q[JOINT]")
+    found = [table.joint_columns(signal, names, required=signal == "q") for signal in SIGNALS]
+    time = table.numbers([table.time_column()])[:, 0]
+    table.require_increasing(time)
+    q, qd, qdd = (None if columns is None else table.numbers(columns) for columns in found)
+    if q is None:
+        raise FileError("csv_table.no_column", path=table.file, column="q", found="")
+    return _through(time, q, qd, qdd)
+
+
+def joint_names(table: CsvTable) -> tuple[str, ...]:
+    """Names of the joints in columns `q[NAME]`, in the order of the file; none where joints are numbered."""
+    named = tuple(head[2:-1] for head in table.heads if head.startswith("q[") and head.endswith("]"))
+    return () if all(name.isdecimal() for name in named) else named
+
+
+def _is_numbered(head: str) -> bool:
+    return head.startswith("q") and head[1:].strip("_[]").isdecimal()
+
+
+def _through(t: Floats, q: Floats, qd: Floats | None, qdd: Floats | None) -> PiecewisePolynomial:
+    """The smoothest curve that the recorded derivatives determine."""
+    h = np.diff(t)
+    if qd is None:
+        return cubic_through(q, h)
+    if qdd is None:
+        pieces = [cubic_coefficients(q[i], q[j], qd[i], qd[j], float(h[i])) for i, j in pairwise(range(len(t)))]
+    else:
+        pieces = [
+            quintic_coefficients(q[i], q[j], qd[i], qd[j], qdd[i], qdd[j], float(h[i]))
+            for i, j in pairwise(range(len(t)))
+        ]
+    return PiecewisePolynomial.from_pieces(h, pieces)

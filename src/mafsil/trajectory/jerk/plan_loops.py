@@ -1,0 +1,370 @@
+"""Several coordinates: together, each for itself, or along a straight line; batches of problems in one call.
+
+1. Targets are looked at first: each must lie within its limits and not have come from outside.
+2. Along a line there is one problem; singly there are n that have nothing to do with each other.
+3. Together: the first duration that every coordinate can have, a multiple of the cycle if there is one. It begins with
+   the least one asked for and grows with each coordinate that cannot have it to that coordinate's next
+   (`next_duration`), until all have their motion (`motion_of`). The durations that a coordinate can have are at most
+   three ranges, so the search ends.
+"""
+
+from __future__ import annotations
+
+from math import ceil, inf
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.solvers.loops import compiled
+from mafsil.trajectory.jerk.coordinate_loops import (
+    PIECES,
+    beyond_gap,
+    motion_of,
+    next_duration,
+    shortest_change,
+    task_of,
+)
+
+PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS = range(6)
+"""How planning ended; the order is that of `status.STATUSES`."""
+TIME, PHASE, SINGLY = range(3)
+"""Synchronisation; the order is that of `motion.SYNCHRONISATIONS`."""
+WITHIN = 1e-12
+"""Excess of a target over a limit, relative to it, that is rounding."""
+RANGES = 4
+"""One more than the ranges of durations that a coordinate can have."""
+PARALLEL = 1e-12
+"""Part of their size by which states may lie beside the straight line from start to goal."""
+
+
+@compiled
+def _outside(v: float, a: float, limits: Floats) -> bool:
+    """Whether a target is not within its limits, or cannot have been reached from within them."""
+    before = v - 0.5 * a * a / limits[5] if a > 0.0 else v
+    if a < 0.0:
+        before = v - 0.5 * a * a / limits[4]
+    return not (
+        _kept(v, limits[0], limits[1]) and _kept(a, limits[2], limits[3]) and _kept(before, limits[0], limits[1])
+    )
+
+
+@compiled
+def _kept(x: float, low: float, high: float) -> bool:
+    over = x - high if high < inf else -1.0
+    under = low - x if low > -inf else -1.0
+    return over <= WITHIN * abs(high) and under <= WITHIN * abs(low)
+
+
+@compiled
+def _is_frozen(limits: Floats) -> bool:
+    """No acceleration or no jerk in one direction: its velocity can only stay."""
+    return limits[2] == 0.0 or limits[3] == 0.0 or limits[4] == 0.0 or limits[5] == 0.0
+
+
+@compiled
+def _stays(x: Floats, free: bool) -> bool:
+    """Whether a frozen coordinate need not change its velocity."""
+    if x[2] != 0.0 or x[5] != 0.0 or x[1] != x[4]:
+        return False
+    D = x[3] - x[0]
+    return free or D == 0.0 or (x[1] != 0.0 and D / x[1] > 0.0)
+
+
+@compiled
+def next_of(x: Floats, limits: Floats, free: bool, T: float) -> float:
+    """The least duration of at least T that a coordinate can have, braking included; infinite if there is none.
+
+    Args:
+        x: (6,) states.
+        limits: (6,).
+        free: whether the displacement does not matter.
+        T: [s].
+    """
+    if _is_frozen(limits):
+        if free or (x[1] == 0.0 and x[3] == x[0]):
+            return T
+        only = (x[3] - x[0]) / x[1]
+        return only if T <= only * (1.0 + WITHIN) else inf
+    w = task_of(x, limits)
+    lead = w.t1 + w.t2
+    if free:
+        return beyond_gap(w, max(T - lead, shortest_change(w))) + lead
+    return next_duration(w, max(T - lead, 0.0)) + lead
+
+
+@compiled
+def _write(
+    x: Floats, limits: Floats, free: bool, T: float, sure: bool, scratch: Floats, times: Floats, jerks: Floats
+) -> int:
+    """The pieces of one coordinate; their number is 0 if it cannot have this duration, of which it may be sure."""
+    if _is_frozen(limits):
+        times[0], jerks[0] = T, 0.0
+        return 1 if free or abs(x[1] * T - (x[3] - x[0])) <= WITHIN * abs(x[3] - x[0]) else 0
+    w = task_of(x, limits)
+    return motion_of(w, T - w.t1 - w.t2, free, sure, scratch, times, jerks)
+
+
+@compiled
+def _rounded_up(T: float, cycle: float) -> float:
+    return ceil(T / cycle * (1.0 - 1e-15)) * cycle if cycle > 0.0 and T < inf else T
+
+
+@compiled
+def _in_time(
+    x: Floats,
+    limits: Floats,
+    free: bool,
+    T: float,
+    cycle: float,
+    scratch: Floats,
+    times: Floats,
+    jerks: Floats,
+) -> tuple[float, int]:
+    """The least duration of at least T that is a multiple of the cycle, and the number of pieces of its motion."""
+    pieces = 0
+    for _ in range(RANGES):
+        T = next_of(x, limits, free, T)
+        if not T < inf:
+            return inf, 0
+        T = _rounded_up(T, cycle)
+        pieces = _write(x, limits, free, T, cycle == 0.0, scratch, times, jerks)
+        if pieces > 0:
+            return T, pieces
+    return inf, 0
+
+
+@compiled
+def _line(states: Floats, limits: Floats, x: Floats, bounds: Floats) -> bool:
+    """The problem of s in p0 + s (pf - p0), if all states lie on that line.
+
+    Args:
+        states: (n, 6) p0, v0, a0, pf, vf, af of each coordinate.
+        limits: (n, 6).
+        x, bounds: (6,) states and limits of s, written here.
+    """
+    n = len(states)
+    # 1. The farthest coordinate says how states are measured along the line.
+    m = 0
+    for i in range(n):
+        if abs(states[i, 3] - states[i, 0]) > abs(states[m, 3] - states[m, 0]):
+            m = i
+    D = states[m, 3] - states[m, 0]
+    if D == 0.0:
+        return False
+    x[0], x[3] = 0.0, 1.0
+    for k in (1, 2, 4, 5):
+        x[k] = states[m, k] / D
+        for i in range(n):
+            if abs(states[i, k] - x[k] * (states[i, 3] - states[i, 0])) > PARALLEL * abs(states[m, k]):
+                return False
+    # 2. The tightest limits of all coordinates.
+    for k in range(6):
+        bounds[k] = inf if k % 2 else -inf
+    for i in range(n):
+        d = states[i, 3] - states[i, 0]
+        if d != 0.0:
+            for k in (0, 2, 4):
+                low, high = (limits[i, k], limits[i, k + 1]) if d > 0.0 else (limits[i, k + 1], limits[i, k])
+                bounds[k] = max(bounds[k], low / d)
+                bounds[k + 1] = min(bounds[k + 1], high / d)
+    return True
+
+
+@compiled
+def _along_line(
+    states: Floats,
+    limits: Floats,
+    minimum: float,
+    cycle: float,
+    scratch: Floats,
+    count: Floats,
+    times: Floats,
+    jerks: Floats,
+) -> float:
+    """All coordinates along the line; its duration, or -1 if the states do not lie on it or it cannot be kept."""
+    x, bounds = scratch[4, :6], scratch[5, :6]
+    if not _line(states, limits, x, bounds) or _is_frozen(bounds) or _outside(x[4], x[5], bounds):
+        return -1.0
+    T, pieces = _in_time(x, bounds, False, minimum, cycle, scratch, times[0], jerks[0])
+    if not T < inf:
+        return -1.0
+    for i in range(len(states) - 1, -1, -1):
+        count[i] = pieces
+        d = states[i, 3] - states[i, 0]
+        for m in range(pieces):
+            times[i, m], jerks[i, m] = times[0, m], jerks[0, m] * d
+    return T
+
+
+@compiled
+def plan(
+    states: Floats,
+    limits: Floats,
+    free: bool,
+    mode: int,
+    minimum: float,
+    cycle: float,
+    scratch: Floats,
+    count: Floats,
+    times: Floats,
+    jerks: Floats,
+) -> tuple[int, int, int, float]:
+    """One problem of n coordinates; nothing is allocated.
+
+    Args:
+        states: (n, 6) p0, v0, a0, pf, vf, af of each coordinate.
+        limits: (n, 6) lower and upper velocity, acceleration and jerk.
+        free: whether displacements do not matter.
+        mode: TIME, PHASE or SINGLY.
+        minimum: least duration [s].
+        cycle: durations are multiples of it [s]; any if zero.
+        scratch: (6, 7) to work in.
+        count: (n,) numbers of pieces, written here.
+        times, jerks: (n, 15) pieces, written here.
+
+    Returns:
+        How it ended, the coordinate that rules the duration or forbids it, the mode that was used, and the duration.
+    """
+    n = len(states)
+    # 1. Targets.
+    for i in range(n):
+        if _is_frozen(limits[i]):
+            if not _stays(states[i], free):
+                return FROZEN, i, mode, inf
+        elif _outside(states[i, 4], states[i, 5], limits[i]):
+            return TARGET_OUTSIDE, i, mode, inf
+    # 2. Along a line, or each for itself.
+    if mode == PHASE and not free:
+        T = _along_line(states, limits, minimum, cycle, scratch, count, times, jerks)
+        if T >= 0.0:
+            return PLANNED, _farthest(states, limits), PHASE, T
+    if mode == SINGLY:
+        ruling, T = _singly(states, limits, free, minimum, cycle, scratch, count, times, jerks)
+        return (PLANNED if T < inf else _refusal(states[ruling], limits[ruling], free)), ruling, SINGLY, T
+    # 3. The first common duration: it grows with each coordinate that cannot have it, until all can.
+    T = _rounded_up(minimum, cycle)
+    i = ruling = _farthest(states, limits)
+    having = 0
+    for _ in range(RANGES * n * n + n):
+        pieces = _write(states[i], limits[i], free, T, False, scratch, times[i], jerks[i])
+        if pieces > 0:
+            having += 1
+        else:
+            T, pieces = _in_time(states[i], limits[i], free, T, cycle, scratch, times[i], jerks[i])
+            if not T < inf:
+                return _refusal(states[i], limits[i], free), i, TIME, inf
+            ruling, having = i, 1
+        count[i] = pieces
+        if having == n:
+            return PLANNED, ruling, TIME, T
+        i = (i + 1) % n
+    return NO_COMMON, ruling, TIME, inf
+
+
+@compiled
+def _refusal(x: Floats, limits: Floats, free: bool) -> int:
+    """Why a coordinate has no duration: none at all, none that the others or the request have, or no numbers for it."""
+    alone = next_of(x, limits, free, 0.0)
+    if alone < inf:
+        return NO_COMMON
+    return UNREACHABLE if alone == inf else BEYOND_NUMBERS
+
+
+@compiled
+def _farthest(states: Floats, limits: Floats) -> int:
+    """The coordinate that will probably need most time: a good one to begin with."""
+    best, m = -1.0, 0
+    for i in range(len(states)):
+        D = abs(states[i, 3] - states[i, 0])
+        need = D / limits[i, 1] + (D / limits[i, 5]) ** (1.0 / 3.0) if limits[i, 1] > 0.0 else 0.0
+        if need > best:
+            best, m = need, i
+    return m
+
+
+@compiled
+def _singly(
+    states: Floats,
+    limits: Floats,
+    free: bool,
+    minimum: float,
+    cycle: float,
+    scratch: Floats,
+    count: Floats,
+    times: Floats,
+    jerks: Floats,
+) -> tuple[int, float]:
+    """Each coordinate in its own time, then going on with its last velocity: the coordinate that takes longest."""
+    n = len(states)
+    ruling, longest = 0, 0.0
+    for i in range(n):
+        T, pieces = _in_time(states[i], limits[i], free, minimum, cycle, scratch, times[i], jerks[i])
+        if not T < inf:
+            return i, inf
+        count[i] = pieces
+        if T > longest:
+            ruling, longest = i, T
+    for i in range(n):
+        pieces, own = int(count[i]), 0.0
+        for m in range(pieces):
+            own += times[i, m]
+        if own < longest and pieces < PIECES:
+            times[i, pieces], jerks[i, pieces] = longest - own, 0.0
+            count[i] = pieces + 1
+    return ruling, longest
+
+
+@compiled
+def own_durations(states: Floats, limits: Floats, free: bool, own: Floats) -> None:
+    """The shortest duration of each coordinate, as if it were alone; infinite if it has none.
+
+    Args:
+        states: (rows, n, 6).
+        limits: (n, 6).
+        free: whether displacements do not matter.
+        own: (rows, n) written here.
+    """
+    for row in range(states.shape[0]):
+        for i in range(states.shape[1]):
+            x, bounds = states[row, i], limits[i]
+            possible = _stays(x, free) if _is_frozen(bounds) else not _outside(x[4], x[5], bounds)
+            own[row, i] = next_of(x, bounds, free, 0.0) if possible else inf
+
+
+@compiled
+def plan_rows(
+    states: Floats,
+    limits: Floats,
+    free: bool,
+    mode: int,
+    minimum: float,
+    cycle: float,
+    outcome: Floats,
+    count: Floats,
+    times: Floats,
+    jerks: Floats,
+) -> None:
+    """Many problems of the same limits.
+
+    Args:
+        states: (rows, n, 6).
+        limits: (n, 6).
+        free, mode, minimum, cycle: as in `plan`.
+        outcome: (rows, 4) status, coordinate, mode and duration, written here.
+        count, times, jerks: (rows, n), (rows, n, 15), (rows, n, 15), written here.
+    """
+    scratch = np.zeros((6, 7))
+    for row in range(len(states)):
+        status, ruling, used, T = plan(
+            states[row],
+            limits,
+            free,
+            mode,
+            minimum,
+            cycle,
+            scratch,
+            count[row],
+            times[row],
+            jerks[row],
+        )
+        outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = status, ruling, used, T

@@ -1,0 +1,114 @@
+"""The gate of jerk-limited motions: what users give, as one array of states and one of limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.trajectory.motion_limits import Limits, motion_limits
+
+Synchronise = Literal["time", "phase", "none"]
+MODES: tuple[Synchronise, ...] = ("time", "phase", "none")
+"""In the order of the codes of `plan_loops`."""
+NAMES = ("start", "start_velocity", "start_acceleration", "goal", "goal_velocity", "goal_acceleration")
+"""Columns of the states."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """From states to states within limits.
+
+    Attributes:
+        states: (*batch, n, 6) position, velocity and acceleration at the start and at the goal.
+        limits: (n, 6) lower and upper velocity, acceleration and jerk.
+        free: whether the position at the goal does not matter.
+        mode: index into MODES.
+        minimum, cycle: least duration, and what durations are multiples of [s]; zero for neither.
+    """
+
+    states: Floats
+    limits: Floats
+    free: bool = False
+    mode: int = 0
+    minimum: float = 0.0
+    cycle: float = 0.0
+
+
+def problem_of(
+    given: tuple[ArrayLike, ...],
+    limits: Limits,
+    *,
+    free: bool = False,
+    synchronise: str = "time",
+    minimum: float = 0.0,
+    cycle: float = 0.0,
+) -> Problem:
+    """The problem, its arguments checked.
+
+    Args:
+        given: the six of NAMES, (*batch, n) or one number each.
+        limits: of the n coordinates.
+        free, minimum, cycle: as the attributes of `Problem`.
+        synchronise: one of MODES.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, an infinite jerk, a time that is negative, a choice that
+            is none, or a moving goal of coordinates that do not arrive together.
+    """
+    states = _states(given)
+    if synchronise not in MODES:
+        raise InputError("input.choice", name="synchronise", value=synchronise, known=", ".join(MODES))
+    if synchronise == "none" and (states[..., 5].any() or (not free and states[..., 4].any())):
+        raise InputError("jerk.moving_apart")
+    times = {"minimum_duration": minimum, "cycle": cycle}
+    for name, value in times.items():
+        if not 0.0 <= value < np.inf:
+            raise InputError("input.range", name=name, value=value, low=0.0, high=np.inf)
+    packed = packed_limits(limits, states.shape[-2])
+    return Problem(states, packed, free, MODES.index(synchronise), float(minimum), float(cycle))
+
+
+def packed_limits(limits: Limits, n: int) -> Floats:
+    """(n, 6) lower and upper velocity, acceleration and jerk.
+
+    Raises:
+        InputError: limits of another number of coordinates, or no finite jerk.
+    """
+    bounds = motion_limits(limits, n)
+    packed = np.empty((n, 6))
+    packed[:, 0:2], packed[:, 2:4], packed[:, 4:6] = bounds.velocity.T, bounds.acceleration.T, bounds.jerk.T
+    packed += 0.0  # no negative zeros
+    if not np.isfinite(packed[:, 4:]).all():
+        unbounded = np.flatnonzero(~np.isfinite(packed[:, 4:]).all(axis=1))
+        raise InputError("jerk.unbounded_jerk", index=int(unbounded[0]))
+    return packed
+
+
+def _states(given: tuple[ArrayLike, ...]) -> Floats:
+    """(*batch, n, 6) of six arguments that fit each other."""
+    arrays = [real_array(name, value) for name, value in zip(NAMES, given, strict=True)]
+    shape = max((array.shape for array in arrays), key=len)
+    shape = shape if shape else (1,)
+    try:
+        shape = np.broadcast_shapes(shape, *(array.shape for array in arrays))
+    except ValueError:
+        name, array = next((n, a) for n, a in zip(NAMES, arrays, strict=True) if not _fits(a.shape, shape))
+        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
+    if shape[-1] == 0:
+        raise InputError("input.shape", name="start", expected="(*batch, n)", got=shape, hint="")
+    states = np.empty((*shape, 6))
+    for k, array in enumerate(arrays):
+        states[..., k] = array
+    if not np.isfinite(states.sum()) and not np.isfinite(states).all():
+        for name, array in zip(NAMES, arrays, strict=True):
+            require_finite(name, array)
+    return states
+
+
+def _fits(got: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+    return all(a in (1, b) for a, b in zip(got[::-1], shape[::-1], strict=False))

@@ -1,0 +1,122 @@
+"""What a motion must keep: bounds of position, velocity, acceleration, jerk and effort, each side of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, frozen, real_array, require_kind
+from mafsil.errors import InputError
+from mafsil.model import JointLimits
+from mafsil.robot import Robot
+
+Bound: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike]
+"""A magnitude for both directions, a number or (n,); or a pair (lower, upper) of such."""
+
+UNBOUNDED = np.inf
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MotionLimits:
+    """Bounds of n coordinates; what is not bounded is infinite.
+
+    Attributes:
+        position: (2, n) lower and upper bounds [rad | m].
+        velocity, acceleration, jerk: (2, n) lower bounds, not positive, and upper ones, not negative, in SI units.
+        effort: (2, n) of torques and forces [N m | N].
+    """
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    effort: Floats
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.position.shape[1]
+
+    @classmethod
+    def of(
+        cls,
+        n: int,
+        *,
+        position: Bound = UNBOUNDED,
+        velocity: Bound = UNBOUNDED,
+        acceleration: Bound = UNBOUNDED,
+        jerk: Bound = UNBOUNDED,
+        effort: Bound = UNBOUNDED,
+    ) -> MotionLimits:
+        """Bounds from magnitudes or from pairs (lower, upper).
+
+        Args:
+            n: number of coordinates.
+            position, velocity, acceleration, jerk, effort: a magnitude that holds in both directions, a number or (n,);
+                or a tuple (lower, upper) of such. Lists and arrays are magnitudes.
+
+        Raises:
+            InputError: a shape that does not fit n, a NaN, a lower bound above the upper one, or bounds of a derivative
+                that do not allow rest.
+        """
+        given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk, "effort": effort}
+        derivatives = {name: _bounds(name, bound, n, rest=True) for name, bound in given.items()}
+        return cls(position=_bounds("position", position, n, rest=False), **derivatives)
+
+    @classmethod
+    def of_joints(cls, limits: JointLimits) -> MotionLimits:
+        """The limits of a robot's joints."""
+        return cls.of(
+            len(limits.lower),
+            position=(limits.lower, limits.upper),
+            velocity=limits.velocity,
+            acceleration=limits.acceleration,
+            jerk=limits.jerk,
+            effort=limits.effort,
+        )
+
+
+Limits: TypeAlias = MotionLimits | JointLimits | Robot
+"""Wherever limits are expected: bounds of their own, or those of a robot's joints."""
+
+
+def motion_limits(limits: Limits, n: int) -> MotionLimits:
+    """The bounds of n coordinates.
+
+    Raises:
+        InputError: they are of another number of coordinates, or no limits.
+    """
+    joints = limits.limits if isinstance(limits, Robot) else limits
+    require_kind("limits", joints, "MotionLimits, JointLimits or Robot", "velocity", "acceleration")
+    bounds = joints if isinstance(joints, MotionLimits) else MotionLimits.of_joints(joints)
+    if bounds.n != n:
+        raise InputError("input.shape", name="limits", expected=(n,), got=(bounds.n,), hint="")
+    return bounds
+
+
+def _bounds(name: str, bound: Bound, n: int, *, rest: bool) -> Floats:
+    """(2, n) lower and upper bounds; with `rest`, zero lies between them."""
+    if isinstance(bound, tuple) and len(bound) == 2:
+        lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(bound))
+    else:
+        upper = _row(name, bound, n)
+        lower = -upper
+    wrong = lower > upper
+    if rest:
+        wrong |= (lower > 0.0) | (upper < 0.0)
+    if wrong.any():
+        k = int(wrong.argmax())
+        raise InputError("trajectory.bounds", name=name, index=k, lower=float(lower[k]), upper=float(upper[k]))
+    return frozen(np.stack([lower, upper]))
+
+
+def _row(name: str, side: ArrayLike, n: int) -> Floats:
+    values = real_array(name, side)
+    if np.isnan(values).any():
+        raise InputError("input.finite", name=name, value=np.nan, index=int(np.isnan(values).argmax()))
+    if values.shape not in ((), (n,)):
+        raise InputError("input.shape", name=name, expected=(n,), got=values.shape, hint="")
+    return np.broadcast_to(values, (n,)).astype(np.float64)

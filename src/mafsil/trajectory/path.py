@@ -1,0 +1,200 @@
+"""Geometric paths of joints: where they pass, not when. A law of time makes a trajectory of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, called, frozen, real_array, require_finite, require_kind
+from mafsil.errors import InputError
+from mafsil.trajectory.motion import Trajectory, times
+from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
+
+PathKind = Literal["spline", "lines"]
+KINDS = ("spline", "lines")
+
+REPEATED = 1e-14
+"""Share of the largest coordinate below which the distance of two neighbouring points is rounding."""
+CORNER = 1e-6
+"""Jump of a slope, as share of the largest slope there, from which on a break is a corner."""
+SAMPLES_PER_BREAK = 8
+"""Pieces that stand for a stretch of a trajectory that is no piecewise polynomial."""
+
+
+class PathPoint(NamedTuple):
+    """A path and its derivatives by the path parameter at one or many places.
+
+    Attributes:
+        u: (*places, n) position [rad | m].
+        slope: the same shape, du/ds.
+        curvature: the same shape, d2u/ds2.
+    """
+
+    u: Floats
+    slope: Floats
+    curvature: Floats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointPath:
+    """n coordinates over the path parameter s in 0 .. length; it has no time and no velocity.
+
+    Attributes:
+        curve: (n) coordinates, polynomials between the knots of s.
+        merged: indices of the given points that repeat the point before them and were left out.
+    """
+
+    curve: PiecewisePolynomial
+    merged: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_kind("curve", self.curve, "PiecewisePolynomial", "knots", "coefficients")
+        if self.curve.coefficients.ndim != 3:
+            shape = self.curve.coefficients.shape
+            raise InputError("input.shape", name="curve", expected="(pieces, degree + 1, n)", got=shape, hint="")
+
+    @classmethod
+    @called
+    def through(cls, points: ArrayLike, kind: PathKind = "spline") -> JointPath:
+        """The path through points, with the distance between them as path parameter.
+
+        Points that repeat the one before them are left out and named in `merged`; if all are one point the path has no
+        length, and that is a path.
+
+        Args:
+            points: (k, n) positions in order [rad | m].
+            kind: `spline`, cubics with continuous curvature that is zero at both ends; or `lines`, straight from point
+                to point, with corners.
+
+        Raises:
+            InputError: a wrong shape, no point, a number that is not finite, or an unknown kind.
+        """
+        u = require_finite("points", real_array("points", points))
+        if u.ndim != 2 or not u.size:
+            raise InputError("input.shape", name="points", expected="(k, n), k >= 1", got=u.shape, hint="")
+        if kind not in KINDS:
+            raise InputError("input.choice", name="kind", value=kind, known=", ".join(KINDS))
+        apart = np.linalg.norm(np.diff(u, axis=0), axis=1) > REPEATED * np.abs(u).max()
+        merged = tuple(int(k) + 1 for k in np.flatnonzero(~apart))
+        u = u[np.concatenate([[True], apart])]
+        if len(u) == 1:
+            return cls(PiecewisePolynomial(frozen([0.0, 0.0]), frozen(u[None])), merged)
+        h = np.linalg.norm(np.diff(u, axis=0), axis=1)
+        if kind == "lines":
+            return cls(
+                PiecewisePolynomial.from_pieces(h, np.stack([u[:-1], np.diff(u, axis=0) / h[:, None]], 1)), merged
+            )
+        slopes = natural_slopes(u, h)
+        rows = cubic_coefficients(u[:-1], u[1:], slopes[:-1], slopes[1:], h[:, None])
+        return cls(PiecewisePolynomial.from_pieces(h, rows.transpose(1, 0, 2)), merged)
+
+    @classmethod
+    @called
+    def of(cls, trajectory: Trajectory) -> JointPath:
+        """The path of a trajectory, without its timing; the path parameter is the trajectory's time.
+
+        Piecewise polynomials are kept as they are; others are quintics through position, velocity and acceleration at
+        their breaks and between them.
+
+        Args:
+            trajectory: of n coordinates, without batch dimensions.
+        """
+        if isinstance(trajectory, PiecewisePolynomial):
+            return cls(trajectory)
+        require_kind("trajectory", trajectory, "Trajectory", "duration", "breaks")
+        breaks = trajectory.breaks()
+        even = np.linspace(0.0, 1.0, SAMPLES_PER_BREAK, endpoint=False)
+        s = np.append((breaks[:-1, None] + even * np.diff(breaks)[:, None]).ravel(), breaks[-1])
+        # Accelerations may jump at breaks: each piece asks for them just inside.
+        first, last = trajectory.at(np.nextafter(s[:-1], np.inf)), trajectory.at(np.nextafter(s[1:], 0.0))
+        rows = [
+            quintic_coefficients(first.u[k], last.u[k], first.v[k], last.v[k], first.a[k], last.a[k], h)
+            for k, h in enumerate(np.diff(s))
+        ]
+        return cls(PiecewisePolynomial.from_pieces(np.diff(s), rows))
+
+    @property
+    def length(self) -> float:
+        """Largest path parameter; of paths through points the length of the polygon [rad | m]."""
+        return self.curve.duration
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.curve.n
+
+    def breaks(self) -> Floats:
+        """(pieces + 1,) path parameters between which the path is a polynomial, 0 and the length included."""
+        return self.curve.knots
+
+    def corners(self) -> Floats:
+        """(k,) path parameters inside the path where its direction jumps: no motion passes them without a stop."""
+        inner = self.curve.knots[1:-1]
+        if self.curve.degree < 1 or not len(inner):
+            return np.zeros(0)
+        rows, h = self.curve.coefficients[:-1], np.diff(self.curve.knots)[:-1, None]
+        powers = np.arange(1.0, rows.shape[1])
+        before = (powers[:, None] * rows[:, 1:] * np.power(h[:, None], powers[:, None] - 1)).sum(axis=1)
+        after = self.curve.coefficients[1:, 1]
+        size = np.maximum(np.abs(before).max(axis=1), np.abs(after).max(axis=1))
+        return inner[np.abs(after - before).max(axis=1) > CORNER * size]
+
+    def at(self, s: ArrayLike) -> PathPoint:
+        """Position, slope and curvature at the path parameters `s` (*places); beyond its ends the path goes on nowhere.
+
+        Raises:
+            InputError: a NaN or infinity.
+        """
+        return PathPoint(*self.curve.at(np.clip(times(s), 0.0, self.length)))
+
+    def third(self, s: ArrayLike) -> Floats:
+        """(*places, n) third derivative d3u/ds3 at the path parameters `s` (*places)."""
+        return self.curve.jerk(np.clip(times(s), 0.0, self.length))
+
+    def reversed(self) -> JointPath:
+        """The same points from the end to the start."""
+        h, rows = np.diff(self.curve.knots), self.curve.coefficients
+        degree = rows.shape[1] - 1
+        out = np.zeros_like(rows)
+        # u(h - r) = sum_k c_k (h - r)^k, by Horner's rule on polynomials in r.
+        for k in range(degree, -1, -1):
+            shifted = out * h[:, None, None]
+            shifted[:, 1:] -= out[:, :-1]
+            shifted[:, 0] += rows[:, k]
+            out = shifted
+        return JointPath(PiecewisePolynomial(frozen(self.length - self.curve.knots[::-1]), frozen(out[::-1])))
+
+    def __repr__(self) -> str:
+        return f"JointPath(n={self.n}, length={self.length:.6g}, pieces={len(self.curve.knots) - 1})"
+
+
+def natural_slopes(u: Floats, h: Floats) -> Floats:
+    """(k, n) slopes at the points of the cubic spline whose curvature is continuous, and zero at both ends.
+
+    1. Rows  2 m_0 + m_1 = 3 d_0;  m_{i-1}/h_{i-1} + 2 (1/h_{i-1} + 1/h_i) m_i + m_{i+1}/h_i
+       = 3 (d_{i-1}/h_{i-1} + d_i/h_i);  m_{k-2} + 2 m_{k-1} = 3 d_{k-2},  where d are the chords' slopes.
+    2. Elimination without exchanges; the matrix is diagonally dominant.
+
+    Args:
+        u: (k, n) points, k >= 2.
+        h: (k - 1,) distances.
+    """
+    # 1.
+    chords, w = np.diff(u, axis=0) / h[:, None], 1.0 / h
+    below, above = np.append(w[:-1], 1.0), np.append(1.0, w[1:])
+    diagonal = np.concatenate([[2.0], 2.0 * (w[:-1] + w[1:]), [2.0]])
+    weighted = chords * w[:, None]
+    m = 3.0 * np.concatenate([chords[:1], weighted[:-1] + weighted[1:], chords[-1:]])
+    # 2.
+    for i in range(1, len(u)):
+        factor = below[i - 1] / diagonal[i - 1]
+        diagonal[i] -= factor * above[i - 1]
+        m[i] -= factor * m[i - 1]
+    m[-1] /= diagonal[-1]
+    for i in range(len(u) - 2, -1, -1):
+        m[i] = (m[i] - above[i] * m[i + 1]) / diagonal[i]
+    return m

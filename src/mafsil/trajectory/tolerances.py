@@ -1,0 +1,13 @@
+"""Thresholds of paths and pieces in time, each with its reason."""
+
+ON_PATH = 1e-11
+"""Size of the pose error [m | rad] at the knots of a path: as near as Newton's method gets with some hundred operations
+of numbers of size ten, 45,000 EPS."""
+SINGULAR_VALUE = 1e-6
+"""Smallest singular value of the Jacobian at which a path cannot be followed: a description of six digits leaves it."""
+NEARBY = 1e-9
+"""Step of the search for a configuration near the end that ends it: what is said of it has six digits."""
+REAL_ROOT = 1e-6
+"""Imaginary part of a root, over its size, of a double root that is real: 64 sqrt(EPS)."""
+DURATION = 1e-12
+"""Relative difference of durations that is rounding: 4500 EPS."""

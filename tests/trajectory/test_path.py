@@ -1,0 +1,96 @@
+"""Geometric paths: derivatives, corners, repeated points, no length, reversal."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mafsil.errors import InputError
+from mafsil.trajectory import JointPath, PiecewisePolynomial, quintic, sequence, trapezoid
+
+
+def points(seed: int = 0, k: int = 6, n: int = 3) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(k, n))
+
+
+def test_a_spline_passes_its_points_with_continuous_curvature() -> None:
+    u = points()
+    path = JointPath.through(u)
+    np.testing.assert_allclose(path.at(path.breaks()).u, u, atol=1e-12)
+    inner = path.breaks()[1:-1]
+    before, after = path.at(np.nextafter(inner, 0.0)), path.at(inner)
+    np.testing.assert_allclose(before.slope, after.slope, atol=1e-9)
+    np.testing.assert_allclose(before.curvature, after.curvature, atol=1e-9)
+    np.testing.assert_allclose(path.at([0.0, path.length]).curvature, 0.0, atol=1e-9)
+    assert not len(path.corners())
+
+
+def test_derivatives_are_those_of_the_position() -> None:
+    path = JointPath.through(points(1))
+    s, step = np.linspace(0.1, path.length - 0.1, 57), 1e-4
+    low, here, high = path.at(s - step), path.at(s), path.at(s + step)
+    np.testing.assert_allclose((high.u - low.u) / (2 * step), here.slope, atol=1e-6)
+    np.testing.assert_allclose((high.slope - low.slope) / (2 * step), here.curvature, atol=1e-5)
+    away = np.abs(s[:, None] - path.breaks()).min(axis=1) > 2 * step
+    np.testing.assert_allclose(((high.curvature - low.curvature) / (2 * step))[away], path.third(s)[away], rtol=1e-6)
+
+
+def test_lines_have_corners_where_they_turn_and_only_there() -> None:
+    path = JointPath.through([[0, 0], [1, 0], [2, 0], [2, 3.0]], "lines")
+    np.testing.assert_allclose(path.breaks(), [0, 1, 2, 5])
+    np.testing.assert_allclose(path.corners(), [2.0])
+
+
+def test_repeated_points_are_merged_and_named() -> None:
+    path = JointPath.through([[0, 0], [0, 0], [1, 2], [1, 2], [1, 2], [3.0, 1]])
+    assert path.merged == (1, 3, 4)
+    assert len(path.breaks()) == 3
+
+
+@pytest.mark.parametrize("kind", ["spline", "lines"])
+def test_a_path_without_length_is_a_path(kind: Any) -> None:
+    path = JointPath.through([[1.0, 2.0]] * 3, kind)
+    assert path.length == 0.0
+    assert path.merged == (1, 2)
+    np.testing.assert_allclose(path.at(0.0).u, [1.0, 2.0])
+    np.testing.assert_allclose(path.at([0.0, 5.0]).slope, 0.0)
+    assert not len(path.corners())
+
+
+def test_tiny_paths_keep_their_shape() -> None:
+    u = points(2)
+    large, tiny = JointPath.through(u), JointPath.through(1e-6 * u)
+    f = np.linspace(0, 1, 31)
+    np.testing.assert_allclose(tiny.at(f * tiny.length).u * 1e6, large.at(f * large.length).u, atol=1e-9)
+    np.testing.assert_allclose(tiny.at(f * tiny.length).slope, large.at(f * large.length).slope, atol=1e-8)
+
+
+def test_the_path_of_a_trajectory() -> None:
+    motion = quintic([0.0, 1.0], [1.0, -1.0], 2.0)
+    assert JointPath.of(motion).curve is motion
+    joined = sequence(motion, trapezoid([1.0, -1.0], [0.0, 0.0], velocity=1.0, acceleration=2.0).value, rests=0.5)
+    path = JointPath.of(joined)
+    t = np.linspace(0, joined.duration, 400)
+    np.testing.assert_allclose(path.at(t).u, joined.at(t).u, atol=1e-9)
+    np.testing.assert_allclose(path.at(t).slope, joined.at(t).v, atol=1e-8)
+
+
+def test_reversed_twice_is_the_same() -> None:
+    path = JointPath.through(points(3))
+    back = path.reversed()
+    s = np.linspace(0, path.length, 91)
+    np.testing.assert_allclose(back.at(path.length - s).u, path.at(s).u, atol=1e-10)
+    np.testing.assert_allclose(back.at(path.length - s).slope, -path.at(s).slope, atol=1e-9)
+    np.testing.assert_allclose(back.reversed().at(s).curvature, path.at(s).curvature, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("given", "kind"), [([[np.nan, 1.0], [0.0, 1.0]], "spline"), ([1.0, 2.0], "spline"), (np.zeros((0, 3)), "lines")]
+)
+def test_what_is_no_path_is_refused(given: Any, kind: Any) -> None:
+    with pytest.raises(InputError, match="points"):
+        JointPath.through(given, kind)
+    with pytest.raises(InputError, match="kind"):
+        JointPath.through([[0.0], [1.0]], kind="arc")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="curve"):
+        JointPath(PiecewisePolynomial.from_pieces([1.0], np.zeros((1, 2, 4, 3))))
