@@ -238,7 +238,8 @@ def test_a_picture_is_drawn(browser: Browser, pages: Path, tmp_path: Path, schem
     count = browser.ask(
         "(() => { const c = document.createElement('canvas'), s = document.getElementById('scene');"
         " c.width = 90; c.height = 60; const x = c.getContext('2d');"
-        " mafsil.stage.paint(); x.drawImage(s, 0, 0, 90, 60); return new Set(new Uint32Array(x.getImageData(0, 0, 90, 60).data.buffer)).size; })()"
+        " mafsil.stage.paint(); x.drawImage(s, 0, 0, 90, 60);"
+        " return new Set(new Uint32Array(x.getImageData(0, 0, 90, 60).data.buffer)).size; })()"
     )
     assert count > 60
     browser.picture(tmp_path / "page.png")
@@ -281,3 +282,44 @@ def test_a_hostile_name_stays_a_name(browser: Browser, tmp_path: Path) -> None:
     assert browser.ask("document.querySelectorAll('img').length") == 0
     assert "onerror=alert(1)" in browser.ask("document.querySelector('h1').textContent")
     assert "\u202e" not in browser.ask("document.querySelector('h1').textContent")
+
+
+def test_in_a_notebook_it_runs_in_a_frame_of_its_own(browser: Browser, tmp_path: Path) -> None:
+    """What a notebook shows under the cell: a sandboxed frame, whose page draws and cannot reach the page around it."""
+    frame = show("planar3r")._repr_html_()
+    reply = (
+        "<script>window.mafsil = {timing: {frames: 1}}; const f = document.querySelector('iframe');"
+        " window.reached = false; f.onload = () => { try { window.reached = Boolean(f.contentDocument.body); }"
+        " catch { window.reached = false; } window.loaded = true; };</script>"
+    )
+    (tmp_path / "notebook.html").write_text(f"<!doctype html><body>{frame}{reply}</body>", encoding="utf-8")
+    browser.load(tmp_path / "notebook.html")
+    browser.wait("window.loaded || document.readyState === 'complete'")
+    assert browser.ask("window.reached") is False
+    assert "allow-same-origin" not in frame
+    browser.picture(tmp_path / "notebook.png")
+
+
+def test_ten_minutes_of_the_loop_leave_no_growth(browser: Browser, pages: Path) -> None:
+    """600,000 ticks in the pieces in which frames ask for them: one line of the journal, no more memory."""
+    browser.load(pages / "ur5e.html")
+    browser.ask("mafsil.store.do('loop', {closed: true}); mafsil.store.do('push', {wrench: [0, 0, 0, 5, 0, 0]});")
+    run = "for (let k = 0; k < {}; k++) mafsil.store.do('simulate', {{ticks: 16}}, {{gesture: true}});"
+    browser.ask(run.format(2000))
+    before = browser.memory()
+    browser.ask(run.format(35500))
+    after = browser.memory()
+    assert state(browser)["ticks"] == 600_000
+    assert browser.ask("mafsil.store.journal.length") == 3
+    assert after - before < 1_000_000
+
+
+def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browser, tmp_path: Path) -> None:
+    """The page of any robot: search where there is no closed form, no loads where there are no masses."""
+    for name in ("scara_rrrp", "rrprrr", "planar3r"):
+        show(name).write(tmp_path / f"{name}.html")
+        browser.requests.clear()
+        browser.load(tmp_path / f"{name}.html")
+        x, y = tip(browser)
+        browser.drag((x, y), (x - 12, y + 8))
+        assert not browser.errors

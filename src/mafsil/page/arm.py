@@ -18,8 +18,8 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import pose_task
-from mafsil.ik.recognise import EXACT
-from mafsil.job.resting import starting_place
+from mafsil.ik.tolerances import DEFECT
+from mafsil.job.resting import REGULAR, starting_place
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host
@@ -31,8 +31,8 @@ from mafsil.simulation.stepping import Stepper
 
 STEP = 1e-3
 """Time between two evaluations of the control law, and of the integration [s]."""
-NATURAL_FREQUENCY = 12.0
-"""Of the controller [rad/s]: soft enough that a push is seen."""
+NATURAL_FREQUENCY = 40.0
+"""Of the controller [rad/s]: soft enough that a push is seen, also at a light wrist."""
 TOLERANCE = 1e-9
 """Largest residual of a solution [m | rad]."""
 ATTEMPTS, STEPS = 16, 80
@@ -64,7 +64,7 @@ class Arm:
     def form(self) -> ClosedForm | None:
         """The closed form, where it is the arm's own: neither nearly so, nor of an equation of fourth degree."""
         found = closed_form(self.problem.robot)
-        usable = found is not None and found.pattern.defect <= EXACT and not found.pattern.quartic
+        usable = found is not None and found.pattern.defect <= DEFECT and not found.pattern.quartic
         return found if usable else None
 
     @lazy
@@ -99,8 +99,12 @@ class Arm:
 
     @lazy
     def start(self) -> JointVector:
-        """(n,) where the page begins [rad | m]."""
-        return starting_place(self.robot)
+        """(n,) where the page begins: of a regular place and its mirror image the one with the higher tip [rad | m]."""
+        limits, q = self.robot.limits, starting_place(self.robot)
+        both = np.stack([q, np.clip(-q, limits.lower, limits.upper)])
+        regular = np.linalg.svd(self.robot.jacobian_body(both), compute_uv=False)[:, -1] >= REGULAR
+        heights = self.robot.forward_kinematics(both)[:, :3, 3] @ -np.asarray(self.robot.mechanism.gravity)
+        return both[1] if regular[1] and heights[1] > heights[0] else q
 
     @lazy
     def task(self) -> Floats:

@@ -8,7 +8,6 @@ import webbrowser
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mafsil.errors import FileError
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import language as current_language
 from mafsil.model import Mechanism, library
@@ -53,10 +52,7 @@ class Page:
             FileError: the place cannot be written.
         """
         place = Path(path)
-        try:
-            write_whole(place, self.html.encode())
-        except OSError as error:
-            raise FileError("cli.cannot_write", path=str(place), reason=error.strerror or str(error)) from None
+        write_whole(place, self.html.encode())
         return place
 
     def open(self) -> Path:

@@ -11,7 +11,7 @@ export const jacobian = {
     const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));
     const choice = element("input", { type: "checkbox", onchange: (event) => store.show({ ellipsoid: event.target.checked }) });
     choice.checked = store.shown.ellipsoid;
-    place.append(list, element("label", { class: "choice" }, choice, sentence(words, "ellipsoid")), element("div", { class: "wide small" }, J_b.math));
+    place.append(list, element("label", { class: "choice" }, choice, sentence(words, "ellipsoid")), element("div", { class: "wide small", dir: "ltr" }, J_b.math));
     return () => {
       const J = store.arm.kernels.jacobian_body(store.state.q)[0];
       const rows = Array.from({ length: 6 }, (_, i) => Array.from(J.subarray(n * i, n * i + n)));

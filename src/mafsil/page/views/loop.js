@@ -2,14 +2,14 @@
 
 import { element, isolated, number, sentence, written } from "./elements.js";
 
-const MOST_FORCE = 60; // N
+const MOST_FORCE = 40; // N
 const MOST_TICKS = 34; // of a frame: a page that was away does not hurry after the time
 
 export const loop = {
   name: "loop",
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
-    const { store, words } = app, time = isolated(""), away = isolated("");
+    const { store, words, data } = app, unit = data.robot.joints.some((joint) => joint.prismatic) ? "rad | m" : "rad", time = isolated(""), away = isolated("");
     const toggle = element("button", { type: "button", id: "loop", class: "strong", onclick: () => { app.playing = !store.state.loop; store.do("loop", { closed: app.playing }); app.last = performance.now(); } });
     const forces = ["x", "y", "z"].map((axis, k) => element("input", { type: "range", min: -MOST_FORCE, max: MOST_FORCE, step: 1, value: 0, dir: "ltr", "aria-label": `${axis} [N]`, oninput: () => push(true) }));
     function push(gesture) {
@@ -26,7 +26,7 @@ export const loop = {
       for (const field of [...forces, none]) field.disabled = !state.loop;
       forces.forEach((field, k) => { if (document.activeElement !== field) field.value = state.push[3 + k]; });
       written(time, `${number(state.ticks * arm.settings.step, 2)} s`);
-      written(away, `${number(Math.max(...state.q.map((value, k) => Math.abs(value - state.goal[k]))), 4)} rad`);
+      written(away, `${number(Math.max(...state.q.map((value, k) => Math.abs(value - state.goal[k]))), 4)} ${unit}`);
     };
     update();
     return update;
