@@ -323,3 +323,20 @@ def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browse
         x, y = tip(browser)
         browser.drag((x, y), (x - 12, y + 8))
         assert not browser.errors
+
+
+def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
+    """The file of docs/page.md: its card stands in its place, in both languages, and follows the arm."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "page.md").read_text(encoding="utf-8")
+    (tmp_path / "height.js").write_text(text.split("write_text('''\n")[1].split("'''")[0], encoding="utf-8")
+    show("panda", language="en", views=[tmp_path / "height.js"]).write(tmp_path / "own.html")
+    browser.load(tmp_path / "own.html")
+    assert browser.ask("[...document.querySelectorAll('details')].map(e => e.id).slice(0, 3)") == [
+        "view-joints", "view-height", "view-pose",
+    ]  # fmt: skip
+    slide(browser, 1, -0.1)
+    settle(browser)
+    shown = float(browser.ask("document.querySelector('#view-height bdi').textContent").split()[0].replace("−", "-"))
+    assert shown == pytest.approx(mf.load("panda").forward_kinematics(state(browser)["q"])[2, 3], abs=6e-5)
+    browser.click("#language")
+    assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"

@@ -14,6 +14,7 @@ from mafsil.errors import FileError, KernelError
 from mafsil.messages import LANGUAGES
 from mafsil.messages.catalogue import keys
 from mafsil.page import Session, show
+from mafsil.page.assemble import own_views
 from mafsil.scene import modules
 
 
@@ -40,7 +41,7 @@ def test_every_sentence_stands_in_both_languages() -> None:
     assert keys("en", "page") == keys("ar", "page")
     data = json.loads(re.search(r'id="data">(.*?)</script>', show("planar2r").html, re.S)[1])  # pyright: ignore
     assert set(data["languages"]) == set(LANGUAGES)
-    used = set(re.findall(r'"((?:view|why)_\w+)"', modules.one_script("page/main.js")))
+    used = set(re.findall(r'"((?:view|why)_\w+)"', modules.one_script(*own_views(), "page/main.js")))
     assert used <= set(data["languages"]["ar"]["sentences"])
 
 
@@ -61,7 +62,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert data["page"] == str(out)
     assert opened == [out.as_uri()]
     assert "Session(" in out.read_text(encoding="utf-8")
-    assert main(["--language", "ar", "show", "planar2r", "--open"]) == 0
+    assert main(["--lang", "ar", "show", "planar2r", "--open"]) == 0
     assert opened[1].endswith("planar2r.html")
     assert 'dir="rtl"' in Path(opened[1].removeprefix("file://")).read_text(encoding="utf-8")
 
@@ -71,6 +72,11 @@ def test_a_robot_of_a_file_is_loaded_from_it_by_the_script(tmp_path: Path) -> No
     assert '"python":"\'planar2r\'"' in data
     with pytest.raises(mf.InputError):
         Session("planar2r").set_joint(5, 0.0)
+
+
+def test_a_view_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"none\.js"):
+        _ = show("planar2r", views=[tmp_path / "none.js"]).html
 
 
 def test_modules_are_joined_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,9 +90,7 @@ def test_modules_are_joined_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         "page/f.js": "export { a };\n",
     }
     monkeypatch.setattr(modules, "read", texts.__getitem__)
-    modules.one_script.cache_clear()
     assert modules.one_script("page/a.js") == '"use strict";\nconst b = 1;\nconst a = b + 1;'
     for name in "def":
         with pytest.raises(KernelError):
             modules.one_script(f"page/{name}.js")
-    modules.one_script.cache_clear()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Mapping, Sequence
+from importlib import resources
 from typing import Any
 
 from mafsil.messages import direction
@@ -12,14 +12,21 @@ from mafsil.scene import one_script
 from mafsil.scene.inline import attribute, embedded, policy
 from mafsil.scene.modules import read
 
+MAIN = "page/main.js"
 
-def assembled(content: Mapping[str, Any]) -> str:
+
+def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
     """The page as HTML text.
 
     Args:
         content: its data, see `mafsil.page.content`.
+        views: absolute paths of modules with more views.
+
+    Raises:
+        FileError: a module that cannot be read.
+        KernelError: a module with statements that are not understood.
     """
-    style, script = _style(), "(() => {\n" + one_script("page/main.js") + "\n})();"
+    style, script = read("page/page.css").strip(), "(() => {\n" + one_script(*own_views(), *views, MAIN) + "\n})();"
     slots = {
         "lang": content["language"],
         "dir": direction(content["language"]),
@@ -32,6 +39,7 @@ def assembled(content: Mapping[str, Any]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], read("page/page.html"))
 
 
-@cache
-def _style() -> str:
-    return read("page/page.css").strip()
+def own_views() -> list[str]:
+    """The modules in `page/views`; each describes one view, but the one with the elements of all."""
+    folder = resources.files("mafsil.page").joinpath("views")
+    return sorted(f"page/views/{file.name}" for file in folder.iterdir() if file.name.endswith(".js"))

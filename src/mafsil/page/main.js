@@ -2,20 +2,11 @@
 
 import { bytes, loadKernels } from "./core/kernels.js";
 import { Store } from "./core/store.js";
+import { VIEWS } from "./core/views.js";
 import { Words } from "./core/words.js";
 import { Stage } from "./stage/stage.js";
-import { branches } from "./views/branches.js";
-import { code } from "./views/code.js";
-import { dh } from "./views/dh.js";
 import { element, sentence } from "./views/elements.js";
-import { gravity } from "./views/gravity.js";
-import { jacobian } from "./views/jacobian.js";
-import { loop, tick } from "./views/loop.js";
-import { pose } from "./views/pose.js";
-import { sliders } from "./views/sliders.js";
 
-const VIEWS = [sliders, pose, branches, jacobian, gravity, loop, dh, code];
-const OPEN = new Set(["joints", "branches", "code"]); // the others are folded at first
 const SMOOTHING = 0.1;
 
 /** The module of kernels, which travels compressed. */
@@ -51,11 +42,11 @@ class App {
     document.title = `${data.robot.name} · mafsil`;
     for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
-    const open = this.updates.length ? new Set(this.updates.filter(({ card }) => card.open).map(({ view }) => view.name)) : OPEN;
+    const open = this.updates.length ? new Set(this.updates.filter(({ card }) => card.open).map(({ view }) => view.name)) : null;
     this.updates = [];
     panel.replaceChildren();
-    for (const view of VIEWS.filter((one) => one.wanted(store.arm, data))) {
-      const card = element("details", { id: `view-${view.name}`, open: open.has(view.name), ontoggle: () => this.draw() }, element("summary", {}, sentence(words, `view_${view.name}`)));
+    for (const view of VIEWS.filter((one) => one.wanted?.(store.arm, data) ?? true)) {
+      const card = element("details", { id: `view-${view.name}`, open: open ? open.has(view.name) : view.open ?? false, ontoggle: () => this.draw() }, element("summary", {}, view.title?.[words.chosen] ?? sentence(words, `view_${view.name}`)));
       const place = element("div", {});
       card.append(place);
       panel.append(card);
@@ -80,7 +71,7 @@ class App {
 
   frame(now) {
     const begin = performance.now();
-    const running = tick(this, now);
+    const running = this.updates.filter(({ view }) => view.tick?.(this, now)).length > 0;
     this.waiting = false;
     for (const { card, update } of this.updates) if (card.open) update();
     this.paintStatus();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import webbrowser
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,16 +32,18 @@ class Page:
         robot: what is shown.
         language: in which the page opens; its reader may switch.
         python: expression that makes the robot in the scripts that the page writes.
+        views: absolute paths of modules with more views.
     """
 
     robot: Robot
     language: str
     python: str = field(repr=False)
+    views: tuple[str, ...] = ()
 
     @lazy
     def html(self) -> str:
         """The whole page as text; it needs no other file and makes no request."""
-        return assembled(content(Arm(self.robot), self.language, self.python))
+        return assembled(content(Arm(self.robot), self.language, self.python), self.views)
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write the page into a file, which appears whole or not at all.
@@ -69,7 +72,7 @@ class Page:
         return f'<iframe sandbox="{allowed}" style="{style}" srcdoc="{attribute(self.html)}"></iframe>'
 
 
-def show(robot: RobotLike, *, language: str | None = None) -> Page:
+def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
     """The arm with sliders, all branches, its Jacobian, its loads and a closed loop, to be moved in a browser.
 
     In a notebook the page appears under the cell; `show(robot).open()` shows it in the browser,
@@ -79,12 +82,14 @@ def show(robot: RobotLike, *, language: str | None = None) -> Page:
     Args:
         robot: any robot; a name or a file. Its numbers stand readable in the page.
         language: `en` or `ar`; the current one if None.
+        views: files with views of your own, one each (docs/page.md); their script runs in the page.
 
     Raises:
         ModelError: a robot without joints.
     """
     found = as_robot(robot)
-    return Page(found, language or current_language(), _python(robot, found))
+    own = tuple(os.path.abspath(view) for view in views)
+    return Page(found, language or current_language(), _python(robot, found), own)
 
 
 def show_as(mechanism: Mechanism, source: str) -> Page:

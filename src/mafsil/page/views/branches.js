@@ -1,12 +1,14 @@
 // All configurations that reach the tip's pose, each with its name; or that there is only the numerical search.
 
+import { view } from "../core/views.js";
 import { hereOf, lifted } from "../core/state.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
 import { element, number, sentence, written } from "./elements.js";
 
-export const branches = {
+view({
   name: "branches",
-  wanted: () => true,
+  order: 30,
+  open: true,
   mount(place, { store, words, data }) {
     const { arm } = store;
     if (!arm.kernels.branches) {
@@ -41,4 +43,4 @@ export const branches = {
       });
     };
   },
-};
+});

@@ -1,11 +1,13 @@
 // The journal: every action as a line of Python, to be copied, saved and done again elsewhere to the same bits.
 
+import { view } from "../core/views.js";
 import { line, script } from "../core/journal.js";
 import { element, sentence } from "./elements.js";
 
-export const code = {
+view({
   name: "code",
-  wanted: () => true,
+  order: 80,
+  open: true,
   mount(place, { store, words, data }) {
     const list = element("pre", { dir: "ltr", tabindex: 0, id: "journal", "aria-label": words.text("view_code") });
     const note = element("span", { class: "soft", role: "status" });
@@ -35,4 +37,4 @@ export const code = {
       list.scrollTop = list.scrollHeight;
     };
   },
-};
+});

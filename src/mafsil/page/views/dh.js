@@ -1,9 +1,11 @@
 // The Denavit-Hartenberg table; a row that is pointed at shows its frame.
 
+import { view } from "../core/views.js";
 import { element, isolated, number, sentence, symbol } from "./elements.js";
 
-export const dh = {
+view({
   name: "dh",
+  order: 70,
   wanted: (arm, data) => Boolean(data.dh),
   mount(place, { store, words, data }) {
     const head = element("tr", {}, element("th", {}, "i"));
@@ -18,4 +20,4 @@ export const dh = {
     place.append(element("p", { class: "soft" }, sentence(words, "dh_about")), element("div", { class: "wide" }, element("table", { dir: "ltr" }, element("thead", {}, head), body)));
     return () => {};
   },
-};
+});

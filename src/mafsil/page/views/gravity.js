@@ -1,9 +1,11 @@
 // Efforts that hold the arm against gravity, as shares of what its motors can.
 
+import { view } from "../core/views.js";
 import { element, isolated, number, sentence, written } from "./elements.js";
 
-export const gravity = {
+view({
   name: "gravity",
+  order: 50,
   wanted: ({ kernels }) => "gravity_torque" in kernels,
   mount(place, { store, words, data }) {
     const { effort } = store.arm.settings;
@@ -25,4 +27,4 @@ export const gravity = {
       });
     };
   },
-};
+});

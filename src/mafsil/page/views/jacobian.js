@@ -1,11 +1,12 @@
 // The body Jacobian, its singular values and manipulability.
 
+import { view } from "../core/views.js";
 import { singularValues } from "../core/linear.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
-export const jacobian = {
+view({
   name: "jacobian",
-  wanted: () => true,
+  order: 40,
   mount(place, { store, words }) {
     const n = store.arm.settings.n, J_b = matrix(6, n, [symbol("J", "b", "=")]), values = isolated(""), measure = isolated("");
     const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));
@@ -21,4 +22,4 @@ export const jacobian = {
       written(measure, number(found.reduce((a, b) => a * b, 1)));
     };
   },
-};
+});

@@ -1,12 +1,14 @@
 // The closed loop: a controller holds the arm at its goal while something pushes the tip.
 
+import { view } from "../core/views.js";
 import { element, isolated, number, sentence, written } from "./elements.js";
 
 const MOST_FORCE = 40; // N
 const MOST_TICKS = 34; // of a frame: a page that was away does not hurry after the time
 
-export const loop = {
+view({
   name: "loop",
+  order: 60,
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
     const { store, words, data } = app, unit = data.robot.joints.some((joint) => joint.prismatic) ? "rad | m" : "rad", time = isolated(""), away = isolated("");
@@ -31,10 +33,11 @@ export const loop = {
     update();
     return update;
   },
-};
+  tick,
+});
 
 /** Let as much time pass in the loop as has passed for whoever watches. */
-export function tick(app, now) {
+function tick(app, now) {
   const { store } = app;
   if (!store.state.loop || !app.playing) return false;
   const ticks = Math.min(MOST_TICKS, Math.floor((now - app.last) / (1000 * store.arm.settings.step)));

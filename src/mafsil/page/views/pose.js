@@ -1,14 +1,15 @@
 // The tip's pose in several representations; numbers typed here lead the tool there.
 
+import { view } from "../core/views.js";
 import { quaternionFrom, quaternionOf, rollPitchYaw, rotationVector } from "../core/rotations.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
 const DEGREES = 180 / Math.PI;
 const FIELDS = [["x", "m", 1], ["y", "m", 1], ["z", "m", 1], ["roll", "°", DEGREES], ["pitch", "°", DEGREES], ["yaw", "°", DEGREES]];
 
-export const pose = {
+view({
   name: "pose",
-  wanted: () => true,
+  order: 20,
   mount(place, app) {
     const { store, words } = app, T_sb = matrix(4, 4, [symbol("T", "sb", "=")]);
     const shown = () => {
@@ -37,4 +38,4 @@ export const pose = {
       shown().forEach((value, k) => { if (document.activeElement !== fields[k]) fields[k].value = value.toFixed(k < 3 ? 4 : 2); });
     };
   },
-};
+});

@@ -1,13 +1,15 @@
 // Joints: a slider and a number for each, its limits, and how much of the range is left.
 
+import { view } from "../core/views.js";
 import { hereOf } from "../core/state.js";
 import { element, isolated, number, sentence } from "./elements.js";
 
 const FREE = Math.PI; // half the range of a slider without limits [rad | m]
 
-export const sliders = {
+view({
   name: "joints",
-  wanted: () => true,
+  order: 10,
+  open: true,
   mount(place, { store, words, data }) {
     const { lower, upper, start } = store.arm.settings;
     const rows = data.robot.joints.map((joint, k) => {
@@ -33,4 +35,4 @@ export const sliders = {
       });
     };
   },
-};
+});
