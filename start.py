@@ -22,6 +22,10 @@ ROOT = Path(__file__).resolve().parent
 HOME = ROOT / ".venv"
 PYTHON = HOME / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 EXTRAS = {"run": "plots", "test": "plots,test"}
+PROGRAMS = {"node": ("node", "nodejs"), "chromium": ("chromium", "chromium-browser", "google-chrome")}
+"""What the tests of pages run, and the names under which it is found."""
+PACKAGES = {"node": "nodejs", "chromium": "chromium"}
+"""Debian's packages of them."""
 
 
 def main(arguments: list[str]) -> int:
@@ -34,6 +38,8 @@ def main(arguments: list[str]) -> int:
         return 1
     verb, rest = arguments[0], arguments[1:]
     set_up(EXTRAS[verb])
+    if verb == "test":
+        bring_programs()
     command = ["-m", "mafsil.cli.main", *(rest or ["demo"])] if verb == "run" else ["-m", "pytest", *rest]
     return subprocess.run([str(PYTHON), *command], cwd=None if verb == "run" else ROOT, check=False).returncode
 
@@ -52,6 +58,16 @@ def set_up(extras: str) -> None:
     print("compiling what knows no robot (once; about a minute)", file=sys.stderr, flush=True)
     works([str(PYTHON), "-m", "mafsil.cli.main", "doctor", "--build"])  # without it, a first question takes longer
     stamp.write_text(wanted)
+
+
+def bring_programs() -> None:
+    """Node.js and Chromium from Debian where they are missing and this may install; else their tests say what lacks."""
+    missing = [PACKAGES[name] for name, known in PROGRAMS.items() if not any(map(shutil.which, known))]
+    if not missing or not shutil.which("apt-get") or os.geteuid() != 0:
+        return
+    print(f"installing {' and '.join(missing)} (once; the tests of pages run in them)", file=sys.stderr, flush=True)
+    works(["apt-get", "update", "-qq"])
+    works(["apt-get", "install", "-y", "-qq", "--no-install-recommends", *missing])
 
 
 def bring_pip() -> None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mafsil.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from mafsil import control as control
     from mafsil import derivation as derivation
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from mafsil.model.denavit_hartenberg import DHRow as DHRow
     from mafsil.model.lint import lint as lint
     from mafsil.model.lint import mend as mend
+    from mafsil.page import show as show
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
     from mafsil.robot.exporting import export as export
@@ -71,7 +74,6 @@ if TYPE_CHECKING:
     from mafsil.verification import Verification as Verification
     from mafsil.verification import verify as verify
 
-__version__ = "0.1.0"
 
 _HOME_OF = {
     "control": "mafsil.control",
@@ -131,6 +133,7 @@ _HOME_OF = {
     "lint": "mafsil.model.lint:lint",
     "load": "mafsil.robot:load",
     "mend": "mafsil.model.lint:mend",
+    "show": "mafsil.page:show",
     "simulate": "mafsil.simulation:simulate",
     "solve_ik": "mafsil.ik:solve_ik",
     "Verification": "mafsil.verification:Verification",

@@ -35,7 +35,11 @@ OPERATIONS: tuple[Operation, ...] = (
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
     Operation("list", "mafsil.cli.library_list:robots"),
-    Operation("show", "mafsil.cli.show:show", (_ROBOT, _TIP, Parameter("picture", "path"), _DEGREES)),
+    Operation(
+        "show",
+        "mafsil.cli.show:show",
+        (_ROBOT, _TIP, Parameter("picture", "path"), Parameter("out", "path"), Parameter("open", "flag"), _DEGREES),
+    ),
     Operation(
         "fk",
         "mafsil.cli.fk:fk",

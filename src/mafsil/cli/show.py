@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import webbrowser
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,14 +12,22 @@ from mafsil.cli.answer import Answer
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
 from mafsil.errors import FileError, InputError
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Joint, Mechanism
 from mafsil.model.loading import load_mechanism
 
+if TYPE_CHECKING:
+    import mafsil.page.show as pages
+else:
+    pages = lazily("mafsil.page.show")
+
 PICTURES = (".html", ".png", ".svg", ".pdf")
 
 
-def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Answer:
+def show(
+    robot: str, tip: str | None, picture: str | None, degrees: bool, out: str | None = None, open: bool = False
+) -> Answer:
     """Joints, limits, masses, screws, provenance and diagnostics of a robot.
 
     Args:
@@ -26,6 +35,8 @@ def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Ans
         tip: another tip link.
         picture: file to draw it into (.html, .png, .svg, .pdf), or None.
         degrees: print angles in degrees.
+        out: file for the page that runs the robot in a browser, or None.
+        open: show that page in the browser.
 
     Raises:
         MafsilError: no such robot, a broken file, an unknown kind of picture.
@@ -41,7 +52,21 @@ def show(robot: str, tip: str | None, picture: str | None, degrees: bool) -> Ans
         _draw(mechanism, Path(picture))
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
+    if out is not None or open:
+        data["page"] = _page(robot, mechanism, out, show=open)
+        lines.append(say("cli.page_written", path=data["page"]))
     return Answer(data, tuple(lines))
+
+
+def _page(robot: str, mechanism: Mechanism, out: str | None, *, show: bool) -> str:
+    """Write the page, into a file of its own where none is named, and show it where that is wanted."""
+    page = pages.show_as(mechanism, robot)
+    if out is None:
+        return str(page.open())
+    path = page.write(out)
+    if show:
+        webbrowser.open(path.resolve().as_uri())
+    return str(path)
 
 
 def _summary(mechanism: Mechanism) -> list[str]:

@@ -1,7 +1,8 @@
 """ES modules joined to one script for a page that makes no request.
 
-Only what the modules here use is understood: `import { names } from "./path.js";` on lines of their own, and `export`
-in front of declarations. All declarations at the top of the modules share one scope, so their names must differ.
+Only what the modules here use is understood: `import { names } from "./path.js";` on lines of their own, the path
+relative or, from `page/` and `scene/`, inside the package; and `export` in front of declarations. All declarations at
+the top of the modules share one scope, so their names must differ.
 """
 
 from __future__ import annotations
@@ -9,10 +10,10 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Iterable
-from functools import cache
 from importlib import resources
+from pathlib import Path
 
-from mafsil.errors import KernelError
+from mafsil.errors import FileError, KernelError
 
 ROOT = "mafsil"
 _IMPORT = re.compile(r'^import \{([^}]*)\} from "([^"]+)";\n', re.M)
@@ -24,7 +25,6 @@ Source = str
 """A module's path inside the package, such as `scene/matrix.js`."""
 
 
-@cache
 def one_script(*entries: Source) -> str:
     """The entries and all that they import, each once, what is imported first; comments left out.
 
@@ -45,9 +45,20 @@ def one_script(*entries: Source) -> str:
     return '"use strict";\n' + "\n".join(_bare(path) for path in order)
 
 
-@cache
 def read(path: Source) -> str:
-    """The text of a module."""
+    """The text of a module.
+
+    Args:
+        path: inside the package; or absolute, of a module that somebody else wrote.
+
+    Raises:
+        FileError: no such file.
+    """
+    if posixpath.isabs(path):
+        try:
+            return Path(path).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise FileError("file.unreadable", path=path, reason=str(error)) from None
     return resources.files(ROOT).joinpath(*path.split("/")).read_text(encoding="utf-8")
 
 
@@ -55,9 +66,14 @@ def _collect(path: Source, order: list[str]) -> None:
     if path in order:
         return
     for _, other in _IMPORT.findall(read(path)):
-        _collect(posixpath.normpath(posixpath.join(posixpath.dirname(path), other)), order)
+        _collect(_place(path, other), order)
     if path not in order:
         order.append(path)
+
+
+def _place(importer: Source, path: str) -> Source:
+    """The module that is imported: beside the importer, or by its path inside the package."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(importer), path)) if path.startswith(".") else path
 
 
 def _declared(text: str) -> Iterable[str]:

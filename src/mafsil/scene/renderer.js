@@ -23,7 +23,8 @@ void main() {
   gl_Position = camera * place;
 }`;
 
-// Share of the sun that reaches a place: the mean of 25 comparisons with the shadow map around it, which softens edges.
+// Share of the sun that reaches a place: the mean of comparisons with the shadow map around it, which softens edges; 25
+// of them, or a single one for machines that draw without a graphics processor.
 const SUNLIT_SHARE = `
 uniform highp sampler2DShadow shadows;
 uniform float texel;
@@ -31,10 +32,10 @@ float sunlitShare(vec4 shade, float bias) {
   vec3 place = shade.xyz / shade.w * .5 + .5;
   if (any(lessThan(place.xy, vec2(0.))) || any(greaterThan(place, vec3(1.)))) return 1.;
   float sum = 0.;
-  for (int i = -2; i <= 2; i++)
-    for (int j = -2; j <= 2; j++)
+  for (int i = -SPREAD; i <= SPREAD; i++)
+    for (int j = -SPREAD; j <= SPREAD; j++)
       sum += texture(shadows, vec3(place.xy + vec2(i, j) * texel * 1.3, place.z - bias));
-  return sum / 25.;
+  return sum / float((2 * SPREAD + 1) * (2 * SPREAD + 1));
 }`;
 
 // Bodies: light of the sky (grey from below, bluish from above), the sun, a weak second light from behind, gloss.
@@ -87,17 +88,27 @@ void main() {}`;
 
 const UP = [0, 0, 1];
 const SUN = Vector.unit([0.45, -0.55, 1.0]);
-const SHADOW_MAP_SIZE = 2048;
+// How well is drawn: by a graphics processor, or by a machine without one.
+const FULL = { spread: 2, shadowMap: 2048, pixels: 2, share: 1 };
+const LIGHT = { spread: 0, shadowMap: 512, pixels: 1, share: 0.5 };
 const FIELD_OF_VIEW = 0.62; // radians
 const CONTEXT = { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true };
 const FLOAT_BYTES = 4, INDEX_BYTES = 4;
 
+/** Whether a canvas would be drawn without a graphics processor; it cannot be drawn with other settings afterwards. */
+export function drawsBySoftware(canvas) {
+  const gl = canvas.getContext("webgl2", CONTEXT), known = gl?.getExtension("WEBGL_debug_renderer_info");
+  return known ? /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(known.UNMASKED_RENDERER_WEBGL)) : false;
+}
+
 export class Renderer {
-  // Throws where the browser has no WebGL 2.
-  constructor(canvas) {
-    const gl = canvas.getContext("webgl2", CONTEXT);
+  // Throws where the browser has no WebGL 2. light: draw with little effort.
+  constructor(canvas, { light = false } = {}) {
+    const gl = canvas.getContext("webgl2", { ...CONTEXT, antialias: !light });
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
+    this.light = light;
+    this.quality = this.light ? LIGHT : FULL;
     this.canvas = canvas;
     this.bodyProgram = this.compile(VERTEX_SHADER, BODY_SHADER);
     this.floorProgram = this.compile(VERTEX_SHADER, FLOOR_SHADER);
@@ -111,7 +122,7 @@ export class Renderer {
     const program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, vertexText], [gl.FRAGMENT_SHADER, fragmentText]]) {
       const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
+      gl.shaderSource(shader, text.replaceAll("SPREAD", String(this.quality.spread)));
       gl.compileShader(shader);
       if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
       gl.attachShader(program, shader);
@@ -131,7 +142,7 @@ export class Renderer {
     const gl = this.gl;
     this.shadowMap = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADOW_MAP_SIZE, SHADOW_MAP_SIZE);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, this.quality.shadowMap, this.quality.shadowMap);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
@@ -187,15 +198,15 @@ export class Renderer {
     const camera = this.cameraMatrix(view, width / Math.max(height, 1));
     this.drawShadowMap(items, light);
     this.clearScreen(width, height);
-    const shared = { camera, light, eye: view.eye, sun: SUN, texel: 1 / SHADOW_MAP_SIZE };
+    const shared = { camera, light, eye: view.eye, sun: SUN, texel: 1 / this.quality.shadowMap };
     this.drawFloor(view, shared);
     this.drawBodies(items, shared);
   }
 
-  // Give the canvas as many pixels as the screen shows, at most two a CSS pixel in each direction.
+  // Give the canvas as many pixels as the screen shows, at most two a CSS pixel in each direction; half of that if light.
   fitCanvas() {
     const canvas = this.canvas;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const ratio = Math.min(window.devicePixelRatio || 1, this.quality.pixels) * this.quality.share;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
@@ -219,7 +230,7 @@ export class Renderer {
     const gl = this.gl;
     gl.enable(gl.DEPTH_TEST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowTarget);
-    gl.viewport(0, 0, SHADOW_MAP_SIZE, SHADOW_MAP_SIZE);
+    gl.viewport(0, 0, this.quality.shadowMap, this.quality.shadowMap);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.useProgram(this.depthProgram.program);
     this.setUniforms(this.depthProgram, { camera: light, light });
@@ -248,15 +259,23 @@ export class Renderer {
     gl.depthMask(true);
   }
 
-  // 3. The bodies: translucent ones last, without writing depth.
+  // 3. The bodies: opaque ones, then ghosts, of which only the nearest surface shows, then translucent ones, which write
+  // no depth.
   drawBodies(items, shared) {
     const gl = this.gl;
-    const isOpaque = (item) => item.colour[3] >= 1;
+    const opaque = items.filter((item) => item.colour[3] >= 1);
+    const ghosts = items.filter((item) => item.ghost), rest = items.filter((item) => item.colour[3] < 1 && !item.ghost);
     gl.useProgram(this.bodyProgram.program);
     this.setUniforms(this.bodyProgram, shared);
-    for (const item of items) if (isOpaque(item)) this.draw(this.bodyProgram, item);
+    for (const item of opaque) this.draw(this.bodyProgram, item);
+    gl.colorMask(false, false, false, false);
+    for (const item of ghosts) this.draw(this.bodyProgram, item);
+    gl.colorMask(true, true, true, true);
+    gl.depthFunc(gl.LEQUAL);
+    for (const item of ghosts) this.draw(this.bodyProgram, item);
+    gl.depthFunc(gl.LESS);
     gl.depthMask(false);
-    for (const item of items) if (!isOpaque(item)) this.draw(this.bodyProgram, item);
+    for (const item of rest) this.draw(this.bodyProgram, item);
     gl.depthMask(true);
   }
 }

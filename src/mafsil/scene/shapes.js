@@ -59,7 +59,8 @@ export const Shapes = {
     return Shapes.lathe([[0, 0, 0, -1], [r, 0, 0, -1], [r, 0, height / s, r / s], [0, height, height / s, r / s]], 20);
   },
   // Surface of revolution about z.
-  lathe(profile, sides = 40) {
+  sides: 40,
+  lathe(profile, sides = Shapes.sides) {
     const vertices = [], indices = [], rows = profile.length;
     for (let k = 0; k <= sides; k++) {
       const a = 2 * Math.PI * k / sides, c = Math.cos(a), s = Math.sin(a);

@@ -162,11 +162,12 @@ def _kernel_of(scenario: Scenario, law: LawTerms, *, pushed: bool) -> Kernel:
         saturated=scenario.saturate,
         integrates=any(gains.integrates for gains in law.gains),
     )
-    return _kernel(loop)
+    return loop_kernel(loop)
 
 
 @lru_cache(maxsize=32)
-def _kernel(loop: Loop) -> Kernel:
+def loop_kernel(loop: Loop) -> Kernel:
+    """One step of a closed loop as a kernel; its ports are those of `mafsil.mechanics.loop_terms`."""
     inputs = tuple(Port(name, shape) for name, shape in input_sizes(loop).items())
     outputs = tuple(Port(name, shape) for name, shape in output_sizes(loop).items())
     return kernels.compile(

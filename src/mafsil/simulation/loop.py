@@ -8,7 +8,6 @@ from typing import cast
 
 import numpy as np
 
-from mafsil import __version__
 from mafsil.arrays import Floats, JointVector, require_function, require_kind
 from mafsil.control import saturated
 from mafsil.errors import InputError
@@ -19,6 +18,7 @@ from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
 from mafsil.trajectory import Motion
+from mafsil.version import __version__
 
 RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""

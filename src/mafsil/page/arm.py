@@ -1,0 +1,199 @@
+"""What a page computes with: the kernels of a robot and the numbers that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import mafsil.expression as ex
+from mafsil import kernels
+from mafsil.arrays import Floats, JointVector
+from mafsil.errors import ModelError
+from mafsil.ik.analysis import closed_form
+from mafsil.ik.closed_form import ClosedForm
+from mafsil.ik.moving_part import moving_part
+from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.task import pose_task
+from mafsil.ik.tolerances import DEFECT
+from mafsil.job.resting import REGULAR, starting_place
+from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels.lazy import lazy
+from mafsil.kernels.target import host
+from mafsil.mechanics.loop_terms import Loop, Term
+from mafsil.robot import Robot
+from mafsil.simulation.fused import loop_kernel
+from mafsil.simulation.plant import Plant
+from mafsil.simulation.stepping import Stepper
+
+STEP = 1e-3
+"""Time between two evaluations of the control law, and of the integration [s]."""
+NATURAL_FREQUENCY = 40.0
+"""Of the controller [rad/s]: soft enough that a push is seen, also at a light wrist."""
+TOLERANCE = 1e-9
+"""Largest residual of a solution [m | rad]."""
+ATTEMPTS, STEPS = 16, 80
+"""Of a numerical search: starts, and damped steps from each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A robot as a page knows it.
+
+    Attributes:
+        robot: the whole robot; its tip is the tool.
+    """
+
+    robot: Robot
+
+    @lazy
+    def problem(self) -> PoseProblem:
+        """The joints that move the tip, and the step towards a pose."""
+        return PoseProblem(moving_part(self.robot, None), limits=True)
+
+    @lazy
+    def places(self) -> list[int]:
+        """Which coordinates of the robot move its tip."""
+        found = self.problem.part.places
+        return list(range(self.robot.n)) if found is None else [int(place) for place in found]
+
+    @lazy
+    def form(self) -> ClosedForm | None:
+        """The closed form, where it is the arm's own: neither nearly so, nor of an equation of fourth degree."""
+        found = closed_form(self.problem.robot)
+        usable = found is not None and found.pattern.defect <= DEFECT and not found.pattern.quartic
+        return found if usable else None
+
+    @lazy
+    def kernels(self) -> Mapping[str, Kernel]:
+        """By the name under which the page calls them."""
+        part, robot = self.problem.robot, self.robot
+        found = {name: robot.kernel(name) for name in ("link_poses", "forward_kinematics", "jacobian_body")}
+        found["tip_pose"] = part.kernel("forward_kinematics")
+        found["pose_step"] = self.problem.step(False)
+        if self.form is not None:
+            found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
+        if self.has_dynamics:
+            found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": loop_kernel(self._loop)}
+        return found
+
+    @lazy
+    def unfused(self) -> Mapping[str, Kernel]:
+        """The same for this processor without fused products: the bits of the page."""
+        target = host("-fma")
+        return {
+            name: replace(kernel, recipe=None, fallback=None, target=target) for name, kernel in self.kernels.items()
+        }
+
+    @lazy
+    def has_dynamics(self) -> bool:
+        """Whether the robot has masses that make its motion under forces known."""
+        try:
+            M = self.robot.mass_matrix(self.start)
+        except ModelError:
+            return False
+        return bool(np.isfinite(M).all() and np.linalg.eigvalsh(M).min() > 1e-12)
+
+    @lazy
+    def start(self) -> JointVector:
+        """(n,) where the page begins: of a regular place and its mirror image the one with the higher tip [rad | m]."""
+        limits, q = self.robot.limits, starting_place(self.robot)
+        both = np.stack([q, np.clip(-q, limits.lower, limits.upper)])
+        regular = np.linalg.svd(self.robot.jacobian_body(both), compute_uv=False)[:, -1] >= REGULAR
+        heights = self.robot.forward_kinematics(both)[:, :3, 3] @ -np.asarray(self.robot.mechanism.gravity)
+        return both[1] if regular[1] and heights[1] > heights[0] else q
+
+    @lazy
+    def task(self) -> Floats:
+        """What `pose_step` is asked for: weights, axis, limits."""
+        asked = pose_task("pose", (0.0, 0.0, 1.0), None, TOLERANCE, None)
+        return np.concatenate([asked.scaled(self.problem.length), asked.axis, self.problem.lower, self.problem.upper])
+
+    @lazy
+    def starts(self) -> Floats:
+        """(m, 2) of every joint of the search: where its starts begin, and how far they reach [rad | m]."""
+        span = np.where(self.problem.revolute == 1, np.pi, self.problem.length)
+        lower = np.where(np.isfinite(self.problem.lower), self.problem.lower, -span)
+        upper = np.where(np.isfinite(self.problem.upper), self.problem.upper, np.maximum(lower, -span) + 2 * span)
+        return np.stack([lower, upper - lower], axis=1)
+
+    @lazy
+    def ratios(self) -> list[float]:
+        """(m,) irrational steps of a sequence that fills a cube evenly: powers of 1 / g, g^(m+1) = g + 1.
+
+        Reference: Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
+        """
+        m, g = len(self.places), 1.5
+        for _ in range(60):
+            g = (1.0 + g) ** (1.0 / (m + 1))
+        return [g ** -(i + 1.0) % 1.0 for i in range(m)]
+
+    @lazy
+    def gains(self) -> Floats:
+        """(1, 3, n) gains of computed torque: position, rate, integral."""
+        w, n = NATURAL_FREQUENCY, self.robot.n
+        return np.stack([np.full(n, w * w), np.full(n, 2.0 * w), np.zeros(n)])[None]
+
+    @lazy
+    def settings(self) -> dict[str, Any]:
+        """Numbers that session and page share, as plain data; infinite bounds are None."""
+        limits = self.robot.limits
+        centre, radius = self.problem.reach
+        return {
+            "n": self.robot.n,
+            "places": self.places,
+            "start": self.start.tolist(),
+            "lower": _bounds(limits.lower),
+            "upper": _bounds(limits.upper),
+            "task": _bounds(self.task),
+            "starts": self.starts.tolist(),
+            "ratios": self.ratios,
+            "tolerance": TOLERANCE,
+            "attempts": ATTEMPTS,
+            "steps": STEPS,
+            "centre": centre.tolist(),
+            "radius": radius if np.isfinite(radius) else None,
+            "locked": [] if self.form is None else [self.places[one.joint] for one in self.form.pattern.locked],
+            "step": STEP,
+            "gains": self.gains.ravel().tolist(),
+            "effort": _bounds(limits.effort),
+        }
+
+    @property
+    def _loop(self) -> Loop:
+        mechanism = self.robot.mechanism
+        return Loop(
+            plant=mechanism,
+            terms=(Term("computed_torque", mechanism),),
+            shown=mechanism,
+            scheme=Stepper(Plant(self.robot), "semi_implicit_euler", STEP).scheme(),
+            substeps=1,
+            friction=None,
+            pushed=True,
+            noisy=False,
+            saturated=True,
+            integrates=False,
+        )
+
+
+def _bounds(values: Floats) -> list[float | None]:
+    return [float(x) if np.isfinite(x) else None for x in values]
+
+
+def _turns_kernel(n: int) -> Kernel:
+    """Of q (n,) to the cosines and sines (n, 2) that the closed form takes."""
+    return kernels.compile(
+        Signature("turns", (Port("q", (n,)),), (Port("turns", (n, 2)),)),
+        partial(_turns, n),
+        key=f"turns {n}",
+        recipe=(_turns_kernel, (n,)),
+    )
+
+
+def _turns(n: int) -> Any:
+    q = ex.symbol("q", n)
+    rows = [ex.horzcat(ex.cos(q[i]), ex.sin(q[i])) for i in range(n)]
+    return ex.Function("turns", [q], [ex.reshape(ex.vertcat(*rows).T, 2 * n, 1)])

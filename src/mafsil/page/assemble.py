@@ -1,0 +1,45 @@
+"""The page as one HTML file: no request leaves it, no script but its own runs in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from typing import Any
+
+from mafsil.messages import direction
+from mafsil.scene import one_script
+from mafsil.scene.inline import attribute, embedded, policy
+from mafsil.scene.modules import read
+
+MAIN = "page/main.js"
+
+
+def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
+    """The page as HTML text.
+
+    Args:
+        content: its data, see `mafsil.page.content`.
+        views: absolute paths of modules with more views.
+
+    Raises:
+        FileError: a module that cannot be read.
+        KernelError: a module with statements that are not understood.
+    """
+    style, script = read("page/page.css").strip(), "(() => {\n" + one_script(*own_views(), *views, MAIN) + "\n})();"
+    slots = {
+        "lang": content["language"],
+        "dir": direction(content["language"]),
+        "title": attribute(content["robot"]["name"]),
+        "policy": policy(style, script, computes=True),
+        "style": style,
+        "script": script,
+        "data": embedded(content),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], read("page/page.html"))
+
+
+def own_views() -> list[str]:
+    """The modules in `page/views`; each describes one view, but the one with the elements of all."""
+    folder = resources.files("mafsil.page").joinpath("views")
+    return sorted(f"page/views/{file.name}" for file in folder.iterdir() if file.name.endswith(".js"))

@@ -1,0 +1,110 @@
+"""What a page carries: robot, kernels, solids, table and sentences as plain data."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mafsil.errors import ModelError
+from mafsil.ik.answers.branch import branch
+from mafsil.kernels.export import bundle
+from mafsil.messages import LANGUAGES, direction
+from mafsil.messages.catalogue import keys, template
+from mafsil.messages.isolates import runs
+from mafsil.messages.visible import visible
+from mafsil.model import JointKind
+from mafsil.model.dh_from_axes import dh_from_mechanism
+from mafsil.page.arm import Arm
+from mafsil.page.session import action_arguments
+from mafsil.scene import Drawing, as_data
+
+CODES = 27
+"""Codes of branches: three signs."""
+
+
+def content(arm: Arm, language: str, python: str) -> dict[str, Any]:
+    """The data of a page.
+
+    Args:
+        arm: what it computes with.
+        language: in which it opens.
+        python: expression of the robot, for the journal's script.
+
+    Raises:
+        KernelError: LLVM refuses a kernel.
+    """
+    robot = arm.robot
+    module = bundle(arm.kernels)
+    joints = robot.mechanism.coordinates
+    return {
+        "language": language,
+        "languages": {code: {"direction": direction(code), "sentences": dict(_sentences(code))} for code in LANGUAGES},
+        "robot": {
+            "name": visible(robot.name),
+            "python": python,
+            "joints": [{"name": visible(j.name), "prismatic": j.kind is JointKind.PRISMATIC} for j in joints],
+        },
+        "actions": action_arguments(),
+        "settings": arm.settings,
+        "kernels": {"layout": dict(module.layout), "code": _compressed(module.code)},
+        "branches": _branches(arm),
+        "dh": _dh_table(arm),
+        "scene": _scene(arm),
+    }
+
+
+def _compressed(code: bytes) -> str:
+    return base64.b64encode(gzip.compress(code, 9, mtime=0)).decode("ascii")
+
+
+def _sentences(code: str) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    """Every sentence of the page, cut by the package's one function into words and what keeps its own direction."""
+    for name in sorted(keys(code, "page")):
+        text = template(f"page.{name}", code)
+        pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
+        yield name, [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
+
+
+def _branches(arm: Arm) -> dict[str, Any] | None:
+    """Names of the branches, by code, in every language."""
+    if arm.form is None:
+        return None
+    pattern = arm.form.pattern
+    names = {code: [branch(pattern, 0, k).label(code) for k in range(CODES)] for code in LANGUAGES}
+    return {"rows": pattern.branches, **names}
+
+
+def _dh_table(arm: Arm) -> dict[str, Any] | None:
+    """The table in the modified convention; None for chains that have none."""
+    mechanism = arm.robot.mechanism
+    try:
+        found = dh_from_mechanism(mechanism)
+    except ModelError:
+        return None
+    if len(found.rows) != len(arm.places):
+        return None
+    rows = [
+        {
+            "a": row.a,
+            "alpha": row.alpha,
+            "d": row.d + (row.offset if row.kind == "P" else 0.0),
+            "theta": row.theta + (row.offset if row.kind == "R" else 0.0),
+            "prismatic": row.kind == "P",
+            "place": place,
+        }
+        for row, place in zip(found.rows, arm.places, strict=True)
+    ]
+    return {"base": found.base.ravel().tolist(), "rows": rows}
+
+
+def _scene(arm: Arm) -> dict[str, Any]:
+    mechanism = arm.robot.mechanism
+    poses = np.asarray(arm.robot.link_poses(arm.start))
+    tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
+    drawing = Drawing(mechanism)
+    centre, size, floor = drawing.extent(np.vstack([poses[:, :3, 3], tip[:3, 3]]), poses)
+    return as_data(drawing.bodies(floor, poses)) | {"centre": centre, "size": size, "floor": floor}

@@ -1,0 +1,39 @@
+// Everything that can be done. An action is data, {do: name, with: {argument: value}}; doing it gives the next state.
+// Names and arguments are those of the methods of `mafsil.page.Session`, which does the same to the same bits.
+
+import { looped, placed } from "./state.js";
+import { poseFrom, taken, tipPose } from "../loops/reach.js";
+import { searched } from "../loops/search.js";
+import { simulated } from "../loops/simulate.js";
+
+/**
+ * @typedef {{do: string, with: Object<string, any>}} Action
+ * @typedef {import("./state.js").State} State
+ * @typedef {import("./state.js").Arm} Arm
+ */
+
+/** @type {Object<string, (state: State, given: any, arm: Arm) => State>} */
+export const ACTIONS = {
+  set_joint: (state, { joint, value }) => placed(state, (state.loop ? state.goal : state.q).with(joint, value)),
+  set_joints: (state, { values }) => placed(state, values.slice()),
+  reach: (state, { position, quaternion, branch }, arm) => taken(state, poseFrom(position, quaternion), branch, arm),
+  choose: (state, { branch }, arm) => taken(state, tipPose(state, arm), branch, arm),
+  search: (state, { position, quaternion }, arm) => searched(state, poseFrom(position, quaternion), arm),
+  loop: (state, { closed }) => looped(state, closed),
+  push: (state, { wrench }) => ({ ...state, push: wrench.slice() }),
+  simulate: (state, { ticks }, arm) => simulated(state, ticks, arm),
+};
+
+/**
+ * How a later action of the same gesture joins the one before: it is done again from where the gesture began, or its
+ * ticks are added. So the journal holds one line for a gesture, and that line alone leads to the same state.
+ *
+ * @type {Object<string, "again" | "added">}
+ */
+export const JOINS = { set_joint: "again", reach: "again", search: "again", push: "again", simulate: "added" };
+
+/** Whether an action continues the gesture of the one before. @param {Action | undefined} last @param {Action} next */
+export function joins(last, next) {
+  if (!last || last.do !== next.do || !(next.do in JOINS)) return false;
+  return next.do !== "set_joint" || last.with.joint === next.with.joint;
+}

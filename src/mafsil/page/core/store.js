@@ -1,0 +1,89 @@
+// One state, changed by actions alone; views listen.
+
+import { ACTIONS, JOINS, joins } from "./actions.js";
+import { firstState } from "./state.js";
+
+/**
+ * @typedef {import("./actions.js").Action} Action
+ * @typedef {import("./state.js").State} State
+ * @typedef {import("./state.js").Arm} Arm
+ */
+
+export class Store {
+  /** @param {Arm} arm */
+  constructor(arm) {
+    this.arm = arm;
+    /** @type {State} */
+    this.state = firstState(arm.settings);
+    /** @type {{action: Action, before: State}[]} */
+    this.entries = [];
+    this.open = false; // a gesture is going on
+    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1 };
+    /** @type {Set<(what: string) => void>} */
+    this.listeners = new Set();
+  }
+
+  /** @returns {Action[]} */
+  get journal() {
+    return this.entries.map((entry) => entry.action);
+  }
+
+  /**
+   * Do an action.
+   *
+   * @param {string} name
+   * @param {Object<string, any>} given
+   * @param {{gesture?: boolean}} how  gesture: one of many that together are one, as while a slider moves
+   */
+  do(name, given, { gesture = false } = {}) {
+    const last = this.entries.at(-1), action = { do: name, with: given };
+    const known = ACTIONS[name];
+    if (!known) throw new RangeError(`no action is called ${name}`);
+    if (gesture && this.open && last && joins(last.action, action)) {
+      const added = JOINS[name] === "added";
+      this.state = known(added ? this.state : last.before, given, this.arm);
+      last.action = added ? { do: name, with: { ticks: last.action.with.ticks + given.ticks } } : action;
+    } else {
+      const before = this.state;
+      this.state = known(before, given, this.arm);
+      this.entries.push({ action, before });
+    }
+    this.open = gesture;
+    this.changed("state");
+  }
+
+  /** The gesture is over: the next action begins a line of its own. */
+  release() {
+    this.open = false;
+  }
+
+  /** The state before the last action. */
+  undo() {
+    const last = this.entries.pop();
+    if (!last) return;
+    this.state = last.before;
+    this.open = false;
+    this.changed("state");
+  }
+
+  /** The state before the gesture that is going on, or now. */
+  get base() {
+    return this.open ? this.entries.at(-1).before : this.state;
+  }
+
+  /** Show something else. @param {Object<string, any>} changes */
+  show(changes) {
+    Object.assign(this.shown, changes);
+    this.changed("shown");
+  }
+
+  /** @param {(what: string) => void} listener */
+  listen(listener) {
+    this.listeners.add(listener);
+  }
+
+  changed(what) {
+    for (const listener of this.listeners) listener(what);
+  }
+}

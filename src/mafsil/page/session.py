@@ -1,0 +1,313 @@
+"""The page without a page: the same actions on the same kernels, so that a journal is replayed to the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from inspect import signature
+from math import inf, isfinite
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import InputError
+from mafsil.model.loading import RobotLike
+from mafsil.page.arm import Arm
+from mafsil.robot import as_robot
+
+Numbers: TypeAlias = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the arm is and what it is doing; every action makes a new one.
+
+    Attributes:
+        q, qd: (n,) coordinates and rates [rad | m, per s].
+        goal: (n,) where the controller leads.
+        loop: whether the controller and the dynamics move the arm, or the actions do.
+        push: (6,) wrench on the tip in its frame (moment, force) [N m, N].
+        ticks: steps of the loop since it was closed.
+        status: how the last action ended.
+    """
+
+    q: Numbers
+    qd: Numbers
+    goal: Numbers
+    loop: bool = False
+    push: Numbers = (0.0,) * 6
+    ticks: int = 0
+    status: str = "ready"
+
+    @property
+    def here(self) -> Numbers:
+        """What actions change: the goal in the loop, else the coordinates."""
+        return self.goal if self.loop else self.q
+
+
+@dataclass(eq=False)
+class Session:
+    """A robot moved by actions, as on its page, with the bits of the page.
+
+    Args:
+        robot: any robot; a name or a file.
+
+    Kernels are compiled without fused products and sums, as WebAssembly has none. Every method is an action of the
+    page and the line that the page's journal writes for it.
+    """
+
+    robot: RobotLike
+    arm: Arm = field(init=False, repr=False)
+    state: State = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.arm = Arm(as_robot(self.robot))
+        start: Numbers = tuple(self.arm.settings["start"])
+        self.state = State(start, (0.0,) * len(start), start)
+
+    @property
+    def q(self) -> Floats:
+        """(n,) coordinates [rad | m]."""
+        return np.array(self.state.q)
+
+    @property
+    def status(self) -> str:
+        """How the last action ended: `ready`, `solved`, `beyond_limits`, `no_branch`, `not_found`, `diverged`."""
+        return self.state.status
+
+    def set_joint(self, joint: int, value: float) -> None:
+        """Move one joint.
+
+        Args:
+            joint: its place in the coordinates.
+            value: [rad | m]; limits are not enforced, the page's sliders end there.
+        """
+        self._check(joint, len(self.state.q))
+        q = list(self.state.here)
+        q[joint] = float(value)
+        self._place(tuple(q), "ready")
+
+    def set_joints(self, values: Sequence[float]) -> None:
+        """Move all joints.
+
+        Args:
+            values: (n,) [rad | m].
+        """
+        if len(values) != len(self.state.q):
+            raise InputError("session.count", got=len(values), wanted=len(self.state.q))
+        self._place(tuple(map(float, values)), "ready")
+
+    def reach(self, position: Sequence[float], quaternion: Sequence[float], branch: int) -> None:
+        """Bring the tip to a pose on one branch of the closed form.
+
+        Args:
+            position: (3,) in {s} [m].
+            quaternion: (4,) of any length but zero, (w, x, y, z).
+            branch: row of the closed form.
+        """
+        self._take(pose_from(position, quaternion), branch)
+
+    def choose(self, branch: int) -> None:
+        """Go to another branch of the pose where the tip is.
+
+        Args:
+            branch: row of the closed form.
+        """
+        here = [self.state.here[place] for place in self.arm.places]
+        self._take(self._call("tip_pose", here)[0], branch)
+
+    def search(self, position: Sequence[float], quaternion: Sequence[float]) -> None:
+        """Bring the tip to a pose by damped steps, from here and then from other starts.
+
+        Args:
+            position, quaternion: as of `reach`.
+        """
+        T, settings = pose_from(position, quaternion), self.arm.settings
+        task = _unbounded(settings["task"], len(self.arm.places))
+        for attempt in range(settings["attempts"]):
+            q = self._start(attempt)
+            for _ in range(settings["steps"]):
+                (out,) = self._call("pose_step", q, T, task)
+                turn, shift = out[-6:-3], out[-3:]
+                if not all(map(isfinite, out)):
+                    break
+                if _square(turn) <= settings["tolerance"] ** 2 and _square(shift) <= settings["tolerance"] ** 2:
+                    self._place(self._lifted(q), "solved")
+                    return
+                q = [float(x) for x in out[:-6]]
+        self.state = replace(self.state, status="not_found")
+
+    def loop(self, closed: bool) -> None:
+        """Close the loop, or open it: then the actions move the arm itself again.
+
+        Args:
+            closed: whether the controller moves the arm from now on.
+        """
+        self._require("closed_loop")
+        rest = (0.0,) * len(self.state.q)
+        self.state = replace(
+            self.state, loop=closed, goal=self.state.q, qd=rest, push=(0.0,) * 6, ticks=0, status="ready"
+        )
+
+    def push(self, wrench: Sequence[float]) -> None:
+        """Push the tip from now on.
+
+        Args:
+            wrench: (6,) moment and force on the tip, in its frame [N m, N].
+        """
+        if len(wrench) != 6:
+            raise InputError("session.count", got=len(wrench), wanted=6)
+        self.state = replace(self.state, push=tuple(map(float, wrench)))
+
+    def simulate(self, ticks: int) -> None:
+        """Let time pass in the closed loop.
+
+        Args:
+            ticks: steps of 1 ms.
+        """
+        self._require("closed_loop")
+        settings, state = self.arm.settings, self.state
+        n = len(state.q)
+        rest, gains, step = (0.0,) * n, settings["gains"], [settings["step"]]
+        T = self._call("forward_kinematics", state.goal)[0]
+        effort = [inf if x is None else x for x in settings["effort"]]
+        now: Sequence[float] = [*state.q, *state.qd]
+        reference = [*state.goal, *rest, *rest]
+        for _ in range(ticks):
+            now = self._call("closed_loop", now, reference, gains, step, T, effort, state.push)[0]
+        if all(map(isfinite, now)):
+            values = tuple(float(x) for x in now)
+            self.state = replace(state, q=values[:n], qd=values[n:], ticks=state.ticks + ticks, status="ready")
+        else:
+            self.state = replace(state, status="diverged")
+
+    def do(self, actions: Iterable[Mapping[str, Any]]) -> None:
+        """Replay a journal that the page saved as data.
+
+        Args:
+            actions: each `{"do": name, "with": {argument: value}}`.
+
+        Raises:
+            InputError: an action that is not known.
+        """
+        for action in actions:
+            method = ACTIONS.get(action["do"])
+            if method is None:
+                raise InputError("input.choice", name="do", value=action["do"], known=", ".join(ACTIONS))
+            method(self, **action["with"])
+
+    def _take(self, T: Sequence[float], branch: int) -> None:
+        """Go to a branch of a pose if it is there, within the limits."""
+        self._require("branches")
+        settings, places = self.arm.settings, self.arm.places
+        here = [self.state.here[place] for place in places]
+        lower = [_or(settings["lower"][place], -inf) for place in places]
+        upper = [_or(settings["upper"][place], inf) for place in places]
+        turns = self._call("turns", here)[0]
+        rows, details, defect = self._call("branches", T, here, turns, lower, upper)
+        m = len(places)
+        self._check(branch, len(details) // 6)
+        residual, excess = details[6 * branch], details[6 * branch + 5]
+        if not residual <= settings["tolerance"] or not defect[0] <= 1e-6:
+            self.state = replace(self.state, status="no_branch")
+        elif not excess <= LEEWAY:
+            self.state = replace(self.state, status="beyond_limits")
+        else:
+            self._place(self._lifted(rows[m * branch : m * (branch + 1)]), "solved")
+
+    def _start(self, attempt: int) -> list[float]:
+        """Where a search begins: here, then places that fill the ranges evenly."""
+        if attempt == 0:
+            return [self.state.here[place] for place in self.arm.places]
+        settings = self.arm.settings
+        pairs = zip(settings["starts"], settings["ratios"], strict=True)
+        return [lower + span * ((attempt * ratio) % 1.0) for (lower, span), ratio in pairs]
+
+    def _lifted(self, part: Sequence[float]) -> Numbers:
+        q = list(self.state.here)
+        for place, value in zip(self.arm.places, part, strict=True):
+            q[place] = float(value)
+        return tuple(q)
+
+    def _place(self, q: Numbers, status: str) -> None:
+        if self.state.loop:
+            self.state = replace(self.state, goal=q, status=status)
+        else:
+            self.state = replace(self.state, q=q, qd=(0.0,) * len(q), goal=q, status=status)
+
+    def _call(self, name: str, *values: Sequence[float]) -> list[list[float]]:
+        kernel = self.arm.unfused[name]
+        ports = kernel.signature.inputs
+        shaped = [np.reshape(np.array(x, dtype=np.float64), p.shape) for x, p in zip(values, ports, strict=True)]
+        with np.errstate(all="ignore"):
+            found: Any = kernel.point_ufunc(*shaped)
+        outputs = cast("tuple[Floats, ...]", found if isinstance(found, tuple) else (found,))
+        return [np.ravel(y).tolist() for y in outputs]
+
+    def _require(self, kernel: str) -> None:
+        if kernel not in self.arm.kernels:
+            raise InputError(f"session.no_{kernel}", robot=self.arm.robot.name)
+
+    def _check(self, index: int, count: int) -> None:
+        if not 0 <= index < count:
+            raise InputError("session.index", value=index, most=count - 1)
+
+
+LEEWAY = 1e-12
+"""By how much a coordinate may be beyond its limit: winding rounds."""
+
+ACTIONS: dict[str, Callable[..., None]] = {
+    method.__name__: method
+    for method in (
+        Session.set_joint, Session.set_joints, Session.reach, Session.choose, Session.search, Session.loop,
+        Session.push, Session.simulate,
+    )
+}  # fmt: skip
+"""What can be done, by name; the page gets names and arguments as data."""
+
+
+def action_arguments() -> dict[str, list[str]]:
+    """Of every action, the names of its arguments in their order."""
+    return {name: list(signature(method).parameters)[1:] for name, method in ACTIONS.items()}
+
+
+def pose_from(position: Sequence[float], quaternion: Sequence[float]) -> list[float]:
+    """16 numbers of T, row after row.
+
+    Plain products and sums in a fixed order: a browser finds the same bits.
+
+    Args:
+        position: (3,) [m].
+        quaternion: (4,) of any length but zero, (w, x, y, z).
+
+    Raises:
+        InputError: a number that is not finite, a quaternion of zeros, another count.
+    """
+    if len(position) != 3 or len(quaternion) != 4:
+        raise InputError("session.count", got=len(position) + len(quaternion), wanted=7)
+    w, x, y, z = map(float, quaternion)
+    px, py, pz = map(float, position)
+    size = w * w + x * x + y * y + z * z
+    if not all(map(isfinite, (size, px, py, pz))) or size == 0.0:
+        raise InputError("session.quaternion", value=tuple(quaternion))
+    s = 2.0 / size
+    return [
+        1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y), px,
+        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x), py,
+        s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y), pz,
+        0.0, 0.0, 0.0, 1.0,
+    ]  # fmt: skip
+
+
+def _square(v: Sequence[float]) -> float:
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+
+
+def _or(value: float | None, bound: float) -> float:
+    return bound if value is None else value
+
+
+def _unbounded(task: Sequence[float | None], m: int) -> list[float]:
+    """The task with its missing bounds infinite: weights (6), axis (3), lower (m), upper (m)."""
+    return [_or(value, -inf if k < 9 + m else inf) for k, value in enumerate(task)]

@@ -1,0 +1,113 @@
+"""A robot on a page: in a notebook, in a file, in the browser."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mafsil.kernels.lazy import lazy
+from mafsil.messages import language as current_language
+from mafsil.model import Mechanism, library
+from mafsil.model.loading import RobotLike
+from mafsil.page.arm import Arm
+from mafsil.page.assemble import assembled
+from mafsil.page.content import content
+from mafsil.robot import Robot, as_robot
+from mafsil.scene.inline import attribute
+from mafsil.whole_file import write_whole
+
+HEIGHT = 720
+"""Of the page in a notebook [pixels]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A robot to be moved in a browser.
+
+    Attributes:
+        robot: what is shown.
+        language: in which the page opens; its reader may switch.
+        python: expression that makes the robot in the scripts that the page writes.
+        views: absolute paths of modules with more views.
+    """
+
+    robot: Robot
+    language: str
+    python: str = field(repr=False)
+    views: tuple[str, ...] = ()
+
+    @lazy
+    def html(self) -> str:
+        """The whole page as text; it needs no other file and makes no request."""
+        return assembled(content(Arm(self.robot), self.language, self.python), self.views)
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page into a file, which appears whole or not at all.
+
+        Args:
+            path: of the file.
+
+        Raises:
+            FileError: the place cannot be written.
+        """
+        place = Path(path)
+        write_whole(place, self.html.encode())
+        return place
+
+    def open(self) -> Path:
+        """Show it in the browser, from a file in the folder for temporary files."""
+        place = Path(tempfile.mkdtemp(prefix="mafsil-")) / f"{_file_name(self.robot.name)}.html"
+        self.write(place)
+        webbrowser.open(place.as_uri())
+        return place
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the page in a frame of its own, which can reach nothing around it."""
+        allowed = "allow-scripts allow-downloads"
+        style = f"width: 100%; height: {HEIGHT}px; border: 0"
+        return f'<iframe sandbox="{allowed}" style="{style}" srcdoc="{attribute(self.html)}"></iframe>'
+
+
+def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
+    """The arm with sliders, all branches, its Jacobian, its loads and a closed loop, to be moved in a browser.
+
+    In a notebook the page appears under the cell; `show(robot).open()` shows it in the browser,
+    `show(robot).write("panda.html")` makes a file to hand in. Everything that is done there is a line of Python that
+    `mafsil.page.Session` repeats to the same bits.
+
+    Args:
+        robot: any robot; a name or a file. Its numbers stand readable in the page.
+        language: `en` or `ar`; the current one if None.
+        views: files with views of your own, one each (docs/page.md); their script runs in the page.
+
+    Raises:
+        ModelError: a robot without joints.
+    """
+    found = as_robot(robot)
+    own = tuple(os.path.abspath(view) for view in views)
+    return Page(found, language or current_language(), _python(robot, found), own)
+
+
+def show_as(mechanism: Mechanism, source: str) -> Page:
+    """The page of a mechanism that came from a name or a file, perhaps with another tip.
+
+    Args:
+        mechanism: what is shown.
+        source: name or file that scripts load.
+    """
+    return Page(Robot(mechanism), current_language(), repr(source))
+
+
+def _python(given: RobotLike, robot: Robot) -> str:
+    """The expression for scripts: what was given as text, a name of the library, else a name to be filled in."""
+    if isinstance(given, str | os.PathLike):
+        return repr(os.fspath(given))
+    return repr(robot.name) if robot.name in library.names() else "robot"
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)[:80] or "robot"

@@ -1,0 +1,73 @@
+// The robot as things to draw: its solids in a configuration, other branches as ghosts, frames, an ellipsoid.
+
+import { Matrix } from "../../scene/matrix.js";
+import { Shapes } from "../../scene/shapes.js";
+
+const AXES = [[0.83, 0.24, 0.22], [0.25, 0.62, 0.32], [0.22, 0.44, 0.84]];
+const TURNS = [[0.7071, 0, 0.7071, 0], [0.7071, -0.7071, 0, 0], [1, 0, 0, 0]];
+
+/** Column after column, from 16 numbers row after row. */
+export const columns = (T) => Float32Array.from({ length: 16 }, (_, k) => T[4 * (k % 4) + (k >> 2)]);
+
+export class Figure {
+  /**
+   * @param {{mesh: (shape: object) => object}} renderer
+   * @param {object} scene  bodies, surfaces, centre, size, floor
+   */
+  constructor(renderer, scene) {
+    this.size = scene.size;
+    const meshes = new Map();
+    const mesh = (kind, size) => {
+      const key = kind + size.join();
+      if (!meshes.has(key)) meshes.set(key, renderer.mesh(Shapes.of(kind, size)));
+      return meshes.get(key);
+    };
+    const surfaces = scene.surfaces.map((surface) => renderer.mesh(Shapes.surface(surface)));
+    this.parts = scene.bodies.flatMap((body, link) => body.shapes.map((shape) => ({
+      link,
+      mesh: shape.kind === "surface" ? surfaces[shape.surface] : mesh(shape.kind, shape.size),
+      local: Matrix.pose(...shape.pose),
+      colour: shape.colour,
+    })));
+    this.shaft = renderer.mesh(Shapes.cylinder(this.size * 0.0042, this.size * 0.085));
+    this.head = renderer.mesh(Shapes.cone(this.size * 0.0105, this.size * 0.03));
+    this.ball = renderer.mesh(Shapes.of("sphere", [1]));
+    const wide = this.size * 9, corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+    const vertices = corners.flatMap(([x, y]) => [x * wide, y * wide, 0, 0, 0, 1]);
+    this.ground = { mesh: renderer.mesh({ vertices, indices: [0, 1, 2, 0, 2, 3] }), model: Matrix.pose(0, 0, scene.floor, 1, 0, 0, 0) };
+  }
+
+  /** The robot with its links at these poses (16 numbers each, row after row). */
+  robot(poses) {
+    return this.parts.map(({ link, mesh, local, colour }) => ({ mesh, colour, shadow: true, model: Matrix.multiply(columns(poses.subarray(16 * link, 16 * link + 16)), local) }));
+  }
+
+  /** The same as a ghost. */
+  ghost(poses, colour) {
+    return this.robot(poses).map((item) => ({ ...item, colour: [...colour.slice(0, 3), 0.3], shadow: false, ghost: true, gloss: 0 }));
+  }
+
+  /** Three arrows. @param {ArrayLike<number>} T  row after row */
+  triad(T, { scale = 1, opacity = 1 } = {}) {
+    const grown = Matrix.pose(0, 0, 0, 1, 0, 0, 0);
+    for (const k of [0, 5, 10]) grown[k] = scale;
+    const frame = Matrix.multiply(columns(T), grown), shift = (z) => Matrix.pose(0, 0, this.size * z, 1, 0, 0, 0);
+    return TURNS.flatMap((turn, axis) => {
+      const colour = [...AXES[axis], opacity], along = Matrix.multiply(frame, Matrix.pose(0, 0, 0, ...turn));
+      return [
+        { mesh: this.shaft, model: Matrix.multiply(along, shift(0.0425)), colour },
+        { mesh: this.head, model: Matrix.multiply(along, shift(0.085)), colour },
+      ];
+    });
+  }
+
+  /** A ball about a place. */
+  dot(place, radius, colour) {
+    return { mesh: this.ball, colour, gloss: 0.4, model: Float32Array.of(radius, 0, 0, 0, 0, radius, 0, 0, 0, 0, radius, 0, ...place, 1) };
+  }
+
+  /** An ellipsoid about a place. @param {number[][]} axes  three half axes as vectors */
+  ellipsoid(place, axes, colour) {
+    return { mesh: this.ball, colour, gloss: 0, model: Float32Array.of(...axes[0], 0, ...axes[1], 0, ...axes[2], 0, ...place, 1) };
+  }
+}

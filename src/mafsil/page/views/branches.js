@@ -1,0 +1,46 @@
+// All configurations that reach the tip's pose, each with its name; or that there is only the numerical search.
+
+import { view } from "../core/views.js";
+import { hereOf, lifted } from "../core/state.js";
+import { branchesAt, tipPose } from "../loops/reach.js";
+import { element, number, sentence, written } from "./elements.js";
+
+view({
+  name: "branches",
+  order: 30,
+  open: true,
+  mount(place, { store, words, data }) {
+    const { arm } = store;
+    if (!arm.kernels.branches) {
+      place.append(element("p", {}, sentence(words, "no_closed_form")));
+      return () => {};
+    }
+    const ghosts = element("input", { type: "checkbox", onchange: (event) => store.show({ ghosts: event.target.checked }) });
+    ghosts.checked = store.shown.ghosts;
+    const method = element("input", { type: "checkbox", onchange: (event) => store.show({ method: event.target.checked ? "search" : "exact" }) });
+    method.checked = store.shown.method === "search";
+    place.append(element("div", { class: "buttons" }, element("label", { class: "choice" }, ghosts, sentence(words, "ghosts")), element("label", { class: "choice" }, method, sentence(words, "by_search"))));
+    if (arm.settings.locked.length) place.append(element("p", { class: "soft" }, sentence(words, "locked_about", { joint: arm.settings.locked.map((k) => data.robot.joints[k].name).join(", ") })));
+    const list = element("div", { class: "branches" }), rows = [];
+    place.append(list);
+    for (let row = 0; row < data.branches.rows; row++) {
+      const name = element("span", {}), state = element("span", { class: "soft" });
+      const mark = element("i"), button = element("button", { type: "button", "data-branch": row, onclick: () => store.do("choose", { branch: row }) }, mark, name, state);
+      mark.style.background = `var(--s${row % 8})`;
+      list.append(button);
+      rows.push({ button, name, state });
+    }
+    return () => {
+      const here = hereOf(store.state), found = branchesAt(store.state, tipPose(store.state, arm), arm);
+      found.forEach((branch, row) => {
+        const { button, name, state } = rows[row], q = lifted(arm.settings, here, branch.q);
+        const same = branch.within && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6;
+        button.disabled = !branch.within;
+        button.setAttribute("aria-pressed", String(same));
+        written(name, branch.solves ? data.branches[words.chosen][branch.code] : words.text("no_solution"));
+        const text = branch.within ? words.isolate(`(${branch.q.map((value) => number(value, 2)).join(", ")})`) : words.text("beyond", { excess: number(branch.excess, 3) });
+        written(state, branch.solves ? text : "");
+      });
+    };
+  },
+});

@@ -1,0 +1,40 @@
+// The journal: every action as a line of Python, to be copied, saved and done again elsewhere to the same bits.
+
+import { view } from "../core/views.js";
+import { line, script } from "../core/journal.js";
+import { element, sentence } from "./elements.js";
+
+view({
+  name: "code",
+  order: 80,
+  open: true,
+  mount(place, { store, words, data }) {
+    const list = element("pre", { dir: "ltr", tabindex: 0, id: "journal", "aria-label": words.text("view_code") });
+    const note = element("span", { class: "soft", role: "status" });
+    const text = () => script(store.journal, data.actions, data.robot.python);
+    const button = (key, act) => element("button", { type: "button", class: "quiet", "data-do": key, onclick: act }, sentence(words, key));
+    const copy = async () => {
+      try {
+        await navigator.clipboard.writeText(text());
+        note.replaceChildren(sentence(words, "copied"));
+      } catch {
+        getSelection().selectAllChildren(list);
+        note.replaceChildren(sentence(words, "copy_by_hand"));
+      }
+    };
+    const save = () => {
+      const link = element("a", { href: URL.createObjectURL(new Blob([text()], { type: "text/x-python" })), download: `${data.robot.name}.py` });
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    };
+    place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("undo", () => store.undo()), note));
+    let shown = "";
+    return () => {
+      const entries = store.journal, last = entries.at(-1), now = `${entries.length} ${last ? line(last, data.actions) : ""}`;
+      if (now === shown) return;
+      shown = now;
+      list.textContent = text();
+      list.scrollTop = list.scrollHeight;
+    };
+  },
+});

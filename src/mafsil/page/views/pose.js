@@ -1,0 +1,41 @@
+// The tip's pose in several representations; numbers typed here lead the tool there.
+
+import { view } from "../core/views.js";
+import { quaternionFrom, quaternionOf, rollPitchYaw, rotationVector } from "../core/rotations.js";
+import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
+
+const DEGREES = 180 / Math.PI;
+const FIELDS = [["x", "m", 1], ["y", "m", 1], ["z", "m", 1], ["roll", "°", DEGREES], ["pitch", "°", DEGREES], ["yaw", "°", DEGREES]];
+
+view({
+  name: "pose",
+  order: 20,
+  mount(place, app) {
+    const { store, words } = app, T_sb = matrix(4, 4, [symbol("T", "sb", "=")]);
+    const shown = () => {
+      const T = store.arm.kernels.forward_kinematics(store.state.q)[0];
+      return [T[3], T[7], T[11], ...rollPitchYaw(T)].map((value, k) => value * FIELDS[k][2]);
+    };
+    const fields = FIELDS.map(([name, unit]) => element("input", { type: "number", step: unit === "m" ? "0.01" : "1", dir: "ltr", "aria-label": `${name} [${unit}]`, onchange: lead }));
+    function lead() {
+      const values = fields.map((field, k) => Number(field.value) / FIELDS[k][2]);
+      if (!values.every(Number.isFinite)) return;
+      app.stage.drag.start(0, 0);
+      app.stage.drag.lead(values.slice(0, 3), quaternionFrom(values.slice(3)));
+      store.release();
+    }
+    const grid = element("div", { class: "fields", dir: "ltr" });
+    FIELDS.forEach(([name, unit], k) => grid.append(element("label", {}, `${name} [${unit}]`, fields[k])));
+    const quaternion = isolated(""), vector = isolated("");
+    const list = element("dl", {});
+    for (const [key, value] of [["quaternion", quaternion], ["rotation_vector", vector]]) list.append(element("dt", {}, sentence(words, key)), element("dd", {}, value));
+    place.append(grid, element("div", { class: "wide", dir: "ltr" }, T_sb.math), list);
+    return () => {
+      const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice();
+      T_sb.write([0, 4, 8, 12].map((k) => Array.from(T.subarray(k, k + 4))));
+      written(quaternion, `(${quaternionOf(T).map((x) => number(x)).join(", ")})`);
+      written(vector, `(${rotationVector(T).map((x) => number(x)).join(", ")}) rad`);
+      shown().forEach((value, k) => { if (document.activeElement !== fields[k]) fields[k].value = value.toFixed(k < 3 ? 4 : 2); });
+    };
+  },
+});

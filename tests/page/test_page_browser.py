@@ -1,0 +1,342 @@
+"""The page in headless Chromium, opened from disk: real pointer and keys, both languages, replayed to the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.page import Session, show
+from tests.page.browser import Browser
+
+CONTROL = 2
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pages")
+    for name in ("panda", "ur5e"):
+        show(name, language="en").write(folder / f"{name}.html")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("chromium")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def browser(chromium: Browser) -> Iterator[Browser]:
+    """A browser that made no request of its own and met no error during the test."""
+    chromium.requests.clear()
+    chromium.errors.clear()
+    chromium.resize(1000, 640)
+    yield chromium
+    assert not chromium.errors
+    assert all(url.startswith(("file:", "blob:")) for url in chromium.requests), chromium.requests
+    assert sum(url.startswith("file:") for url in chromium.requests) == 1
+
+
+def state(browser: Browser) -> dict[str, Any]:
+    return browser.ask("mafsil.store.state")
+
+
+def tip(browser: Browser) -> tuple[float, float]:
+    """Where the tip is on the screen."""
+    left, top, _, _ = browser.box("#scene")
+    found = browser.ask("mafsil.stage.drag.place()")
+    return left + found["x"], top + found["y"]
+
+
+def settle(browser: Browser) -> None:
+    """Wait until what was done is drawn."""
+    browser.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def enter(browser: Browser, selector: str, row: int, value: float) -> None:
+    """Type a number into a field."""
+    events = "f.dispatchEvent(new Event('input')); f.dispatchEvent(new Event('change'));"
+    browser.ask(f"(f => {{ f.value = {value}; {events} }})(document.querySelectorAll('{selector}')[{row}])")
+
+
+def slide(browser: Browser, row: int, share: float) -> None:
+    """Move the slider of a joint by a share of its range, with the pointer."""
+    left, top, width, height = browser.box(f".joint:nth-of-type({row + 1}) input[type=range]")
+    ranges = "document.querySelectorAll('.joint input[type=range]')"
+    now = browser.ask(f"(e => (e.value - e.min) / (e.max - e.min))({ranges}[{row}])")
+    y, start = top + height / 2, left + 8 + (width - 16) * now
+    browser.drag((start, y), (start + (width - 16) * share, y))
+
+
+def replayed(browser: Browser, folder: Path) -> Session:
+    """The script that the page saves, run here."""
+    for old in browser.downloads.iterdir():
+        old.unlink()
+    browser.click("#view-code [data-do=save]")
+    browser.wait("true")
+    for _ in range(200):
+        files = [path for path in browser.downloads.iterdir() if path.suffix == ".py"]
+        if files and files[0].stat().st_size:
+            break
+        browser.ask("new Promise(done => setTimeout(done, 30))")
+    scope: dict[str, Any] = {}
+    exec(files[0].read_text(encoding="utf-8"), scope)
+    return scope["arm"]
+
+
+def test_slide_drag_choose_push_and_replay(browser: Browser, pages: Path, tmp_path: Path) -> None:
+    """Everything that a first visitor does; then the saved script gives the same state to the last bit."""
+    browser.load(pages / "panda.html")
+    begin = state(browser)
+    # 1. Slide.
+    slide(browser, 1, -0.12)
+    slid = state(browser)
+    assert slid["q"][1] < begin["q"][1] - 0.2
+    assert [q for k, q in enumerate(slid["q"]) if k != 1] == [q for k, q in enumerate(begin["q"]) if k != 1]
+    # 2. Drag the tool.
+    x, y = tip(browser)
+    browser.drag((x, y), (x - 30, y + 24))
+    dragged = state(browser)
+    assert dragged["status"] == "solved"
+    near = tip(browser)
+    assert np.hypot(near[0] - x + 30, near[1] - y - 24) < 3
+    # 3. Choose another branch by its label in the picture.
+    browser.wait("document.querySelector('#labels button')")
+    row = int(browser.ask("document.querySelector('#labels button').dataset.row"))
+    T = browser.ask("Array.from(mafsil.store.arm.kernels.tip_pose(mafsil.store.state.q)[0])")
+    browser.click("#labels button")
+    chosen = state(browser)
+    assert np.abs(np.subtract(chosen["q"], dragged["q"])).max() > 0.1
+    assert browser.ask("mafsil.store.journal.at(-1)") == {"do": "choose", "with": {"branch": row}}
+    assert np.abs(mf.load("panda").forward_kinematics(chosen["q"]).ravel() - T).max() < 1e-9
+    # 4. Keys move the tool.
+    browser.ask("document.getElementById('scene').focus()")
+    browser.key("ArrowUp", modifiers=CONTROL)
+    assert browser.ask("mafsil.store.journal.at(-1).do") == "reach"
+    # 5. The closed loop, pushed.
+    browser.click("#view-loop summary")
+    browser.click("#loop")
+    browser.wait("mafsil.store.state.ticks > 100")
+    enter(browser, ".forces input", 1, 40)
+    browser.wait("mafsil.store.state.push[4] === 40")
+    ticks = state(browser)["ticks"]
+    browser.wait(f"mafsil.store.state.ticks > {ticks + 150}")
+    pushed = state(browser)
+    assert np.abs(np.subtract(pushed["q"], pushed["goal"])).max() > 1e-3
+    browser.click("#loop")
+    # 6. Save, replay.
+    settle(browser)
+    end = state(browser)
+    lines = browser.ask("document.getElementById('journal').textContent").splitlines()
+    assert [line.partition("(")[0] for line in lines if line.startswith("arm.")] == [
+        "arm.set_joint", "arm.reach", "arm.choose", "arm.reach",
+        "arm.loop", "arm.simulate", "arm.push", "arm.simulate", "arm.loop",
+    ]  # fmt: skip
+    session = replayed(browser, tmp_path)
+    assert session.q.tobytes() == np.array(end["q"], dtype=np.float64).tobytes()
+    assert np.array(session.state.goal).tobytes() == np.array(end["goal"], dtype=np.float64).tobytes()
+
+
+def test_out_of_reach_says_why(browser: Browser, pages: Path) -> None:
+    """The arm stays; the reason is a sentence with the numbers that prove it; no line is written."""
+    browser.load(pages / "ur5e.html")
+    before = state(browser)
+    left, top, width, _ = browser.box("#scene")
+    browser.ask("mafsil.stage.camera.zoom(3); mafsil.store.show({ghosts: false})")
+    settle(browser)
+    x, y = tip(browser)
+    browser.mouse("mousePressed", x, y, buttons=1)
+    browser.mouse("mouseMoved", left + width - 4, top + 4, buttons=1)
+    browser.wait("!document.getElementById('status').hidden")
+    text = browser.ask("document.getElementById('status').textContent")
+    assert text.startswith("out of reach: ")
+    numbers = [float(word) for word in text.split() if word.replace(".", "").isdigit()]
+    assert numbers[0] > numbers[1]
+    assert state(browser)["q"] == before["q"]
+    browser.mouse("mouseReleased", left + width - 4, top + 4)
+    browser.wait("document.getElementById('status').hidden")
+    assert browser.ask("mafsil.store.journal.length") == 0
+
+
+def test_languages_are_switched_live(browser: Browser, pages: Path) -> None:
+    """Every sentence changes, the direction too; the state stays, mathematics and numbers keep their direction."""
+    browser.load(pages / "panda.html")
+    slide(browser, 2, 0.1)
+    before = state(browser)
+    browser.click("#language")
+    assert browser.ask("[document.documentElement.lang, document.documentElement.dir]") == ["ar", "rtl"]
+    assert state(browser) == before
+    words = browser.ask("[...document.querySelectorAll('summary, button.quiet, p.soft')].map(e => e.textContent)")
+    assert all(any("\u0600" <= c <= "\u06ff" for c in word) or word == "English" for word in words), words
+    browser.click("#view-pose summary")
+    assert browser.ask("getComputedStyle(document.querySelector('#view-pose math')).direction") == "ltr"
+    assert browser.ask("[...document.querySelectorAll('.joint bdi')].every(e => e.dir === 'ltr')")
+    assert browser.ask("document.querySelectorAll('#view-pose mn').length") == 16
+    assert browser.ask("document.getElementById('view-pose').open")
+    browser.click("#language")
+    assert browser.ask("[document.documentElement.lang, document.documentElement.dir]") == ["en", "ltr"]
+    assert browser.ask("document.getElementById('view-pose').open")
+
+
+def test_numbers_that_are_shown_are_those_of_python(browser: Browser, pages: Path) -> None:
+    """Matrix, Jacobian, manipulability, gravity: what stands on the page against the robot's own."""
+    browser.load(pages / "panda.html")
+    for name in ("pose", "jacobian", "gravity", "dh"):
+        browser.click(f"#view-{name} summary")
+    browser.wait("document.querySelectorAll('#view-pose mn')[15].textContent === '1.0000'")
+    browser.wait("document.querySelector('#view-jacobian dd').textContent")
+    browser.wait("document.querySelector('#view-gravity .value').textContent")
+    robot, q = mf.load("panda"), np.array(state(browser)["q"])
+    read = "[...document.querySelectorAll('{}')].map(e => Number(e.textContent.replace('−', '-')))"
+    settle(browser)
+    assert (
+        np.abs(np.array(browser.ask(read.format("#view-pose mn"))) - robot.forward_kinematics(q).ravel()).max() < 6e-5
+    )
+    J = robot.jacobian_body(q)
+    assert np.abs(np.array(browser.ask(read.format("#view-jacobian mn"))) - J.ravel()).max() < 6e-5
+    shown = browser.ask("[...document.querySelectorAll('#view-jacobian dd')].map(e => e.textContent)")
+    assert np.allclose([float(x) for x in shown[0].split()], np.linalg.svd(J, compute_uv=False), atol=6e-4)
+    assert float(shown[1]) == pytest.approx(np.sqrt(np.linalg.det(J @ J.T)), abs=6e-5)
+    assert np.abs(np.array(browser.ask(read.format("#view-gravity .value"))) - robot.gravity_torque(q)).max() < 6e-3
+    assert browser.ask("document.querySelectorAll('#view-dh tbody tr').length") == 7
+    frames = browser.ask("(mafsil.store.show({frame: 6}), 1)")
+    assert frames == 1
+
+
+def test_a_typed_pose_is_reached(browser: Browser, pages: Path) -> None:
+    browser.load(pages / "ur5e.html")
+    browser.click("#view-pose summary")
+    settle(browser)
+    z = float(browser.ask("document.querySelectorAll('#view-pose input')[2].value"))
+    enter(browser, "#view-pose input", 2, z - 0.05)
+    assert state(browser)["status"] == "solved"
+    assert mf.load("ur5e").forward_kinematics(state(browser)["q"])[2, 3] == pytest.approx(z - 0.05, abs=2e-4)
+
+
+def test_undo_goes_back(browser: Browser, pages: Path) -> None:
+    browser.load(pages / "ur5e.html")
+    begin = state(browser)
+    slide(browser, 0, 0.2)
+    assert state(browser) != begin
+    browser.click("#view-code [data-do=undo]")
+    assert state(browser) == begin
+
+
+@pytest.mark.parametrize("ending", ["", "#flat"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_picture_is_drawn(browser: Browser, pages: Path, tmp_path: Path, scheme: str, ending: str) -> None:
+    """With WebGL and without, light and dark: the robot's colours are on the canvas."""
+    browser.resize(1000, 640, scheme=scheme)
+    browser.load(pages / f"{'ur5e' if ending else 'panda'}.html", ending)
+    assert browser.ask("mafsil.stage.kind") == ("flat" if ending else "light")
+    count = browser.ask(
+        "(() => { const c = document.createElement('canvas'), s = document.getElementById('scene');"
+        " c.width = 90; c.height = 60; const x = c.getContext('2d');"
+        " mafsil.stage.paint(); x.drawImage(s, 0, 0, 90, 60);"
+        " return new Set(new Uint32Array(x.getImageData(0, 0, 90, 60).data.buffer)).size; })()"
+    )
+    assert count > 60
+    browser.picture(tmp_path / "page.png")
+
+
+def test_on_a_phone_nothing_is_wider_than_the_screen(browser: Browser, pages: Path) -> None:
+    browser.resize(390, 800, phone=True)
+    browser.load(pages / "panda.html")
+    for name in ("pose", "jacobian", "gravity", "loop", "dh"):
+        browser.ask(f"document.getElementById('view-{name}').open = true")
+    for _ in range(2):
+        assert browser.ask("document.documentElement.scrollWidth") <= 390
+        left, _, width, height = browser.box("#stage")
+        assert left >= 0
+        assert width >= 330
+        assert height >= 250
+        browser.click("#language")
+
+
+def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, pages: Path) -> None:
+    browser.load(pages / "panda.html")
+    nameless = browser.ask(
+        "[...document.querySelectorAll('button, input, canvas, pre')].filter(e => !(e.getAttribute('aria-label') ||"
+        " e.textContent.trim() || e.closest('label')?.textContent.trim())).map(e => e.outerHTML)"
+    )
+    assert nameless == []
+    seen: set[str] = set()
+    for _ in range(24):
+        browser.key("Tab")
+        seen.add(browser.ask("document.activeElement.id || document.activeElement.tagName"))
+    assert {"scene", "language", "INPUT", "SUMMARY"} <= seen
+
+
+def test_a_hostile_name_stays_a_name(browser: Browser, tmp_path: Path) -> None:
+    """Names come from files of strangers: they become text and never markup, script or direction."""
+    name = "</script><img src=x onerror=alert(1)> \u202e'\"&"
+    mechanism = replace(mf.load("planar2r").mechanism, name=name)
+    show(mf.Robot(mechanism)).write(tmp_path / "hostile.html")
+    browser.load(tmp_path / "hostile.html")
+    assert browser.ask("document.querySelectorAll('img').length") == 0
+    assert "onerror=alert(1)" in browser.ask("document.querySelector('h1').textContent")
+    assert "\u202e" not in browser.ask("document.querySelector('h1').textContent")
+
+
+def test_in_a_notebook_it_runs_in_a_frame_of_its_own(browser: Browser, tmp_path: Path) -> None:
+    """What a notebook shows under the cell: a sandboxed frame, whose page draws and cannot reach the page around it."""
+    frame = show("planar3r")._repr_html_()
+    reply = (
+        "<script>window.mafsil = {timing: {frames: 1}}; const f = document.querySelector('iframe');"
+        " window.reached = false; f.onload = () => { try { window.reached = Boolean(f.contentDocument.body); }"
+        " catch { window.reached = false; } window.loaded = true; };</script>"
+    )
+    (tmp_path / "notebook.html").write_text(f"<!doctype html><body>{frame}{reply}</body>", encoding="utf-8")
+    browser.load(tmp_path / "notebook.html")
+    browser.wait("window.loaded || document.readyState === 'complete'")
+    assert browser.ask("window.reached") is False
+    assert "allow-same-origin" not in frame
+    browser.picture(tmp_path / "notebook.png")
+
+
+def test_ten_minutes_of_the_loop_leave_no_growth(browser: Browser, pages: Path) -> None:
+    """600,000 ticks in the pieces in which frames ask for them: one line of the journal, no more memory."""
+    browser.load(pages / "ur5e.html")
+    browser.ask("mafsil.store.do('loop', {closed: true}); mafsil.store.do('push', {wrench: [0, 0, 0, 5, 0, 0]});")
+    run = "for (let k = 0; k < {}; k++) mafsil.store.do('simulate', {{ticks: 16}}, {{gesture: true}});"
+    browser.ask(run.format(2000))
+    before = browser.memory()
+    browser.ask(run.format(35500))
+    after = browser.memory()
+    assert state(browser)["ticks"] == 600_000
+    assert browser.ask("mafsil.store.journal.length") == 3
+    assert after - before < 1_000_000
+
+
+def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browser, tmp_path: Path) -> None:
+    """The page of any robot: search where there is no closed form, no loads where there are no masses."""
+    for name in ("scara_rrrp", "rrprrr", "planar3r"):
+        show(name).write(tmp_path / f"{name}.html")
+        browser.requests.clear()
+        browser.load(tmp_path / f"{name}.html")
+        x, y = tip(browser)
+        browser.drag((x, y), (x - 12, y + 8))
+        assert not browser.errors
+
+
+def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
+    """The file of docs/page.md: its card stands in its place, in both languages, and follows the arm."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "page.md").read_text(encoding="utf-8")
+    (tmp_path / "height.js").write_text(text.split("write_text('''\n")[1].split("'''")[0], encoding="utf-8")
+    show("panda", language="en", views=[tmp_path / "height.js"]).write(tmp_path / "own.html")
+    browser.load(tmp_path / "own.html")
+    assert browser.ask("[...document.querySelectorAll('details')].map(e => e.id).slice(0, 3)") == [
+        "view-joints", "view-height", "view-pose",
+    ]  # fmt: skip
+    slide(browser, 1, -0.1)
+    settle(browser)
+    shown = float(browser.ask("document.querySelector('#view-height bdi').textContent").split()[0].replace("−", "-"))
+    assert shown == pytest.approx(mf.load("panda").forward_kinematics(state(browser)["q"])[2, 3], abs=6e-5)
+    browser.click("#language")
+    assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"
