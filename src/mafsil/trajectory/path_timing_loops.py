@@ -12,7 +12,6 @@ from math import sqrt
 import numpy as np
 
 from mafsil.solvers.loops import compiled
-from mafsil.trajectory.path import CORNER
 from mafsil.trajectory.path_rows_loops import (
     acceleration_rows,
     as_lines,
@@ -24,6 +23,7 @@ from mafsil.trajectory.path_rows_loops import (
     weights_of,
 )
 from mafsil.trajectory.reachability_loops import passes
+from mafsil.trajectory.tolerances import CORNER
 
 MOST_PARTS = 8
 """Into which one interval is divided at once."""
@@ -207,7 +207,14 @@ def subdivided(s, piece, parts, finer, under):
 
 @compiled
 def turned(ending, before, D, h):
-    """Whether the direction of the path jumps from ending/before, where an interval ends, to D[0]/h."""
+    """Whether the direction of the path jumps where one interval ends and the next begins.
+
+    Args:
+        ending: (n) change of the coordinates at the end of the interval, over its parameter 0 .. 1.
+        before: length of that interval.
+        D: (degree, n) Bernstein coefficients of the change over the next interval.
+        h: length of the next interval.
+    """
     size = jump = 0.0
     for j in range(len(ending)):
         last, first = ending[j] / before, D[0, j] / h

@@ -92,13 +92,13 @@ class EffortLimit:
         a = self.robot.inverse_dynamics(here.u, rest, here.slope) - g
         b = self.robot.inverse_dynamics(here.u, here.slope, here.curvature) - g
         g = g + self.robot.friction_torque(rest)
-        turning = ends[0] * ends[1] <= 0.0
-        steep = np.where(turning, np.abs(ends).max(axis=0), np.abs(here.slope))
+        reverses = ends[0] * ends[1] <= 0.0
+        steep = np.where(reverses, np.abs(ends).max(axis=0), np.abs(here.slope))
         about = np.maximum(x, LOWEST * max(float(x.max(initial=0.0)), 1e-300))
         forth, back = (self._bounds(sign * steep, about, np.maximum(most, about)) for sign in (1.0, -1.0))
-        ahead = turning | (here.slope >= 0.0)
+        ahead = reverses | (here.slope >= 0.0)
         up, up_at_rest = (np.where(ahead, *pair) for pair in zip(forth[:2], back[:2], strict=True))
-        behind = turning | (here.slope < 0.0)
+        behind = reverses | (here.slope < 0.0)
         down, down_at_rest = (np.where(behind, *pair) for pair in zip(back[2:], forth[2:], strict=True))
         unbounded = np.full_like(g, np.inf)
         return Rows(

@@ -115,8 +115,9 @@ def _rows(
             alphas.append(rows.B * (1.0 - r) - rows.A / double)
             betas.append(rows.B * r + rows.A / double)
             lower = less * np.where(less > 0.0, limit.scale(), 0.0)
-            lows.append(rows.low + lower)
-            highs.append(rows.high - lower)
+            # What has no bound has nothing to be lowered.
+            lows.append(rows.low + np.where(np.isfinite(rows.low), lower, 0.0))
+            highs.append(rows.high - np.where(np.isfinite(rows.high), lower, 0.0))
     return (
         np.stack([np.concatenate(alphas, axis=1), np.concatenate(betas, axis=1)]),
         np.concatenate(lows, axis=1),
