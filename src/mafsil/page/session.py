@@ -20,7 +20,7 @@ Numbers: TypeAlias = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class State:
+class ArmState:
     """Where the arm is and what it is doing; every action makes a new one.
 
     Attributes:
@@ -59,12 +59,12 @@ class Session:
 
     robot: RobotLike
     arm: Arm = field(init=False, repr=False)
-    state: State = field(init=False)
+    state: ArmState = field(init=False)
 
     def __post_init__(self) -> None:
         self.arm = Arm(as_robot(self.robot))
         start: Numbers = tuple(self.arm.settings["start"])
-        self.state = State(start, (0.0,) * len(start), start)
+        self.state = ArmState(start, (0.0,) * len(start), start)
 
     @property
     def q(self) -> Floats:
