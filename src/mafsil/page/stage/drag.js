@@ -18,8 +18,8 @@ export class ToolDrag {
 
   /** The tip in the picture. */
   place() {
-    const { canvas, camera, app } = this.stage, T = tipPose(app.store.state, app.store.arm);
-    return { T, ...camera.project([T[3], T[7], T[11]], canvas.clientWidth, canvas.clientHeight) };
+    const { camera, app, width, height } = this.stage, T = tipPose(app.store.state, app.store.arm);
+    return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
   near({ clientX, clientY }) {
@@ -45,13 +45,13 @@ export class ToolDrag {
   }
 
   move(event) {
-    const { camera, canvas } = this.stage, { x, y, depth, position, quaternion } = this.going;
+    const { camera, height } = this.stage, { x, y, depth, position, quaternion } = this.going;
     const dx = event.clientX - x, dy = event.clientY - y;
     if (event.ctrlKey) {
       this.lead(position, turned(turned(quaternion, camera.up, dx * 0.01), camera.right, dy * 0.01));
       return;
     }
-    const step = camera.reach(depth, canvas.clientHeight);
+    const step = camera.reach(depth, height);
     this.lead(Vector.plus(Vector.plus(position, camera.right, dx * step), camera.up, -dy * step), quaternion);
   }
 
