@@ -29,6 +29,7 @@ import pinocchio as pin  # noqa: E402
 from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.floor import bytes_per_ns, fresh_bytes_per_ns, past_bytes_per_ns  # noqa: E402
 from benchmarks.stopwatch import Task, machine, race, verdict  # noqa: E402
+from mafsil.mechanics.catalogue import quantity  # noqa: E402
 from mafsil.model import library  # noqa: E402
 from mafsil.robot import Robot, load  # noqa: E402
 from tests.model.urdf.real_files import FOLDER  # noqa: E402
@@ -41,18 +42,19 @@ TREES = ("tree30", "talos")
 SIZES = (1, 32, 2048, 1_000_000)
 MOST_BYTES = 1_000_000_000
 """Of inputs and results together."""
-ROUTINES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "FK": ("forward_kinematics", ("q",)),
-    "J_s": ("jacobian_space", ("q",)),
-    "J_b": ("jacobian_body", ("q",)),
-    "ID": ("inverse_dynamics", ("q", "qd", "qdd")),
-    "M": ("mass_matrix", ("q",)),
-    "FD": ("forward_dynamics", ("q", "qd", "tau")),
-    "g": ("gravity_torque", ("q",)),
-    "C": ("coriolis_matrix", ("q", "qd")),
-    "dID": ("inverse_dynamics_derivatives", ("q", "qd", "qdd")),
-    "dFD": ("forward_dynamics_derivatives", ("q", "qd", "tau")),
+ROUTINES: dict[str, str] = {
+    "FK": "forward_kinematics",
+    "J_s": "jacobian_space",
+    "J_b": "jacobian_body",
+    "ID": "inverse_dynamics",
+    "M": "mass_matrix",
+    "FD": "forward_dynamics",
+    "g": "gravity_torque",
+    "C": "coriolis_matrix",
+    "dID": "inverse_dynamics_derivatives",
+    "dFD": "forward_dynamics_derivatives",
 }
+"""Quantities of the catalogue by their titles here."""
 DERIVATIVES = ("dID", "dFD")
 GOALS = {"arm": {1: 4.0, 32: 4.0, 2048: 40.0, 1_000_000: 30.0}, "tree": {1: 4.0, 32: 4.0, 2048: 20.0, 1_000_000: 20.0}}
 """Times Pinocchio's call, by the number of rows; derivatives want 25 in the caches and 7 in single calls."""
@@ -90,7 +92,7 @@ def comparisons(rows: list[dict[str, Any]]) -> Comparisons:
     found = Comparisons()
     for row in rows:
         for cell in row["cells"]:
-            call = f"{ROUTINES[row['quantity']][0]}, {cell['rows']:,} row{'s' * (cell['rows'] > 1)}"
+            call = f"{ROUTINES[row['quantity']]}, {cell['rows']:,} row{'s' * (cell['rows'] > 1)}"
             found.add(call, row["robot"], cell["ns"] / 1e3, "Pinocchio call", cell["pinocchio_ns"] / 1e3, cell["goal"])
     return found
 
@@ -110,7 +112,8 @@ def measured(name: str, quantities: tuple[str, ...], quick: bool) -> Iterator[di
     for title in quantities:
         if title in DERIVATIVES and name in TREES:
             continue
-        routine, names = ROUTINES[title]
+        routine = ROUTINES[title]
+        names = quantity(routine).inputs
         evaluate, some = getattr(robot, routine), states.arguments(names)
         point = [np.ascontiguousarray(x[0]) for x in some]
         call = rivals.call(title, point)

@@ -31,6 +31,7 @@ import pinocchio as pin  # noqa: E402
 from benchmarks.floor import bytes_per_ns, floor_ns, products_per_ns  # noqa: E402
 from benchmarks.large_robots import large_robot  # noqa: E402
 from benchmarks.stopwatch import BRIEF, BRIEFER, Timing, machine, race, verdict  # noqa: E402
+from mafsil.mechanics.catalogue import quantity  # noqa: E402
 from mafsil.model import Mechanism, library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.pinocchio_model import model_of  # noqa: E402
@@ -41,17 +42,17 @@ ROWS = 2048
 BATCH_TARGET, PARALLEL_TARGET, SINGLE_TARGET = 40.0, 20.0, 2.0
 """Ratios of DESIGN.md section 7: a batch row against the Python call and the C++ loop, a call against a call."""
 
-QUANTITIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "inverse dynamics": (("inverse_dynamics",), ("q", "qd", "qdd")),
-    "mass matrix": (("mass_matrix",), ("q",)),
-    "forward dynamics": (("forward_dynamics",), ("q", "qd", "tau")),
-    "forward kinematics": (("forward_kinematics",), ("q",)),
-    "body Jacobian": (("jacobian_body",), ("q",)),
-    "FK + Jacobian": (("forward_kinematics", "jacobian_body"), ("q",)),
-    "gravity": (("gravity_torque",), ("q",)),
-    "Coriolis matrix": (("coriolis_matrix",), ("q", "qd")),
+QUANTITIES: dict[str, tuple[str, ...]] = {
+    "inverse dynamics": ("inverse_dynamics",),
+    "mass matrix": ("mass_matrix",),
+    "forward dynamics": ("forward_dynamics",),
+    "forward kinematics": ("forward_kinematics",),
+    "body Jacobian": ("jacobian_body",),
+    "FK + Jacobian": ("forward_kinematics", "jacobian_body"),
+    "gravity": ("gravity_torque",),
+    "Coriolis matrix": ("coriolis_matrix",),
 }
-"""Title -> routines of Robot, inputs."""
+"""Title -> quantities of the catalogue, of the same inputs."""
 
 
 def mechanism_named(name: str) -> Mechanism:
@@ -84,7 +85,8 @@ def measured(name: str, quick: bool) -> Iterator[dict[str, Any]]:
     robot, states = Robot(mechanism), sample(mechanism, ROWS, np.random.default_rng(1))
     rivals = Rivals(mechanism, states)
     first, turns = starts(name), BRIEFER if quick else BRIEF
-    for title, (routines, inputs) in QUANTITIES.items():
+    for title, routines in QUANTITIES.items():
+        inputs = quantity(routines[0]).inputs
         batch = race(_batch_tasks(robot, states, routines, inputs) | rivals.parallel(title), **turns)
         single = race(_single_tasks(robot, states, routines, inputs) | {"pinocchio": rivals.call(title)}, **turns)
         yield {
@@ -206,7 +208,8 @@ def first_calls(name: str) -> dict[str, float]:
     robot = Robot(mechanism)
     robot.potential_energy(state.q[0])
     seconds: dict[str, float] = {}
-    for title, (routines, inputs) in QUANTITIES.items():
+    for title, routines in QUANTITIES.items():
+        inputs = quantity(routines[0]).inputs
         arguments = [x[0] for x in state.arguments(inputs)]
         start = perf_counter()
         routine(robot, routines)(*arguments)

@@ -23,17 +23,13 @@ import numpy as np  # noqa: E402
 
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil import threads  # noqa: E402
+from mafsil.mechanics.catalogue import quantity  # noqa: E402
 from mafsil.model import library  # noqa: E402
 from mafsil.robot import Robot  # noqa: E402
 from tests.oracles.states import sample  # noqa: E402
 
 SIZES = (500, 1000, 2000, 3000, 5000, 8000, 12_000, 20_000, 40_000, 100_000, 200_000)
-ROUTINES = {
-    "forward_kinematics": ("q",),
-    "jacobian_body": ("q",),
-    "inverse_dynamics": ("q", "qd", "qdd"),
-    "mass_matrix": ("q",),
-}
+ROUTINES = ("forward_kinematics", "jacobian_body", "inverse_dynamics", "mass_matrix")
 NOISE = 0.95
 
 
@@ -55,7 +51,8 @@ def measured(robot: Robot) -> Any:
     """One row for each routine and size."""
     states = sample(robot.mechanism, max(SIZES), np.random.default_rng(1))
     print(f"{'routine':22}{'rows':>8}{'one thread us':>16}{'default us':>16}{'x':>7}{'x medians':>11}")
-    for name, inputs in ROUTINES.items():
+    for name in ROUTINES:
+        inputs = quantity(name).inputs
         evaluate = getattr(robot, name)
         for count in SIZES:
             arrays = [x[:count] for x in states.arguments(inputs)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.geometry import rotation
 from mafsil.trajectory import (
     BlendStatus,
@@ -18,16 +19,14 @@ from mafsil.trajectory import (
     quintic,
     time_law,
     trapezoid,
+    via_rates,
 )
 from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("11-trajectories.json", "11-more.json")
 NOT_YET = {
-    "via_velocity_from_jacobian",
-    "via_velocity_planar3R_orders",
     "cartesian_unreachable_middle",
     "cartesian_branch_change",
-    "cartesian_line_common_blend",
     "orientation_interpolation",
     "orientation_short_and_long_turn",
     "orientation_three_readings",
@@ -91,6 +90,36 @@ def test_via_velocity_heuristic():
     for path, expected in zip(case["input"]["paths"], case["expected"]["v"], strict=True):
         motion = cubic_through(path["points"], path["durations"], velocities="heuristic")
         agree(case, motion.at(motion.knots).v[:, 0], expected)
+
+
+def planar_arm(*lengths):
+    """A planar arm about z, stretched along x at home."""
+    home, starts = np.eye(4), np.cumsum([0.0, *lengths])
+    home[0, 3] = starts[-1]
+    return mf.Robot.from_screws([[0.0, 0.0, 1.0, 0.0, -x, 0.0] for x in starts[:-1]], home)
+
+
+@pytest.mark.capability("11-22")
+def test_via_velocity_from_that_of_the_tip():
+    case = CASES["via_velocity_from_jacobian"]
+    given = case["input"]
+    assert given["robot"] == "planar 2R L1=1 L2=0.8"
+    rates = via_rates(planar_arm(1.0, 0.8), given["theta"], linear=[*given["tip_velocity"], 0.0])
+    assert rates
+    agree(case, rates.qd, case["expected"]["theta_dot"])
+
+
+@pytest.mark.capability("11-22")
+def test_via_velocity_and_the_order_of_linear_and_angular():
+    case = CASES["via_velocity_planar3R_orders"]
+    given, expected = case["input"], case["expected"]
+    robot, v, w = planar_arm(*given["L"]), given["v_tip"], given["wz"]
+    rates = via_rates(robot, given["theta"], linear=[*v, 0.0], angular=[0.0, 0.0, w])
+    agree(case, rates.qd, expected["theta_dot"])
+    agree(case, rates.condition, expected["cond_J"])
+    agree(case, (robot.jacobian_space(given["theta"]) @ rates.qd)[[2, 3, 4]], expected["space_twist"])
+    wrong = via_rates(robot, given["theta"], linear=[w, v[0], 0.0], angular=[0.0, 0.0, v[1]])
+    agree(case, wrong.qd, expected["wrong_order"])
 
 
 @pytest.mark.capability("11-25", "11-26")

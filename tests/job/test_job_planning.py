@@ -353,7 +353,8 @@ def test_joints_can_be_held() -> None:
 
 
 def test_the_schema_of_the_docs_is_that_of_the_code_and_accepts_the_examples() -> None:
-    assert json.loads((DOCS / "job.schema.json").read_text(encoding="utf-8")) == schema()
+    written = json.loads((DOCS / "job.schema.json").read_text(encoding="utf-8"))
+    assert written == schema(), "run python docs/make_job_schema.py"
     job = schema()["$defs"]["Job"]
     assert set(job["required"]) == {"robot", "move"}
     assert job["additionalProperties"] is False

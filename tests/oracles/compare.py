@@ -43,22 +43,22 @@ def _records(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     index, count = (int(part) for part in options.shard.split("/"))
     for name in options.robots[index - 1 :: count]:
         place = options.output / f"{name.replace(':', '-')}.json"
-        wanted = {"robot": name, "states": options.states, "seed": options.seed, "road": options.road}
+        wanted = {"robot": name, "states": options.states, "seed": options.seed, "method": options.method}
         if options.resume and place.exists():
             record = json.loads(place.read_text())
             if all(record.get(key) == value for key, value in wanted.items()):
                 yield record
                 continue
-        record = wanted | measured(name, options.states, options.seed, options.road)
+        record = wanted | measured(name, options.states, options.seed, options.method)
         place.write_text(json.dumps(record, indent=1))
         print(f"{name}: worst {record['worst']:.1e}", file=sys.stderr, flush=True)
         yield record
 
 
-def measured(name: str, states: int, seed: int, road: str) -> dict[str, Any]:
+def measured(name: str, states: int, seed: int, method: str) -> dict[str, Any]:
     """Figures of one robot."""
     mechanism = subjects.mechanism(name)
-    evaluate = partial(ours.compiled, Robot(mechanism)) if road == "compiled" else partial(ours.traced, mechanism)
+    evaluate = partial(ours.compiled, Robot(mechanism)) if method == "compiled" else partial(ours.traced, mechanism)
     table, seconds = compared(mechanism, oracles_of(name, mechanism), evaluate, states_of(mechanism, states, seed))
     return {"joints": mechanism.n, "worst": worst(table), "errors": _plain(table), "seconds": seconds}
 
@@ -99,7 +99,7 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--robots", nargs="+", default=list(subjects.names()), choices=subjects.names(), metavar="ROBOT"
     )
-    parser.add_argument("--road", choices=("compiled", "traced"), default="compiled")
+    parser.add_argument("--method", choices=("compiled", "traced"), default="compiled")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--shard", default="1/1", help="k/N: every N-th robot, beginning with the k-th")
     parser.add_argument("--resume", action="store_true", help="leave out robots whose figures are there")

@@ -159,7 +159,7 @@ def test_maps_are_deterministic_and_slices_agree():
 
 
 def test_maps_by_dask(monkeypatch):
-    """The road of chunks through dask, with a stand-in where dask is not installed."""
+    """Chunks go through dask, with a stand-in where dask is not installed."""
     robot = mf.load("planar2r")
     plain = workspace_map(robot, 150_000, view="xy")
     base, delayed = ModuleType("dask.base"), ModuleType("dask.delayed")

@@ -24,7 +24,7 @@ ARMS = 10
 
 
 def work(seed: int, scenarios: int) -> dict[str, int]:
-    """Hash every scenario on all roads; the roads of one scenario must agree."""
+    """Hash every scenario by all ways of calling; those of one scenario must agree."""
     count = {"scenarios": 0, "hashes": 0, "bad_scenarios": 0}
     usual = cost.HANDED_OVER_NS
     with tempfile.TemporaryDirectory(prefix="mafsil-D1-") as folder:

@@ -78,12 +78,12 @@ def robot(number: int) -> Mechanism:
 
 
 def errors_of(
-    number: int, mechanism: Mechanism, road: Callable[[States], Answers]
+    number: int, mechanism: Mechanism, evaluate: Callable[[States], Answers]
 ) -> tuple[dict[str, float], list[str]]:
     """Largest error by quantity over states and oracles, and the names of the oracles."""
     oracles = oracles_of("random tree", mechanism)
     states = sample(mechanism, STATES_EACH, np.random.default_rng([2, number]))
-    table, _ = compared(mechanism, oracles, road, states)
+    table, _ = compared(mechanism, oracles, evaluate, states)
     errors: dict[str, float] = {}
     for row in table.values():
         for name, each in row.items():

@@ -38,7 +38,7 @@ TOGETHER = 100
 
 
 class Survey:
-    """A routine called in one way with the states that `verify` draws, and the road's numbers for them."""
+    """A routine called in one way with the states that `verify` draws, and the second method's numbers for them."""
 
     def __init__(self, robot: Robot, way: Way, s: States, tape: Tape | None = None) -> None:
         book, sizes = Textbook(robot.mechanism), ArmSize.of(robot.mechanism)

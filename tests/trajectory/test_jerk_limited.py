@@ -20,8 +20,6 @@ from mafsil.trajectory import (
 )
 from tests.reliability.jerk_limited import compared, random_problems, violation
 
-pytestmark = pytest.mark.capability("11-36")
-
 unit = st.floats(-1.0, 1.0)
 
 

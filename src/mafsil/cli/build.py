@@ -46,6 +46,17 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "closure_refused", lambda: mf.Grasp(slipping).closure()
     planar = [mf.Contact(p, -np.asarray(p), 0.5) for p in ((1, 0), (-1, 0), (0, 1.0))]
     yield "closure_planar", lambda: mf.Grasp(planar).closure()
+    limits = mf.trajectory.MotionLimits.of(2, velocity=1.0, acceleration=1.0, jerk=1.0)
+    rest, goal = np.zeros(2), np.ones(2)
+    yield "jerk_limited", lambda: mf.trajectory.jerk_limited(rest, goal, limits)
+    yield "jerk_limited_batch", lambda: mf.trajectory.jerk_limited(np.zeros((3, 2)), goal, limits).at(0.0)
+    yield "jerk_limited_through", lambda: mf.trajectory.jerk_limited_through([rest, goal, rest], limits)
+    yield "online", lambda: mf.trajectory.online(rest, limits, 0.01).step(goal)
+    path = mf.trajectory.JointPath.through([q, q + 0.1])
+    slow = mf.trajectory.MotionLimits.of(7, velocity=1.0, acceleration=1.0)
+    yield "time_optimal", lambda: mf.trajectory.time_optimal(path, slow)
+    weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)
+    yield "time_optimal_effort", lambda: mf.trajectory.time_optimal(path, weak, robot=panda)
 
 
 def build(say: Callable[[str], None]) -> list[dict[str, object]]:

@@ -11,6 +11,7 @@ from mafsil.figures.frames import save_rotation as save_rotation
 from mafsil.figures.gimbals import save_gimbals as save_gimbals
 from mafsil.figures.mechanism import save_mechanism as save_mechanism
 from mafsil.figures.motion import save_motion as save_motion
+from mafsil.figures.motion_over_time import save_trajectory as save_trajectory
 from mafsil.figures.moving_body import save_displaced_body as save_displaced_body
 from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
 from mafsil.figures.moving_body import save_space_velocity as save_space_velocity

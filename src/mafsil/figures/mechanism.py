@@ -111,12 +111,13 @@ def _frame(axes: Any, pose: PoseMatrix, length: float) -> None:
 def _floor(axes: Any, points: Floats, size: float) -> None:
     """A grid at the height of the lowest point, or of the base if nothing is below it."""
     low = min(0.0, float(points[:, 2].min()))
-    decade = 10.0 ** np.floor(np.log10(size))
-    pitch = next(
+    decade: float = 10.0 ** np.floor(np.log10(size))
+    pitch: float = next(
         step for step in (0.1 * decade, 0.2 * decade, 0.5 * decade, decade, 2.0 * decade) if size / step <= 8.0
     )
-    half = np.ceil(0.75 * size / pitch) * pitch
-    centre = np.round(points.mean(axis=0)[:2] / pitch) * pitch
+    half: float = np.ceil(0.75 * size / pitch) * pitch
+    middle: Floats = points.mean(axis=0)[:2]
+    centre = np.round(middle / pitch) * pitch
     for offset in np.arange(-half, half + pitch / 2, pitch):
         for line in (([-half, half], [offset, offset]), ([offset, offset], [-half, half])):
             axes.plot(centre[0] + line[0], centre[1] + line[1], [low, low], color=_SOFT, linewidth=0.6, zorder=0)

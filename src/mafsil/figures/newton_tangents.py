@@ -56,7 +56,9 @@ def save_newton_tangents(
 def _drawn(f: Callable[[Floats], ArrayLike], record: RootRecord) -> Any:
     x, y = record.iterates[:, 0], record.values[:, 0]
     margin = MARGIN * float(np.ptp(x)) or 1.0
-    graph = np.linspace(x.min() - margin, x.max() + margin, POINTS)
+    first: float = x.min() - margin
+    last: float = x.max() + margin
+    graph = np.linspace(first, last, POINTS)
     figure = sheet(6.0, 4.2)
     axes: Any = figure.add_subplot()
     axes.axhline(0.0, color=INK, linewidth=0.8)

@@ -48,7 +48,7 @@ def save_singular_surfaces(
     figure = sheet(9.6, 4.6)
     left: Any = figure.add_subplot(1, 2, 1)
     right: Any = figure.add_subplot(1, 2, 2)
-    x, y = (np.linspace(lower[k], upper[k], 301) for k in (i, j))
+    x, y = (np.linspace(float(lower[k]), float(upper[k]), 301) for k in (i, j))
     grid = np.broadcast_to(rest, (len(y), len(x), robot.n)).copy()
     grid[..., i], grid[..., j] = np.meshgrid(x, y)
     flat = determinant.task in ("planar", "planar_position", "schoenflies")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Vector3
 from mafsil.figures import space
 from mafsil.geometry import screw
 from mafsil.messages import say
@@ -76,7 +76,7 @@ def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) ->
     figure, axes = space.sheet()
     chain, size = _skeleton(axes, robot, q)
     poses, reactions = robot.link_poses(q), joint_reactions(robot, q, loads=loads)
-    applied = []
+    applied: list[tuple[Vector3, Vector3]] = []
     for load in loads:
         T = poses[robot.mechanism.link_names.index(load.link)]
         applied.append((T[:3, 3] + T[:3, :3] @ np.asarray(load.point, float), load.in_space(T)[1]))

@@ -181,7 +181,8 @@ def rest_position(A: Floats, wrench: ArrayLike, clearance: ArrayLike) -> RestPos
     Raises:
         InputError: shapes do not fit, or a clearance is not positive.
     """
-    m, n = A.shape
+    m: int = A.shape[0]
+    n: int = A.shape[1]
     w, d = gate("wrench", wrench, (m,), finite=True), _clearances(clearance, n)
     size = float(np.abs(w).max()) or 1.0
     balance = minimise(d / d.max(), A, -w / size)

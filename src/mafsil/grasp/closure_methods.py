@@ -94,7 +94,8 @@ def reduction_and_program(A: Floats, *, box: bool = False) -> MethodResult:
         A: (m, n).
         box: the other normalisation.
     """
-    m, n = A.shape
+    m: int = A.shape[0]
+    n: int = A.shape[1]
     reduced = eliminate(A)
     if reduced.rank < m or n == m:
         return MethodResult(False, np.inf, None, reduced)

@@ -112,7 +112,9 @@ def positive_combination(W: Floats, cones: ConeWrenches | None = None) -> Simple
         W: (m, n) columns of any size, n > m.
         cones: the set of which the columns are some; the columns are all if None.
     """
-    program, (m, n), y = loops.positive_span_loops, W.shape, np.empty(len(W))
+    program, y = loops.positive_span_loops, np.empty(len(W))
+    m: int = W.shape[0]
+    n: int = W.shape[1]
     weights = positive_weights(n)
     if cones is None:
         x = np.empty(n)

@@ -345,12 +345,13 @@ def _members(item: Any, index: int) -> list[Contact]:
     """The contacts that one entry stands for."""
     if isinstance(item, Contact):
         return [item]
+    kind: str = type(item).__name__
     several = isinstance(item, Sequence | np.ndarray) and not isinstance(item, str)
     entries: list[Any] = list(cast("Sequence[Any]", item)) if several else []
     if entries and all(isinstance(entry, Contact) for entry in entries):
         return [entry for entry in entries if isinstance(entry, Contact)]
     if not 2 <= len(entries) <= 4 or any(np.ndim(v) != 1 for v in entries[:2]):
-        raise InputError("grasp.contact_entry", index=index, got=type(item).__name__)
+        raise InputError("grasp.contact_entry", index=index, got=kind)
     return [Contact(*entries)]
 
 

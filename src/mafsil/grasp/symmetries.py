@@ -55,7 +55,8 @@ def walls(group: Floats) -> Floats:
     Args:
         group: (n, m, m) with the identity.
     """
-    z: Floats = np.random.default_rng(0).normal(size=group.shape[1])
+    m: int = group.shape[1]
+    z = np.random.default_rng(0).normal(size=m)
     x: Floats = z - group @ z
     return np.ascontiguousarray(x[np.linalg.norm(x, axis=1) > SLANT])
 

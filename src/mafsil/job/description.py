@@ -11,6 +11,8 @@ from mafsil.trajectory.laws import LawName
 Positive: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-9)]
 NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
+Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
+"""How a move spends its time: a law, or the shortest time along its path, or with limited jerk."""
 Three: TypeAlias = tuple[float, float, float]
 Four: TypeAlias = tuple[float, float, float, float]
 Task: TypeAlias = Literal["pose", "axis", "position"]
@@ -81,7 +83,8 @@ class Move(Part, frozen=True, kw_only=True):
         pose: goal of the tip.
         path: `joint`: all joints together; `line`: the tip goes straight.
         via: points to pass through on a joint path without stopping.
-        profile: law of motion in time; quintic if None.
+        profile: law of motion in time, quintic if None; `time_optimal`: the shortest time along the path;
+            `jerk_limited`: the shortest time of a joint move whose jerk is limited.
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         pick: take something: the tool closes, its mass hangs on the tip from then on.
@@ -96,7 +99,7 @@ class Move(Part, frozen=True, kw_only=True):
     pose: Goal | None = None
     path: Literal["joint", "line"] = "joint"
     via: tuple[tuple[float, ...], ...] = ()
-    profile: LawName | None = None
+    profile: Profile | None = None
     duration: Positive | None = None
     speed: Share = 1.0
     pick: Grasp | None = None
@@ -138,6 +141,7 @@ class Bounds(Part, frozen=True, kw_only=True):
     Attributes:
         speed_share, acceleration_share: of the robot's own limits.
         velocity, acceleration: bounds for all joints where the description has none [rad/s | m/s and per s].
+        jerk: the same of moves with limited jerk [rad/s^3 | m/s^3].
         tip_speed, tip_acceleration: of straight lines [m/s, m/s^2].
         tip_turn_rate: of straight lines [rad/s].
     """
@@ -146,6 +150,7 @@ class Bounds(Part, frozen=True, kw_only=True):
     acceleration_share: Share = 0.7
     velocity: Positive = 2.0
     acceleration: Positive = 5.0
+    jerk: Positive = 50.0
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
     tip_turn_rate: Positive = 1.0

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.description import Move
+from mafsil.job.quickest import Share, along_joints, different, with_limited_jerk
 from mafsil.job.remark import Refused
 from mafsil.job.straight import SHORTEST, too_fast
 from mafsil.messages.quantities import quantity
@@ -14,6 +17,7 @@ from mafsil.model import JointKind, JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
 from mafsil.trajectory.laws import QUINTIC, rest_law
+from mafsil.trajectory.motion import Stretchable
 
 PEAK_MARGIN = 1e-9
 """Share of time on top of the shortest: a peak equals its limit only up to rounding."""
@@ -21,7 +25,20 @@ STILL = 1e-9
 """A joint motion that goes less far is a rest [rad | m]."""
 
 
-def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object) -> Trajectory:
+@dataclass(frozen=True, eq=False, slots=True)
+class JointMove:
+    """A planned motion of all joints.
+
+    Attributes:
+        trajectory: of the joints.
+        binding: which limits decide how fast it is, where that is known.
+    """
+
+    trajectory: Trajectory
+    binding: tuple[Share, ...] = ()
+
+
+def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object) -> JointMove:
     """From the first point to the last, through those between them without a stop.
 
     Args:
@@ -34,26 +51,33 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
     Raises:
         Refused: it is to be driven faster than the limits allow, or leaves the range of a joint between the points.
     """
-    start, goal = points[0], points[-1]
-    speed, acceleration = limits.velocity, limits.acceleration
-    if len(points) > 2:
-        shortest = _through(_without_repeats(np.array(points)), limits)
-    elif np.abs(goal - start).max(initial=0.0) < STILL:
-        return rest(goal, move.duration or SHORTEST)
-    else:
-        law = rest_law(move.profile or "quintic")
-        shortest = law.fastest(
-            start, goal, velocity=speed, acceleration=acceleration, margin=PEAK_MARGIN, least=SHORTEST
-        )
+    way = different(points)
+    if np.abs(way - way[0]).max(initial=0.0) < STILL:
+        return JointMove(rest(way[-1], move.duration or SHORTEST))
+    shortest, binding = _shortest(way, move, limits, where)
     motion = shortest
     if move.duration is not None:
         if move.duration < shortest.duration * (1 - 1e-9):
             raise too_fast(where, shortest.duration)
-        motion = shortest.stretched(move.duration / shortest.duration)
+        motion, binding = shortest.stretched(move.duration / shortest.duration), ()
     verdict = check(motion, limits, tolerance=1e-6)
     if not verdict:
         raise _beyond(robot, verdict.violations[0], where)
-    return motion
+    return JointMove(motion, binding)
+
+
+def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) -> tuple[Stretchable, tuple[Share, ...]]:
+    """The motion through points (k, n) in the shortest time that its profile allows, and what limits it."""
+    if move.profile == "time_optimal":
+        found = along_joints(points, limits, where)
+        return found.motion, found.binding
+    if move.profile == "jerk_limited":
+        return with_limited_jerk(points, limits, move.duration, where), ()
+    if len(points) > 2:
+        return _through(points, limits), ()
+    law = rest_law(move.profile or "quintic")
+    bounds = {"velocity": limits.velocity, "acceleration": limits.acceleration}
+    return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST), ()
 
 
 def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
@@ -66,13 +90,6 @@ def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
         "time": quantity(worst.time, "s"),
     }
     return Refused("job.leaves_range", move=where, joint=visible(robot.joint_names[joint]), **details)
-
-
-def _without_repeats(points: Floats) -> Floats:
-    """Points (k, n) less those that do not differ from the one before; two are always left."""
-    moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-12
-    kept = points[np.concatenate([[True], moved])]
-    return kept if len(kept) > 1 else points[:2]
 
 
 def _through(points: Floats, limits: JointLimits) -> PiecewisePolynomial:

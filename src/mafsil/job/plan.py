@@ -14,7 +14,7 @@ from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
 from mafsil.job.joint_motion import joint_motion
 from mafsil.job.lines import Places
-from mafsil.job.planned_remarks import SLOW, driving_limits, near_limits, nearly_met, slowed
+from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_limits, nearly_met, slowed
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
 from mafsil.job.resting import starting_place
@@ -168,6 +168,7 @@ class _Planner:
                 raise line
             trajectory, configuration = line.trajectory, None
             self.remarks += slowed(self.robot, line, self.where(index))
+            self.remarks += decided_by(self.robot, line.binding, self.where(index))
         else:
             configuration = self.configuration(index, goal, target)
             trajectory = self.joint_motion(index, configuration)
@@ -267,7 +268,9 @@ class _Planner:
         """All joints together to a goal, through the points on the way."""
         move = self.job.move[index]
         points = [self.q, *(coordinates(self.job, self.robot, via) for via in move.via), goal]
-        return joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
+        planned = joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
+        self.remarks += decided_by(self.robot, planned.binding, self.where(index))
+        return planned.trajectory
 
     def scaled(self, move: Move) -> JointLimits:
         """The limits for one move: slower if it says so."""
@@ -275,4 +278,5 @@ class _Planner:
             self.limits,
             velocity=self.limits.velocity * move.speed,
             acceleration=self.limits.acceleration * move.speed**2,
+            jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
         )

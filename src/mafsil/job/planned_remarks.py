@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,10 @@ from mafsil.job.called import Where
 from mafsil.job.description import Job, Task
 from mafsil.job.fitting import revolute
 from mafsil.job.goals import FIXES
+from mafsil.job.quickest import TIP, Share
 from mafsil.job.remark import Level, Remark
 from mafsil.job.straight import Line
+from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
@@ -21,6 +23,8 @@ from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
 from mafsil.trajectory.path_task import path_error
 
+MOST_LIMITS, SMALL_SHARE = 4, 0.01
+"""Limits that are named of a move in the shortest time, and the least share of its time that is worth naming."""
 TIGHT = 0.02
 """Distance to a position limit, as share of the range, below which a remark is made."""
 SLOW = 2.0
@@ -67,6 +71,48 @@ def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
     return [Remark(level, f"job.slow_line_{slow.quantity}", details)]
 
 
+def decided_by(robot: Robot, binding: tuple[Share, ...], where: Where) -> list[Remark]:
+    """Which limits decide how fast a move in the shortest time is, and for how much of it."""
+    if not binding:
+        return []
+    listed = tuple(
+        Limiting(one.quantity, visible((*robot.joint_names, *TIP)[one.joint]), round(100 * one.share))
+        for one in binding[:MOST_LIMITS]
+        if one.share >= SMALL_SHARE
+    )
+    return [Remark("good", "job.decided_by", {"move": where, "limits": Listed(listed)})]
+
+
+@dataclass(frozen=True, slots=True)
+class Limiting:
+    """A limit that decides how fast a move is: quantity, joint, and per cent of its time."""
+
+    quantity: str
+    joint: str
+    percent: int
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """Limits in a sentence, in any language."""
+
+    limits: tuple[Limiting, ...]
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`the velocity of joint2 (64 %), the acceleration of joint6 (30 %)`."""
+        separator = say("job.list_separator", language=language)
+        return separator.join(
+            say(
+                "job.limiting",
+                language=language,
+                quantity=say(f"trajectory.{one.quantity}", language=language),
+                joint=say(f"job.{one.joint}", language=language) if one.joint in TIP else one.joint,
+                percent=one.percent,
+            )
+            for one in self.limits
+        )
+
+
 def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, where: Where) -> list[Remark]:
     """A pose that an arm with few joints meets only nearly, and what is left."""
     if robot.n >= FIXES[task]:
@@ -93,7 +139,15 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
             remarks.append(Remark("good", f"job.{name}_assumed", details))
     if not np.isfinite(own.effort).all():
         remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
-    return replace(own, **values, jerk=np.full(robot.n, np.inf)), remarks
+    jerk = np.full(robot.n, np.inf)
+    if any(move.profile == "jerk_limited" for move in job.move):
+        unknown = ~(np.isfinite(own.jerk) & (own.jerk > 0.0))
+        jerk = np.where(unknown, bounds.jerk, own.jerk * bounds.acceleration_share)
+        if unknown.any():
+            remarks.append(
+                Remark("good", "job.jerk_assumed", {"joints": _listed(robot, unknown), "value": bounds.jerk})
+            )
+    return replace(own, **values, jerk=jerk), remarks
 
 
 def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:

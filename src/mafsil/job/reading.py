@@ -31,6 +31,8 @@ TIP_TOLERANCES = ("position", "orientation")
 GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
+QUICKEST = ("time_optimal", "jerk_limited")
+"""Profiles that pass points on the way."""
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed")
 EFFECTIVE = {
     "joints": _TRAVEL,
@@ -177,8 +179,10 @@ class _Reader:
             if name not in (*effective, *ACTIONS):
                 known = ", ".join(effective)
                 raise self.error("job.no_effect", ("move", k, name), action=given[0], known=known)
-        if move.via and move.profile is not None:
-            raise self.error("job.via_profile", ("move", k, "profile"))
+        if move.via and move.profile not in (None, *QUICKEST):
+            raise self.error("job.via_profile", ("move", k, "profile"), known=", ".join(QUICKEST))
+        if move.path == "line" and move.profile == "jerk_limited":
+            raise self.error("job.line_jerk", ("move", k, "profile"))
         if move.path == "line" and move.via:
             raise self.error("job.line_via", ("move", k, "via"))
         if move.path == "line" and move.pose is None:

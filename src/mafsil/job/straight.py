@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.job.description import Bounds, Move
+from mafsil.job.quickest import Share, along_line
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory, rest
+from mafsil.trajectory import PiecewisePolynomial, Trajectory, rest
 from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.laws import rest_law
 from mafsil.trajectory.motion import Stretchable
@@ -33,6 +34,7 @@ class Line:
         slowest: where the joints ask for more time, and which of them; None where they do not.
         configuration: (n,) there [rad | m].
         margin: smallest singular value of the body Jacobian there.
+        binding: which limits decide how fast it is, where that is known.
     """
 
     trajectory: Trajectory
@@ -40,6 +42,7 @@ class Line:
     slowest: Slowest | None = None
     configuration: JointVector | None = None
     margin: float = np.inf
+    binding: tuple[Share, ...] = ()
 
     @property
     def factor(self) -> float:
@@ -83,6 +86,8 @@ def straight_line(
     if joints.value is None or not joints.succeeded:
         raise Refused("job.no_path", move=where, reason=joints)
     rate, growth = _tip_bounds(path, bounds, move)
+    if move.profile == "time_optimal":
+        return _quickest(robot, joints.value, path, bounds, move, limits, where)
     brisk = PathMotion(joints.value, _time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
@@ -92,10 +97,37 @@ def straight_line(
         if move.duration < motion.duration * (1 - 1e-9):
             raise too_fast(where, motion.duration)
         motion = motion.stretched(move.duration / motion.duration)
+    return _judged(robot, motion, brisk, limits)
+
+
+def _quickest(
+    robot: Robot,
+    joints: PiecewisePolynomial,
+    path: CartesianPath,
+    bounds: Bounds,
+    move: Move,
+    limits: JointLimits,
+    where: object,
+) -> Line:
+    """The line in the shortest time that joints and tip allow."""
+    found = along_line(joints, path, bounds, move, limits, where)
+    motion = found.motion
+    if move.duration is not None:
+        if move.duration < motion.duration * (1 - 1e-9):
+            raise too_fast(where, motion.duration)
+        return Line(motion.stretched(move.duration / motion.duration), move.duration)
+    law = rest_law("trapezoid")
+    rate, growth = _tip_bounds(path, bounds, move)
+    brisk = PathMotion(joints, law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth))
+    return replace(_judged(robot, motion, brisk, limits), binding=found.binding)
+
+
+def _judged(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> Line:
+    """The line, and where the joints ask for more time than the bounds of the tip."""
     if motion.duration <= brisk.duration * (1 + 1e-6):
         return Line(motion, brisk.duration)
     at = slowest(brisk, limits)
-    configuration = np.asarray(joints.value.at(at.place).u)
+    configuration = np.asarray(brisk.path.at(at.place).u)
     margin = float(np.linalg.svd(robot.jacobian_body(configuration), compute_uv=False)[-1])
     return Line(motion, brisk.duration, at, configuration, margin)
 
@@ -116,5 +148,7 @@ def _tip_bounds(path: CartesianPath, bounds: Bounds, move: Move) -> tuple[float,
 
 def _time_law(rate: float, growth: float, move: Move) -> Stretchable:
     """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
+    assert move.profile != "time_optimal"
+    assert move.profile != "jerk_limited"
     law = rest_law(move.profile or "quintic")
     return law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth)

@@ -52,6 +52,16 @@ class CartesianPath:
         """Angle between the orientations [rad]."""
         return float(np.linalg.norm(self._turn))
 
+    @property
+    def breaks(self) -> Floats:
+        """0 and 1: it is smooth throughout."""
+        return np.array([0.0, 1.0])
+
+    @property
+    def corners(self) -> Floats:
+        """None."""
+        return np.zeros(0)
+
     def poses(self, s: ArrayLike) -> PoseMatrix:
         """(*s, 4, 4) in {s}."""
         along = np.asarray(s, dtype=np.float64)[..., None]

@@ -13,14 +13,11 @@ from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory, times
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.tolerances import CORNER, REPEATED
 
 PathKind = Literal["spline", "lines"]
 KINDS = ("spline", "lines")
 
-REPEATED = 1e-14
-"""Share of the largest coordinate below which the distance of two neighbouring points is rounding."""
-CORNER = 1e-6
-"""Jump of a slope, as share of the largest slope there, from which on a break is a corner."""
 SAMPLES_PER_BREAK = 8
 """Pieces that stand for a stretch of a trajectory that is no piecewise polynomial."""
 

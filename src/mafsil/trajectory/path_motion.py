@@ -22,10 +22,13 @@ class PathMotion(Printed):
     Attributes:
         path: (n) coordinates over the path parameter s, from 0 to its length.
         law: (1) s over time, from 0 to that length.
+        places: (pieces + 1,) s at the knots of a law that only grows; each piece of the law then keeps to its own piece
+            of the path, also where rounding would lead it over a knot at which the path's derivatives jump.
     """
 
     path: PiecewisePolynomial
     law: Stretchable
+    places: Floats | None = None
 
     @property
     def duration(self) -> float:
@@ -47,14 +50,14 @@ class PathMotion(Printed):
         v = path' s',  a = path'' s'^2 + path' s''
         """
         s, rate, growth = self.law.at(t)
-        here = self._on_path(s)
+        here = self.path.at(self._places(t, s))
         return Motion(here.u, here.v * rate, here.a * rate**2 + here.v * growth)
 
     def jerk(self, t: ArrayLike) -> Floats:
         """(*times, n) third derivative path''' s'^3 + 3 path'' s' s'' + path' s''' [rad/s^3 | m/s^3]."""
         s, rate, growth = self.law.at(t)
-        here = self._on_path(s)
-        third = self.path.jerk(np.clip(s[..., 0], 0.0, self.path.duration))
+        place = self._places(t, s)
+        here, third = self.path.at(place), self.path.jerk(place)
         return third * rate**3 + 3 * here.a * rate * growth + here.v * self.law.jerk(times(t))
 
     def stretched(self, factor: float) -> PathMotion:
@@ -73,6 +76,10 @@ class PathMotion(Printed):
                 needed.append(float((size / limit).max() ** (1.0 / order)))
         return max(needed)
 
-    def _on_path(self, s: Floats) -> Motion:
-        """The path and its derivatives by s, never beyond its ends by rounding."""
-        return self.path.at(np.clip(s[..., 0], 0.0, self.path.duration))
+    def _places(self, t: ArrayLike, s: Floats) -> Floats:
+        """(*times) where on the path the motion is, never beyond an end by rounding."""
+        if self.places is None:
+            return np.clip(s[..., 0], 0.0, self.path.duration)
+        k = np.clip(np.searchsorted(self.law.breaks(), times(t), side="right") - 1, 0, len(self.places) - 2)
+        ends = np.append(np.nextafter(self.places[1:-1], 0.0), self.places[-1])
+        return np.clip(s[..., 0], self.places[k], np.maximum(ends[k], self.places[k]))

@@ -1,8 +1,6 @@
-"""Cubic and quintic polynomials between boundary conditions, and cubics through via points."""
+"""Cubic and quintic polynomials between boundary conditions, and rest."""
 
 from __future__ import annotations
-
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,8 +8,6 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Advice, Floats, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
-
-ViaRule = Literal["continuous", "heuristic", "stop"]
 
 
 @called
@@ -79,47 +75,6 @@ def quintic(
 
 
 @called
-def cubic_through(
-    points: ArrayLike,
-    durations: ArrayLike,
-    *,
-    velocities: ViaRule | ArrayLike = "continuous",
-    start_velocity: ArrayLike = 0.0,
-    goal_velocity: ArrayLike = 0.0,
-) -> PiecewisePolynomial:
-    """Cubics through via points.
-
-    Args:
-        points: (k + 1, n) positions, start and goal included [rad | m].
-        durations: (k,) times from point to point [s].
-        velocities: at the via points: `continuous` acceleration (a clamped spline), `heuristic` (the mean of the
-            slopes on both sides, zero where they differ in sign), `stop`, or (k - 1, n) given values [rad/s | m/s].
-        start_velocity, goal_velocity: (n,) [rad/s | m/s].
-
-    Raises:
-        InputError: a wrong shape, an unknown rule, a duration that is not positive.
-
-    Reference: Craig, Introduction to Robotics, sec. 7.3.
-    """
-    u = require_finite("points", real_array("points", points))
-    u = u[:, None] if u.ndim == 1 else u
-    h = require_finite("durations", real_array("durations", durations))
-    if u.ndim != 2 or len(u) < 2:
-        raise InputError("input.shape", name="points", expected="(k + 1, n), k >= 1", got=u.shape, hint="")
-    if h.shape != (len(u) - 1,):
-        raise InputError("input.shape", name="durations", expected=(len(u) - 1,), got=h.shape, hint="")
-    for leg in h:
-        positive("durations", leg)
-    ends = [
-        np.broadcast_to(require_finite(name, real_array(name, v)), u[0].shape)
-        for name, v in (("start_velocity", start_velocity), ("goal_velocity", goal_velocity))
-    ]
-    v = np.concatenate([ends[:1], _via_velocities(u, h, velocities, *ends), ends[1:]])
-    pieces = [cubic_coefficients(u[i], u[i + 1], v[i], v[i + 1], h[i]) for i in range(len(h))]
-    return PiecewisePolynomial.from_pieces(h, pieces)
-
-
-@called
 def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
     """Standing still at `position` (*batch, n) for `duration` [s]."""
     (u,) = _conditions(position=position)
@@ -179,47 +134,3 @@ def _conditions(**values: ArrayLike) -> list[Floats]:
         except ValueError:
             raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
     return [np.broadcast_to(array, shape) for array in arrays]
-
-
-def _via_velocities(u: Floats, h: Floats, rule: ViaRule | ArrayLike, v0: Floats, vn: Floats) -> Floats:
-    """(k - 1, n) velocities at the inner points."""
-    inner = (len(u) - 2, u.shape[1])
-    if not isinstance(rule, str):
-        given = require_finite("velocities", real_array("velocities", rule))
-        if given.shape != inner:
-            raise InputError("input.shape", name="velocities", expected=inner, got=given.shape, hint="")
-        return given
-    slopes = np.diff(u, axis=0) / h[:, None]
-    match rule:
-        case "continuous":
-            return _spline_velocities(u, h, v0, vn)
-        case "heuristic":
-            return np.where(slopes[:-1] * slopes[1:] <= 0.0, 0.0, (slopes[:-1] + slopes[1:]) / 2)
-        case "stop":
-            return np.zeros(inner)
-        case _:
-            raise InputError("input.choice", name="velocities", value=rule, known="continuous, heuristic, stop")
-
-
-def _spline_velocities(u: Floats, h: Floats, v0: Floats, vn: Floats) -> Floats:
-    """Inner velocities with continuous acceleration.
-
-    h_k v_{k-1} + 2 (h_{k-1} + h_k) v_k + h_{k-1} v_{k+1} = 3 (h_k slope_{k-1} + h_{k-1} slope_k)
-    """
-    if len(h) == 1:
-        return np.zeros((0, u.shape[1]))
-    before, after = h[:-1, None], h[1:, None]
-    slopes = np.diff(u, axis=0) / h[:, None]
-    right = 3 * (after * slopes[:-1] + before * slopes[1:])
-    right[0] -= after[0] * v0
-    right[-1] -= before[-1] * vn
-    diagonal = 2 * (h[:-1] + h[1:])
-    for k in range(1, len(diagonal)):
-        weight = h[k + 1] / diagonal[k - 1]
-        diagonal[k] -= weight * h[k - 1]
-        right[k] -= weight * right[k - 1]
-    v = np.empty_like(right)
-    v[-1] = right[-1] / diagonal[-1]
-    for k in range(len(diagonal) - 2, -1, -1):
-        v[k] = (right[k] - h[k] * v[k + 1]) / diagonal[k]
-    return v

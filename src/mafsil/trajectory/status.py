@@ -40,3 +40,33 @@ class ContinuityStatus(Status):
 
     CONTROLLABLE = ("trajectory.controllable", True)
     NOT_CONTROLLABLE = ("trajectory.not_controllable", False)
+
+
+class ViaRateStatus(Status):
+    """How well joint rates at a via point make the tip's velocity."""
+
+    EXACT = ("trajectory.rates_exact", True)
+    DAMPED = ("trajectory.rates_damped", False)
+    NOT_POSSIBLE = ("trajectory.rates_not_possible", False)
+
+
+class ProofStatus(Status):
+    """Whether a motion is proven to keep its limits."""
+
+    PROVEN = ("trajectory.proven", True)
+    EXCEEDED = ("trajectory.exceeded", False)
+    IN_DOUBT = ("trajectory.in_doubt", False)
+
+
+class TickStatus(Status):
+    """Whether a generator keeps up with its update rate."""
+
+    ON_TIME = ("trajectory.on_time", True)
+    OVERRUN = ("trajectory.overrun", False)
+
+
+class RequirementStatus(Status):
+    """Whether a trajectory does what it must."""
+
+    MET = ("trajectory.met", True)
+    NOT_MET = ("trajectory.not_met", False)

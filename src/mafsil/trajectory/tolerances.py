@@ -11,3 +11,7 @@ REAL_ROOT = 1e-6
 """Imaginary part of a root, over its size, of a double root that is real: 64 sqrt(EPS)."""
 DURATION = 1e-12
 """Relative difference of durations that is rounding: 4500 EPS."""
+REPEATED = 1e-14
+"""Share of the largest coordinate below which the distance of two neighbouring points is rounding: 45 EPS."""
+CORNER = 1e-6
+"""Jump of a slope, as share of the largest slope there, from which on a break is a corner: points of six digits."""

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector3
+from mafsil.arrays import Floats, Matrix3, Vector3
 from mafsil.messages import say
 from mafsil.performance.singularities.screw_parameters import signed, vector_text, wrench_screw
 from mafsil.performance.tolerances import CLEAR, DEPENDENT
@@ -266,7 +266,7 @@ def common_point(axes: Axes, joints: Sequence[int]) -> Vector3 | None:
     """The point (over the length, from the centre) through which all these axes pass, or None."""
     across = [np.eye(3) - np.outer(axes.w(i), axes.w(i)) for i in joints]
     moments = [A @ axes.p(i) for A, i in zip(across, joints, strict=True)]
-    normal = np.sum(across, axis=0)
+    normal: Matrix3 = np.sum(across, axis=0)
     point: Vector3 = np.linalg.pinv(normal, rcond=CLEAR, hermitian=True) @ np.sum(moments, axis=0)
     distance = max(float(np.linalg.norm(A @ point - m)) for A, m in zip(across, moments, strict=True))
     return point if distance < axes.loose else None

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, Matrix3, gate
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
@@ -55,8 +55,9 @@ class Lines:
         """(*batch, 3) the point nearest to these axes."""
         w, p = self.w[..., list(joints), :], self.p[..., list(joints), :]
         across = np.eye(3) - w[..., :, None] * w[..., None, :]
-        nearest: Floats = np.linalg.solve(across.sum(axis=-3), (across @ p[..., None]).sum(axis=-3))
-        return nearest[..., 0]
+        total: Matrix3 = across.sum(axis=-3)
+        moment: Floats = (across @ p[..., None]).sum(axis=-3)
+        return np.asarray(np.linalg.solve(total, moment)[..., 0], dtype=np.float64)
 
 
 def lines(robot: Robot, q: Floats) -> Lines:

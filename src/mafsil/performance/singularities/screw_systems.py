@@ -67,7 +67,8 @@ def _principal(lines: Floats, moments: Floats) -> tuple[Floats, Floats]:
 def echelon(rows: Floats) -> Floats:
     """Reduced row echelon form of independent rows (k, m), each scaled to unit length, roundoff removed."""
     A = rows.copy()
-    k, m = A.shape
+    k: int = A.shape[0]
+    m: int = A.shape[1]
     done = 0
     for column in range(m):
         if done == k:

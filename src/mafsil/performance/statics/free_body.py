@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector6, gate
+from mafsil.arrays import Floats, PoseMatrix, Vector6, gate
 from mafsil.geometry import wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.messages import say
@@ -80,13 +80,15 @@ def free_body_diagram(
     a = zero if qdd is None else gate("qdd", qdd, (arm.n,), finite=True)
     F_tip = np.zeros(6) if tip_wrench is None else gate("tip_wrench", tip_wrench, (6,), finite=True)
     passed, poses = arm.link_wrenches(u, v, a, F_tip), arm.link_poses(u)
-    T_ls: Floats = np.linalg.inv(poses[index])
+    T_sl: PoseMatrix = poses[index]
+    T_ls = np.linalg.inv(T_sl)
     acting: list[tuple[str, Vector6]] = []
     for k, joint in enumerate(mechanism.joints):
         if joint.child == link:
             acting.append((joint.name, passed[k + 1]))
         elif joint.parent == link:
-            T_child_link: Floats = np.linalg.inv(T_ls @ poses[k + 1])
+            T_link_child: PoseMatrix = T_ls @ poses[k + 1]
+            T_child_link = np.linalg.inv(T_link_child)
             acting.append((joint.name, -wrench.transform(T_child_link, passed[k + 1])))
     down = T_ls[:3, :3] @ mechanism.gravity
     acting.append((say("performance.free_body_weight"), wrench.from_force(body.com, body.mass * down)))

@@ -152,8 +152,9 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     if np.linalg.matrix_rank(J, tol=CLEAR * size.max(initial=SMALLEST)) < len(task_rows(task)):
         raise InputError("performance.flat", robot=robot.name)
     A, b = A[size > ROUNDOFF] / size[size > ROUNDOFF, None], b[size > ROUNDOFF] / size[size > ROUNDOFF]
+    unknowns: int = A.shape[1]
     try:
-        found = HalfspaceIntersection(np.column_stack([A, -b]), np.zeros(A.shape[1])).intersections
+        found = HalfspaceIntersection(np.column_stack([A, -b]), np.zeros(unknowns)).intersections
     except QhullError:
         raise InputError("performance.flat", robot=robot.name) from None
     return Polytope(A, b, _ordered(np.unique(np.round(found, 12), axis=0)))

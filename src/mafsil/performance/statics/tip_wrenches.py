@@ -177,7 +177,8 @@ def tip_wrench(
     scaled = scaled_jacobian(robot, q, task=task)
     U, s, Vt = decompositions.svd(scaled.J)
     found = rank_of(s, tolerance)
-    kept: NDArray[np.bool_] = np.arange(s.shape[-1]) < found[..., None]
+    count: int = s.shape[-1]
+    kept: NDArray[np.bool_] = np.arange(count) < found[..., None]
     inverse = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
     loads = efforts * scaled.columns
     along = np.einsum("...ij,...j->...i", Vt, loads)

@@ -195,7 +195,8 @@ def rank_in_doubt(singular_values: Floats, tolerance: float = TOLERANCE) -> NDAr
     """
     factor = DESCRIBED / TOLERANCE
     limit = tolerance * singular_values[..., :1]
-    return ((singular_values > limit / factor) & (singular_values < limit * factor)).any(axis=-1)
+    near = (singular_values > limit / factor) & (singular_values < limit * factor)
+    return np.asarray(near.any(axis=-1), dtype=np.bool_)
 
 
 def require_one(name: str, q: ArrayLike, n: int) -> Floats:

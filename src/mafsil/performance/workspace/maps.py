@@ -173,8 +173,7 @@ class WorkspaceMap(SingleAnswer):
     def _sizes(self) -> Floats:
         flat: Floats = np.full(self.counts.shape, self.cell**self.counts.ndim)
         if self.view == "radial":
-            rho: Floats = self.origin[0] + self.cell * (np.arange(self.counts.shape[0]) + 0.5)
-            flat = flat * (2 * np.pi * rho)[:, None]
+            flat = flat * (2 * np.pi * self.centres(0))[:, None]
         return flat
 
     def voids(self, smallest: int = 12) -> tuple[Floats, ...]:
@@ -206,8 +205,8 @@ class WorkspaceMap(SingleAnswer):
 
     def centres(self, axis: int) -> Floats:
         """Middles of the cells along an axis of the grid [m]."""
-        steps: Floats = np.arange(self.counts.shape[axis]) + 0.5
-        return self.origin[axis] + self.cell * steps
+        count: int = self.counts.shape[axis]
+        return self.origin[axis] + self.cell * (np.arange(count) + 0.5)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(*batch) whether points (*batch, d), in the coordinates of the view, lie in reached cells."""

@@ -21,6 +21,7 @@ from mafsil.trajectory.jerk.extreme_loops import (
     distance,
     first_rise,
     last_rise,
+    rest_curve,
     shape_at,
 )
 
@@ -59,21 +60,25 @@ class Task(NamedTuple):
 
 
 @compiled
-def task_of(x: Floats, limits: Floats) -> Task:
+def task_of(states: Floats, limits: Floats, i: int) -> Task:
     """A coordinate's task.
 
     Args:
-        x: (6,) p0, v0, a0, pf, vf, af.
-        limits: (6,) lower and upper velocity, acceleration and jerk; acceleration and jerk not zero, jerk finite.
+        states: (n, 6) p0, v0, a0, pf, vf, af.
+        limits: (n, 6) lower and upper velocity, acceleration and jerk; acceleration and jerk not zero, jerk finite.
+        i: the coordinate.
     """
-    v_lo, v_hi, a_lo, a_hi, jm, jp = limits[0], limits[1], limits[2], limits[3], -limits[4], limits[5]
-    t1, j, t2, v, a = brake(x[1], x[2], v_lo, v_hi, a_lo, a_hi, jp, jm)
-    D = x[3] - x[0]
+    v_lo, v_hi, a_lo, a_hi = limits[i, 0], limits[i, 1], limits[i, 2], limits[i, 3]
+    jm, jp = -limits[i, 4], limits[i, 5]
+    D, v0, a0 = states[i, 3] - states[i, 0], states[i, 1], states[i, 2]
+    if v0 == 0.0 and a0 == 0.0:
+        return Task(0.0, 0.0, 0.0, D, 0.0, 0.0, states[i, 4], states[i, 5], v_lo, v_hi, -a_lo, a_hi, jm, jp)
+    t1, j, t2, v, a = brake(v0, a0, v_lo, v_hi, a_lo, a_hi, jp, jm)
     if t1 > 0.0:
-        D -= t1 * (x[1] + t1 * (0.5 * x[2] + t1 * j * (1.0 / 6.0)))
+        D -= t1 * (v0 + t1 * (0.5 * a0 + t1 * j * (1.0 / 6.0)))
     if t2 > 0.0:
         D -= t2 * (v - 0.5 * a * t2)
-    return Task(t1, j, t2, D, v, a, x[4], x[5], v_lo, v_hi, -a_lo, a_hi, jm, jp)
+    return Task(t1, j, t2, D, v, a, states[i, 4], states[i, 5], v_lo, v_hi, -a_lo, a_hi, jm, jp)
 
 
 @compiled
@@ -86,6 +91,20 @@ def forwards(w: Task) -> Curve:
 def backwards(w: Task) -> Curve:
     """The farthest motions of the mirror image."""
     return curve_of(-w.v0, -w.a0, -w.vf, -w.af, -w.v_lo, w.am, w.ap, w.jm, w.jp)
+
+
+@compiled
+def _rests(w: Task) -> bool:
+    """Whether it leads from rest to rest."""
+    return w.v0 == 0.0 and w.a0 == 0.0 and w.vf == 0.0 and w.af == 0.0
+
+
+@compiled
+def _rest_curve(w: Task) -> Curve:
+    """Of a task from rest to rest, in its direction."""
+    if w.D > 0.0:
+        return rest_curve(w.v_hi, w.ap, w.am, w.jp, w.jm)
+    return rest_curve(-w.v_lo, w.am, w.ap, w.jm, w.jp)
 
 
 @compiled
@@ -127,6 +146,14 @@ def next_duration(w: Task, T: float) -> float:
     From the first duration on, the displacements that can be had are an interval: its upper end is D_max, its lower end
     minus the mirror image's. Where the displacement lies outside, that end's curve is followed to where it comes back.
     """
+    if _rests(w):
+        if w.D == 0.0:
+            return T
+        c = _rest_curve(w)
+        if T > 0.0 and distance(c, shape_at(c, T)) >= abs(w.D):
+            return T
+        rise = last_rise(c, abs(w.D), T, inf)
+        return rise if rise >= 0.0 else inf
     up, down = forwards(w), backwards(w)
     # 1. The direct change of velocity is the shortest; within the gap its velocity cannot be reached.
     T = max(T, up.start + _ahead(w))
@@ -167,22 +194,22 @@ def _after_gap(w: Task, up: Curve, down: Curve) -> float:
 
 
 @compiled
-def _parts(c: Curve, s: Shape, sign: float, times: Floats, jerks: Floats) -> None:
-    """The seven parts of a farthest motion, or of its mirror image."""
-    times[0], jerks[0] = max((s.A - c.a0) * c.ip, 0.0), sign * c.jp
-    times[1], jerks[1] = s.t2, 0.0
-    times[3], jerks[3] = s.cruise, 0.0
-    jerks[2] = jerks[4] = -sign * c.jm
+def _parts(c: Curve, s: Shape, sign: float, times: Floats, row: int, jerks: Floats, jerk_row: int, first: int) -> None:
+    """The seven parts of a farthest motion, or of its mirror image, into rows of times and jerks."""
+    times[row, first], jerks[jerk_row, first] = max((s.A - c.a0) * c.ip, 0.0), sign * c.jp
+    times[row, first + 1], jerks[jerk_row, first + 1] = s.t2, 0.0
+    times[row, first + 3], jerks[jerk_row, first + 3] = s.cruise, 0.0
+    jerks[jerk_row, first + 2] = jerks[jerk_row, first + 4] = -sign * c.jm
     if s.cruise > 0.0:
-        times[2], times[4] = s.A * c.im, s.B * c.im
+        times[row, first + 2], times[row, first + 4] = s.A * c.im, s.B * c.im
     else:
-        times[2], times[4] = max((s.A + s.B) * c.im, 0.0), 0.0
-    times[5], jerks[5] = s.t4, 0.0
-    times[6], jerks[6] = max((c.af + s.B) * c.ip, 0.0), sign * c.jp
+        times[row, first + 2], times[row, first + 4] = max((s.A + s.B) * c.im, 0.0), 0.0
+    times[row, first + 5], jerks[jerk_row, first + 5] = s.t4, 0.0
+    times[row, first + 6], jerks[jerk_row, first + 6] = max((c.af + s.B) * c.ip, 0.0), sign * c.jp
 
 
 @compiled
-def _quiet(w: Task, D: float, T: float, times: Floats, jerks: Floats) -> tuple[bool, float]:
+def _quiet(w: Task, D: float, T: float, scratch: Floats) -> tuple[bool, float]:
     """A motion without haste: acceleration to zero, directly to the last velocity, and to the last acceleration.
 
     What time is left is spent before or after the change of velocity (parts 1 and 5), so that the displacement comes as
@@ -217,18 +244,18 @@ def _quiet(w: Task, D: float, T: float, times: Floats, jerks: Floats) -> tuple[b
         later = 0.0
     way += later * (vf - v)
     # 3. Its parts.
-    times[0], jerks[0] = into, (-w.jm if w.a0 > 0.0 else w.jp)
-    times[1], jerks[1] = spare - later, 0.0
-    times[2], jerks[2] = A * first, side / first
-    times[3], jerks[3] = held, 0.0
-    times[4], jerks[4] = A * last, -side / last
-    times[5], jerks[5] = later, 0.0
-    times[6], jerks[6] = out, (w.jp if w.af > 0.0 else -w.jm)
+    scratch[0, 0], scratch[1, 0] = into, (-w.jm if w.a0 > 0.0 else w.jp)
+    scratch[0, 1], scratch[1, 1] = spare - later, 0.0
+    scratch[0, 2], scratch[1, 2] = A * first, side / first
+    scratch[0, 3], scratch[1, 3] = held, 0.0
+    scratch[0, 4], scratch[1, 4] = A * last, -side / last
+    scratch[0, 5], scratch[1, 5] = later, 0.0
+    scratch[0, 6], scratch[1, 6] = out, (w.jp if w.af > 0.0 else -w.jm)
     return True, way
 
 
 @compiled
-def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times: Floats, jerks: Floats) -> int:
+def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times: Floats, jerks: Floats, i: int) -> int:
     """The pieces of a task of duration T, braking first.
 
     Args:
@@ -237,21 +264,25 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
         free: whether its displacement does not matter.
         sure: whether T is known to be possible, up to rounding.
         scratch: (4, 7) to work in.
-        times, jerks: (15,) durations and jerks of the pieces, written here.
+        times, jerks: (n, 15) durations and jerks of the pieces, written here.
+        i: the coordinate.
 
     Returns:
         Number of pieces; 0 if there is no such motion.
     """
-    times[0], jerks[0] = w.t1, w.j
-    times[1], jerks[1] = w.t2, 0.0
+    times[i, 0], jerks[i, 0] = w.t1, w.j
+    times[i, 1], jerks[i, 1] = w.t2, 0.0
     D, slack = w.D, _slack(w, T)
+    if _rests(w) and not free:
+        return _scaled_parts(w, T, sure, times, jerks, i)
     # 1. With time to spare there is a quiet motion; it may be the one, else one extreme motion is mixed with it.
     if free:
         D = 0.5 * (w.v0 + w.vf) * T
-    quiet, way = _quiet(w, D, T, scratch[0], scratch[1])
+    quiet, way = _quiet(w, D, T, scratch)
     if quiet:
         if free or abs(way - D) <= slack:
-            times[2 : 2 + PARTS], jerks[2 : 2 + PARTS] = scratch[0], scratch[1]
+            for k in range(PARTS):
+                times[i, 2 + k], jerks[i, 2 + k] = scratch[0, k], scratch[1, k]
             return 2 + PARTS
         sign = 1.0 if D > way else -1.0
         c = forwards(w) if D > way else backwards(w)
@@ -261,10 +292,10 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
             return 0
         share = min((D - way) / (sign * reach - way), 1.0) if sign * D < reach else 1.0
         if scratch[0, 1] == T or share == 1.0:
-            _parts(c, s, sign * share, times[2:], jerks[2:])
+            _parts(c, s, sign * share, times, i, jerks, i, 2)
             return 2 + PARTS
-        _parts(c, s, sign, scratch[2], scratch[3])
-        return _mixture(scratch, share, times, jerks)
+        _parts(c, s, sign, scratch, 2, scratch, 3, 0)
+        return _mixture(scratch, share, times, jerks, i)
     # 2. Else both extreme motions are mixed; at an end of their interval it is one of them.
     up, down = forwards(w), backwards(w)
     tau = T - _ahead(w)
@@ -278,25 +309,41 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
         return 0
     if high - D <= slack or D - low <= slack:
         if abs(D - high) <= abs(D - low):
-            _parts(up, s, 1.0, times[2:], jerks[2:])
+            _parts(up, s, 1.0, times, i, jerks, i, 2)
         else:
-            _parts(down, m, -1.0, times[2:], jerks[2:])
+            _parts(down, m, -1.0, times, i, jerks, i, 2)
         return 2 + PARTS
-    _parts(down, m, -1.0, scratch[0], scratch[1])
-    _parts(up, s, 1.0, scratch[2], scratch[3])
-    return _mixture(scratch, (D - low) / (high - low), times, jerks)
+    _parts(down, m, -1.0, scratch, 0, scratch, 1, 0)
+    _parts(up, s, 1.0, scratch, 2, scratch, 3, 0)
+    return _mixture(scratch, (D - low) / (high - low), times, jerks, i)
 
 
 @compiled
-def _mixture(scratch: Floats, share: float, times: Floats, jerks: Floats) -> int:
+def _scaled_parts(w: Task, T: float, sure: bool, times: Floats, jerks: Floats, i: int) -> int:
+    """The pieces of a task from rest to rest: the farthest motion of its duration, scaled; none if it is too short."""
+    if w.D == 0.0:
+        times[i, 2], jerks[i, 2] = T, 0.0
+        return 3
+    c = _rest_curve(w)
+    s = shape_at(c, T)
+    reach = distance(c, s)
+    if reach < abs(w.D) * (1.0 - ROUNDING) and not sure:
+        return 0
+    share = min(abs(w.D) / reach, 1.0) if reach > 0.0 else 1.0
+    _parts(c, s, share if w.D > 0.0 else -share, times, i, jerks, i, 2)
+    return 2 + PARTS
+
+
+@compiled
+def _mixture(scratch: Floats, share: float, times: Floats, jerks: Floats, m: int) -> int:
     """Pieces of (1 - share) times the first motion plus share times the second, from the third piece on."""
     count, i, k = 2, 0, 0
     left, right = scratch[0, 0], scratch[2, 0]
     while i < PARTS and k < PARTS:
         step = min(left, right)
         if step > 0.0:
-            times[count] = step
-            jerks[count] = (1.0 - share) * scratch[1, i] + share * scratch[3, k]
+            times[m, count] = step
+            jerks[m, count] = (1.0 - share) * scratch[1, i] + share * scratch[3, k]
             count += 1
         left -= step
         right -= step

@@ -125,6 +125,15 @@ def curve_of(
 
 
 @compiled
+def rest_curve(top: float, ap: float, am: float, jp: float, jm: float) -> Curve:
+    """The constants of a curve from rest to rest; arguments as its attributes."""
+    ip, im = 1.0 / jp, 1.0 / jm
+    k = ip + im
+    tau_top = inf if top == inf else _time_of(top, k, ap) + _time_of(top, k, am)
+    return Curve(0.0, 0.0, 0.0, 0.0, ap, am, jp, jm, top, ip, im, k, 0.0, top, 0.0, inf, inf, tau_top)
+
+
+@compiled
 def shape_at(c: Curve, tau: float) -> Shape:
     """The farthest motion of a time tau.
 

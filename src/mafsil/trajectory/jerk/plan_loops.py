@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from math import ceil, inf
+from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from mafsil.trajectory.jerk.coordinate_loops import (
     task_of,
 )
 
-PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS = range(6)
-"""How planning ended; the order is that of `status.STATUSES`."""
+PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS, NOT_FINITE = range(7)
+"""How planning ended; the order is that of `status.STATUSES`, which the last is not one of."""
 TIME, PHASE, SINGLY = range(3)
 """Synchronisation; the order is that of `motion.SYNCHRONISATIONS`."""
 WITHIN = 1e-12
@@ -38,14 +38,31 @@ PARALLEL = 1e-12
 
 
 @compiled
-def _outside(v: float, a: float, limits: Floats) -> bool:
+def _outside(states: Floats, limits: Floats, i: int) -> bool:
     """Whether a target is not within its limits, or cannot have been reached from within them."""
-    before = v - 0.5 * a * a / limits[5] if a > 0.0 else v
-    if a < 0.0:
-        before = v - 0.5 * a * a / limits[4]
+    v, a = states[i, 4], states[i, 5]
+    if a == 0.0:
+        return v != 0.0 and not _kept(v, limits[i, 0], limits[i, 1])
+    before = v - 0.5 * a * a / (limits[i, 5] if a > 0.0 else limits[i, 4])
     return not (
-        _kept(v, limits[0], limits[1]) and _kept(a, limits[2], limits[3]) and _kept(before, limits[0], limits[1])
+        _kept(v, limits[i, 0], limits[i, 1])
+        and _kept(a, limits[i, 2], limits[i, 3])
+        and _kept(before, limits[i, 0], limits[i, 1])
     )
+
+
+@compiled
+def can_pass(v: float, a: float, limits: Floats) -> bool:
+    """Whether a state can be reached from within the limits and left within them.
+
+    Args:
+        v, a: velocity and acceleration.
+        limits: (6,).
+    """
+    if not (limits[0] <= v <= limits[1] and limits[2] <= a <= limits[3]):
+        return False
+    drop, rise = 0.5 * a * a / limits[5], -0.5 * a * a / limits[4]
+    return a == 0.0 or (v - drop >= limits[0] and v + rise <= limits[1])
 
 
 @compiled
@@ -56,36 +73,38 @@ def _kept(x: float, low: float, high: float) -> bool:
 
 
 @compiled
-def _is_frozen(limits: Floats) -> bool:
+def _is_frozen(limits: Floats, i: int) -> bool:
     """No acceleration or no jerk in one direction: its velocity can only stay."""
-    return limits[2] == 0.0 or limits[3] == 0.0 or limits[4] == 0.0 or limits[5] == 0.0
+    return limits[i, 2] == 0.0 or limits[i, 3] == 0.0 or limits[i, 4] == 0.0 or limits[i, 5] == 0.0
 
 
 @compiled
-def _stays(x: Floats, free: bool) -> bool:
+def _stays(states: Floats, i: int, free: bool) -> bool:
     """Whether a frozen coordinate need not change its velocity."""
-    if x[2] != 0.0 or x[5] != 0.0 or x[1] != x[4]:
+    v = states[i, 1]
+    if states[i, 2] != 0.0 or states[i, 5] != 0.0 or v != states[i, 4]:
         return False
-    D = x[3] - x[0]
-    return free or D == 0.0 or (x[1] != 0.0 and D / x[1] > 0.0)
+    D = states[i, 3] - states[i, 0]
+    return free or D == 0.0 or (v != 0.0 and D / v > 0.0)
 
 
 @compiled
-def next_of(x: Floats, limits: Floats, free: bool, T: float) -> float:
+def next_of(states: Floats, limits: Floats, i: int, free: bool, T: float) -> float:
     """The least duration of at least T that a coordinate can have, braking included; infinite if there is none.
 
     Args:
-        x: (6,) states.
-        limits: (6,).
+        states: (n, 6).
+        limits: (n, 6).
+        i: the coordinate.
         free: whether the displacement does not matter.
         T: [s].
     """
-    if _is_frozen(limits):
-        if free or (x[1] == 0.0 and x[3] == x[0]):
+    if _is_frozen(limits, i):
+        D, v = states[i, 3] - states[i, 0], states[i, 1]
+        if free or (v == 0.0 and D == 0.0):
             return T
-        only = (x[3] - x[0]) / x[1]
-        return only if T <= only * (1.0 + WITHIN) else inf
-    w = task_of(x, limits)
+        return D / v if T <= D / v * (1.0 + WITHIN) else inf
+    w = task_of(states, limits, i)
     lead = w.t1 + w.t2
     if free:
         return beyond_gap(w, max(T - lead, shortest_change(w))) + lead
@@ -94,14 +113,23 @@ def next_of(x: Floats, limits: Floats, free: bool, T: float) -> float:
 
 @compiled
 def _write(
-    x: Floats, limits: Floats, free: bool, T: float, sure: bool, scratch: Floats, times: Floats, jerks: Floats
+    states: Floats,
+    limits: Floats,
+    i: int,
+    free: bool,
+    T: float,
+    sure: bool,
+    scratch: Floats,
+    times: Floats,
+    jerks: Floats,
 ) -> int:
     """The pieces of one coordinate; their number is 0 if it cannot have this duration, of which it may be sure."""
-    if _is_frozen(limits):
-        times[0], jerks[0] = T, 0.0
-        return 1 if free or abs(x[1] * T - (x[3] - x[0])) <= WITHIN * abs(x[3] - x[0]) else 0
-    w = task_of(x, limits)
-    return motion_of(w, T - w.t1 - w.t2, free, sure, scratch, times, jerks)
+    if _is_frozen(limits, i):
+        times[i, 0], jerks[i, 0] = T, 0.0
+        D = states[i, 3] - states[i, 0]
+        return 1 if free or abs(states[i, 1] * T - D) <= WITHIN * abs(D) else 0
+    w = task_of(states, limits, i)
+    return motion_of(w, T - w.t1 - w.t2, free, sure, scratch, times, jerks, i)
 
 
 @compiled
@@ -111,8 +139,9 @@ def _rounded_up(T: float, cycle: float) -> float:
 
 @compiled
 def _in_time(
-    x: Floats,
+    states: Floats,
     limits: Floats,
+    i: int,
     free: bool,
     T: float,
     cycle: float,
@@ -123,11 +152,11 @@ def _in_time(
     """The least duration of at least T that is a multiple of the cycle, and the number of pieces of its motion."""
     pieces = 0
     for _ in range(RANGES):
-        T = next_of(x, limits, free, T)
+        T = next_of(states, limits, i, free, T)
         if not T < inf:
             return inf, 0
         T = _rounded_up(T, cycle)
-        pieces = _write(x, limits, free, T, cycle == 0.0, scratch, times, jerks)
+        pieces = _write(states, limits, i, free, T, cycle == 0.0, scratch, times, jerks)
         if pieces > 0:
             return T, pieces
     return inf, 0
@@ -140,7 +169,7 @@ def _line(states: Floats, limits: Floats, x: Floats, bounds: Floats) -> bool:
     Args:
         states: (n, 6) p0, v0, a0, pf, vf, af of each coordinate.
         limits: (n, 6).
-        x, bounds: (6,) states and limits of s, written here.
+        x, bounds: (1, 6) states and limits of s, written here.
     """
     n = len(states)
     # 1. The farthest coordinate says how states are measured along the line.
@@ -151,22 +180,22 @@ def _line(states: Floats, limits: Floats, x: Floats, bounds: Floats) -> bool:
     D = states[m, 3] - states[m, 0]
     if D == 0.0:
         return False
-    x[0], x[3] = 0.0, 1.0
+    x[0, 0], x[0, 3] = 0.0, 1.0
     for k in (1, 2, 4, 5):
-        x[k] = states[m, k] / D
+        x[0, k] = states[m, k] / D
         for i in range(n):
-            if abs(states[i, k] - x[k] * (states[i, 3] - states[i, 0])) > PARALLEL * abs(states[m, k]):
+            if abs(states[i, k] - x[0, k] * (states[i, 3] - states[i, 0])) > PARALLEL * abs(states[m, k]):
                 return False
     # 2. The tightest limits of all coordinates.
     for k in range(6):
-        bounds[k] = inf if k % 2 else -inf
+        bounds[0, k] = inf if k % 2 else -inf
     for i in range(n):
         d = states[i, 3] - states[i, 0]
         if d != 0.0:
             for k in (0, 2, 4):
                 low, high = (limits[i, k], limits[i, k + 1]) if d > 0.0 else (limits[i, k + 1], limits[i, k])
-                bounds[k] = max(bounds[k], low / d)
-                bounds[k + 1] = min(bounds[k + 1], high / d)
+                bounds[0, k] = max(bounds[0, k], low / d)
+                bounds[0, k + 1] = min(bounds[0, k + 1], high / d)
     return True
 
 
@@ -182,10 +211,10 @@ def _along_line(
     jerks: Floats,
 ) -> float:
     """All coordinates along the line; its duration, or -1 if the states do not lie on it or it cannot be kept."""
-    x, bounds = scratch[4, :6], scratch[5, :6]
-    if not _line(states, limits, x, bounds) or _is_frozen(bounds) or _outside(x[4], x[5], bounds):
+    x, bounds = scratch[4:5, :6], scratch[5:6, :6]
+    if not _line(states, limits, x, bounds) or _is_frozen(bounds, 0) or _outside(x, bounds, 0):
         return -1.0
-    T, pieces = _in_time(x, bounds, False, minimum, cycle, scratch, times[0], jerks[0])
+    T, pieces = _in_time(x, bounds, 0, False, minimum, cycle, scratch, times, jerks)
     if not T < inf:
         return -1.0
     for i in range(len(states) - 1, -1, -1):
@@ -226,12 +255,15 @@ def plan(
         How it ended, the coordinate that rules the duration or forbids it, the mode that was used, and the duration.
     """
     n = len(states)
-    # 1. Targets.
+    # 1. Numbers, and targets.
     for i in range(n):
-        if _is_frozen(limits[i]):
-            if not _stays(states[i], free):
+        total = states[i, 0] + states[i, 1] + states[i, 2] + states[i, 3] + states[i, 4] + states[i, 5]
+        if not isfinite(total):
+            return NOT_FINITE, i, mode, inf
+        if _is_frozen(limits, i):
+            if not _stays(states, i, free):
                 return FROZEN, i, mode, inf
-        elif _outside(states[i, 4], states[i, 5], limits[i]):
+        elif _outside(states, limits, i):
             return TARGET_OUTSIDE, i, mode, inf
     # 2. Along a line, or each for itself.
     if mode == PHASE and not free:
@@ -240,19 +272,21 @@ def plan(
             return PLANNED, _farthest(states, limits), PHASE, T
     if mode == SINGLY:
         ruling, T = _singly(states, limits, free, minimum, cycle, scratch, count, times, jerks)
-        return (PLANNED if T < inf else _refusal(states[ruling], limits[ruling], free)), ruling, SINGLY, T
+        return (PLANNED if T < inf else _refusal(states, limits, ruling, free)), ruling, SINGLY, T
     # 3. The first common duration: it grows with each coordinate that cannot have it, until all can.
     T = _rounded_up(minimum, cycle)
     i = ruling = _farthest(states, limits)
     having = 0
     for _ in range(RANGES * n * n + n):
-        pieces = _write(states[i], limits[i], free, T, False, scratch, times[i], jerks[i])
+        pieces = 0
+        if T > 0.0 or having > 0:
+            pieces = _write(states, limits, i, free, T, False, scratch, times, jerks)
         if pieces > 0:
             having += 1
         else:
-            T, pieces = _in_time(states[i], limits[i], free, T, cycle, scratch, times[i], jerks[i])
+            T, pieces = _in_time(states, limits, i, free, T, cycle, scratch, times, jerks)
             if not T < inf:
-                return _refusal(states[i], limits[i], free), i, TIME, inf
+                return _refusal(states, limits, i, free), i, TIME, inf
             ruling, having = i, 1
         count[i] = pieces
         if having == n:
@@ -262,9 +296,9 @@ def plan(
 
 
 @compiled
-def _refusal(x: Floats, limits: Floats, free: bool) -> int:
+def _refusal(states: Floats, limits: Floats, i: int, free: bool) -> int:
     """Why a coordinate has no duration: none at all, none that the others or the request have, or no numbers for it."""
-    alone = next_of(x, limits, free, 0.0)
+    alone = next_of(states, limits, i, free, 0.0)
     if alone < inf:
         return NO_COMMON
     return UNREACHABLE if alone == inf else BEYOND_NUMBERS
@@ -276,7 +310,7 @@ def _farthest(states: Floats, limits: Floats) -> int:
     best, m = -1.0, 0
     for i in range(len(states)):
         D = abs(states[i, 3] - states[i, 0])
-        need = D / limits[i, 1] + (D / limits[i, 5]) ** (1.0 / 3.0) if limits[i, 1] > 0.0 else 0.0
+        need = D / limits[i, 1] + sqrt(D / limits[i, 3]) if limits[i, 1] > 0.0 and limits[i, 3] > 0.0 else 0.0
         if need > best:
             best, m = need, i
     return m
@@ -298,7 +332,7 @@ def _singly(
     n = len(states)
     ruling, longest = 0, 0.0
     for i in range(n):
-        T, pieces = _in_time(states[i], limits[i], free, minimum, cycle, scratch, times[i], jerks[i])
+        T, pieces = _in_time(states, limits, i, free, minimum, cycle, scratch, times, jerks)
         if not T < inf:
             return i, inf
         count[i] = pieces
@@ -326,9 +360,8 @@ def own_durations(states: Floats, limits: Floats, free: bool, own: Floats) -> No
     """
     for row in range(states.shape[0]):
         for i in range(states.shape[1]):
-            x, bounds = states[row, i], limits[i]
-            possible = _stays(x, free) if _is_frozen(bounds) else not _outside(x[4], x[5], bounds)
-            own[row, i] = next_of(x, bounds, free, 0.0) if possible else inf
+            possible = _stays(states[row], i, free) if _is_frozen(limits, i) else not _outside(states[row], limits, i)
+            own[row, i] = next_of(states[row], limits, i, free, 0.0) if possible else inf
 
 
 @compiled

@@ -61,6 +61,8 @@ def problem_of(
             is none, or a moving goal of coordinates that do not arrive together.
     """
     states = _states(given)
+    if synchronise == "time" and minimum == 0.0 == cycle:
+        return Problem(states, packed_limits(limits, states.shape[-2]), free)
     if synchronise not in MODES:
         raise InputError("input.choice", name="synchronise", value=synchronise, known=", ".join(MODES))
     if synchronise == "none" and (states[..., 5].any() or (not free and states[..., 4].any())):
@@ -79,6 +81,10 @@ def packed_limits(limits: Limits, n: int) -> Floats:
     Raises:
         InputError: limits of another number of coordinates, or no finite jerk.
     """
+    global _last_packed
+    known, packed = _last_packed
+    if known is limits and len(packed) == n:
+        return packed
     bounds = motion_limits(limits, n)
     packed = np.empty((n, 6))
     packed[:, 0:2], packed[:, 2:4], packed[:, 4:6] = bounds.velocity.T, bounds.acceleration.T, bounds.jerk.T
@@ -86,11 +92,28 @@ def packed_limits(limits: Limits, n: int) -> Floats:
     if not np.isfinite(packed[:, 4:]).all():
         unbounded = np.flatnonzero(~np.isfinite(packed[:, 4:]).all(axis=1))
         raise InputError("jerk.unbounded_jerk", index=int(unbounded[0]))
+    if bounds is limits and not any(x.flags.writeable for x in (bounds.velocity, bounds.acceleration, bounds.jerk)):
+        _last_packed = limits, packed
     return packed
 
 
+_last_packed: tuple[object, Floats] = (None, np.empty((0, 6)))
+"""The limits of the last problem, and what they are packed: programs ask many problems of the same limits."""
+
+
 def _states(given: tuple[ArrayLike, ...]) -> Floats:
-    """(*batch, n, 6) of six arguments that fit each other."""
+    """(*batch, n, 6) of six arguments that fit each other; of a single problem NaN is found by the planner."""
+    start = given[0]
+    if type(start) is np.ndarray and start.ndim == 1 and len(start):
+        states = np.empty((len(start), 6))
+        for k, value in enumerate(given):
+            if type(value) is not float and (type(value) is not np.ndarray or value.shape != start.shape):
+                break
+            if type(value) is np.ndarray and value.dtype != np.float64:
+                break
+            states[:, k] = value
+        else:
+            return states
     arrays = [real_array(name, value) for name, value in zip(NAMES, given, strict=True)]
     shape = max((array.shape for array in arrays), key=len)
     shape = shape if shape else (1,)
@@ -104,10 +127,19 @@ def _states(given: tuple[ArrayLike, ...]) -> Floats:
     states = np.empty((*shape, 6))
     for k, array in enumerate(arrays):
         states[..., k] = array
-    if not np.isfinite(states.sum()) and not np.isfinite(states).all():
-        for name, array in zip(NAMES, arrays, strict=True):
-            require_finite(name, array)
+    require_finite_states(states)
     return states
+
+
+def require_finite_states(states: Floats) -> None:
+    """Nothing, if all numbers are finite.
+
+    Raises:
+        InputError: names the argument and the index of the first that is not.
+    """
+    if not np.isfinite(states).all():
+        for k, name in enumerate(NAMES):
+            require_finite(name, states[..., k])
 
 
 def _fits(got: tuple[int, ...], shape: tuple[int, ...]) -> bool:

@@ -11,7 +11,13 @@ from mafsil import threads
 from mafsil.arrays import Floats, called
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.jerk.motion import JerkLimitedBatch, JerkLimitedMotion, Pieces
-from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise, problem_of
+from mafsil.trajectory.jerk.problem import (
+    MODES,
+    Problem,
+    Synchronise,
+    problem_of,
+    require_finite_states,
+)
 from mafsil.trajectory.jerk.status import STATUSES
 from mafsil.trajectory.motion_limits import Limits
 
@@ -81,10 +87,14 @@ def jerk_limited(
 
 
 def planned(problem: Problem) -> JerkLimitedMotion:
-    """The motion of one problem."""
+    """The motion of one problem.
+
+    Raises:
+        InputError: a number of its states is not finite.
+    """
     n = len(problem.limits)
-    count, work = np.zeros(n), np.empty((6, 7))
-    times, jerks = np.empty((2, n, MOST_PIECES))
+    first, count = problem.states[None], np.empty((1, n))
+    times, jerks = np.empty((2, 1, n, MOST_PIECES))
     code, ruling, mode, duration = plan_loops.plan(
         problem.states,
         problem.limits,
@@ -92,13 +102,15 @@ def planned(problem: Problem) -> JerkLimitedMotion:
         problem.mode,
         problem.minimum,
         problem.cycle,
-        work,
-        count,
-        times,
-        jerks,
+        np.empty((6, 7)),
+        count[0],
+        times[0],
+        jerks[0],
     )
-    pieces = Pieces(problem.states[None], count[None], times[None], jerks[None])
-    return JerkLimitedMotion(problem, STATUSES[code], duration, ruling, MODES[mode], pieces)
+    if code == len(STATUSES):
+        require_finite_states(problem.states)
+        code = len(STATUSES) - 1
+    return JerkLimitedMotion(problem, STATUSES[code], duration, ruling, MODES[mode], Pieces(first, count, times, jerks))
 
 
 def _batch(problem: Problem) -> JerkLimitedBatch:

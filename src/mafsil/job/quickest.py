@@ -1,0 +1,156 @@
+"""Motions of a job in the shortest time: along their path within all limits, or with limited jerk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, frozen
+from mafsil.job.description import Bounds, Move
+from mafsil.job.remark import Refused
+from mafsil.model import JointLimits
+from mafsil.trajectory import (
+    JerkLimitedMotion,
+    JointPath,
+    MotionLimits,
+    PathMotion,
+    PiecewisePolynomial,
+    TimeOptimal,
+    jerk_limited,
+    jerk_limited_through,
+    time_optimal,
+)
+from mafsil.trajectory.cartesian_path import CartesianPath
+
+TIP = ("tip_distance", "tip_turn")
+"""Coordinates added to those of the joints on a straight line: how far the tip has come, and how far it has turned."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Share:
+    """How long one limit decides how fast a move is.
+
+    Attributes:
+        joint: index of the joint; n and n + 1 for the distance and the turn of the tip.
+        quantity: `velocity` or `acceleration`.
+        share: of the move's duration.
+    """
+
+    joint: int
+    quantity: str
+    share: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Quickest:
+    """A move in the shortest time.
+
+    Attributes:
+        motion: of the joints.
+        binding: which limits decide, the one that does so longest first.
+    """
+
+    motion: PathMotion
+    binding: tuple[Share, ...]
+
+
+def along_joints(points: Floats, limits: JointLimits, where: object) -> Quickest:
+    """Through points (k, n) of the joints: on a straight line between two, on a spline through more.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    path = JointPath.through(points, kind="lines" if len(points) == 2 else "spline")
+    return _timed(path, _of_joints(limits), path.curve, where)
+
+
+def along_line(
+    joints: PiecewisePolynomial, tip: CartesianPath, bounds: Bounds, move: Move, limits: JointLimits, where: object
+) -> Quickest:
+    """Along a straight line of the tip, whose speed and turn rate are limited, too.
+
+    Args:
+        joints: (n) coordinates over the share of the line, 0 .. 1.
+        tip: the line.
+        bounds: of the tip.
+        move: whose share of the speed counts.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    own = _of_joints(limits)
+    turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
+    limits_of_all = MotionLimits.of(
+        joints.n + 2,
+        velocity=np.append(own.velocity[1], [move.speed * bounds.tip_speed, move.speed * bounds.tip_turn_rate]),
+        acceleration=np.append(
+            own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
+        ),
+    )
+    return _timed(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
+
+
+def with_limited_jerk(
+    points: Floats, limits: JointLimits, duration: float | None, where: object
+) -> PiecewisePolynomial:
+    """Through points (k, n) of the joints, at rest at both ends, the jerk never beyond its limit.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason says which joint forbids it.
+    """
+    bounds = MotionLimits.of_joints(limits)
+    if len(points) == 2:
+        found = jerk_limited(points[0], points[1], bounds, minimum_duration=duration or 0.0)
+        assert isinstance(found, JerkLimitedMotion)
+        if not found:
+            raise Refused("job.no_motion", move=where, reason=found)
+        return found.polynomial()
+    through = jerk_limited_through(points, bounds)
+    assert not isinstance(through, tuple)
+    if not through:
+        raise Refused("job.no_motion", move=where, reason=through)
+    return through.motion.polynomial()
+
+
+def _of_joints(limits: JointLimits) -> MotionLimits:
+    """Velocity and acceleration alone: positions are judged where the path is made, and jerk is not kept."""
+    return MotionLimits.of(len(limits.lower), velocity=limits.velocity, acceleration=limits.acceleration)
+
+
+def _timed(path: JointPath, limits: MotionLimits, joints: PiecewisePolynomial, where: object) -> Quickest:
+    """The path in the shortest time; of the motion only the joints."""
+    found = time_optimal(path, limits)
+    assert isinstance(found, TimeOptimal)
+    if not found or found.trajectory is None:
+        raise Refused("job.no_motion", move=where, reason=found)
+    motion = found.trajectory
+    return Quickest(PathMotion(joints, motion.law, motion.places), _shares(found))
+
+
+def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
+    """The joints over the share s of the line, and the distance s length and the turn s angle."""
+    both = np.array([tip.length, tip.angle])
+    added = np.zeros((*joints.coefficients.shape[:-1], 2))
+    added[:, 0] = joints.knots[:-1, None] * both
+    added[:, 1] = both
+    return PiecewisePolynomial(joints.knots, frozen(np.concatenate([joints.coefficients, added], axis=-1)))
+
+
+def _shares(found: TimeOptimal) -> tuple[Share, ...]:
+    total: dict[tuple[int, str], float] = {}
+    for binding in found.bindings:
+        key = (binding.joint, binding.quantity)
+        total[key] = total.get(key, 0.0) + (binding.end - binding.begin) / found.duration
+    order = sorted(total.items(), key=lambda item: -item[1])
+    return tuple(Share(joint, quantity, share) for (joint, quantity), share in order)
+
+
+def different(points: list[JointVector]) -> Floats:
+    """Points (k, n) less those that do not differ from the one before; two are always left."""
+    rows = np.array(points)
+    moved = np.abs(np.diff(rows, axis=0)).max(axis=1) > 1e-12
+    kept = rows[np.concatenate([[True], moved])]
+    return kept if len(kept) > 1 else rows[:2]

@@ -1,0 +1,253 @@
+"""Paths of a frame by name: lines, arcs, circles, screws, splines through poses, and sequences of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, gate, positive, require_kind, single
+from mafsil.errors import InputError, InputWarning, warn
+from mafsil.geometry import pose
+from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.paths.joined import JoinedPath, joined
+from mafsil.trajectory.paths.orientations import (
+    AlongTangent,
+    DirectionCosines,
+    EulerAngles,
+    FixedOrientation,
+    OrientationLaw,
+    RelativeAxis,
+    RotationVectors,
+    SuccessiveAxes,
+    nearest_rotation_vectors,
+    unwrapped_angles,
+)
+from mafsil.trajectory.paths.pose_path import PosePath, TipPath
+from mafsil.trajectory.paths.positions import (
+    ArcCurve,
+    LineCurve,
+    PositionCurve,
+    SplineCurve,
+    natural_spline,
+    spline_knots,
+)
+from mafsil.trajectory.paths.rotation_curves import RotationSpline, Squad
+
+Orientation: TypeAlias = Literal[
+    "relative", "relative_long", "rotation_vector", "euler", "cosines", "fixed", "tangent", "squad", "spline"
+]
+"""Laws by which a frame turns along its path."""
+
+TURN_WEIGHT = 0.25
+"""Share of the spline's parameter that turning gets [m/rad]."""
+
+LOCKED = 1e-3
+"""Distance from gimbal lock at which angles are no more unique in practice [rad]."""
+
+
+def line_path(
+    T_start: ArrayLike,
+    T_goal: ArrayLike,
+    *,
+    orientation: Orientation | OrientationLaw = "relative",
+    sequence: str = "ZYX",
+    up: ArrayLike = (0.0, 0.0, 1.0),
+) -> PosePath:
+    """The origin on a straight line at constant speed, turning by a law.
+
+    Args:
+        T_start, T_goal: (4, 4) in {s}.
+        orientation: `relative`: R_0 exp([k] s), the short turn about one axis; `relative_long`: the other way round;
+            `rotation_vector`: the vector K = axis times angle component by component, the 2 pi alternative nearest the
+            one before; `euler`: angles of `sequence` component by component, unwrapped; `cosines`: the matrix component
+            by component, projected back; `fixed`: as at the start; `tangent`: the tool keeps its angle to the path;
+            `squad`, `spline`: as for many poses; or a law of one's own.
+        sequence: of `euler`.
+        up: (3,) of `tangent`, a direction in {s} that the path never has.
+
+    Raises:
+        InputError: no pose, an unknown law, or one that these orientations do not allow.
+    """
+    T = _poses("T_start", [T_start, T_goal])
+    curve = LineCurve(T[0, :3, 3], T[1, :3, 3])
+    return PosePath(curve, _law(orientation, T[:, :3, :3], np.array([0.0, 1.0]), curve, sequence, up))
+
+
+def screw_path(T_start: ArrayLike, T_goal: ArrayLike) -> CartesianPath:
+    """The screw motion from one pose to another: T_0 exp(s log(T_0^-1 T_1)).
+
+    Args:
+        T_start, T_goal: (4, 4) in {s}.
+    """
+    T = _poses("T_start", [T_start, T_goal])
+    return CartesianPath(T[0], T[1], "screw")
+
+
+def arc_path(
+    T_start: ArrayLike,
+    via: ArrayLike,
+    T_goal: ArrayLike,
+    *,
+    orientation: Orientation | OrientationLaw = "relative",
+    sequence: str = "ZYX",
+    up: ArrayLike | None = None,
+) -> PosePath:
+    """The arc of a circle from a pose over a point to another pose.
+
+    Args:
+        T_start, T_goal: (4, 4) in {s}.
+        via: (3,) a point on the way, in {s} [m].
+        orientation, sequence: as of `line_path`; the goal's orientation counts for laws that have one.
+        up: of `tangent`; the axis of the circle if None.
+
+    Raises:
+        InputError: the points lie on a line; as `line_path`.
+    """
+    T = _poses("T_start", [T_start, T_goal])
+    curve = ArcCurve.through(T[0, :3, 3], via, T[1, :3, 3])
+    upward = curve.axis if up is None else up
+    return PosePath(curve, _law(orientation, T[:, :3, :3], np.array([0.0, 1.0]), curve, sequence, upward))
+
+
+def circle_path(
+    T_start: ArrayLike,
+    centre: ArrayLike,
+    axis: ArrayLike,
+    angle: float = 2 * np.pi,
+    *,
+    orientation: Literal["fixed", "tangent"] | OrientationLaw = "fixed",
+) -> PosePath:
+    """Round an axis through a centre, a whole turn or any angle.
+
+    Args:
+        T_start: (4, 4) in {s}.
+        centre: (3,) a point on the axis, in {s} [m].
+        axis: (3,) of any length.
+        angle: how far round; negative in the other sense [rad].
+        orientation: `fixed` keeps the axes, `tangent` turns the tool with the circle; or a law of one's own.
+
+    Raises:
+        InputError: the start lies on the axis; an axis or angle of zero.
+    """
+    T = _poses("T_start", [T_start])
+    curve = ArcCurve.about(T[0, :3, 3], centre, axis, angle)
+    knots = np.array([0.0, 1.0])
+    if orientation not in ("fixed", "tangent") and isinstance(orientation, str):
+        raise InputError("input.choice", name="orientation", value=orientation, known="fixed, tangent")
+    return PosePath(curve, _law(orientation, T[[0, 0], :3, :3], knots, curve, "ZYX", curve.axis))
+
+
+def spline_path(
+    poses: ArrayLike,
+    *,
+    orientation: Orientation | OrientationLaw = "spline",
+    sequence: str = "ZYX",
+    up: ArrayLike = (0.0, 0.0, 1.0),
+    closed: bool = False,
+) -> PosePath:
+    """A smooth path through poses: cubic splines of the origin, the axes by a law.
+
+    The parameter goes by the distances, turning counted in; with `squad` evenly, which its continuous rate wants.
+
+    Args:
+        poses: (k + 1, 4, 4) in {s}, none like the one before.
+        orientation: `spline` (angular acceleration continuous), `squad`, `rotation_vector`, `euler`, `cosines` (splines
+            of the components), `relative` (one axis after the other: corners in the turning), `fixed`, `tangent`.
+        sequence, up: as of `line_path`.
+        closed: the last pose is the first; the curve of the origin closes smoothly.
+
+    Raises:
+        InputError: fewer than two poses, two alike, a closed path that does not close; as `line_path`.
+    """
+    T = _poses("poses", poses)
+    if len(T) < 2:
+        raise InputError("input.shape", name="poses", expected="(k + 1, 4, 4), k >= 1", got=T.shape, hint="")
+    if closed and np.abs(T[0] - T[-1]).max() > 1e-9:
+        raise InputError("trajectory.not_closed", gap=float(np.abs(T[0] - T[-1]).max()))
+    R, p = T[:, :3, :3], T[:, :3, 3]
+    turns = np.linalg.norm(pose.error(T[:-1], T[1:])[:, :3], axis=-1)
+    knots = spline_knots(p, TURN_WEIGHT * turns)
+    if orientation == "squad":
+        knots = np.linspace(0.0, 1.0, len(T))
+    curve = SplineCurve(natural_spline(p, knots, closed=closed))
+    return PosePath(curve, _law(orientation, R, knots, curve, sequence, up))
+
+
+def joined_path(legs: Sequence[TipPath], *, blend: float | None = None, blend_angle: float | None = None) -> JoinedPath:
+    """Paths one after the other, as one path; corners are rounded if a deviation is allowed.
+
+    Args:
+        legs: each begins where the one before ends, within 1e-9.
+        blend: largest distance of a rounded corner from the sharp one at the same s [m]; None leaves corners sharp.
+        blend_angle: largest angle between them [rad]; unbounded if None.
+
+    Returns:
+        The path; its `blends` say the deviation of every corner, `corners` which are still sharp.
+
+    Raises:
+        InputError: no legs, a gap between two of them, a deviation that is not positive.
+    """
+    for k, leg in enumerate(legs):
+        require_kind(f"legs[{k}]", leg, "path of a frame", "poses", "twists", "breaks", "length", "angle")
+    allowed = None if blend is None else positive("blend", blend)
+    return joined(tuple(legs), allowed, None if blend_angle is None else positive("blend_angle", blend_angle))
+
+
+def _poses(name: str, given: ArrayLike | list[ArrayLike]) -> PoseMatrix:
+    """(k, 4, 4) poses, checked."""
+    T = gate(
+        name, np.asarray(given, dtype=np.float64) if not isinstance(given, list) else _stacked(name, given), (4, 4)
+    )
+    if T.ndim != 3:
+        raise InputError("input.shape", name=name, expected="(k, 4, 4)", got=T.shape, hint="")
+    return pose.check(T, name)
+
+
+def _stacked(name: str, given: list[ArrayLike]) -> Floats:
+    return np.stack([single(name, one, (4, 4)) for one in given])
+
+
+def _law(
+    orientation: Orientation | OrientationLaw,
+    R: RotationMatrix,
+    knots: Floats,
+    curve: PositionCurve,
+    sequence: str,
+    up: ArrayLike,
+) -> OrientationLaw:
+    """The law of this name through orientations (k + 1, 3, 3) at knots."""
+    if not isinstance(orientation, str):
+        require_kind("orientation", orientation, "orientation law", "at", "breaks")
+        return orientation
+    match orientation:
+        case "fixed":
+            return FixedOrientation(R[0])
+        case "tangent":
+            direction = single("up", up, (3,))
+            size = float(np.linalg.norm(direction))
+            if size == 0.0:
+                raise InputError("trajectory.tangent", place=0.0, up=str(direction))
+            return AlongTangent.from_start(curve, direction / size, R[0])
+        case "relative" | "relative_long" if len(R) == 2:
+            return RelativeAxis.between(R[0], R[1], long=orientation == "relative_long")
+        case "rotation_vector":
+            return RotationVectors(natural_spline(nearest_rotation_vectors(R), knots))
+        case "euler":
+            law = EulerAngles(natural_spline(unwrapped_angles(R, sequence), knots), sequence)
+            if law.lock_distance < LOCKED:
+                warn(InputWarning("trajectory.gimbal_lock", sequence=sequence, distance=law.lock_distance))
+            return law
+        case "cosines":
+            return DirectionCosines(natural_spline(R.reshape(len(R), 9), knots))
+        case "squad":
+            return Squad.through(R, knots)
+        case "spline":
+            return RotationSpline.through(R, knots)
+        case "relative":
+            return SuccessiveAxes(tuple(RelativeAxis.between(a, b) for a, b in pairwise(R)), knots)
+    known = ", ".join(get_args(Orientation))
+    raise InputError("input.choice", name="orientation", value=orientation, known=known)

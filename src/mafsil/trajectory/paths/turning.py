@@ -1,0 +1,100 @@
+"""A rotation that changes along a path, with its body rate and the derivative of that: how such curves are composed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3
+from mafsil.geometry import rotation
+
+SMALL = 1e-2
+"""Squared angle below which derivatives of the right Jacobian's coefficients come from their series."""
+
+
+class Turning(NamedTuple):
+    """R(s) with R' = R [w].
+
+    Attributes:
+        R: (*s, 3, 3).
+        w: (*s, 3) body rate by s.
+        a: (*s, 3) its derivative.
+    """
+
+    R: RotationMatrix
+    w: Vector3
+    a: Vector3
+
+
+def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> Turning:
+    """exp([K(s)]) of a rotation vector with its two derivatives: w = J_r K', a = J_r K'' + J_r' K'."""
+    J = rotation.right_jacobian(K)
+    return Turning(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carried(K, K_1))
+
+
+def logarithm(curve: Turning) -> tuple[Vector3, Vector3, Vector3]:
+    """The rotation vector of a curve and its two derivatives; the curve stays within less than half a turn."""
+    K = rotation.log(curve.R)
+    inverse = rotation.right_jacobian_inverse(K)
+    K_1 = turned(inverse, curve.w)
+    return K, K_1, turned(inverse, curve.a - _carried(K, K_1))
+
+
+def product(A: Turning, B: Turning) -> Turning:
+    """A(s) B(s)."""
+    back = np.swapaxes(B.R, -1, -2)
+    seen = turned(back, A.w)
+    return Turning(A.R @ B.R, seen + B.w, turned(back, A.a) - np.cross(B.w, seen) + B.a)
+
+
+def inverse(A: Turning) -> Turning:
+    """The transposed curve."""
+    return Turning(np.swapaxes(A.R, -1, -2), -turned(A.R, A.w), -turned(A.R, A.a))
+
+
+def run(curve: Turning, rate: Floats, growth: Floats) -> Turning:
+    """The curve over another parameter.
+
+    Args:
+        curve: over s, at the places reached.
+        rate, growth: (*s,) first and second derivative of s by that parameter.
+    """
+    once, twice = rate[..., None], growth[..., None]
+    return Turning(curve.R, curve.w * once, curve.a * once**2 + curve.w * twice)
+
+
+def of_matrices(R: Matrix3, R_1: Matrix3, R_2: Matrix3) -> Turning:
+    """From a rotation matrix and its two derivatives: [w] = R' R_1, [a] = R' R_2 - [w]^2."""
+    back = np.swapaxes(R, -1, -2)
+    w = _skew_part(back @ R_1)
+    return Turning(R, w, _skew_part(back @ R_2))
+
+
+def turned(M: Matrix3, x: Vector3) -> Vector3:
+    """M x, row by row."""
+    return np.einsum("...ij,...j->...i", M, x)
+
+
+def _skew_part(M: Matrix3) -> Vector3:
+    """The vector of (M - M') / 2."""
+    return (
+        np.stack([M[..., 2, 1] - M[..., 1, 2], M[..., 0, 2] - M[..., 2, 0], M[..., 1, 0] - M[..., 0, 1]], axis=-1) / 2
+    )
+
+
+def _carried(K: Vector3, K_1: Vector3) -> Vector3:
+    """J_r'(K) K', where J_r = 1 - b [K] + c [K]^2 and b, c depend on x = |K|^2."""
+    x = (K * K).sum(axis=-1, keepdims=True)
+    small = x < SMALL
+    safe = np.where(small, 1.0, x)
+    angle = np.sqrt(safe)
+    b, c = (1.0 - np.cos(angle)) / safe, (angle - np.sin(angle)) / (safe * angle)
+    b_slope = np.where(
+        small, -1 / 24 + x * (1 / 360 - x * (1 / 13440 - x / 907200)), (np.sin(angle) / angle - 2 * b) / (2 * safe)
+    )
+    c_slope = np.where(small, -1 / 120 + x * (1 / 2520 - x * (1 / 120960 - x / 9979200)), (b - 3 * c) / (2 * safe))
+    c = np.where(small, 1 / 6 - x * (1 / 120 - x * (1 / 5040 - x / 362880)), c)
+    growth = 2 * (K * K_1).sum(axis=-1, keepdims=True)
+    across = np.cross(K, K_1)
+    return growth * (c_slope * np.cross(K, across) - b_slope * across) + c * np.cross(K_1, across)

@@ -1,0 +1,6 @@
+import numpy as np
+from numpy.typing import NDArray
+
+class Bbox:
+    def __init__(self, points: NDArray[np.float64]) -> None: ...
+    def padded(self, w_pad: float) -> Bbox: ...
