@@ -194,10 +194,10 @@ def test_inverse_kinematics_and_the_loop_are_exported_by_name(name: str, to: str
 
 def test_what_an_arm_does_not_have_is_said() -> None:
     with pytest.raises(InputError, match="no exact closed form"):
-        mf.export("arm6r", "closed_form", "wasm")
+        mf.export("spatial3r", "closed_form", "wasm")
     with pytest.raises(InputError, match="no frames"):
         mf.export("ur5e", "pose_step", frame="link3")
-    with pytest.raises(InputError, match="'quantity'|quantity"):
+    with pytest.raises(InputError, match="nonsense"):
         mf.export("ur5e", "nonsense")
 
 

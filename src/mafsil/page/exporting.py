@@ -1,4 +1,4 @@
-"""What of a robot goes elsewhere: quantities of the catalogue, inverse kinematics, the closed loop, all of them at once."""
+"""What of a robot goes elsewhere: quantities of the catalogue, inverse kinematics, the closed loop, all at once."""
 
 from __future__ import annotations
 
@@ -111,7 +111,8 @@ def export(
 
     Args:
         robot: its numbers become constants of the code.
-        name: a name of the catalogue, or `closed_form`, `labelled_closed_form`, `pose_step`, `pose_check`, `closed_loop`.
+        name: a name of the catalogue, or `closed_form`, `labelled_closed_form`, `pose_step`, `pose_check`,
+            `closed_loop`.
         to: `c` (C99 with test vectors), `object`, `ptx`, or `wasm` (a module with its ports as JSON).
         frame: link name for framed quantities; the tip frame if None.
         optional: optional inputs of quantities that shall be present, such as ("tip_wrench",).

@@ -120,6 +120,8 @@ class Session:
     def search(self, position: Sequence[float], quaternion: Sequence[float]) -> None:
         """Bring the tip to a pose by damped steps, from here and then from other starts.
 
+        Of arms with fewer than six joints only the position counts.
+
         Args:
             position, quaternion: as of `reach`.
         """
@@ -132,7 +134,8 @@ class Session:
                 turn, shift = out[-6:-3], out[-3:]
                 if not all(map(isfinite, out)):
                     break
-                if _square(turn) <= settings["tolerance"] ** 2 and _square(shift) <= settings["tolerance"] ** 2:
+                turned = not settings["rotates"] or _square(turn) <= settings["tolerance"] ** 2
+                if turned and _square(shift) <= settings["tolerance"] ** 2:
                     self._place(self._lifted(q), "solved")
                     return
                 q = [float(x) for x in out[:-6]]

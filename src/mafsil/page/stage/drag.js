@@ -3,6 +3,7 @@
 import { Vector } from "../../scene/matrix.js";
 import { quaternionOf, turned } from "../core/rotations.js";
 import { branchesAt, nearestRow, poseFrom, reasonAt, tipPose } from "../loops/reach.js";
+import { searched } from "../loops/search.js";
 
 const GRIP = 26; // pixels around the tip
 const NUDGE = 0.01; // share of the scene's size that a key moves
@@ -68,10 +69,11 @@ export class ToolDrag {
   lead(position, quaternion) {
     const { store } = this.stage.app, { arm } = store;
     const given = { position: position.map(micrometres), quaternion: quaternion.map(fine) };
-    const T = poseFrom(given.position, given.quaternion), exact = store.shown.method !== "search" && arm.kernels.branches;
+    const T = poseFrom(given.position, given.quaternion), exact = store.shown.method !== "search" && arm.settings.rotates && arm.kernels.branches;
     if (!exact) {
-      store.do("search", given, { gesture: true });
-      store.show({ wish: store.state.reason ? T : null, refusal: store.state.reason });
+      const { reason } = searched(store.base, T, arm);
+      if (!reason) store.do("search", given, { gesture: true });
+      store.show({ wish: reason ? T : null, refusal: reason });
       return;
     }
     const branches = branchesAt(store.base, T, arm), { row } = this.going;
