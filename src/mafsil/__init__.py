@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from mafsil.model.lint import lint as lint
     from mafsil.model.lint import mend as mend
     from mafsil.page import show as show
+    from mafsil.page.exporting import export as export
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
-    from mafsil.robot.exporting import export as export
     from mafsil.simulation import Plant as Plant
     from mafsil.simulation import Recording as Recording
     from mafsil.simulation import Sampled as Sampled
@@ -129,7 +129,7 @@ _HOME_OF = {
     "Twist": "mafsil.geometry:Twist",
     "Wrench": "mafsil.geometry:Wrench",
     "device_array": "mafsil.kernels.device:device_array",
-    "export": "mafsil.robot.exporting:export",
+    "export": "mafsil.page.exporting:export",
     "lint": "mafsil.model.lint:lint",
     "load": "mafsil.robot:load",
     "mend": "mafsil.model.lint:mend",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +13,15 @@ import pytest
 
 import mafsil as mf
 from mafsil import kernels
+from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.ik import closed_form
 from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels.export.c.trial import compiler, trial
 from mafsil.kernels.export.objects import wasm
 from mafsil.kernels.export.objects.bundle import STACK, Bundle, bundle
 from mafsil.kernels.target import host
+from mafsil.page.exporting import BEYOND
 from tests.page.node import run_module
 
 NAMES = ("forward_kinematics", "jacobian_body", "inverse_dynamics", "mass_matrix", "gravity_torque")
@@ -175,3 +179,45 @@ def test_closed_form_of_an_arm_with_a_locked_joint() -> None:
     assert np.array_equal(zero.found(), found.found())
     assert np.abs(zero.q - found.q)[found.found()].max() < 1e-9
     assert form.kernel(T).shape == (form.pattern.branches, 10)
+
+
+@pytest.mark.parametrize("to", ["c", "wasm", "object"])
+@pytest.mark.parametrize("name", sorted(BEYOND))
+def test_inverse_kinematics_and_the_loop_are_exported_by_name(name: str, to: str) -> None:
+    found = mf.export("ur5e", name, to)
+    assert found.name == f"ur5e_{name}"
+    if to == "c":
+        header = found.files[f"{found.name}.h"].decode()
+        assert BEYOND[name].title in header
+        assert not re.search(r"^.*(?:in|out) +\w+(?:\[\d+\])*: *$", header, re.M), "a port without a word"
+
+
+def test_what_an_arm_does_not_have_is_said() -> None:
+    with pytest.raises(InputError, match="no exact closed form"):
+        mf.export("spatial3r", "closed_form", "wasm")
+    with pytest.raises(InputError, match="no frames"):
+        mf.export("ur5e", "pose_step", frame="link3")
+    with pytest.raises(InputError, match="nonsense"):
+        mf.export("ur5e", "nonsense")
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("name", ["pose_step", "closed_loop"])
+def test_exported_c_proves_itself(name: str) -> None:
+    path = compiler()
+    assert path
+    found = trial(mf.export("puma560", name, "c"), path)
+    assert found.ok, found.said
+
+
+def test_all_kernels_and_the_page_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for to in ("wasm", "page"):
+        assert main(["--json", "export", "planar2r", "--to", to, "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "planar2r_page.wasm", "planar2r_page.json", "planar2r_page.html",
+    }  # fmt: skip
+    layout = json.loads((tmp_path / "planar2r_page.json").read_text())
+    assert {"forward_kinematics", "pose_step", "closed_loop"} <= set(layout["kernels"])
+    capsys.readouterr()
+    assert main(["export", "planar2r"]) == 2
+    assert "without a quantity" in capsys.readouterr().err

@@ -40,7 +40,7 @@ VALUES = {
     "NearSingularity": "a part of Track",
     "Online": "a generator of states, cycle by cycle",
     "ProfileTable": "a table of what there is",
-    "State": "what a page shows",
+    "ArmState": "what a page shows",
     "Switch": "a part of Track",
     "Violation": "a part of LimitCheck",
 }

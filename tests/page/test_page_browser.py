@@ -316,12 +316,14 @@ def test_ten_minutes_of_the_loop_leave_no_growth(browser: Browser, pages: Path) 
 
 def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browser, tmp_path: Path) -> None:
     """The page of any robot: search where there is no closed form, no loads where there are no masses."""
-    for name in ("scara_rrrp", "rrprrr", "planar3r"):
+    for name in ("scara_rrrp", "rrprrr", "spatial3r"):
         show(name).write(tmp_path / f"{name}.html")
         browser.requests.clear()
         browser.load(tmp_path / f"{name}.html")
         x, y = tip(browser)
         browser.drag((x, y), (x - 12, y + 8))
+        assert (state(browser)["status"] == "solved") == (browser.ask("mafsil.store.journal.length") == 1)
+        assert name != "scara_rrrp" or state(browser)["status"] == "solved"
         assert not browser.errors
 
 

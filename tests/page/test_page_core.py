@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.kernels.export import bundle
 from mafsil.page.session import ACTIONS, Session, action_arguments, pose_from
@@ -25,14 +26,15 @@ const kernels = await loadKernels(fs.readFileSync("bundle.wasm"), io.layout);
 const store = new Store({ settings: io.settings, kernels });
 const states = io.actions.map((action) => { store.do(action.do, action.with); return store.state; });
 const text = script(store.journal, io.args, io.robot);
-process.stdout.write(JSON.stringify({ states, text, actions: Object.keys(ACTIONS) }));
+const signed = (_, value) => (Object.is(value, -0) ? "-0" : value);
+process.stdout.write(JSON.stringify({ states, text, actions: Object.keys(ACTIONS) }, signed));
 """
 TURNED = [0.2, 0.9, -0.1, 0.3]
-ROBOTS = ("panda", "ur5e", "puma560", "scara_rrrp", "cobra600", "planar3r")
+ROBOTS = ("panda", "ur5e", "puma560", "scara_rrrp", "cobra600", "spatial3r")
 
 
 def bits(values: Any) -> bytes:
-    return np.array(values, dtype=np.float64).tobytes()
+    return np.array([float(value) for value in values]).tobytes()
 
 
 def actions_of(session: Session) -> list[dict[str, Any]]:
@@ -89,6 +91,7 @@ def test_same_states_to_the_last_bit(name: str, tmp_path: Path) -> None:
         assert (seen["status"], seen["ticks"], seen["loop"]) == (state.status, state.ticks, state.loop), action
         assert bool(seen["reason"]) == (state.status not in ("ready", "solved"))
     assert {"ready", "solved", "not_found"} <= ends
+    assert len(session.arm.places) < 6 or ends & {"beyond_limits", "no_branch"}
     assert found["actions"] == list(ACTIONS)
     scope: dict[str, Any] = {}
     exec(found["text"], scope)  # the journal itself
@@ -116,11 +119,22 @@ def test_solved_is_solved() -> None:
     assert np.array_equal(session.q, before)
 
 
-def test_a_robot_without_closed_form_or_masses() -> None:
-    session = Session("planar3r")
-    if session.arm.form is None:
-        with pytest.raises(InputError, match="closed form"):
-            session.choose(0)
+def test_a_robot_without_closed_form() -> None:
+    session = Session("spatial3r")
+    with pytest.raises(InputError, match="closed form"):
+        session.choose(0)
+
+
+def test_a_robot_without_masses() -> None:
+    """No loads and no loop, on its page neither; the rest works."""
+    bare = mf.Robot.from_dh([(0.5, 0.0, 0.0, 0.0), (0.4, 0.0, 0.0, 0.0)], convention="classic")
+    session = Session(bare)
+    assert not session.arm.has_dynamics
+    assert not {"closed_loop", "gravity_torque"} & set(session.arm.kernels)
+    with pytest.raises(InputError, match="masses"):
+        session.loop(True)
+    session.set_joint(0, 0.3)
+    assert session.q[0] == 0.3
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.details import details
-from mafsil.messages import say
+from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
+from mafsil.messages import language, say
 from mafsil.robot import load
 from mafsil.robot.exporting import export as exported
+
+if TYPE_CHECKING:
+    import mafsil.page.exporting as exporting
+else:
+    exporting = lazily("mafsil.page.exporting")
 
 CHECKED = (("planar2r", "forward_kinematics"), ("puma560", "mass_matrix"), ("panda", "inverse_dynamics"))
 """What `mafsil doctor --export-check` compiles: robots and quantities."""
@@ -16,7 +23,7 @@ CHECKED = (("planar2r", "forward_kinematics"), ("puma560", "mass_matrix"), ("pan
 
 def export(
     robot: str,
-    quantity: str,
+    quantity: str | None,
     to: str | None,
     target: str | None,
     real: str | None,
@@ -29,8 +36,8 @@ def export(
 
     Args:
         robot: name or file.
-        quantity: a name of the catalogue.
-        to: `c`, `object` or `ptx`; C if None.
+        quantity: a name of the catalogue or of inverse kinematics and closed loop; None for all that a page needs.
+        to: `c`, `object`, `ptx`, `wasm` or `page`; C if None.
         target: processor; see `mafsil.robot.exporting.export`.
         real: `double` or `float`.
         frame: link name for framed quantities.
@@ -41,15 +48,15 @@ def export(
     Raises:
         MafsilError: no such robot, quantity, frame, form or processor, a folder that cannot be written.
     """
-    found = exported(
-        load(robot, tip=tip),
-        quantity,
-        to or "c",
-        frame=frame,
-        target=target,
-        real=real or "double",
-        function=function,
-    )
+    arm = load(robot, tip=tip)
+    if quantity is None or to == "page":
+        if to not in ("wasm", "page"):
+            raise InputError("session.no_quantity")
+        found = exporting.export_all(arm, to, language=language(), python=repr(robot))
+    else:
+        found = exporting.export(
+            arm, quantity, to or "c", frame=frame, target=target, real=real or "double", function=function
+        )
     paths = [str(path) for path in found.write(out or ".")]
     known: dict[str, Any] = {
         key: list(cast("tuple[Any, ...]", value)) if isinstance(value, tuple) else value

@@ -218,8 +218,8 @@ OPERATIONS: tuple[Operation, ...] = (
         "mafsil.cli.export:export",
         (
             _ROBOT,
-            Parameter("quantity", "text", positional=True, required=True),
-            Parameter("to", "text", choices=("c", "object", "ptx", "wasm")),
+            Parameter("quantity", "text", positional=True),
+            Parameter("to", "text", choices=("c", "object", "ptx", "wasm", "page")),
             Parameter("target", "text"),
             Parameter("real", "text", choices=("double", "float")),
             Parameter("frame", "text"),

@@ -109,8 +109,13 @@ class Arm:
     @lazy
     def task(self) -> Floats:
         """What `pose_step` is asked for: weights, axis, limits."""
-        asked = pose_task("pose", (0.0, 0.0, 1.0), None, TOLERANCE, None)
+        asked = pose_task("pose" if self.rotates else "position", (0.0, 0.0, 1.0), None, TOLERANCE, None)
         return np.concatenate([asked.scaled(self.problem.length), asked.axis, self.problem.lower, self.problem.upper])
+
+    @property
+    def rotates(self) -> bool:
+        """Whether a search seeks an orientation too: fewer than six joints are led by the position alone."""
+        return len(self.places) >= 6
 
     @lazy
     def starts(self) -> Floats:
@@ -151,6 +156,7 @@ class Arm:
             "task": _bounds(self.task),
             "starts": self.starts.tolist(),
             "ratios": self.ratios,
+            "rotates": self.rotates,
             "tolerance": TOLERANCE,
             "attempts": ATTEMPTS,
             "steps": STEPS,

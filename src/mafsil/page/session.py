@@ -20,7 +20,7 @@ Numbers: TypeAlias = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class State:
+class ArmState:
     """Where the arm is and what it is doing; every action makes a new one.
 
     Attributes:
@@ -59,12 +59,12 @@ class Session:
 
     robot: RobotLike
     arm: Arm = field(init=False, repr=False)
-    state: State = field(init=False)
+    state: ArmState = field(init=False)
 
     def __post_init__(self) -> None:
         self.arm = Arm(as_robot(self.robot))
         start: Numbers = tuple(self.arm.settings["start"])
-        self.state = State(start, (0.0,) * len(start), start)
+        self.state = ArmState(start, (0.0,) * len(start), start)
 
     @property
     def q(self) -> Floats:
@@ -120,6 +120,8 @@ class Session:
     def search(self, position: Sequence[float], quaternion: Sequence[float]) -> None:
         """Bring the tip to a pose by damped steps, from here and then from other starts.
 
+        Of arms with fewer than six joints only the position counts.
+
         Args:
             position, quaternion: as of `reach`.
         """
@@ -132,7 +134,8 @@ class Session:
                 turn, shift = out[-6:-3], out[-3:]
                 if not all(map(isfinite, out)):
                     break
-                if _square(turn) <= settings["tolerance"] ** 2 and _square(shift) <= settings["tolerance"] ** 2:
+                turned = not settings["rotates"] or _square(turn) <= settings["tolerance"] ** 2
+                if turned and _square(shift) <= settings["tolerance"] ** 2:
                     self._place(self._lifted(q), "solved")
                     return
                 q = [float(x) for x in out[:-6]]

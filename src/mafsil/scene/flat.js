@@ -19,7 +19,7 @@ export class FlatRenderer {
   /** One picture; items as for `Renderer.render`, the camera in view.camera. */
   render(items, { camera }) {
     const { canvas, context } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = canvas.clientWidth, height = canvas.clientHeight;
+    const { width, height } = this.shown ?? { width: canvas.clientWidth, height: canvas.clientHeight };
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);

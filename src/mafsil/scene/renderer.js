@@ -110,6 +110,7 @@ export class Renderer {
     this.light = light;
     this.quality = this.light ? LIGHT : FULL;
     this.canvas = canvas;
+    this.shown = null; // size in CSS pixels, where somebody watches it; asking the browser makes it lay out the page
     this.bodyProgram = this.compile(VERTEX_SHADER, BODY_SHADER);
     this.floorProgram = this.compile(VERTEX_SHADER, FLOOR_SHADER);
     this.depthProgram = this.compile(VERTEX_SHADER, DEPTH_SHADER);
@@ -207,7 +208,8 @@ export class Renderer {
   fitCanvas() {
     const canvas = this.canvas;
     const ratio = Math.min(window.devicePixelRatio || 1, this.quality.pixels) * this.quality.share;
-    const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
+    const shown = this.shown ?? { width: canvas.clientWidth, height: canvas.clientHeight };
+    const width = Math.round(shown.width * ratio), height = Math.round(shown.height * ratio);
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
     return { width, height };

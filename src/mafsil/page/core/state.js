@@ -8,7 +8,7 @@
  *   reason: why it was refused
  * @typedef {{key: string, values: Object<string, string | number>}} Reason  a sentence of the words and what it names
  * @typedef {{n: number, places: number[], start: number[], lower: (number | null)[], upper: (number | null)[],
- *            task: (number | null)[], starts: number[][], ratios: number[], tolerance: number, attempts: number,
+ *            task: (number | null)[], starts: number[][], ratios: number[], rotates: boolean, tolerance: number, attempts: number,
  *            steps: number, centre: number[], radius: number | null, locked: number[], step: number, gains: number[],
  *            effort: (number | null)[]}} Settings
  * @typedef {{settings: Settings, kernels: Object<string, import("./kernels.js").Kernel>}} Arm

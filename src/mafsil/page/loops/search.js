@@ -18,7 +18,8 @@ export function searched(state, T, { settings, kernels }) {
     for (let step = 0; step < settings.steps; step++) {
       const [out] = kernels.pose_step(q, T, task); // the next coordinates, then turn and shift that are left at q
       if (!out.every(Number.isFinite)) break;
-      if (square(out, m) <= limit && square(out, m + 3) <= limit)
+      const turned = !settings.rotates || square(out, m) <= limit;
+      if (turned && square(out, m + 3) <= limit)
         return placed(state, lifted(settings, hereOf(state), q), "solved");
       q = Array.from(out.subarray(0, m));
     }

@@ -3,6 +3,7 @@
 import { Vector } from "../../scene/matrix.js";
 import { quaternionOf, turned } from "../core/rotations.js";
 import { branchesAt, nearestRow, poseFrom, reasonAt, tipPose } from "../loops/reach.js";
+import { searched } from "../loops/search.js";
 
 const GRIP = 26; // pixels around the tip
 const NUDGE = 0.01; // share of the scene's size that a key moves
@@ -18,8 +19,8 @@ export class ToolDrag {
 
   /** The tip in the picture. */
   place() {
-    const { canvas, camera, app } = this.stage, T = tipPose(app.store.state, app.store.arm);
-    return { T, ...camera.project([T[3], T[7], T[11]], canvas.clientWidth, canvas.clientHeight) };
+    const { camera, app, width, height } = this.stage, T = tipPose(app.store.state, app.store.arm);
+    return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
   near({ clientX, clientY }) {
@@ -45,13 +46,13 @@ export class ToolDrag {
   }
 
   move(event) {
-    const { camera, canvas } = this.stage, { x, y, depth, position, quaternion } = this.going;
+    const { camera, height } = this.stage, { x, y, depth, position, quaternion } = this.going;
     const dx = event.clientX - x, dy = event.clientY - y;
     if (event.ctrlKey) {
       this.lead(position, turned(turned(quaternion, camera.up, dx * 0.01), camera.right, dy * 0.01));
       return;
     }
-    const step = camera.reach(depth, canvas.clientHeight);
+    const step = camera.reach(depth, height);
     this.lead(Vector.plus(Vector.plus(position, camera.right, dx * step), camera.up, -dy * step), quaternion);
   }
 
@@ -68,10 +69,11 @@ export class ToolDrag {
   lead(position, quaternion) {
     const { store } = this.stage.app, { arm } = store;
     const given = { position: position.map(micrometres), quaternion: quaternion.map(fine) };
-    const T = poseFrom(given.position, given.quaternion), exact = store.shown.method !== "search" && arm.kernels.branches;
+    const T = poseFrom(given.position, given.quaternion), exact = store.shown.method !== "search" && arm.settings.rotates && arm.kernels.branches;
     if (!exact) {
-      store.do("search", given, { gesture: true });
-      store.show({ wish: store.state.reason ? T : null, refusal: store.state.reason });
+      const { reason } = searched(store.base, T, arm);
+      if (!reason) store.do("search", given, { gesture: true });
+      store.show({ wish: reason ? T : null, refusal: reason });
       return;
     }
     const branches = branchesAt(store.base, T, arm), { row } = this.going;

@@ -25,7 +25,8 @@ export class Stage {
     this.figure = new Figure(this.renderer, app.data.scene);
     this.camera = new Camera(app.data.scene);
     this.drag = new ToolDrag(this);
-    this.camera.home(this.canvas.clientWidth < 600);
+    this.resized({ width: this.canvas.clientWidth, height: this.canvas.clientHeight });
+    this.camera.home(this.width < 600);
     this.listen();
     this.readColours();
   }
@@ -51,6 +52,12 @@ export class Stage {
     const fresh = this.canvas.cloneNode();
     this.canvas.replaceWith(fresh);
     this.canvas = fresh;
+  }
+
+  /** The picture has another size [CSS pixels]. */
+  resized({ width, height }) {
+    Object.assign(this, { width, height });
+    this.renderer.shown = { width, height };
   }
 
   /** Colours of the page, as numbers. */
@@ -110,7 +117,7 @@ export class Stage {
 
   /** Names of the ghosts over the picture; a click goes there. */
   paintLabels() {
-    const width = this.canvas.clientWidth, height = this.canvas.clientHeight, grip = this.drag.place(), taken = [[grip.x, grip.y - 12], [grip.x, grip.y + 12]];
+    const { width, height } = this, grip = this.drag.place(), taken = [[grip.x, grip.y - 12], [grip.x, grip.y + 12]];
     while (this.labels.children.length > this.named.length) this.labels.lastChild.remove();
     this.named.forEach(({ row, place, colour, text }, k) => {
       const label = this.labels.children[k] ?? this.labels.appendChild(document.createElement("button"));
@@ -163,7 +170,7 @@ export class Stage {
       const row = event.target.dataset?.row;
       if (row !== undefined) app.store.do("choose", { branch: Number(row) });
     });
-    new ResizeObserver(() => app.draw()).observe(canvas);
+    new ResizeObserver(([entry]) => { this.resized(entry.contentRect); app.draw(); }).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => moved(() => this.readColours()));
   }
 

@@ -28,13 +28,21 @@ view({
       setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
     };
     place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("undo", () => store.undo()), note));
-    let shown = "";
+    const rows = element("span", {});
+    list.append(script([], data.actions, data.robot.python).split("\nprint")[0].trimEnd(), rows);
+    let shown = "", count = 0;
     return () => {
       const entries = store.journal, last = entries.at(-1), now = `${entries.length} ${last ? line(last, data.actions) : ""}`;
       if (now === shown) return;
       shown = now;
-      list.textContent = text();
-      list.scrollTop = list.scrollHeight;
+      // While a gesture goes on only its line changes: a new text of the whole would be laid out with every picture.
+      if (entries.length === count && last) rows.lastChild.data = line(last, data.actions);
+      else {
+        count = entries.length;
+        const lines = entries.map((action) => [document.createTextNode("\n"), document.createTextNode(line(action, data.actions))]).flat();
+        rows.replaceChildren(...lines);
+        list.scrollTop = list.scrollHeight;
+      }
     };
   },
 });
