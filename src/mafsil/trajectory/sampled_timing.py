@@ -35,8 +35,12 @@ BETWEEN = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Of an interval, at which they are measured."""
 INTERVALS = 300
 """Of the grid, if none are given."""
-AROUND = (-6.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 6.0)
-"""Where about a joint's turn friction is measured, in widths of its change of sign."""
+LEVELS = np.array([-6.0, -4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0])
+"""Rates of a joint, in units of SMOOTHING, at which its friction is measured: it changes its sign between them."""
+NEAR = 0.02
+"""Share of a limit from it at which the peak between two places is looked for."""
+GOLDEN, SECTIONS = (5.0**0.5 - 1.0) / 2.0, 18
+"""Ratio of the golden section, and how often: a bracket shrinks to 2e-4 of itself, the peak is known to its square."""
 MOST_ROUNDS = 14
 ALLOWED = 1e-6
 """Excess, as share of a limit, that is left."""
@@ -128,26 +132,56 @@ def _rows(
 def _excess(path: JointPath, timing: Timing, sampled: Sequence[SampledLimit]) -> list[Floats]:
     """Of each limit (intervals, k) the largest excess in each interval.
 
-    1. At the places BETWEEN; where one in the middle is the largest, the peak of the parabola through three.
-    2. About the places where a joint turns, for friction changes its sign there within SMOOTHING.
+    1. At the places BETWEEN, and where a joint is nearly at rest: friction changes its sign there within SMOOTHING.
+    2. Where that comes NEAR to a limit, the peak between the two places beside it, by golden sections.
     """
+    # 1.
     N, u = len(timing.piece), np.diff(timing.x) / (2.0 * np.diff(timing.s))
+    slow, shares = _nearly_at_rest(path, timing)
+    k = np.concatenate([np.repeat(np.arange(N), len(BETWEEN)), slow])
+    r = np.concatenate([np.tile(BETWEEN, N), shares])
+    order = np.lexsort((r, k))
+    k, r = k[order], r[order]
+    first = np.searchsorted(k, np.arange(N))
     found: list[Floats] = []
-    turns, shares = _turns(path, timing)
     for limit in sampled:
-        # 1.
-        parts = [_measured(path, timing, limit, np.arange(N), np.full(N, r), u) for r in BETWEEN]
-        values = np.array(parts)
-        before, peak, after = values[:-2], values[1:-1], values[2:]
-        bend = 2.0 * peak - before - after
-        inner = (peak >= before) & (peak >= after) & (bend > 0.0)
-        rise = np.divide((after - before) ** 2, 8.0 * bend, out=np.zeros_like(bend), where=inner)
-        worst = np.maximum(values.max(axis=0), (peak + rise).max(axis=0))
+        values = _measured(path, timing, limit, k, r, u)
+        worst: Floats = np.maximum.reduceat(values, first, axis=0)
         # 2.
-        if len(turns):
-            np.maximum.at(worst, turns, _measured(path, timing, limit, turns, shares, u))
+        place, column = np.nonzero((values == worst[k]) & (values > -NEAR))
+        before = np.where(place > first[k[place]], r[np.maximum(place - 1, 0)], r[place])
+        last = np.append(first[1:], len(k))[k[place]] - 1
+        after = np.where(place < last, r[np.minimum(place + 1, len(r) - 1)], r[place])
+        peaks = _peaks(path, timing, limit, k[place], column, before, after, u)
+        np.maximum.at(worst, (k[place], column), peaks)
         found.append(worst)
     return found
+
+
+def _peaks(
+    path: JointPath,
+    timing: Timing,
+    limit: SampledLimit,
+    k: NDArray[np.int64],
+    column: NDArray[np.int64],
+    low: Floats,
+    high: Floats,
+    u: Floats,
+) -> Floats:
+    """The largest excess of one column each between shares low and high of the intervals k."""
+
+    def excess(r: Floats) -> Floats:
+        return np.take_along_axis(_measured(path, timing, limit, k, r, u), column[:, None], axis=1)[:, 0]
+
+    best = np.full(len(k), -np.inf)
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    for _ in range(SECTIONS):
+        at_left, at_right = excess(left), excess(right)
+        best = np.maximum(best, np.maximum(at_left, at_right))
+        rising = at_left < at_right
+        low, high = np.where(rising, left, low), np.where(rising, high, right)
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    return best
 
 
 def _measured(
@@ -158,15 +192,31 @@ def _measured(
     return limit.excess(here, (1.0 - r) * timing.x[k] + r * timing.x[k + 1], u[k])
 
 
-def _turns(path: JointPath, timing: Timing) -> tuple[NDArray[np.int64], Floats]:
-    """Intervals in which a joint turns, and shares of them before and after it does."""
-    begin, end = (_inside(path, timing, r).slope for r in (0.0, 1.0))
-    k, j = np.nonzero(begin * end < 0.0)
-    where = begin[k, j] / (begin[k, j] - end[k, j])
-    speed = np.abs(end - begin)[k, j] * np.sqrt(np.maximum(timing.x[k], timing.x[k + 1]))
-    width = np.minimum(SMOOTHING / np.maximum(speed, 1e-300), 0.1)
-    shares = np.clip(where[:, None] + width[:, None] * np.array(AROUND), 0.0, 1.0)
-    return np.repeat(k, len(AROUND)), shares.ravel()
+def _nearly_at_rest(path: JointPath, timing: Timing) -> tuple[NDArray[np.int64], Floats]:
+    """Intervals and shares of them at which a joint's rate passes one of LEVELS.
+
+    Between two places a rate is nearly linear where the joint turns, and its square where the motion begins or ends:
+    both guesses are looked at.
+    """
+    places = np.array(BETWEEN)
+    rates = np.stack(
+        [
+            _inside(path, timing, r).slope * np.sqrt((1.0 - r) * timing.x[:-1] + r * timing.x[1:])[:, None]
+            for r in BETWEEN
+        ]
+    )
+    found: list[NDArray[np.int64]] = []
+    shares: list[Floats] = []
+    for values, levels in (
+        (rates, LEVELS * SMOOTHING),
+        (rates * np.abs(rates), LEVELS * np.abs(LEVELS) * SMOOTHING**2),
+    ):
+        before, after = values[:-1, :, :, None] - levels, values[1:, :, :, None] - levels
+        part, k, j, level = np.nonzero((before * after <= 0.0) & (before != after))
+        first, last = before[part, k, j, level], after[part, k, j, level]
+        shares.append(places[part] + (places[part + 1] - places[part]) * first / (first - last))
+        found.append(k)
+    return np.concatenate(found), np.concatenate(shares)
 
 
 def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, lows: Floats, highs: Floats) -> Timing:
