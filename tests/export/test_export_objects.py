@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from mafsil.kernels.export.exported import tapes
 from mafsil.kernels.export.objects.machines import MACHINES, machine
 from mafsil.kernels.export.objects.object_file import object_file
 from mafsil.kernels.export.objects.symbols import symbols
+from tests.page.node import needed
 
 ROBOT = mf.load("panda")
 X86 = target.host().triple.startswith("x86_64")
@@ -93,7 +93,6 @@ process.stdout.write(JSON.stringify(Array.from(numbers.slice(start, start + io.c
 """
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="no Node.js")
 def test_webassembly_runs(tmp_path: Path) -> None:
     found = ROBOT.export("inverse_dynamics", to="object", target="wasm32")
     found.write(tmp_path)
@@ -109,7 +108,7 @@ def test_webassembly_runs(tmp_path: Path) -> None:
         "inputs": [a.ravel().tolist() for a in x],
     }
     (tmp_path / "io.json").write_text(json.dumps(io))
-    words = ["node", "run.js", f"{found.name}.wasm", "io.json"]
+    words = [needed("node", "nodejs"), "run.js", f"{found.name}.wasm", "io.json"]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
     expected = ROBOT.inverse_dynamics(*x)
     assert np.allclose(np.reshape(json.loads(done.stdout), (13, 7)), expected, rtol=1e-13, atol=1e-13)

@@ -1,7 +1,6 @@
 """The page in a real browser, where there is one: its script runs under its own policy and draws everything."""
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -11,8 +10,8 @@ from mafsil.job import Run
 from mafsil.job.judgement import summary
 from mafsil.report import contents
 from mafsil.report.page import render
+from tests.page.node import needed
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = (
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -20,12 +19,11 @@ FLAGS = (
 )  # fmt: skip
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Path) -> None:
     page = tmp_path / "report.html"
     page.write_text(render(contents.page(small_run, summary(small_run), language)), encoding="utf-8")
-    words = [str(BROWSER), *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", f"{page.as_uri()}#t=0.5"]
+    words = [needed("chromium", "chromium-browser", "google-chrome"), *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", f"{page.as_uri()}#t=0.5"]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
     dom = done.stdout
     assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
