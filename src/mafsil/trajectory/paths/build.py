@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -199,9 +199,7 @@ def joined_path(legs: Sequence[TipPath], *, blend: float | None = None, blend_an
 
 def _poses(name: str, given: ArrayLike | list[ArrayLike]) -> PoseMatrix:
     """(k, 4, 4) poses, checked."""
-    T = gate(
-        name, np.asarray(given, dtype=np.float64) if not isinstance(given, list) else _stacked(name, given), (4, 4)
-    )
+    T = gate(name, _stacked(name, cast("list[ArrayLike]", given)) if isinstance(given, list) else given, (4, 4))
     if T.ndim != 3:
         raise InputError("input.shape", name=name, expected="(k, 4, 4)", got=T.shape, hint="")
     return pose.check(T, name)
@@ -249,5 +247,7 @@ def _law(
             return RotationSpline.through(R, knots)
         case "relative":
             return SuccessiveAxes(tuple(RelativeAxis.between(a, b) for a, b in pairwise(R)), knots)
+        case _:
+            pass
     known = ", ".join(get_args(Orientation))
     raise InputError("input.choice", name="orientation", value=orientation, known=known)

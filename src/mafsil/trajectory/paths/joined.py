@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
-from mafsil.trajectory.paths.turning import Turning, inverse, product, run, turned
+from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
 
 TURN_WEIGHT = 0.25
 """Share of the parameter that turning gets [m/rad]: a turn by 1 rad takes as much of it as 0.25 m."""
@@ -63,28 +63,44 @@ class JoinedPath:
     shares: Floats
     blends: tuple[CornerBlend, ...] = ()
 
-    @cached_property
+    @property
     def length(self) -> float:
         """Length of the way of the origin; in blends by Gauss and Legendre [m]."""
+        return self._length
+
+    @cached_property
+    def _length(self) -> float:
         return self._measured(slice(3, 6))
 
-    @cached_property
+    @property
     def angle(self) -> float:
         """By how much it turns [rad]."""
-        return self._measured(slice(0, 3))
+        return self._angle
 
     @cached_property
+    def _angle(self) -> float:
+        return self._measured(slice(0, 3))
+
+    @property
     def breaks(self) -> Floats:
         """Ends of legs that are not blended away, breaks within legs, and ends of blends."""
+        return self._breaks
+
+    @cached_property
+    def _breaks(self) -> Floats:
         inside = [a + (b - a) * leg.breaks for leg, (a, b) in zip(self.legs, pairwise(self.shares), strict=True)]
         ends = [np.array([one.place - one.half, one.place + one.half]) for one in self.blends]
         places = merged(*inside, *ends)
         hidden = [np.abs(places - one.place) < one.half * (1 - 1e-9) for one in self.blends]
         return places[~np.any(hidden, axis=0)] if hidden else places
 
-    @cached_property
+    @property
     def corners(self) -> Floats:
         """Corners that are not blended."""
+        return self._corners
+
+    @cached_property
+    def _corners(self) -> Floats:
         return jumps(self)
 
     @property
@@ -115,7 +131,7 @@ class JoinedPath:
         v = turned(back, p[1])
         return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p[2]) - np.cross(w, v)], axis=-1)
 
-    def _motion(self, s: Floats) -> tuple[Floats, Turning]:
+    def _motion(self, s: Floats) -> tuple[Floats, RotationMotion]:
         """(3, *s, 3) the origin with two derivatives, and the turning."""
         flat = np.clip(s.ravel(), 0.0, 1.0)
         p, R = np.empty((3, len(flat), 3)), np.empty((len(flat), 3, 3))
@@ -124,16 +140,19 @@ class JoinedPath:
         part = leg.copy()
         for k, one in enumerate(self.blends):
             part[np.abs(flat - one.place) < one.half] = len(self.legs) + k
-        for k in np.unique(part):
+        parts: list[int] = np.unique(part).tolist()
+        for k in parts:
             mask = part == k
             if k < len(self.legs):
-                p[:, mask], (R[mask], w[mask], a[mask]) = self._leg(int(k), flat[mask])
+                p[:, mask], (R[mask], w[mask], a[mask]) = self._leg(k, flat[mask])
             else:
                 p[:, mask], (R[mask], w[mask], a[mask]) = self._blend(self.blends[k - len(self.legs)], flat[mask])
         shape = s.shape
-        return p.reshape(3, *shape, 3), Turning(R.reshape(*shape, 3, 3), w.reshape(*shape, 3), a.reshape(*shape, 3))
+        return p.reshape(3, *shape, 3), RotationMotion(
+            R.reshape(*shape, 3, 3), w.reshape(*shape, 3), a.reshape(*shape, 3)
+        )
 
-    def _leg(self, k: int, s: Floats) -> tuple[Floats, Turning]:
+    def _leg(self, k: int, s: Floats) -> tuple[Floats, RotationMotion]:
         """One leg at places of the whole."""
         begin, width = self.shares[k], self.shares[k + 1] - self.shares[k]
         local = np.clip((s - begin) / width, 0.0, 1.0)
@@ -142,9 +161,9 @@ class JoinedPath:
         V, slope, R = V / width, slope / width**2, T[..., :3, :3]
         w, v = V[..., :3], V[..., 3:]
         p = np.stack([T[..., :3, 3], turned(R, v), turned(R, np.cross(w, v) + slope[..., 3:])])
-        return p, Turning(R, w, slope[..., :3])
+        return p, RotationMotion(R, w, slope[..., :3])
 
-    def _blend(self, one: CornerBlend, s: Floats) -> tuple[Floats, Turning]:
+    def _blend(self, one: CornerBlend, s: Floats) -> tuple[Floats, RotationMotion]:
         """The two legs of a corner at once."""
         k = int(np.abs(self.shares - one.place).argmin())
         h = one.half
@@ -161,9 +180,9 @@ class JoinedPath:
                 _scaled(1 - rate) ** 2 * p_A[2] + _scaled(rate) ** 2 * p_B[2] + _scaled(growth) * (p_B[1] - p_A[1]),
             ]
         )
-        back = inverse(Turning(corner.R[0], np.zeros(3), np.zeros(3))).R
+        back = inverse(RotationMotion(corner.R[0], np.zeros(3), np.zeros(3))).R
         ahead = run(into, rate, growth)
-        return p, product(run(out, 1 - rate, -growth), Turning(back @ ahead.R, ahead.w, ahead.a))
+        return p, product(run(out, 1 - rate, -growth), RotationMotion(back @ ahead.R, ahead.w, ahead.a))
 
     def deviations(self, s: Floats) -> tuple[Floats, Floats]:
         """(k,) distance [m] and angle [rad] to the unblended path at the same places."""
@@ -176,8 +195,9 @@ class JoinedPath:
     def _measured(self, rows: slice) -> float:
         """Integral of the size of a part of the twist."""
         nodes, weights = np.polynomial.legendre.leggauss(16)
-        edges = np.concatenate([np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(self.breaks)])
-        edges = np.append(edges, 1.0)
+        breaks: list[float] = self.breaks.tolist()
+        panels = [np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(breaks)]
+        edges: Floats = np.concatenate([*panels, [1.0]])
         half = np.diff(edges) / 2
         V = self.twists(edges[:-1, None] + half[:, None] * (nodes + 1))[0][..., rows]
         return float(((np.linalg.norm(V, axis=-1) * weights).sum(axis=1) * half).sum())

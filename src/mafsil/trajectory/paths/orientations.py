@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.errors import InputError
 from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
-from mafsil.trajectory.paths.turning import Turning, exponential, of_matrices, product, turned
+from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, of_matrices, product, turned
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
 LEAST_DETERMINANT = 1e-6
@@ -33,7 +33,7 @@ class OrientationLaw(Protocol):
         """(k + 1,) places between which it is smooth, 0 and 1 included."""
         ...
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, body rate and its derivative at the places s."""
         ...
 
@@ -53,10 +53,10 @@ class FixedOrientation:
         """0 and 1."""
         return np.array([0.0, 1.0])
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """The rotation, with rates of zero."""
         zero = np.zeros((*s.shape, 3))
-        return Turning(np.broadcast_to(self.R, (*s.shape, 3, 3)), zero, zero)
+        return RotationMotion(np.broadcast_to(self.R, (*s.shape, 3, 3)), zero, zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +93,10 @@ class RelativeAxis:
         """0 and 1."""
         return np.array([0.0, 1.0])
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation and constant rate."""
         w = np.broadcast_to(self.turn, (*s.shape, 3))
-        return Turning(self.R @ rotation.exp(s[..., None] * self.turn), w, np.zeros_like(w))
+        return RotationMotion(self.R @ rotation.exp(s[..., None] * self.turn), w, np.zeros_like(w))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,14 +116,14 @@ class SuccessiveAxes:
         """Ends of the legs."""
         return self.knots
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation and piecewise constant rate."""
         inside = np.clip(s, 0.0, 1.0)
         i = np.clip(np.searchsorted(self.knots, inside, side="right") - 1, 0, len(self.legs) - 1)
         R, turn = np.stack([leg.R for leg in self.legs]), np.stack([leg.turn for leg in self.legs])
         width = (self.knots[i + 1] - self.knots[i])[..., None]
         step = rotation.exp((inside - self.knots[i])[..., None] / width * turn[i])
-        return Turning(R[i] @ step, turn[i] / width, np.zeros_like(turn[i]))
+        return RotationMotion(R[i] @ step, turn[i] / width, np.zeros_like(turn[i]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ class RotationVectors:
         """The knots of the components."""
         return self.K.knots
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative."""
         return exponential(*self.K.at(np.clip(s, 0.0, 1.0)))
 
@@ -173,7 +173,7 @@ class EulerAngles:
             middle = middle + np.pi / 2
         return float(np.abs(middle - np.pi * np.round(middle / np.pi)).min())
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative, as the product of three turns about the axes."""
         motion = self.angles.at(np.clip(s, 0.0, 1.0))
         order = range(3) if self.sequence.isupper() else range(2, -1, -1)
@@ -212,7 +212,7 @@ class DirectionCosines:
         M = self.cosines.at(s).u
         return np.linalg.det(M.reshape(*M.shape[:-1], 3, 3))
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation of the polar decomposition M = R S, its rate and the derivative of that.
 
         With A = R' M' the skew part of R' M = S shows: vee(A - A^T) = (tr(S) - S) w; its derivative gives a.
@@ -223,11 +223,12 @@ class DirectionCosines:
         S, A = back @ M, back @ M_1
         S = (S + np.swapaxes(S, -1, -2)) / 2
         inertia = _trace(S) - S
-        w = np.linalg.solve(inertia, _twice_skew(A)[..., None])[..., 0]
+        w: Vector3 = np.linalg.solve(inertia, _twice_skew(A)[..., None])[..., 0].astype(np.float64)
         W = rotation.hat(w)
         S_1, A_1 = A - W @ S, back @ M_2 - W @ A
         right = _twice_skew(A_1) - turned(_trace(S_1) - S_1, w)
-        return Turning(R, w, np.linalg.solve(inertia, right[..., None])[..., 0])
+        a: Vector3 = np.linalg.solve(inertia, right[..., None])[..., 0].astype(np.float64)
+        return RotationMotion(R, w, a)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +266,7 @@ class AlongTangent:
         """Of the curve."""
         return self.curve.breaks
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative, from three derivatives of the curve."""
         _, p_1, p_2, p_3 = self.curve.derivatives(s)
         x = _unit((p_1, p_2, p_3))
@@ -274,7 +275,7 @@ class AlongTangent:
         z = _cross(x, y)
         F = of_matrices(*(np.stack(columns, axis=-1) for columns in zip(x, y, z, strict=True)))
         back = self.offset.T
-        return Turning(F.R @ self.offset, F.w @ back.T, F.a @ back.T)
+        return RotationMotion(F.R @ self.offset, F.w @ back.T, F.a @ back.T)
 
 
 Triple = tuple[Vector3, Vector3, Vector3]
@@ -290,12 +291,16 @@ def _cross(a: Triple, b: Triple) -> Triple:
     )
 
 
+def _dot(u: Vector3, v: Vector3) -> Floats:
+    """(*k, 1) scalar products of rows (*k, 3)."""
+    return np.sum(u * v, axis=-1, keepdims=True)
+
+
 def _unit(a: Triple) -> Triple:
     """a / |a| with derivatives."""
-    dot = lambda u, v: (u * v).sum(axis=-1, keepdims=True)  # noqa: E731
-    n = np.sqrt(dot(a[0], a[0]))
-    n_1 = dot(a[0], a[1]) / n
-    n_2 = (dot(a[1], a[1]) + dot(a[0], a[2]) - n_1**2) / n
+    n = np.sqrt(_dot(a[0], a[0]))
+    n_1 = _dot(a[0], a[1]) / n
+    n_2 = (_dot(a[1], a[1]) + _dot(a[0], a[2]) - n_1**2) / n
     u = a[0] / n
     u_1 = (a[1] - n_1 * u) / n
     return u, u_1, (a[2] - n_2 * u - 2 * n_1 * u_1) / n

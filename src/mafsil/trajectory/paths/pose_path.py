@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import NODES, WEIGHTS, PositionCurve
-from mafsil.trajectory.paths.turning import turned
+from mafsil.trajectory.paths.rotation_motion import turned
 
 
 @runtime_checkable
@@ -68,19 +68,31 @@ class PosePath:
         """Length of the way of the origin [m]."""
         return self.position.length
 
-    @cached_property
+    @property
     def angle(self) -> float:
         """Integral of the turning rate [rad]."""
+        return self._angle
+
+    @cached_property
+    def _angle(self) -> float:
         return float(sum(turned_angle(self, a, b) for a, b in pairwise(self.breaks)))
 
-    @cached_property
+    @property
     def breaks(self) -> Floats:
         """Those of the curve and of the law."""
-        return merged(self.position.breaks, self.orientation.breaks)
+        return self._breaks
 
     @cached_property
+    def _breaks(self) -> Floats:
+        return merged(self.position.breaks, self.orientation.breaks)
+
+    @property
     def corners(self) -> Floats:
         """Breaks where the twist jumps."""
+        return self._corners
+
+    @cached_property
+    def _corners(self) -> Floats:
         return jumps(self)
 
     def poses(self, s: ArrayLike) -> PoseMatrix:
@@ -127,6 +139,11 @@ def jumps(path: TipPath, tolerance: float = 1e-9) -> Floats:
 
 
 def turned_angle(path: TipPath, a: float, b: float) -> float:
-    """Integral of the turning rate over a smooth stretch, by Gauss and Legendre [rad]."""
+    """Integral of the angular rate over a smooth stretch, by Gauss and Legendre [rad].
+
+    Args:
+        path: of a frame.
+        a, b: ends of the stretch, with no break of the path between them.
+    """
     w = path.twists(a + (b - a) * (NODES + 1.0) / 2)[0][:, :3]
     return float((np.linalg.norm(w, axis=-1) * WEIGHTS).sum() * (b - a) / 2)

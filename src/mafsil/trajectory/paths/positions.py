@@ -155,9 +155,13 @@ class SplineCurve:
 
     polynomial: PiecewisePolynomial
 
-    @cached_property
+    @property
     def length(self) -> float:
         """By Gauss and Legendre in every piece [m]."""
+        return self._length
+
+    @cached_property
+    def _length(self) -> float:
         return float(arc_lengths(self, self.breaks)[-1])
 
     @property
@@ -231,8 +235,8 @@ def arc_lengths(curve: PositionCurve, s: Floats) -> Floats:
         curve: any.
         s: (k,) places, the breaks of the curve among them or between none of them.
     """
-    edges = np.concatenate([np.linspace(a, b, PANELS, endpoint=False) for a, b in pairwise(s)])
-    edges = np.append(edges, s[-1])
+    panels_of = [np.linspace(float(a), float(b), PANELS, endpoint=False) for a, b in pairwise(s.tolist())]
+    edges: Floats = np.concatenate([*panels_of, s[-1:]])
     half = np.diff(edges) / 2
     places = edges[:-1, None] + half[:, None] * (NODES + 1.0)
     speed = np.linalg.norm(curve.derivatives(places)[1], axis=-1)

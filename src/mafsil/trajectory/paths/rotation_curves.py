@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.geometry import rotation
-from mafsil.trajectory.paths.turning import Turning, exponential, inverse, logarithm, product, turned
+from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, inverse, logarithm, product, turned
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import cubic_coefficients
 
@@ -46,7 +47,7 @@ class Squad:
         """The knots."""
         return self.knots
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative."""
         i, h, width = _located(self.knots, s)
         outer, inner = (_slerp(X[i], X[i + 1], h) for X in (self.R, self.A))
@@ -55,7 +56,7 @@ class Squad:
         L, L_1, L_2 = between
         step = exponential(share * L, rate * L + share * L_1, growth * L + 2 * rate * L_1 + share * L_2)
         R, w, a = product(outer, step)
-        return Turning(R, w / width[..., None], a / width[..., None] ** 2)
+        return RotationMotion(R, w / width[..., None], a / width[..., None] ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +90,12 @@ class RotationSpline:
         """The knots."""
         return self.theta.knots
 
-    def at(self, s: Floats) -> Turning:
+    def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative."""
         inside = np.clip(s, 0.0, 1.0)
         i, _, _ = _located(self.theta.knots, inside)
         R, w, a = exponential(*self.theta.at(inside))
-        return Turning(self.R[i] @ R, w, a)
+        return RotationMotion(self.R[i] @ R, w, a)
 
 
 def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
@@ -118,12 +119,13 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
         M[rows, 3 * i : 3 * (i + 1)] = (4 / before + 4 / after) * np.eye(3)
         M[rows, 3 * (i + 1) : 3 * (i + 2)] = 2 * J_inverse[i] / after
         fixed[i - 1] = 6 * turn[i] / after**2 + 6 * J[i - 1] @ turn[i - 1] / before**2
-    inner = M[:, 3:-3]
+    inner: Floats = M[:, 3:-3]
     for _ in range(MOST_ROUNDS):
         slope = turned(J_inverse[:-1], w[1:-1])
         convective = exponential(turn[:-1], slope, np.zeros_like(slope)).a
-        right = (fixed - convective).ravel() - M[:, :3] @ w[0] - M[:, -3:] @ w[-1]
-        found = np.linalg.solve(inner, right).reshape(-1, 3)
+        right: Floats = (fixed - convective).ravel() - M[:, :3] @ w[0] - M[:, -3:] @ w[-1]
+        solution: Floats = np.linalg.solve(inner, right)
+        found = solution.reshape(-1, 3)
         change = float(np.abs(found - w[1:-1]).max())
         w[1:-1] = found
         if change <= CONVERGED * max(1.0, float(np.abs(found).max())):
@@ -131,15 +133,15 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
     return w
 
 
-def _located(knots: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
+def _located(knots: Floats, s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
     """Index of the piece, share of it that is done, and its width."""
     i = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, len(knots) - 2)
     width = knots[i + 1] - knots[i]
     return i, (s - knots[i]) / width, width
 
 
-def _slerp(A: RotationMatrix, B: RotationMatrix, h: Floats) -> Turning:
+def _slerp(A: RotationMatrix, B: RotationMatrix, h: Floats) -> RotationMotion:
     """A exp(h log(A^T B)) over h."""
     k = rotation.log(np.swapaxes(A, -1, -2) @ B)
     step = exponential(h[..., None] * k, k, np.zeros_like(k))
-    return Turning(A @ step.R, step.w, step.a)
+    return RotationMotion(A @ step.R, step.w, step.a)

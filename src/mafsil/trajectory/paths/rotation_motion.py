@@ -13,7 +13,7 @@ SMALL = 1e-2
 """Squared angle below which derivatives of the right Jacobian's coefficients come from their series."""
 
 
-class Turning(NamedTuple):
+class RotationMotion(NamedTuple):
     """R(s) with R' = R [w].
 
     Attributes:
@@ -27,13 +27,13 @@ class Turning(NamedTuple):
     a: Vector3
 
 
-def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> Turning:
+def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> RotationMotion:
     """exp([K(s)]) of a rotation vector with its two derivatives: w = J_r K', a = J_r K'' + J_r' K'."""
     J = rotation.right_jacobian(K)
-    return Turning(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carried(K, K_1))
+    return RotationMotion(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carried(K, K_1))
 
 
-def logarithm(curve: Turning) -> tuple[Vector3, Vector3, Vector3]:
+def logarithm(curve: RotationMotion) -> tuple[Vector3, Vector3, Vector3]:
     """The rotation vector of a curve and its two derivatives; the curve stays within less than half a turn."""
     K = rotation.log(curve.R)
     inverse = rotation.right_jacobian_inverse(K)
@@ -41,19 +41,19 @@ def logarithm(curve: Turning) -> tuple[Vector3, Vector3, Vector3]:
     return K, K_1, turned(inverse, curve.a - _carried(K, K_1))
 
 
-def product(A: Turning, B: Turning) -> Turning:
+def product(A: RotationMotion, B: RotationMotion) -> RotationMotion:
     """A(s) B(s)."""
     back = np.swapaxes(B.R, -1, -2)
     seen = turned(back, A.w)
-    return Turning(A.R @ B.R, seen + B.w, turned(back, A.a) - np.cross(B.w, seen) + B.a)
+    return RotationMotion(A.R @ B.R, seen + B.w, turned(back, A.a) - np.cross(B.w, seen) + B.a)
 
 
-def inverse(A: Turning) -> Turning:
+def inverse(A: RotationMotion) -> RotationMotion:
     """The transposed curve."""
-    return Turning(np.swapaxes(A.R, -1, -2), -turned(A.R, A.w), -turned(A.R, A.a))
+    return RotationMotion(np.swapaxes(A.R, -1, -2), -turned(A.R, A.w), -turned(A.R, A.a))
 
 
-def run(curve: Turning, rate: Floats, growth: Floats) -> Turning:
+def run(curve: RotationMotion, rate: Floats, growth: Floats) -> RotationMotion:
     """The curve over another parameter.
 
     Args:
@@ -61,14 +61,14 @@ def run(curve: Turning, rate: Floats, growth: Floats) -> Turning:
         rate, growth: (*s,) first and second derivative of s by that parameter.
     """
     once, twice = rate[..., None], growth[..., None]
-    return Turning(curve.R, curve.w * once, curve.a * once**2 + curve.w * twice)
+    return RotationMotion(curve.R, curve.w * once, curve.a * once**2 + curve.w * twice)
 
 
-def of_matrices(R: Matrix3, R_1: Matrix3, R_2: Matrix3) -> Turning:
+def of_matrices(R: Matrix3, R_1: Matrix3, R_2: Matrix3) -> RotationMotion:
     """From a rotation matrix and its two derivatives: [w] = R' R_1, [a] = R' R_2 - [w]^2."""
     back = np.swapaxes(R, -1, -2)
     w = _skew_part(back @ R_1)
-    return Turning(R, w, _skew_part(back @ R_2))
+    return RotationMotion(R, w, _skew_part(back @ R_2))
 
 
 def turned(M: Matrix3, x: Vector3) -> Vector3:
