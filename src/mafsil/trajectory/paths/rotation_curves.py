@@ -124,8 +124,7 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
         slope = turned(J_inverse[:-1], w[1:-1])
         convective = exponential(turn[:-1], slope, np.zeros_like(slope)).a
         right: Floats = (fixed - convective).ravel() - M[:, :3] @ w[0] - M[:, -3:] @ w[-1]
-        solution: Floats = np.linalg.solve(inner, right)
-        found = solution.reshape(-1, 3)
+        found: Vector3 = np.linalg.solve(inner, right).astype(np.float64).reshape(-1, 3)
         change = float(np.abs(found - w[1:-1]).max())
         w[1:-1] = found
         if change <= CONVERGED * max(1.0, float(np.abs(found).max())):
