@@ -205,8 +205,8 @@ ROWS = (
     ),
     Row(
         "R11",
-        "Jerk-limited motions of 1 to 7 joints between random states (at rest, arbitrary, outside the limits, one-sided "
-        "limits): limits and end states to 1e-9, none fails, none longer than Ruckig's by 1e-6 of its duration.",
+        "Jerk-limited motions of 1 to 7 joints between random states (at rest, arbitrary, outside the limits, one-"
+        "sided limits): limits and end states to 1e-9, none fails, none longer than Ruckig's by 1e-6 of its duration.",
         "problems",
         10_000_000,
         "jerk_limited --problems 10000000 --resume DIR",
@@ -226,7 +226,7 @@ ROWS = (
         "paths",
         10_000,
         "time_optimal_paths --paths 10000 --resume DIR",
-        "TOPP-RA is compared in `benchmarks/time_optimal.py` and one test, not in this row; limits of jerk are not kept.",
+        "TOPP-RA is compared in `benchmarks/time_optimal.py` and one test, not in this row; jerk is not limited.",
     ),
     Row(
         "R14",
