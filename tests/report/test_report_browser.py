@@ -23,13 +23,8 @@ FLAGS = (
 def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Path) -> None:
     page = tmp_path / "report.html"
     page.write_text(render(contents.page(small_run, summary(small_run), language)), encoding="utf-8")
-    words = [
-        needed("chromium", "chromium-browser", "google-chrome"),
-        *FLAGS,
-        f"--user-data-dir={tmp_path / 'profile'}",
-        "--dump-dom",
-        f"{page.as_uri()}#t=0.5",
-    ]
+    browser = needed("chromium", "chromium-browser", "google-chrome")
+    words = [browser, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", f"{page.as_uri()}#t=0.5"]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
     dom = done.stdout
     assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
