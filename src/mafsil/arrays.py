@@ -117,7 +117,7 @@ def _matrix_of(value: Any) -> Any:
     return value
 
 
-def gate(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = False, hint: str = "") -> Floats:
+def as_batch(name: str, value: ArrayLike, core: tuple[int, ...], *, finite: bool = False, hint: str = "") -> Floats:
     """`value` as a float64 array of shape (*batch, *core).
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate, positive, require_finite, require_kind
+from mafsil.arrays import Floats, as_batch, positive, require_finite, require_kind
 from mafsil.control.gains import Gains
 from mafsil.robot import Robot
 
@@ -54,7 +54,7 @@ def inertia_gains(
     require_kind("robot", robot, "Robot", "mass_matrix")
     for name, value in (("period", period), ("natural_frequency", natural_frequency), ("damping_ratio", damping_ratio)):
         positive(name, value)
-    places = require_finite("q", gate("q", q, (robot.n,))).reshape(-1, robot.n)
+    places = require_finite("q", as_batch("q", q, (robot.n,))).reshape(-1, robot.n)
     inertia, w = _frequencies(robot, places, period, natural_frequency, damping_ratio)
     if w.min() < SOFT * natural_frequency:
         around = [places + side * row for row in AROUND * np.eye(robot.n) for side in (-1.0, 1.0)]

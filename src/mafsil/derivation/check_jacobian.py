@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate, real_array
+from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.derivation.arm_numbers import CompiledArm, Truth
 from mafsil.derivation.formula_mistakes import repaired
 from mafsil.derivation.formula_text import evaluate, parsed
@@ -63,7 +63,7 @@ def check_jacobian(
     given = real_array("J", cast("ArrayLike", J))
     if q is None:
         raise InputError("derivation.q_missing")
-    at = gate("q", q, (mechanism.n,), finite=True)[None]
+    at = as_batch("q", q, (mechanism.n,), finite=True)[None]
     if given.shape == (mechanism.n, 6) and mechanism.n != 6:
         return Review((Finding(Mistake.TRANSPOSED),))
     _require_shape(given.shape, mechanism.n, kind)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector6, gate
+from mafsil.arrays import Floats, Vector6, as_batch
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.derivation.same_arm import base_between, misfit
 from mafsil.errors import InputError
@@ -34,7 +34,7 @@ def check_screws(
         raise InputError("derivation.form", value=form, known="space, body")
     space, body, _ = screws(as_mechanism(mechanism))
     truth, other = (space, body) if form == "space" else (body, space)
-    given = gate("S", S, truth.shape, finite=True)
+    given = as_batch("S", S, truth.shape, finite=True)
     if given.ndim != 2:
         raise InputError("input.shape", name="S", expected=truth.shape, got=given.shape, hint="")
     if np.abs(given - truth).max() <= tolerance:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.picture_file import picture_file
@@ -48,7 +48,7 @@ def save_configurations(
         InputError: no configuration at all, wrong shapes.
     """
     path = picture_file(path)
-    rows = gate("q", q, (robot.n,), finite=True).reshape(-1, robot.n)
+    rows = as_batch("q", q, (robot.n,), finite=True).reshape(-1, robot.n)
     if not len(rows):
         raise InputError("pictures.no_configurations", name="q")
     labels = [""] * len(rows) if names is None else list(names)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Vector3, as_batch
 from mafsil.figures import space
 from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import euler, rotation
@@ -26,7 +26,7 @@ def save_gimbals(angles: ArrayLike, sequence: str, path: str | PathLike[str]) ->
         path: .png, .svg or .pdf.
     """
     path = picture_file(path)
-    moving, name = euler.to_moving(gate("angles", angles, (3,)), sequence)
+    moving, name = euler.to_moving(as_batch("angles", angles, (3,)), sequence)
     space.save(lambda: draw_gimbals(np.asarray(moving), name), path)
 
 

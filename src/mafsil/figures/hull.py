@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp import Contact, ContactForces
 from mafsil.grasp.hull import convex_hull
@@ -98,7 +98,7 @@ def draw_force_diagram(contacts: list[Contact] | tuple[Contact, ...], forces: Co
     """
     if contacts[0].dimension != 2:
         raise InputError("grasp.needs_plane", what="draw_force_diagram")
-    load = gate("wrench", wrench, (3,), finite=True)
+    load = as_batch("wrench", wrench, (3,), finite=True)
     moments = forces.moments([c.point for c in contacts])
     arrows = [*forces.forces, load[1:]]
     names = [f"{c.name or k}: {m:.4g} N m" for k, (c, m) in enumerate(zip(contacts, moments, strict=True))]

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.figures.picture_file import picture_file
 from mafsil.job.resting import resting_place
 from mafsil.model import Mechanism
@@ -55,7 +55,7 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     from matplotlib.figure import Figure
 
     robot = Robot(mechanism)
-    values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
+    values = resting_place(mechanism.limits) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(robot.link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     drawn = _triangles(mechanism, poses)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, VELOCITY, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.performance import force_ellipsoid, velocity_ellipsoid
@@ -27,7 +27,7 @@ def save_planar_ellipses(robot: Robot, q: ArrayLike, path: str | PathLike[str], 
         language: of the labels; the current one if None.
     """
     path = picture_file(path)
-    poses = np.atleast_2d(gate("q", q, (robot.n,), finite=True))
+    poses = np.atleast_2d(as_batch("q", q, (robot.n,), finite=True))
     figure = sheet(6.0, 5.4)
     axes: Any = figure.add_subplot()
     points = [_skeleton(robot, pose) for pose in poses]
@@ -65,7 +65,7 @@ def save_ellipsoid(
         language: of the labels; the current one if None.
     """
     path = picture_file(path)
-    configuration = gate("q", q, (robot.n,), finite=True)
+    configuration = as_batch("q", q, (robot.n,), finite=True)
     found = velocity_ellipsoid(robot, configuration, part)
     figure = sheet(5.6, 5.6)
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)

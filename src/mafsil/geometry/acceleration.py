@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Matrix4, Vector3, Vector6, gate
+from mafsil.arrays import Floats, Matrix4, Vector3, Vector6, as_batch
 from mafsil.geometry import pose, twist
 
 
@@ -60,13 +60,13 @@ def of_point(V: ArrayLike, dV: ArrayLike, point: ArrayLike) -> Vector3:
         (*batch, 3) [m/s^2], in the axes of the frame. For the origin of {b} in its own axes (V_b, dV_b, zero) this
         is dv_b + omega_b x v_b, not dv_b.
     """
-    V, dV, x = gate("V", V, (6,)), gate("dV", dV, (6,)), gate("point", point, (3,))
+    V, dV, x = as_batch("V", V, (6,)), as_batch("dV", dV, (6,)), as_batch("point", point, (3,))
     omega = V[..., :3]
     velocity = np.cross(omega, x) + V[..., 3:]
     return np.cross(dV[..., :3], x) + dV[..., 3:] + np.cross(omega, velocity)
 
 
 def _without_last_row(Tddot: ArrayLike) -> Floats:
-    matrix = np.array(gate("Tddot", Tddot, (4, 4)))
+    matrix = np.array(as_batch("Tddot", Tddot, (4, 4)))
     matrix[..., 3, :] = 0.0
     return matrix

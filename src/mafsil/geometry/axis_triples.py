@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Scalar, Truth, gate
+from mafsil.arrays import Floats, Scalar, Truth, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
@@ -67,7 +67,7 @@ def middle_zero(axes: ArrayLike) -> Scalar:
 
 
 def _directions(axes: ArrayLike) -> Floats:
-    n = gate("axes", axes, (3, 3))
+    n = as_batch("axes", axes, (3, 3))
     length = np.linalg.norm(n, axis=-1, keepdims=True)
     if np.any(length == 0.0):
         row = n[tuple(np.argwhere(length[..., 0] == 0.0)[0])]

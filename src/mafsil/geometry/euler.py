@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
 from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
-from mafsil.arrays import Floats, Matrix3, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
+from mafsil.arrays import Floats, Matrix3, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.arguments import AxisTripleLike, RotationLike, Vector3Like
 from mafsil.geometry.conditioned import Conditioned, compiled
@@ -153,7 +153,7 @@ def solutions(R: ArrayLike, sequence: str, tolerance: float = SPECIAL) -> EulerS
     axes = np.eye(3)[list(known.body_axes)]
     locked = np.asarray(_gimbal_distance(R, axes)) <= tolerance
     # cos(b + lambda) = n1 . R n3 tells which lock it is: at +1 the axes agree and a + c is fixed, at -1 they oppose.
-    agree = np.asarray(gate("R", R, (3, 3)))[..., known.body_axes[0], known.body_axes[2]] > 0
+    agree = np.asarray(as_batch("R", R, (3, 3)))[..., known.body_axes[0], known.body_axes[2]] > 0
     third = np.where(agree, -1.0, 1.0)
     direction = np.stack([np.ones_like(third), np.zeros_like(third), third], axis=-1) * locked[..., None]
     return EulerSolutions(angles, locked, direction)
@@ -162,14 +162,14 @@ def solutions(R: ArrayLike, sequence: str, tolerance: float = SPECIAL) -> EulerS
 def to_fixed(angles: ArrayLike, sequence: str) -> tuple[Vector3, str]:
     """The same rotation in the other reading, axes fixed: order and letters reversed; fixed sequences stay."""
     known = sequence_named(sequence)
-    array = gate("angles", angles, (3,))
+    array = as_batch("angles", angles, (3,))
     return (array, sequence) if known.fixed else (array[..., ::-1], sequence[::-1].lower())
 
 
 def to_moving(angles: ArrayLike, sequence: str) -> tuple[Vector3, str]:
     """The same rotation in the other reading, axes carried by the body; moving sequences stay as they are."""
     known = sequence_named(sequence)
-    array = gate("angles", angles, (3,))
+    array = as_batch("angles", angles, (3,))
     return (array[..., ::-1], sequence[::-1].upper()) if known.fixed else (array, sequence)
 
 
@@ -187,7 +187,7 @@ def is_principal(angles: ArrayLike, sequence: str, tolerance: float = ROUNDOFF) 
         sequence: such as `ZYX` or `xyz`.
         tolerance: angle [rad] beyond the ends that is rounding.
     """
-    array = gate("angles", angles, (3,))
+    array = as_batch("angles", angles, (3,))
     low, high = range_of_middle(sequence)
     outer, middle = array[..., ::2], array[..., 1]
     inside = ((outer > -np.pi) & (outer <= np.pi + tolerance)).all(-1)
@@ -205,7 +205,7 @@ def require_principal(angles: ArrayLike, sequence: str, tolerance: float = ROUND
     Raises:
         InputError: names the first row that is not, and the ranges; `to_euler` of the rotation gives principal angles.
     """
-    array = gate("angles", angles, (3,))
+    array = as_batch("angles", angles, (3,))
     outside = ~np.asarray(is_principal(array, sequence, tolerance)) & ~np.isnan(array).any(-1)
     if outside.any():
         index = tuple(int(i) for i in np.argwhere(outside)[0])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Matrix6, PoseMatrix, Vector6, gate, positive
+from mafsil.arrays import Matrix6, PoseMatrix, Vector6, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.geometry.values.point import METRES
 
@@ -31,22 +31,22 @@ def factor(unit: str, target: str) -> float:
 
 def pose(T: ArrayLike, k: float) -> PoseMatrix:
     """(*batch, 4, 4) with p multiplied by k."""
-    matrix = np.array(gate("T", T, (4, 4)))
+    matrix = np.array(as_batch("T", T, (4, 4)))
     matrix[..., :3, 3] *= positive("k", k)
     return matrix
 
 
 def twist(V: ArrayLike, k: float) -> Vector6:
     """(*batch, 6) (omega, k v); of a unit screw likewise, its pitch is multiplied by k."""
-    return gate("V", V, (6,)) * np.repeat([1.0, positive("k", k)], 3)
+    return as_batch("V", V, (6,)) * np.repeat([1.0, positive("k", k)], 3)
 
 
 def wrench(F: ArrayLike, k: float) -> Vector6:
     """(*batch, 6) (k m, f): forces keep their unit, so that power is multiplied by k, such as N mm/s."""
-    return gate("F", F, (6,)) * np.repeat([positive("k", k), 1.0], 3)
+    return as_batch("F", F, (6,)) * np.repeat([positive("k", k), 1.0], 3)
 
 
 def adjoint(Ad: ArrayLike, k: float) -> Matrix6:
     """(*batch, 6, 6) D Ad D^-1, which carries twists whose lengths are in the new unit."""
     D = np.repeat([1.0, positive("k", k)], 3)
-    return gate("Ad", Ad, (6, 6)) * (D[:, None] / D)
+    return as_batch("Ad", Ad, (6, 6)) * (D[:, None] / D)

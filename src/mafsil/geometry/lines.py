@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Scalar, Truth, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Truth, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.tolerances import ROUNDOFF
 
@@ -46,7 +46,7 @@ def common_normal(
     Raises:
         InputError: a direction is zero.
     """
-    p, r = gate("point_1", point_1, (3,)), gate("point_2", point_2, (3,))
+    p, r = as_batch("point_1", point_1, (3,)), as_batch("point_2", point_2, (3,))
     d, e = _unit("direction_1", direction_1), _unit("direction_2", direction_2)
     p, r, d, e = np.broadcast_arrays(p, r, d, e)
     across, step = np.cross(d, e), r - p
@@ -72,7 +72,7 @@ def common_normal(
 
 
 def _unit(name: str, direction: ArrayLike) -> Floats:
-    d = gate(name, direction, (3,))
+    d = as_batch(name, direction, (3,))
     size = np.linalg.norm(d, axis=-1, keepdims=True)
     if np.any(size == 0.0):
         raise InputError("geometry.axis", name=name, value=d[tuple(np.argwhere(size[..., 0] == 0.0)[0])].tolist())

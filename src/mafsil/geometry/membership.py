@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import LIMITS
-from mafsil.arrays import Floats, Scalar, Truth, gate
+from mafsil.arrays import Floats, Scalar, Truth, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.declared import Declared
 
@@ -54,7 +54,7 @@ def measure(kind: str, value: ArrayLike) -> Scalar:
     Returns:
         (*batch).
     """
-    array = gate(kind, value, CORES[kind])
+    array = as_batch(kind, value, CORES[kind])
     distance = _measure(kind).kernel.ufunc(array)
     unknown = np.isnan(array).any(axis=tuple(range(-len(CORES[kind]), 0)))
     return np.where(unknown, np.nan, distance) if unknown.any() else distance
@@ -86,7 +86,7 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
     Raises:
         InputError: names the first row that is not, its distance and the limit.
     """
-    array = gate(name, value, CORES[kind])
+    array = as_batch(name, value, CORES[kind])
     limit = LIMITS[kind] if tolerance is None else tolerance
     distance = np.asarray(measure(kind, array))
     if (distance > limit).any():

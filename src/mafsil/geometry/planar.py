@@ -20,7 +20,7 @@ from mafsil.arrays import (
     Vector2,
     Vector3,
     Vector6,
-    gate,
+    as_batch,
 )
 from mafsil.geometry import membership
 from mafsil.geometry.arguments import (
@@ -179,9 +179,9 @@ def to_spatial_twist(V: Vector3Like) -> Vector6:
 
 def is_rotation(R: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether (*batch, 2, 2) matrices are rotations within the tolerance."""
-    return membership.is_member("planar_rotation", gate("R", R, (2, 2)), tolerance)
+    return membership.is_member("planar_rotation", as_batch("R", R, (2, 2)), tolerance)
 
 
 def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Truth:
     """(*batch) whether (*batch, 3, 3) matrices are planar poses within the tolerance."""
-    return membership.is_member("planar_pose", gate("T", T, (3, 3)), tolerance)
+    return membership.is_member("planar_pose", as_batch("T", T, (3, 3)), tolerance)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, PoseMatrix, Scalar, gate
+from mafsil.arrays import Floats, PoseMatrix, Scalar, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.geometry.tolerances import ON_A_LINE, SPECIAL
@@ -139,7 +139,7 @@ def frame_from_points(origin: ArrayLike, on_x: ArrayLike, beside_x: ArrayLike) -
     Raises:
         InputError: the points lie on one line.
     """
-    o, a, b = gate("origin", origin, (3,)), gate("on_x", on_x, (3,)), gate("beside_x", beside_x, (3,))
+    o, a, b = as_batch("origin", origin, (3,)), as_batch("on_x", on_x, (3,)), as_batch("beside_x", beside_x, (3,))
     along, beside = a - o, b - o
     normal = np.cross(along, beside)
     size = np.linalg.norm(along, axis=-1) * np.linalg.norm(beside, axis=-1)
@@ -179,7 +179,7 @@ def fit(points_b: ArrayLike, points_a: ArrayLike) -> PoseMatrix:
 
 def _same_points(first: ArrayLike, second: ArrayLike) -> tuple[Floats, Floats]:
     """Both sets as arrays (*batch, k, 3) of one k."""
-    x, y = gate("points", first, (3,)), gate("points", second, (3,))
+    x, y = as_batch("points", first, (3,)), as_batch("points", second, (3,))
     if x.ndim < 2 or y.ndim < 2 or x.shape[-2] != y.shape[-2]:
         raise InputError("input.shape", name="points", expected="(*batch, k, 3)", got=(x.shape, y.shape), hint="")
     return x, y

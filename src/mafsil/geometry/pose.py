@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
-from mafsil.arrays import Matrix4, Matrix6, PoseMatrix, RotationMatrix, Truth, Vector3, Vector6, gate
+from mafsil.arrays import Matrix4, Matrix6, PoseMatrix, RotationMatrix, Truth, Vector3, Vector6, as_batch
 from mafsil.geometry import membership, rotation
 from mafsil.geometry.arguments import (
     ExponentialCoordinatesLike,
@@ -84,12 +84,12 @@ def from_translation(p: ArrayLike) -> PoseMatrix:
 
 def rotation_of(T: ArrayLike) -> RotationMatrix:
     """(*batch, 3, 3) R of a pose: a view."""
-    return gate("T", T, (4, 4))[..., :3, :3]
+    return as_batch("T", T, (4, 4))[..., :3, :3]
 
 
 def translation_of(T: ArrayLike) -> Vector3:
     """(*batch, 3) p of a pose [m]: a view."""
-    return gate("T", T, (4, 4))[..., :3, 3]
+    return as_batch("T", T, (4, 4))[..., :3, 3]
 
 
 @compiled("se3.act")
@@ -218,5 +218,5 @@ def check(T: ArrayLike, name: str = "T", tolerance: float = ROTATION) -> PoseMat
 
 def project(T: ArrayLike) -> PoseMatrix:
     """(*batch, 4, 4) pose with the rotation nearest to the upper left block and the same origin; only on request."""
-    array = gate("T", T, (4, 4))
+    array = as_batch("T", T, (4, 4))
     return from_rotation_translation(rotation.project(array[..., :3, :3]), array[..., :3, 3])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import UNIT
-from mafsil.arrays import Floats, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
+from mafsil.arrays import Floats, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.arguments import (
     NonzeroQuaternionLike,
@@ -114,7 +114,7 @@ def slerp(p: UnitQuaternionLike, q: UnitQuaternionLike, t: ScalarLike) -> Quater
 
 def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = ROUNDOFF) -> Truth:
     """(*batch) whether unit quaternions p and q are one rotation: equal up to sign within `tolerance`, by entries."""
-    a, b = gate("p", p, (4,)), gate("q", q, (4,))
+    a, b = as_batch("p", p, (4,)), as_batch("q", q, (4,))
     return np.minimum(np.abs(a - b).max(-1), np.abs(a + b).max(-1)) <= tolerance
 
 

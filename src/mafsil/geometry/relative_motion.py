@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Vector6, gate
+from mafsil.arrays import Vector6, as_batch
 from mafsil.geometry import pose, twist
 
 
@@ -17,7 +17,7 @@ def space(V_ab: ArrayLike, T_ab: ArrayLike, V_bc: ArrayLike) -> Vector6:
         T_ab: (*batch, 4, 4) where {b} is now.
         V_bc: (*batch, 6) twist of {c} relative to {b}, in {b}.
     """
-    return gate("V_ab", V_ab, (6,)) + twist.transform(T_ab, V_bc)
+    return as_batch("V_ab", V_ab, (6,)) + twist.transform(T_ab, V_bc)
 
 
 def body(V_ab: ArrayLike, T_bc: ArrayLike, V_bc: ArrayLike) -> Vector6:
@@ -28,7 +28,7 @@ def body(V_ab: ArrayLike, T_bc: ArrayLike, V_bc: ArrayLike) -> Vector6:
         T_bc: (*batch, 4, 4) where {c} is now.
         V_bc: (*batch, 6) twist of {c} relative to {b}, in {c}.
     """
-    return twist.transform(pose.inverse(T_bc), V_ab) + gate("V_bc", V_bc, (6,))
+    return twist.transform(pose.inverse(T_bc), V_ab) + as_batch("V_bc", V_bc, (6,))
 
 
 def exchanged(V_space: ArrayLike, V_body: ArrayLike) -> tuple[Vector6, Vector6]:
@@ -40,4 +40,4 @@ def exchanged(V_space: ArrayLike, V_body: ArrayLike) -> tuple[Vector6, Vector6]:
     Returns:
         (*batch, 6) in {b}: -V_body; (*batch, 6) in {a}: -V_space.
     """
-    return np.negative(gate("V_body", V_body, (6,))), np.negative(gate("V_space", V_space, (6,)))
+    return np.negative(as_batch("V_body", V_body, (6,))), np.negative(as_batch("V_space", V_space, (6,)))

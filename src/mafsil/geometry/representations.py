@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate, single
+from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
 from mafsil.messages import say
@@ -47,7 +47,7 @@ def _to_axis_angle(R: ArrayLike) -> Floats:
 
 
 def _from_axis_angle(value: ArrayLike) -> Floats:
-    array = gate("axis_angle", value, (4,))
+    array = as_batch("axis_angle", value, (4,))
     return rotation.from_axis_angle(array[..., :3], array[..., 3])
 
 
@@ -155,7 +155,7 @@ def _beside_position(to_matrix: Callable[[Any], Any], from_matrix: Callable[[Any
     """Three numbers of the rotation, then the position."""
 
     def to_pose(value: ArrayLike) -> Floats:
-        x = gate("value", value, (6,))
+        x = as_batch("value", value, (6,))
         return pose.from_rotation_translation(to_matrix(x[..., :3]), x[..., 3:])
 
     def from_pose(T: ArrayLike) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Vector3, gate
+from mafsil.arrays import Vector3, as_batch
 
 
 def vector_rate(omega: ArrayLike, x: ArrayLike, dx: ArrayLike | None = None) -> Vector3:
@@ -20,9 +20,9 @@ def vector_rate(omega: ArrayLike, x: ArrayLike, dx: ArrayLike | None = None) -> 
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.21; the transport theorem.
     """
-    w, own = gate("omega", omega, (3,)), gate("x", x, (3,))
+    w, own = as_batch("omega", omega, (3,)), as_batch("x", x, (3,))
     turned = np.cross(w, own)
-    return turned if dx is None else gate("dx", dx, (3,)) + turned
+    return turned if dx is None else as_batch("dx", dx, (3,)) + turned
 
 
 def point_acceleration(V: ArrayLike, dV: ArrayLike, point: ArrayLike = (0.0, 0.0, 0.0)) -> Vector3:
@@ -36,6 +36,6 @@ def point_acceleration(V: ArrayLike, dV: ArrayLike, point: ArrayLike = (0.0, 0.0
 
     Reference: Lynch & Park, Modern Robotics, sec. 8.2.1.
     """
-    twist, rate, r = gate("V", V, (6,)), gate("dV", dV, (6,)), gate("point", point, (3,))
+    twist, rate, r = as_batch("V", V, (6,)), as_batch("dV", dV, (6,)), as_batch("point", point, (3,))
     omega, alpha = twist[..., :3], rate[..., :3]
     return rate[..., 3:] + np.cross(alpha, r) + np.cross(omega, twist[..., 3:] + np.cross(omega, r))

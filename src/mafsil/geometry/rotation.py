@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.tolerance import ROTATION
-from mafsil.arrays import Floats, Matrix3, RotationMatrix, Scalar, Shape, Truth, Vector3, gate
+from mafsil.arrays import Floats, Matrix3, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import membership
 from mafsil.geometry.arguments import AxisLike, Matrix3Like, RotationLike, RotationVectorLike, ScalarLike, Vector3Like
@@ -211,7 +211,7 @@ def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> RotationMatrix:
     Raises:
         InputError: the axes are not unit, orthogonal and right-handed.
     """
-    axes = np.broadcast_arrays(gate("x", x, (3,)), gate("y", y, (3,)), gate("z", z, (3,)))
+    axes = np.broadcast_arrays(as_batch("x", x, (3,)), as_batch("y", y, (3,)), as_batch("z", z, (3,)))
     return check(np.stack(axes, axis=-1), "axes")
 
 
@@ -231,7 +231,7 @@ def vee(W: ArrayLike) -> Vector3:
     Raises:
         InputError: a matrix is not skew; take (W - W')/2 for the skew part of any matrix.
     """
-    matrices = gate("W", W, (3, 3))
+    matrices = as_batch("W", W, (3, 3))
     off = np.abs(matrices + np.swapaxes(matrices, -1, -2)).max(axis=(-2, -1))
     refused = off > SKEWNESS * np.abs(matrices).max(axis=(-2, -1), initial=0.0)
     if refused.any():

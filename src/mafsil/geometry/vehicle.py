@@ -9,26 +9,26 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import RotationMatrix, Vector3, Vector6, gate
+from mafsil.arrays import RotationMatrix, Vector3, Vector6, as_batch
 
 _TURN = np.array([1.0, -1.0, -1.0])
 
 
 def vector(x: ArrayLike) -> Vector3:
     """(*batch, 3) components of a vector or a point in the other kind of frame; its own inverse."""
-    return gate("x", x, (3,)) * _TURN
+    return as_batch("x", x, (3,)) * _TURN
 
 
 def rotation(R: ArrayLike) -> RotationMatrix:
     """(*batch, 3, 3) attitude of the vehicle when both its frame and the ground's are exchanged; its own inverse."""
-    return gate("R", R, (3, 3)) * (_TURN[:, None] * _TURN)
+    return as_batch("R", R, (3, 3)) * (_TURN[:, None] * _TURN)
 
 
 def roll_pitch_yaw(rpy: ArrayLike) -> Vector3:
     """(*batch, 3) (roll, -pitch, -yaw) of (roll, pitch, yaw) [rad]; its own inverse."""
-    return gate("rpy", rpy, (3,)) * _TURN
+    return as_batch("rpy", rpy, (3,)) * _TURN
 
 
 def twist(V: ArrayLike) -> Vector6:
     """(*batch, 6) of a twist, or of a wrench, both halves turned; its own inverse."""
-    return gate("V", V, (6,)) * np.tile(_TURN, 2)
+    return as_batch("V", V, (6,)) * np.tile(_TURN, 2)

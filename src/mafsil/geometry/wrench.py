@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Scalar, Vector3, Vector6, gate
+from mafsil.arrays import Scalar, Vector3, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.geometry.arguments import PoseLike, Vector3Like, Vector6Like
@@ -28,7 +28,7 @@ def from_force(point: Vector3Like, force: Vector3Like) -> Vector6:
 
 def from_couple(moment: ArrayLike) -> Vector6:
     """(*batch, 6) wrench (m, 0) of a pure couple (*batch, 3) [N m]."""
-    m = gate("moment", moment, (3,))
+    m = as_batch("moment", moment, (3,))
     return np.concatenate([m, np.zeros_like(m)], axis=-1)
 
 
@@ -60,10 +60,10 @@ def resultant(wrenches: ArrayLike, poses: ArrayLike | None = None) -> Vector6:
     Raises:
         InputError: not one pose for each wrench.
     """
-    F = np.atleast_2d(gate("wrenches", wrenches, (6,)))
+    F = np.atleast_2d(as_batch("wrenches", wrenches, (6,)))
     if poses is None:
         return F.sum(axis=0)
-    T = np.reshape(gate("poses", poses, (4, 4)), (-1, 4, 4))
+    T = np.reshape(as_batch("poses", poses, (4, 4)), (-1, 4, 4))
     if len(T) != len(F):
         raise InputError("input.shape", name="poses", expected=(len(F), 4, 4), got=np.shape(poses), hint="")
     return np.asarray(transform(pose.inverse(T), F)).sum(axis=0)

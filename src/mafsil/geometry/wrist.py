@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, RotationMatrix, Vector3, gate
+from mafsil.arrays import Floats, RotationMatrix, Vector3, as_batch
 from mafsil.geometry import euler, membership, rotation
 
 
@@ -34,13 +34,13 @@ class Wrist:
 
     def link_rotations(self, angles: ArrayLike) -> tuple[RotationMatrix, RotationMatrix, RotationMatrix]:
         """R_01, R_12, R_23, each (*batch, 3, 3), of joint angles (*batch, 3) [rad]."""
-        turned = self._moved(gate("angles", angles, (3,)))
+        turned = self._moved(as_batch("angles", angles, (3,)))
         first, second, third = (rotation.from_axis_angle(self.axes[k], turned[..., k]) for k in range(3))
         return first, second, third
 
     def rotation(self, angles: ArrayLike) -> RotationMatrix:
         """R_03 (*batch, 3, 3) of joint angles (*batch, 3) [rad]."""
-        return euler.from_davenport(self._moved(gate("angles", angles, (3,))), self.axes)
+        return euler.from_davenport(self._moved(as_batch("angles", angles, (3,))), self.axes)
 
     def angles(self, R_03: ArrayLike) -> Vector3:
         """(*batch, 2, 3) both sets of joint angles [rad] that reach a rotation; every rotation is reached."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen, gate
+from mafsil.arrays import Floats, as_batch, frozen
 from mafsil.errors import InputError
 from mafsil.grasp import loops
 from mafsil.grasp.contact import Contact
@@ -64,7 +64,7 @@ class Body:
             vertices: (v, 3) [m].
             faces: (f, 3) indices, all counter-clockwise from one side.
         """
-        points = gate("vertices", vertices, (3,), finite=True)
+        points = as_batch("vertices", vertices, (3,), finite=True)
         indices = np.asarray(faces, np.int64)
         if indices.ndim != 2 or indices.shape[1:] != (3,) or not len(indices):
             raise InputError("input.shape", name="faces", expected="(f, 3)", got=indices.shape, hint="")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.quality import hull_facets
 from mafsil.grasp.tolerances import OPTIMUM, TYPED
@@ -99,7 +99,7 @@ def _distinct(points: Floats, near: float) -> Floats:
 
 
 def _clearances(clearance: ArrayLike, n: int) -> Floats:
-    d = gate("clearance", clearance, (), finite=True)
+    d = as_batch("clearance", clearance, (), finite=True)
     if d.ndim > 1 or (d.ndim == 1 and len(d) != n):
         raise InputError("input.shape", name="clearance", expected=(n,), got=d.shape, hint="")
     if not (d > 0).all():
@@ -183,7 +183,7 @@ def rest_position(A: Floats, wrench: ArrayLike, clearance: ArrayLike) -> RestPos
     """
     m: int = A.shape[0]
     n: int = A.shape[1]
-    w, d = gate("wrench", wrench, (m,), finite=True), _clearances(clearance, n)
+    w, d = as_batch("wrench", wrench, (m,), finite=True), _clearances(clearance, n)
     size = float(np.abs(w).max()) or 1.0
     balance = minimise(d / d.max(), A, -w / size)
     if balance is None:

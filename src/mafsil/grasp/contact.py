@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
+from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array
 from mafsil.errors import InputError
 from mafsil.grasp.tolerances import TYPED
 
@@ -345,14 +345,14 @@ def single(name: str, value: ArrayLike, core: tuple[int, ...]) -> Floats:
         value: numbers.
         core: the shape.
     """
-    array = gate(name, value, core, finite=True)
+    array = as_batch(name, value, core, finite=True)
     if array.shape != core:
         raise InputError("input.shape", name=name, expected=core, got=array.shape, hint="")
     return array
 
 
 def _vectors(point: ArrayLike, normal: ArrayLike, name: str) -> tuple[Floats, Floats]:
-    """Point and normal as read-only arrays of their own; `gate` judges what is not plainly two or three numbers."""
+    """Point and normal as read-only arrays of their own; `as_batch` judges what is not plainly two or three numbers."""
     r, n = _plain(point), _plain(normal)
     if r is not None and n is not None and r.shape == n.shape:
         return r, n

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from mafsil.arrays import Floats, gate, real_array
+from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import FileError, InputError
 from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact, require_one_dimension, single
@@ -77,7 +77,7 @@ def described(data: Any, source: str, folder: Path | None = None) -> Description
 
 def _outline(given: Any) -> Floats:
     """Corners of a plane body in order: it has an area, and its edges do not cross."""
-    corners = gate("outline", given, (2,), finite=True)
+    corners = as_batch("outline", given, (2,), finite=True)
     if corners.ndim != 2:
         raise InputError("input.shape", name="outline", expected="(corners, 2)", got=corners.shape, hint="")
     if not 3 <= len(corners) <= MOST_CORNERS:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
@@ -70,7 +70,7 @@ class ContactForces(SingleAnswer):
         Args:
             points: (contacts, d) of the contacts [m].
         """
-        at = gate("points", points, self.forces.shape, finite=True)
+        at = as_batch("points", points, self.forces.shape, finite=True)
         if self.forces.shape[1] == 2:
             return at[:, 0] * self.forces[:, 1] - at[:, 1] * self.forces[:, 0]
         return np.cross(at, self.forces)
@@ -144,22 +144,22 @@ class _Program:
     def __init__(self, contacts: Sequence[Contact], wrench: ArrayLike, push: Any, jacobian: Any, torque: Any) -> None:
         self.contacts = contacts
         self.m = len(contacts[0].basis)
-        load = gate("wrench", wrench, (self.m,), finite=True)
+        load = as_batch("wrench", wrench, (self.m,), finite=True)
         self.scale = float(np.abs(load).max()) or 1.0
         self.b = -load / self.scale
         d = contacts[0].dimension
         self.to_force = [_force_map(c) for c in contacts]
         bounds: list[float] = []
         if push is not None:
-            each = np.broadcast_to(gate("push", push, (), finite=True), (len(contacts),))
+            each = np.broadcast_to(as_batch("push", push, (), finite=True), (len(contacts),))
             bounds.extend(float(v) for v in each)
         self.pushes = len(bounds)
         self.J: Floats | None = None
         if jacobian is not None or torque is not None:
             if jacobian is None or torque is None:
                 raise InputError("grasp.hand_incomplete")
-            most = np.atleast_1d(gate("torque", torque, (), finite=True))
-            self.J = gate("jacobian", jacobian, (len(most), len(contacts) * d), finite=True)
+            most = np.atleast_1d(as_batch("torque", torque, (), finite=True))
+            self.J = as_batch("jacobian", jacobian, (len(most), len(contacts) * d), finite=True)
             bounds.extend([*most, *most])
         self.h = np.array(bounds) / self.scale
         self.maps = [self._limit_map(i, d) for i in range(len(contacts))]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import ROUNDOFF
@@ -121,7 +121,7 @@ def contact_state(force: ArrayLike, mu: float, normal: ArrayLike = (0.0, 0.0, 1.
         mu: friction coefficient.
         normal: (d,) normal into the body.
     """
-    f = gate("force", force, (np.size(force),), finite=True)
+    f = as_batch("force", force, (np.size(force),), finite=True)
     size = float(np.linalg.norm(f))
     if size == 0.0:
         return ContactState.NO_LOAD

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp import loops
 from mafsil.grasp.clearance import ClearanceMotion, RestPosition, motion_within_clearance, rest_position
@@ -129,7 +129,7 @@ class Grasp:
         Args:
             forces: (contacts, d) in the frame of the body [N].
         """
-        given = gate("forces", forces, (len(self), self.dimension), finite=True)
+        given = as_batch("forces", forces, (len(self), self.dimension), finite=True)
         return np.sum([force_wrench(c.point, f) for c, f in zip(self.contacts, given, strict=True)], axis=0)
 
     def moved(self, T: ArrayLike) -> Grasp:
@@ -206,7 +206,7 @@ class Grasp:
         Args:
             twist: (m,).
         """
-        y = gate("twist", twist, (self.rows,), finite=True)
+        y = as_batch("twist", twist, (self.rows,), finite=True)
         return tuple(contact_motion(y, c.point, c.normal) for c in self.contacts)
 
     def motion_within_clearance(self, clearance: ArrayLike) -> ClearanceMotion:
@@ -271,7 +271,7 @@ class Grasp:
         """
         if not (np.isfinite(length) and length > 0):
             raise InputError("grasp.length", value=length)
-        origin = np.zeros(self.dimension) if about is None else gate("about", about, (self.dimension,), finite=True)
+        origin = np.zeros(self.dimension) if about is None else as_batch("about", about, (self.dimension,), finite=True)
         M = np.empty((self.rows, self.rows))
         loops.contact_loops.about(origin, float(length), M)
         return M

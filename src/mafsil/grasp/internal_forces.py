@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import RANK
 
@@ -46,7 +46,7 @@ def split_forces(contacts: Sequence[Contact], forces: ArrayLike) -> tuple[Floats
         Two arrays (contacts, d) whose sum is `forces`.
     """
     points = np.array([c.point for c in contacts])
-    given = gate("forces", forces, points.shape, finite=True)
+    given = as_batch("forces", forces, points.shape, finite=True)
     resultant = _resultant(points)
     external = (np.linalg.pinv(resultant, rcond=RANK) @ (resultant @ given.ravel())).reshape(points.shape)
     return external, given - external

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.quality import hull_facets
@@ -45,7 +45,7 @@ def two_finger_regions(first: ArrayLike, second: ArrayLike, mu: float) -> PairRe
     Reference:
         V.-D. Nguyen, Constructing force-closure grasps, IEEE ICRA 1986.
     """
-    a, b = gate("first", first, (2, 2), finite=True), gate("second", second, (2, 2), finite=True)
+    a, b = as_batch("first", first, (2, 2), finite=True), as_batch("second", second, (2, 2), finite=True)
     u, v = a[1] - a[0], b[1] - b[0]
     p, q = (float(np.linalg.norm(w)) for w in (u, v))
     if not p > 0 or not q > 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact, single
 from mafsil.grasp.tolerances import ON_OUTLINE
@@ -23,8 +23,8 @@ def level_set_curvature(gradient: ArrayLike, hessian: ArrayLike) -> Floats:
     Returns:
         (d, d) tensor across the normal; in the plane its only eigenvalue that is not zero is the curvature.
     """
-    g = gate("gradient", gradient, (np.size(gradient),), finite=True)
-    H = gate("hessian", hessian, (len(g), len(g)), finite=True)
+    g = as_batch("gradient", gradient, (np.size(gradient),), finite=True)
+    H = as_batch("hessian", hessian, (len(g), len(g)), finite=True)
     size = float(np.linalg.norm(g))
     if not size > 0:
         raise InputError("grasp.zero_normal", name="gradient", point=str(g.tolist()))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.closure import closure
 from mafsil.grasp.contact import Contact
@@ -121,7 +121,7 @@ def polygon_contacts(outline: ArrayLike, per_edge: int = 9, mu: float = 0.0) -> 
     Raises:
         InputError: fewer than three corners, or no area.
     """
-    corners = gate("outline", outline, (2,), finite=True)
+    corners = as_batch("outline", outline, (2,), finite=True)
     if len(corners) < 3:
         raise InputError("grasp.few_corners", got=len(corners))
     after = np.roll(corners, -1, axis=0)
@@ -217,7 +217,7 @@ def box_fixture(size: ArrayLike, inset: float = 0.2) -> tuple[list[Contact], Con
     Raises:
         InputError: sizes not positive, or no clamp that holds was found.
     """
-    a, b, c = gate("size", size, (3,), finite=True)
+    a, b, c = as_batch("size", size, (3,), finite=True)
     if min(a, b, c) <= 0:
         raise InputError("input.positive", name="size", value=min(a, b, c))
     near, far = inset, 1 - inset

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.quality import quality_of_wrenches
@@ -23,7 +23,7 @@ def task_scale(grasp: Grasp, wrenches: ArrayLike, facets: int = 16) -> tuple[flo
     Returns:
         The factor (0 if one cannot be resisted) and the index of the wrench that limits it.
     """
-    each = gate("wrenches", wrenches, (grasp.rows,), finite=True)
+    each = as_batch("wrenches", wrenches, (grasp.rows,), finite=True)
     if each.ndim != 2 or not len(each) or not np.linalg.norm(each, axis=1).all():
         raise InputError("grasp.no_task")
     A = grasp.matrix(facets)
@@ -48,7 +48,7 @@ def ellipsoid_scale(grasp: Grasp, axes: ArrayLike, facets: int = 16) -> float:
         axes: (m, m) its half axes in columns, (m, f).
         facets: edges of round cones.
     """
-    E = gate("axes", axes, (grasp.rows, grasp.rows), finite=True)
+    E = as_batch("axes", axes, (grasp.rows, grasp.rows), finite=True)
     return quality_of_wrenches(np.asarray(np.linalg.solve(E, grasp.matrix(facets)), float)).epsilon
 
 

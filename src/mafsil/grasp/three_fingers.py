@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.closure import Closure, closure
 from mafsil.grasp.contact import Contact
@@ -145,7 +145,7 @@ def cone_section(normal: ArrayLike, alpha: float) -> PlaneSection:
         normal: (3,) unit axis of the cone.
         alpha: its half opening [rad].
     """
-    n = gate("normal", normal, (3,), finite=True)
+    n = as_batch("normal", normal, (3,), finite=True)
     flat = float(np.hypot(n[0], n[1]))
     tilt = asin(min(1.0, abs(float(n[2]))))
     if tilt > alpha + ROUNDOFF or flat == 0.0:
@@ -200,7 +200,7 @@ def three_finger_forces(
     if not found.force_closure or found.pose is None:
         raise InputError("grasp.three_not_closed", reason=found.explain())
     pose = found.pose
-    m, f = _in_frame(gate("wrench", wrench, (6,), finite=True), pose)
+    m, f = _in_frame(as_batch("wrench", wrench, (6,), finite=True), pose)
     points = _flat_points(contacts, pose)
     x, y = points.T
     balance = np.array([np.ones(3), y, -x])
@@ -294,7 +294,7 @@ def _deepest_internal(points: Floats, sections: Sequence[PlaneSection]) -> Float
 
 
 def _given_internal(internal: ArrayLike, pose: PoseMatrix, planar: Floats) -> Floats:
-    eta = gate("internal", internal, (3, 3), finite=True) @ pose[:3, :3]
+    eta = as_batch("internal", internal, (3, 3), finite=True) @ pose[:3, :3]
     size = float(np.abs(eta).max())
     if np.abs(eta[:, 2]).max() > TYPED * size or np.abs(planar @ eta[:, :2].ravel()).max() > TYPED * size:
         raise InputError("grasp.not_internal")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, frozen, gate
+from mafsil.arrays import Floats, as_batch, frozen
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import ROUNDOFF, TYPED
@@ -135,7 +135,7 @@ def nguyen(theta: ArrayLike) -> TwoFingers:
     Reference:
         V.-D. Nguyen, Constructing force-closure grasps, IEEE ICRA 1986.
     """
-    th = gate("theta", theta, (4,), finite=True)
+    th = as_batch("theta", theta, (4,), finite=True)
     s, c = np.sin(th), np.cos(th)
     A = np.array([[-s[0], s[1], -s[2], s[3]], [c[0], c[1], -c[2], -c[3]], [-s[0], s[1], s[2], -s[3]]])
     x = np.array([s[1], s[0], s[3], s[2]]) * np.repeat([np.sin(th[2] + th[3]), np.sin(th[0] + th[1])], 2)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, gate, require_finite
+from mafsil.arrays import Floats, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.grasp import loops
 from mafsil.grasp.closure import Closure, ClosureStatus, closure
@@ -90,7 +90,7 @@ def wrench_closures(A: ArrayLike) -> WrenchClosureBatch:
     W = np.asarray(A)
     if W.ndim != 3:
         raise InputError("input.shape", name="A", expected="(b, m, n)", got=W.shape, hint="")
-    W = np.ascontiguousarray(gate("A", W, W.shape[1:]))
+    W = np.ascontiguousarray(as_batch("A", W, W.shape[1:]))
     verdict, x, y = _spans(W)
     closed = verdict > 0
     status = _MEMBERS[closed.astype(np.intp)]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, gate, positive, real_array, require_finite
+from mafsil.arrays import Floats, as_batch, frozen, positive, real_array, require_finite
 from mafsil.csv_table import csv_text, joint_columns
 from mafsil.errors import InputError
 from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, SMALLEST, WORST_CONDITION
@@ -218,7 +218,7 @@ class _Search:
         self.model = TorqueModel(robot, SMOOTHING)
         self.columns = list(self.model.base.columns)
         self.times = np.linspace(0.0, period, SAMPLES, endpoint=False)
-        self.start = None if centre is None else gate("centre", centre, (robot.n,), finite=True).reshape(robot.n)
+        self.start = None if centre is None else as_batch("centre", centre, (robot.n,), finite=True).reshape(robot.n)
         self.tried, self.passed = 0, 0
         if self.start is not None:
             outside = np.flatnonzero((self.start < self.lower) | (self.start > self.upper))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, gate, positive, require_kind, single
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, positive, require_kind, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.tolerances import SIXTH_ORDER
@@ -55,7 +55,7 @@ def twists_between(poses: ArrayLike, times: ArrayLike) -> Floats:
     Raises:
         InputError: wrong shapes, times that do not increase.
     """
-    X: PoseMatrix = gate("poses", poses, (4, 4), finite=True)
+    X: PoseMatrix = as_batch("poses", poses, (4, 4), finite=True)
     if X.ndim != 3:
         raise InputError("input.shape", name="poses", expected="(k, 4, 4)", got=X.shape, hint="")
     clock = single("times", times, (len(X),))

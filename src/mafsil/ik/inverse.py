@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import gate, positive, single
+from mafsil.arrays import as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch
@@ -97,7 +97,7 @@ def _answered(
     if type(task) is not str or task not in MASKS:
         raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
     tolerance = positive("tolerance", tolerance)
-    requested = gate("T_sd", T_sd, POSE)
+    requested = as_batch("T_sd", T_sd, POSE)
     arm = setting(robot, frame, task)
     others = arm.part.middle if q0 is None else single("q0", q0, (robot.n,))
     if requested.ndim > 2:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, Vector3, gate, positive
+from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import chain_of
 from mafsil.ik.moving_part import moving_part
@@ -107,7 +107,7 @@ class PlanarReach(SingleAnswer):
 
     def place(self, point: ArrayLike, tolerance: float = 1e-9) -> Place:
         """Where a point lies, and how far from the centre; arguments as `classify`."""
-        away = gate("point", point, (3,), finite=True) - self.centre
+        away = as_batch("point", point, (3,), finite=True) - self.centre
         return Place(self.classify(point, tolerance), float(np.linalg.norm(away)), self.inner, self.outer)
 
     def classify(self, point: ArrayLike, tolerance: float = 1e-9) -> PlaceClass:
@@ -120,7 +120,7 @@ class PlanarReach(SingleAnswer):
         Raises:
             InputError: a wrong shape, a tolerance that is not positive.
         """
-        away = gate("point", point, (3,), finite=True) - self.centre
+        away = as_batch("point", point, (3,), finite=True) - self.centre
         margin = positive("tolerance", tolerance) * max(self.outer, SMALLEST)
         if abs(float(away @ self.normal)) > margin:
             return PlaceClass.OFF_PLANE

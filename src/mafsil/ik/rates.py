@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, gate, positive, real_array, require_kind, single
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.tolerances import MADE, RANK, SYMMETRIC
@@ -175,9 +175,9 @@ def twists_for(J: Floats, V: ArrayLike, **others: ArrayLike) -> Floats:
     Raises:
         InputError: a wrong shape, numbers that are not finite, batches that do not fit.
     """
-    twist = gate("V", V, (J.shape[-2],), finite=True)
+    twist = as_batch("V", V, (J.shape[-2],), finite=True)
     batches = {"q": J.shape[:-2], "V": twist.shape[:-1]}
-    batches |= {name: gate(name, x, (J.shape[-1],), finite=True).shape[:-1] for name, x in others.items()}
+    batches |= {name: as_batch(name, x, (J.shape[-1],), finite=True).shape[:-1] for name, x in others.items()}
     try:
         np.broadcast_shapes(*batches.values())
     except ValueError:

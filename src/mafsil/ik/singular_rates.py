@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate, positive
+from mafsil.arrays import Floats, JointVector, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, RatesAnswer, TwistForm, rate_codes, twist_jacobian, twists_for
 from mafsil.model.loading import RobotLike
@@ -85,7 +85,7 @@ def bounded_rates(
     """
     robot = as_robot(robot)
     e, largest = positive("region", region), positive("damping", damping)
-    J = twist_jacobian(robot, gate("q", q, (robot.n,), finite=True), form, rows)
+    J = twist_jacobian(robot, as_batch("q", q, (robot.n,), finite=True), form, rows)
     twist = twists_for(J, V)
     U, s, W = decompositions.svd(J)
     squares = np.where(s < e, (1.0 - (s / e) ** 2) * largest**2, 0.0)
@@ -104,7 +104,7 @@ def _slowed(qd: JointVector, limits: ArrayLike | None, n: int) -> Floats:
     """(*batch,) the factor that brings all rates within their limits."""
     if limits is None:
         return np.ones(qd.shape[:-1])
-    most = gate("limits", limits, (n,))
+    most = as_batch("limits", limits, (n,))
     if not (most > 0.0).all():
         raise InputError("input.positive", name="limits", value=float(most.min()))
     excess = (np.abs(qd) / most).max(axis=-1, initial=0.0)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate, single
+from mafsil.arrays import Floats, as_batch, single
 from mafsil.geometry.declared import Declared
 from mafsil.ik.tolerances import EPS, SAME_SUBPROBLEM
 
@@ -69,7 +69,7 @@ def distances(w: ArrayLike, r: ArrayLike, p: ArrayLike, distance: ArrayLike, o: 
         distance: (*batch,) [m].
     """
     table = _distances(
-        *(gate(n, x, (3,)) for n, x in zip("wrpo", (w, r, p, o), strict=True)), gate("distance", distance, ())
+        *(as_batch(n, x, (3,)) for n, x in zip("wrpo", (w, r, p, o), strict=True)), as_batch("distance", distance, ())
     )
     return Angles.of(table, 0)
 
@@ -82,7 +82,9 @@ def heights(w: ArrayLike, h: ArrayLike, p: ArrayLike, height: ArrayLike) -> Angl
         p: (*batch, 3) [m].
         height: (*batch,) [m].
     """
-    table = _heights(*(gate(n, x, (3,)) for n, x in zip("whp", (w, h, p), strict=True)), gate("height", height, ()))
+    table = _heights(
+        *(as_batch(n, x, (3,)) for n, x in zip("whp", (w, h, p), strict=True)), as_batch("height", height, ())
+    )
     return Angles.of(table, 0)
 
 
@@ -94,7 +96,7 @@ def two_axes(w1: ArrayLike, w2: ArrayLike, p: ArrayLike, z: ArrayLike) -> Angles
         p, z: (*batch, 3) start and goal [m].
     """
     names = ("w1", "w2", "p", "z")
-    table = _two_axes(*(gate(n, x, (3,)) for n, x in zip(names, (w1, w2, p, z), strict=True)))
+    table = _two_axes(*(as_batch(n, x, (3,)) for n, x in zip(names, (w1, w2, p, z), strict=True)))
     return Angles.of(table, slice(2))
 
 
@@ -106,7 +108,7 @@ def wrist_angles(w4: ArrayLike, w5: ArrayLike, w6: ArrayLike, R: ArrayLike) -> A
         R: (*batch, 3, 3).
     """
     names = ("w4", "w5", "w6")
-    table = _wrist(*(gate(n, x, (3,)) for n, x in zip(names, (w4, w5, w6), strict=True)), gate("R", R, (3, 3)))
+    table = _wrist(*(as_batch(n, x, (3,)) for n, x in zip(names, (w4, w5, w6), strict=True)), as_batch("R", R, (3, 3)))
     return Angles.of(table, slice(3))
 
 
@@ -121,7 +123,7 @@ def three_axes(
         p1, p2, p3: (*batch, 3) [m].
     """
     names = ("k1", "k2", "k3", "p0", "p1", "p2", "p3")
-    table = _three_axes(*(gate(n, x, (3,)) for n, x in zip(names, (k1, k2, k3, p0, p1, p2, p3), strict=True)))
+    table = _three_axes(*(as_batch(n, x, (3,)) for n, x in zip(names, (k1, k2, k3, p0, p1, p2, p3), strict=True)))
     return Angles.of(table, slice(3))
 
 
@@ -133,7 +135,7 @@ def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
         B: (*batch, 2, 2), not singular.
         b: (*batch, 2).
     """
-    table = _circles(gate("A", A, (2, 2)), gate("B", B, (2, 2)), gate("b", b, (2,)))
+    table = _circles(as_batch("A", A, (2, 2)), as_batch("B", B, (2, 2)), as_batch("b", b, (2,)))
     return Angles.of(table, slice(2))
 
 
@@ -144,7 +146,7 @@ def projected(w: ArrayLike, p: ArrayLike) -> Floats:
         w: (*batch, 3) unit axis.
         p: (*batch, 3) [m].
     """
-    axis, x = gate("w", w, (3,)), gate("p", p, (3,))
+    axis, x = as_batch("w", w, (3,)), as_batch("p", p, (3,))
     return x - (axis * x).sum(axis=-1, keepdims=True) * axis
 
 
@@ -158,7 +160,7 @@ def signed_angle(w: ArrayLike, a: ArrayLike, b: ArrayLike) -> Floats:
         w: (*batch, 3) unit axis.
         a, b: (*batch, 3) vectors.
     """
-    axis, u, v = gate("w", w, (3,)), projected(w, a), projected(w, b)
+    axis, u, v = as_batch("w", w, (3,)), projected(w, a), projected(w, b)
     return np.arctan2((axis * np.cross(u, v)).sum(axis=-1), (u * v).sum(axis=-1))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, single
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.answers import Branch, SolutionSet
@@ -209,14 +209,14 @@ def track(
         InputError: wrong shapes, numbers that are not finite, a row that is no pose, times that do not increase.
     """
     robot = as_robot(robot)
-    poses = gate("T_path", T_path, (4, 4), finite=True)
+    poses = as_batch("T_path", T_path, (4, 4), finite=True)
     if poses.ndim != 3:
         raise InputError("input.shape", name="T_path", expected="(k, 4, 4)", got=poses.shape, hint="")
     poses, rigid = clean_poses(poses)
     if not rigid.all():
         raise InputError("ik.no_pose", name=f"T_path[{int(rigid.argmin())}]", limit=ORTHOGONALITY)
     begin = single("q0", q0, (robot.n,))
-    clock = np.arange(len(poses), dtype=np.float64) if times is None else gate("times", times, (), finite=True)
+    clock = np.arange(len(poses), dtype=np.float64) if times is None else as_batch("times", times, (), finite=True)
     if clock.shape != (len(poses),):
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")
     if (np.diff(clock) <= 0.0).any():

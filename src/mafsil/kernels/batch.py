@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil import threads as pool
-from mafsil.arrays import Floats, gate, require_finite
+from mafsil.arrays import Floats, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.kernels import caches, cost, result_memory
 from mafsil.kernels.call import LARGE
@@ -278,7 +278,7 @@ def _numbers(port: Port, value: Any) -> Floats:
         core = port.shape
         if value.shape[max(value.ndim - len(core), 0) :] == core:
             return value
-    return gate(port.name, value, port.shape)
+    return as_batch(port.name, value, port.shape)
 
 
 def _finite(array: Floats) -> bool:

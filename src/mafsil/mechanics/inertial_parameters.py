@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, gate
+from mafsil.arrays import Floats, as_batch, frozen
 from mafsil.mechanics.tolerances import DEPENDENT
 from mafsil.model import Inertial, Mechanism
 
@@ -49,7 +49,7 @@ def parameters_of(inertial: Inertial | None) -> Floats:
 
 def inertial_of(parameters: ArrayLike) -> Inertial:
     """The body with these (10,) parameters; a mass of zero puts the centre of mass at the origin."""
-    m, hx, hy, hz, xx, yy, zz, xy, xz, yz = gate("parameters", parameters, (10,), finite=True)
+    m, hx, hy, hz, xx, yy, zz, xy, xz, yz = as_batch("parameters", parameters, (10,), finite=True)
     c = np.array([hx, hy, hz]) / m if m else np.zeros(3)
     about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return Inertial(float(m), frozen(c), frozen(about_origin - m * (c @ c * np.eye(3) - np.outer(c, c))))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6, gate
+from mafsil.arrays import Floats, Vector3, Vector6, as_batch
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
 from mafsil.mechanics.tolerances import SINGULAR_PIVOT
@@ -36,11 +36,11 @@ class RigidBody:
 
     def momentum(self, V: ArrayLike) -> Vector6:
         """P (*batch, 6) = G V: angular about the origin of {b}, linear [N m s, N s]; V (*batch, 6) in {b}."""
-        return gate("V", V, (6,)) @ self.spatial_inertia
+        return as_batch("V", V, (6,)) @ self.spatial_inertia
 
     def kinetic_energy(self, V: ArrayLike) -> Floats:
         """K (*batch,) = V . G V / 2 [J]; V (*batch, 6) in {b}."""
-        return (gate("V", V, (6,)) * self.momentum(V)).sum(-1) / 2
+        return (as_batch("V", V, (6,)) * self.momentum(V)).sum(-1) / 2
 
     def wrench(self, V: ArrayLike, dV: ArrayLike) -> Vector6:
         """F (*batch, 6) = G dV - [ad_V]' G V, in {b} [N m, N].
@@ -50,7 +50,7 @@ class RigidBody:
 
         Reference: Lynch & Park, Modern Robotics, eq. 8.40.
         """
-        return gate("dV", dV, (6,)) @ self.spatial_inertia - wrench.dual_bracket(V, self.momentum(V))
+        return as_batch("dV", dV, (6,)) @ self.spatial_inertia - wrench.dual_bracket(V, self.momentum(V))
 
     def acceleration(self, V: ArrayLike, F: ArrayLike) -> Vector6:
         """dV (*batch, 6) that a wrench F (*batch, 6) in {b} produces at the twist V (*batch, 6).
@@ -62,7 +62,7 @@ class RigidBody:
         values = np.linalg.eigvalsh(G)
         if values[0] <= SINGULAR_PIVOT * values[-1]:
             raise ModelError("dynamics.moments", moments=tuple(map(float, np.linalg.eigvalsh(self.inertial.inertia))))
-        load = gate("F", F, (6,)) + wrench.dual_bracket(V, self.momentum(V))
+        load = as_batch("F", F, (6,)) + wrench.dual_bracket(V, self.momentum(V))
         return np.asarray(np.linalg.solve(G, load[..., None])[..., 0], dtype=np.float64)
 
     def force(self, V: ArrayLike, dV: ArrayLike) -> Vector3:
@@ -80,10 +80,10 @@ class RigidBody:
 
     def seen_from(self, T_ab: ArrayLike) -> Floats:
         """G (6, 6) in another frame {a}: Ad(T_ba)' G Ad(T_ba); T_ab (4, 4) is the pose of {b} in {a}."""
-        T = gate("T_ab", T_ab, (4, 4), finite=True)
+        T = as_batch("T_ab", T_ab, (4, 4), finite=True)
         columns = twist.transform(np.linalg.inv(T), np.eye(6)).T
         return columns.T @ self.spatial_inertia @ columns
 
     def _parts(self, V: ArrayLike, dV: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
-        velocity, rate = gate("V", V, (6,)), gate("dV", dV, (6,))
+        velocity, rate = as_batch("V", V, (6,)), as_batch("dV", dV, (6,))
         return velocity[..., :3], rate[..., :3], velocity[..., 3:], rate[..., 3:]

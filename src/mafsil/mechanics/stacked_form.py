@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mafsil.expression as ex
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.twist_chain import TwistChain, ad
@@ -71,7 +71,7 @@ def stacked_form(mechanism: Mechanism, q: JointVector, qd: JointVector) -> Stack
     Raises:
         InputError: a wrong shape, NaN or infinity.
     """
-    values = [gate(name, x, (mechanism.n,), finite=True) for name, x in (("q", q), ("qd", qd))]
+    values = [as_batch(name, x, (mechanism.n,), finite=True) for name, x in (("q", q), ("qd", qd))]
     symbols = [ex.symbol(name, mechanism.n) for name in ("q", "qd")]
     matrices = stacked_expressions(TwistChain.of(lumped(mechanism)), *symbols)
     function = ex.Function("stacked", symbols, [matrices[name] for name in NAMES], cse=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.mechanics.tolerances import SINGULAR_TASK, SMALLEST
 
 
@@ -65,7 +65,7 @@ class TaskSpace:
 
     def task_force(self, tau: ArrayLike) -> Floats:
         """F (*batch, k) = J_bar' tau, which is J^-T tau for six joints: the task's share of the efforts (*batch, n)."""
-        return _times(_transposed(self.J_bar), gate("tau", tau, (self.J.shape[-1],)))
+        return _times(_transposed(self.J_bar), as_batch("tau", tau, (self.J.shape[-1],)))
 
     def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
         """tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
@@ -74,14 +74,14 @@ class TaskSpace:
             F: (*batch, k) task force.
             internal: tau_0 (*batch, n) any efforts; None for none.
         """
-        task = _times(_transposed(self.J), gate("F", F, (self.J.shape[-2],)))
+        task = _times(_transposed(self.J), as_batch("F", F, (self.J.shape[-2],)))
         if internal is None:
             return task
-        tau_0 = gate("internal", internal, (self.J.shape[-1],))
+        tau_0 = as_batch("internal", internal, (self.J.shape[-1],))
         return task + tau_0 - _times(_transposed(self.J), _times(_transposed(self.J_bar), tau_0))
 
     def _gate(self, name: str, value: ArrayLike) -> Floats:
-        return gate(name, value, (self.J.shape[-2],))
+        return as_batch(name, value, (self.J.shape[-2],))
 
     def _exerted(self, tip_wrench: ArrayLike | None) -> Floats | float:
         return 0.0 if tip_wrench is None else self._gate("tip_wrench", tip_wrench)

@@ -18,7 +18,7 @@ from typing import Any, Literal, TypeAlias, Unpack, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate
+from mafsil.arrays import PoseMatrix, as_batch
 from mafsil.errors import InputError, InputWarning, ModelError, warn
 from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.faults import DH_DEGREES
@@ -120,7 +120,7 @@ def _row(i: int, row: DHRowLike, names: tuple[str, ...]) -> DHRow:
         if name not in COLUMNS:
             raise InputError("dh.row_name", row=i, name=name, known=", ".join(COLUMNS))
         if name != "kind":
-            given[name] = float(gate(f"rows[{i - 1}].{name}", value, ()))
+            given[name] = float(as_batch(f"rows[{i - 1}].{name}", value, ()))
     if isinstance(kind := given.get("kind"), str):
         given["kind"] = _LETTERS.get(kind.lower(), kind)
     return DHRow(**given)
@@ -221,7 +221,7 @@ def dh_parameters(T: PoseMatrix, tolerance: float = WRITTEN) -> DHRow | None:
 
     Reference: Denavit & Hartenberg, J. Applied Mechanics 22, 1955; Lynch & Park, Modern Robotics, app. C.
     """
-    (r11, r12, r13, a), (_, _, r23, y), (_, _, r33, z) = gate("T", T, (4, 4), finite=True)[:3]
+    (r11, r12, r13, a), (_, _, r23, y), (_, _, r33, z) = as_batch("T", T, (4, 4), finite=True)[:3]
     if abs(r13) > tolerance or abs(y * r33 - z * r23) > tolerance:
         return None
     return DHRow(

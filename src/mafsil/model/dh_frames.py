@@ -15,7 +15,7 @@ from itertools import chain, combinations, product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate
+from mafsil.arrays import PoseMatrix, as_batch
 from mafsil.errors import ModelError
 from mafsil.messages import say
 from mafsil.model.denavit_hartenberg import Convention, DHRow
@@ -94,7 +94,7 @@ def frame_poses(table: DHTable, q: ArrayLike | None = None) -> PoseMatrix:
         table: in either convention.
         q: (n,) joint coordinates [rad | m]; zero if None.
     """
-    values = np.zeros(len(table.rows)) if q is None else gate("q", q, (len(table.rows),), finite=True)
+    values = np.zeros(len(table.rows)) if q is None else as_batch("q", q, (len(table.rows),), finite=True)
     poses = [np.asarray(table.base)]
     for row, value in zip(table.rows, values, strict=True):
         poses.append(poses[-1] @ row.transform(table.convention, float(value)))
@@ -159,7 +159,7 @@ def tables_of_either_sense(S_s: ArrayLike, home: ArrayLike) -> Iterator[tuple[DH
     Raises:
         ModelError: as `dh_from_screws`.
     """
-    axes = np.atleast_2d(gate("S_s", S_s, (6,), finite=True))
+    axes = np.atleast_2d(as_batch("S_s", S_s, (6,), finite=True))
     for signs in product((1, -1), repeat=len(axes)):
         for table in tables_of_screws(axes * np.array(signs)[:, None], home):
             yield table, signs

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate, whole
+from mafsil.arrays import Floats, PoseMatrix, as_batch, whole
 from mafsil.model.exponentials import Screws, screws
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.placement import inverse, screw_motion
@@ -54,4 +54,4 @@ def inverse_product(robot: RobotLike, q: ArrayLike) -> PoseMatrix:
 
 def _given(robot: RobotLike, q: ArrayLike) -> tuple[Screws, Floats]:
     axes = screws(as_mechanism(robot))
-    return axes, gate("q", q, (len(axes.S_s),), finite=True)
+    return axes, as_batch("q", q, (len(axes.S_s),), finite=True)

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, gate
+from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch
 from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import of_mechanism
@@ -68,7 +68,7 @@ def mechanism_from_screws(
         InputError: wrong shapes, NaN or infinite numbers.
     """
     home_pose = checked_pose("home", home)
-    given = np.atleast_2d(gate("screws", screws, (6,), finite=True))
+    given = np.atleast_2d(as_batch("screws", screws, (6,), finite=True))
     if form not in ("space", "body"):
         raise ModelError("screws.form", value=form)
     if given.ndim != 2:

@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, frozen, gate
+from mafsil.arrays import Floats, Vector3, as_batch, frozen
 from mafsil.errors import InputError, ModelError
 from mafsil.model.shape import Shape
 from mafsil.model.tolerances import WRITTEN
@@ -16,7 +16,7 @@ from mafsil.model.tolerances import WRITTEN
 
 def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
     """A read-only copy of a user's array of exactly this shape, finite."""
-    array = gate(name, value, shape, finite=True)
+    array = as_batch(name, value, shape, finite=True)
     if array.shape != shape:
         raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
     return frozen(array)

@@ -11,7 +11,7 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import Convention
 from mafsil.model.dh_from_axes import DHTable
@@ -88,7 +88,7 @@ def mechanism_from_local_screws(
     Raises:
         ModelError: as many poses as screws are not given, a pose is none, a screw is not of unit length.
     """
-    axes = np.atleast_2d(gate("A", A, (6,), finite=True))
+    axes = np.atleast_2d(as_batch("A", A, (6,), finite=True))
     if len(M) != len(axes):
         raise ModelError("serial.length", name="M", got=len(M), expected=len(axes))
     before, space = np.eye(4), list[Floats]()
@@ -114,7 +114,7 @@ def rezeroed(mechanism: Mechanism, q0: ArrayLike) -> Screws:
         InputError: not one finite number per joint.
     """
     S_s, _, home = screws(mechanism)
-    values = gate("q0", q0, (len(S_s),), finite=True)
+    values = as_batch("q0", q0, (len(S_s),), finite=True)
     T, moved = np.eye(4), list[Floats]()
     for S, value in zip(S_s, values, strict=True):
         moved.append(adjoint(T) @ S)

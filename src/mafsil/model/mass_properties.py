@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, frozen, gate, real_array
+from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array
 from mafsil.errors import InputError, ModelError
 from mafsil.model.link import Inertial
 from mafsil.model.placement import moved_inertial
@@ -39,8 +39,8 @@ def particles(masses: ArrayLike, points: ArrayLike) -> Inertial:
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.25.
     """
-    r = gate("points", points, (3,), finite=True).reshape(-1, 3)
-    m = gate("masses", masses, (len(r),), finite=True)
+    r = as_batch("points", points, (3,), finite=True).reshape(-1, 3)
+    m = as_batch("masses", masses, (len(r),), finite=True)
     return _from_moments(float(m.sum()), m @ r, (r * m[:, None]).T @ r)
 
 
@@ -116,14 +116,14 @@ def density(rho: Density, lower: ArrayLike, upper: ArrayLike, cells: int = 8) ->
         ModelError: the density holds no mass.
         InputError: the density returns another shape, NaN or infinity.
     """
-    low, high = gate("lower", lower, (3,), finite=True), gate("upper", upper, (3,), finite=True)
+    low, high = as_batch("lower", lower, (3,), finite=True), as_batch("upper", upper, (3,), finite=True)
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     x = ((np.arange(cells)[:, None] + (nodes + 1) / 2) / cells).ravel()
     w = np.tile(weights / 2 / cells, cells)
     grid = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
     points = low + grid * (high - low)
     volume = np.einsum("i,j,k->ijk", w, w, w).ravel() * float(np.prod(high - low))
-    m = gate("density", rho(points), (len(points),), finite=True) * volume
+    m = as_batch("density", rho(points), (len(points),), finite=True) * volume
     return _from_moments(float(m.sum()), m @ points, (points * m[:, None]).T @ points)
 
 
@@ -142,10 +142,10 @@ def voxels(densities: ArrayLike, lower: ArrayLike, spacing: ArrayLike) -> Inerti
     rho = real_array("densities", densities)
     if rho.ndim != 3:
         raise InputError("input.shape", name="densities", expected="(a, b, c)", got=rho.shape, hint="")
-    corner, size = gate("lower", lower, (3,), finite=True), _lengths("spacing", spacing, 3)
+    corner, size = as_batch("lower", lower, (3,), finite=True), _lengths("spacing", spacing, 3)
     axes: list[Floats] = [corner[k] + size[k] * (np.arange(rho.shape[k]) + 0.5) for k in range(3)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    m = gate("densities", rho.ravel(), (rho.size,), finite=True) * float(np.prod(size))
+    m = as_batch("densities", rho.ravel(), (rho.size,), finite=True) * float(np.prod(size))
     second = (centres * m[:, None]).T @ centres + m.sum() * np.diag(size**2 / 12)
     return _from_moments(float(m.sum()), m @ centres, second)
 
@@ -166,8 +166,8 @@ def surface(vertices: ArrayLike, faces: ArrayLike, *, density: float = 1000.0, m
 
     Reference: Mirtich, Fast and accurate computation of polyhedral mass properties, 1996.
     """
-    points = gate("vertices", vertices, (3,), finite=True)
-    corners = gate("faces", faces, (3,), finite=True).astype(np.int64)
+    points = as_batch("vertices", vertices, (3,), finite=True)
+    corners = as_batch("faces", faces, (3,), finite=True).astype(np.int64)
     _require_closed(points, corners)
     centre = points.mean(axis=0)
     a, b, c = ((points - centre)[corners[:, k]] for k in range(3))
@@ -193,7 +193,7 @@ def combined(parts: Sequence[tuple[Inertial, PoseMatrix]]) -> Inertial:
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.26 (change of axes).
     """
-    whole = united(*(moved_inertial(body, gate("pose", pose, (4, 4), finite=True)) for body, pose in parts))
+    whole = united(*(moved_inertial(body, as_batch("pose", pose, (4, 4), finite=True)) for body, pose in parts))
     if whole is None or not whole.mass > 0:
         raise ModelError("dynamics.mass", mass=0.0)
     return whole
@@ -253,12 +253,12 @@ def _from_moments(mass: float, first: Floats, second: Floats) -> Inertial:
 
 def _solid(mass: float, second_per_mass: Floats) -> Inertial:
     """A centred body from the diagonal of its second moments."""
-    checked = float(gate("mass", mass, (), finite=True))
+    checked = float(as_batch("mass", mass, (), finite=True))
     return _from_moments(checked, np.zeros(3), np.diag(checked * second_per_mass))
 
 
 def _lengths(name: str, value: ArrayLike, count: int) -> Floats:
-    x = np.atleast_1d(gate(name, value, () if count == 1 else (count,), finite=True))
+    x = np.atleast_1d(as_batch(name, value, () if count == 1 else (count,), finite=True))
     if x.shape != (count,) or (x < 0).any():
         raise ModelError("dynamics.length", name=name, value=tuple(float(v) for v in x.ravel()))
     return x

@@ -8,7 +8,7 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, frozen, gate
+from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch, frozen
 from mafsil.errors import InputError, ModelError
 from mafsil.model.link import Inertial
 from mafsil.model.tolerances import PRINTED_ROTATION
@@ -28,7 +28,7 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
         InputError: another shape, or NaN or infinite numbers.
         ModelError: the rotation block is no rotation to PRINTED_ROTATION or mirrors, or the last row is not 0, 0, 0, 1.
     """
-    T = gate(name, value, (4, 4), finite=True)
+    T = as_batch(name, value, (4, 4), finite=True)
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
     R = T[:3, :3]

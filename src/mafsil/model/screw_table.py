@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.model.exponentials import Screws
 from mafsil.model.placement import skew
 
@@ -18,7 +18,7 @@ def screw_matrices(S: ArrayLike) -> Floats:
     Args:
         S: (n, 6) screws (omega, v).
     """
-    axes = np.atleast_2d(gate("S", S, (6,), finite=True))
+    axes = np.atleast_2d(as_batch("S", S, (6,), finite=True))
     matrices = np.zeros((len(axes), 4, 4))
     for matrix, axis in zip(matrices, axes, strict=True):
         matrix[:3, :3], matrix[:3, 3] = skew(axis[:3]), axis[3:]

@@ -9,7 +9,7 @@ from typing import TypedDict, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, Vector3, frozen, gate
+from mafsil.arrays import PoseMatrix, Vector3, as_batch, frozen
 from mafsil.errors import ModelError
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.joint import Joint, JointKind
@@ -119,7 +119,7 @@ def serial_arm(
         tip=chain[-1],
         T_lt=T_lt,
         T_sb=np.eye(4) if base is None else checked_pose("base", base),
-        gravity=gate("gravity", gravity, (3,), finite=True),
+        gravity=as_batch("gravity", gravity, (3,), finite=True),
         provenance=provenance,
     )
 

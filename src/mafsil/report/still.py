@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import gate
+from mafsil.arrays import as_batch
 from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
@@ -28,7 +28,7 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
         path: of the file; replaced at once when the page is whole.
         q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
     """
-    values = resting_place(mechanism.limits) if q is None else gate("q", q, (mechanism.n,), finite=True)
+    values = resting_place(mechanism.limits) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(Robot(mechanism).link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     drawing = Drawing(mechanism)

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
 from mafsil.kernels.batch import Evaluator
 from mafsil.kernels.kernel import Kernel
@@ -46,11 +46,11 @@ class CompiledRobot(Description, Routines):
             qd: (*batch, n) joint rates [rad/s | m/s].
             smoothing: rate [rad/s | m/s] within which the Coulomb part changes its sign smoothly.
         """
-        return self._friction.torque(gate("qd", qd, (self.n,)), smoothing)
+        return self._friction.torque(as_batch("qd", qd, (self.n,)), smoothing)
 
     def degeneracy(self, q: ArrayLike) -> Degeneracy:
         """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
-        return degeneracy(self.mass_matrix(gate("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
+        return degeneracy(self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
 
     def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Kernel:
         """The compiled kernel of a quantity; made once.

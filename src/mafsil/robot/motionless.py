@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, gate
+from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
@@ -41,7 +41,7 @@ class Motionless:
             InputError: a wrong shape, or a frame for what has none.
             ModelError: no such link.
         """
-        batch = gate("q", q, (0,)).shape[:-1]
+        batch = as_batch("q", q, (0,)).shape[:-1]
         value = self._value(frame)
         result = np.empty(batch + value.shape) if out is None else out
         if result.shape != batch + value.shape:

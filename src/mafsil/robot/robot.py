@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING, friction_columns
@@ -63,7 +63,7 @@ class Robot(CompiledRobot):
         Args:
             qd, smoothing: as in `friction_torque`.
         """
-        columns = friction_columns(gate("qd", qd, (self.n,)), smoothing)
+        columns = friction_columns(as_batch("qd", qd, (self.n,)), smoothing)
         return np.concatenate([columns[..., k, None] * np.eye(self.n) for k in range(3)], axis=-1)
 
     @property

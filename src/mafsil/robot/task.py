@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.mechanics.degeneracy import degeneracy
 from mafsil.mechanics.task_space import TaskSpace, task_space
@@ -35,7 +35,7 @@ def task_space_of(
     chosen = list(rows)
     if not chosen or len(set(chosen)) != len(chosen) or not set(chosen) <= set(range(6)):
         raise InputError("dynamics.task_rows", rows=tuple(chosen))
-    q, qd = gate("q", q, (robot.n,), finite=True), gate("qd", qd, (robot.n,), finite=True)
+    q, qd = as_batch("q", q, (robot.n,), finite=True), as_batch("qd", qd, (robot.n,), finite=True)
     jacobian, rate = (
         (robot.jacobian_body, robot.jacobian_body_rate)
         if expressed_in == "body"

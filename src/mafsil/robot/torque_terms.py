@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import reflected_inertias
 from mafsil.robot.compiled_robot import CompiledRobot
@@ -80,8 +80,8 @@ def torque_terms_of(
 ) -> TorqueTerms:
     """The terms; arguments as in `Robot.torque_terms`, and the robot."""
     given = (("q", q), ("qd", qd), ("qdd", qdd), ("other", np.zeros(robot.n) if other is None else other))
-    motion = [gate(name, value, (robot.n,), finite=True) for name, value in given]
-    wrench = None if tip_wrench is None else gate("tip_wrench", tip_wrench, (6,), finite=True)
+    motion = [as_batch(name, value, (robot.n,), finite=True) for name, value in given]
+    wrench = None if tip_wrench is None else as_batch("tip_wrench", tip_wrench, (6,), finite=True)
     batch = np.broadcast_shapes(*(part.shape[:-1] for part in motion), () if wrench is None else wrench.shape[:-1])
     position, rate, acceleration, rest = (np.broadcast_to(part, (*batch, robot.n)).copy() for part in motion)
     rotors: JointVector = reflected_inertias(robot.mechanism) * acceleration

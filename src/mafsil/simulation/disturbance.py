@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector6, frozen, gate, require_finite
+from mafsil.arrays import Floats, Vector6, as_batch, frozen, require_finite
 from mafsil.errors import InputError
 
 
@@ -30,7 +30,7 @@ class WrenchPulse:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.duration) and self.duration > 0.0):
             raise InputError("input.positive", name="duration", value=self.duration)
-        object.__setattr__(self, "push", frozen(require_finite("push", gate("push", self.push, (6,)))))
+        object.__setattr__(self, "push", frozen(require_finite("push", as_batch("push", self.push, (6,)))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind
+from mafsil.arrays import Floats, JointVector, as_batch, positive, require_finite, require_kind
 from mafsil.control import Law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
@@ -148,7 +148,7 @@ class Scenario:
         else:
             given = [self.q, self.qd]
         q, qd = (
-            require_finite(name, gate(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
+            require_finite(name, as_batch(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
         shape = np.broadcast_shapes(q.shape, qd.shape)
         return np.broadcast_to(q, shape), np.broadcast_to(qd, shape)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, gate, positive, require_finite
+from mafsil.arrays import PoseMatrix, as_batch, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
@@ -49,8 +49,8 @@ def cartesian_line(
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown law, no duration and no finite limit.
     """
-    q = require_finite("q_start", gate("q_start", q_start, (robot.n,)))
-    goal: PoseMatrix = require_finite("T_goal", gate("T_goal", T_goal, (4, 4)))
+    q = require_finite("q_start", as_batch("q_start", q_start, (robot.n,)))
+    goal: PoseMatrix = require_finite("T_goal", as_batch("T_goal", T_goal, (4, 4)))
     if q.ndim != 1 or goal.ndim != 2:
         name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
         raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")

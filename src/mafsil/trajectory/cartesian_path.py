@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, gate, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 
@@ -38,7 +38,7 @@ class CartesianPath:
 
     def __post_init__(self) -> None:
         for name in ("T_start", "T_goal"):
-            object.__setattr__(self, name, require_finite(name, gate(name, getattr(self, name), (4, 4))))
+            object.__setattr__(self, name, require_finite(name, as_batch(name, getattr(self, name), (4, 4))))
         if self.interpolation not in ("straight", "screw"):
             raise InputError("input.choice", name="interpolation", value=self.interpolation, known="straight, screw")
 

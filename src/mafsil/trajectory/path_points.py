@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 
 Solver = Callable[[Floats, Floats], Any]
@@ -73,7 +73,7 @@ def joint_path(points: ArrayLike) -> PathPoints:
     Raises:
         InputError: a wrong shape, a number that is not finite.
     """
-    q = gate("points", points, np.shape(points)[-1:], finite=True)
+    q = as_batch("points", points, np.shape(points)[-1:], finite=True)
     if q.ndim != 2 or len(q) < 2:
         raise InputError("input.shape", name="points", expected="(m, n), m >= 2", got=q.shape, hint="")
     return PathPoints(tuple(PathPoint(_kind(k, len(q)), row, k) for k, row in enumerate(q)))
@@ -93,10 +93,10 @@ def tip_path(poses: ArrayLike, q_start: ArrayLike, solve: Solver) -> PathPoints:
     Raises:
         InputError: a wrong shape, a number that is not finite.
     """
-    T = gate("poses", poses, (4, 4), finite=True)
+    T = as_batch("poses", poses, (4, 4), finite=True)
     if T.ndim != 3 or len(T) < 2:
         raise InputError("input.shape", name="poses", expected="(m, 4, 4), m >= 2", got=T.shape, hint="")
-    near = np.asarray(gate("q_start", q_start, np.shape(q_start)[-1:], finite=True))
+    near = np.asarray(as_batch("q_start", q_start, np.shape(q_start)[-1:], finite=True))
     found: list[PathPoint] = []
     unsolved: list[int] = []
     for k, each in enumerate(T):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, gate, positive
+from mafsil.arrays import Floats, as_batch, positive
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
@@ -167,8 +167,8 @@ def compare_routes(
     Raises:
         InputError: a wrong shape, a number that is not finite, a duration or rate that is not positive.
     """
-    start = gate("q_start", q_start, (robot.n,), finite=True)
-    goal = gate("q_goal", q_goal, (robot.n,), finite=True)
+    start = as_batch("q_start", q_start, (robot.n,), finite=True)
+    goal = as_batch("q_goal", q_goal, (robot.n,), finite=True)
     T = positive("duration", duration)
     path = CartesianPath(robot.forward_kinematics(start), robot.forward_kinematics(goal))
     joints = TrajectoryGenerator(quintic(start, goal, T), rate)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, JointVector, Scalar, gate, positive, real_array
+from mafsil.arrays import Floats, JointVector, Scalar, as_batch, positive, real_array
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
@@ -107,10 +107,10 @@ def via_rates(
 
     Reference: Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986.
     """
-    Q = gate("q", q, (robot.n,), finite=True)
+    Q = as_batch("q", q, (robot.n,), finite=True)
     bound = positive("most_condition", most_condition)
     wanted = [
-        None if value is None else gate(name, value, (3,), finite=True)
+        None if value is None else as_batch(name, value, (3,), finite=True)
         for name, value in (("angular", angular), ("linear", linear))
     ]
     if linear is None and angular is None:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, cast, overload
 
 import numpy as np
 
-from mafsil.arrays import Floats, Scalar, gate
+from mafsil.arrays import Floats, Scalar, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.linear import Linear
@@ -33,7 +33,7 @@ class Vector(Linear):
     @staticmethod
     def accepted(array: Any) -> Floats:
         """Three numbers each."""
-        return gate("vector", array, (3,))
+        return as_batch("vector", array, (3,))
 
     def in_unit(self, unit: str) -> Vector:
         """The same vector with components in another length unit."""
@@ -83,7 +83,7 @@ class Point(Value):
     @staticmethod
     def accepted(array: Any) -> Floats:
         """Three numbers each."""
-        return gate("point", array, (3,))
+        return as_batch("point", array, (3,))
 
     def in_unit(self, unit: str) -> Point:
         """The same point with coordinates in another length unit."""

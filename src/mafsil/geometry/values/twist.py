@@ -8,7 +8,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Scalar, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Vector3, as_batch
 from mafsil.geometry import twist as functions
 from mafsil.geometry import wrench as wrench_functions
 from mafsil.geometry.values import labels
@@ -32,12 +32,12 @@ class Twist(Linear):
     @staticmethod
     def accepted(array: Any) -> Floats:
         """Six numbers each."""
-        return gate("twist", array, (6,))
+        return as_batch("twist", array, (6,))
 
     @classmethod
     def of(cls, omega: ArrayLike, v: ArrayLike, frame: str | None = None) -> Twist:
         """From its halves (*batch, 3)."""
-        halves = np.broadcast_arrays(gate("omega", omega, (3,)), gate("v", v, (3,)))
+        halves = np.broadcast_arrays(as_batch("omega", omega, (3,)), as_batch("v", v, (3,)))
         return cls(np.concatenate(halves, axis=-1), frame)
 
     @property

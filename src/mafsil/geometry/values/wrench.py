@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Scalar, Vector3, gate
+from mafsil.arrays import Floats, Scalar, Vector3, as_batch
 from mafsil.geometry import wrench as functions
 from mafsil.geometry.values import labels
 from mafsil.geometry.values.linear import Linear
@@ -29,12 +29,12 @@ class Wrench(Linear):
     @staticmethod
     def accepted(array: Any) -> Floats:
         """Six numbers each."""
-        return gate("wrench", array, (6,))
+        return as_batch("wrench", array, (6,))
 
     @classmethod
     def of(cls, moment: ArrayLike, force: ArrayLike, frame: str | None = None) -> Wrench:
         """From its halves (*batch, 3)."""
-        halves = np.broadcast_arrays(gate("moment", moment, (3,)), gate("force", force, (3,)))
+        halves = np.broadcast_arrays(as_batch("moment", moment, (3,)), as_batch("force", force, (3,)))
         return cls(np.concatenate(halves, axis=-1), frame)
 
     @classmethod

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
@@ -354,7 +354,7 @@ class SolutionSet(Answer):
             InputError: a wrong shape.
             IndexError: there is no solution.
         """
-        given, setting = gate("q", q, (self.q.shape[-1],), finite=True), self._setting
+        given, setting = as_batch("q", q, (self.q.shape[-1],), finite=True), self._setting
         start = setting.part.own(given)
         wound = wound_near(self.own, start, setting.lower, setting.upper, setting.revolute)
         allowed = ((wound >= setting.lower - INSIDE) & (wound <= setting.upper + INSIDE)).all(axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads as pool
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
@@ -95,7 +95,7 @@ class GeneralSix:
         Raises:
             InputError: a wrong shape.
         """
-        requested = gate("T", T, (4, 4))
+        requested = as_batch("T", T, (4, 4))
         clean, valid = clean_poses(requested.reshape(-1, 4, 4))
         return self._machine.solve(clean, valid, requested.shape[:-2], pool.available() if threads is None else threads)
 

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.search import SearchPlan
@@ -58,7 +58,7 @@ def preferred_configuration(
     if not len(q):
         return None
     n = problem.robot.n
-    given = np.ones(n) if weights is None else gate("preferred_weights", weights, (n,), finite=True)
+    given = np.ones(n) if weights is None else as_batch("preferred_weights", weights, (n,), finite=True)
     if (given < 0.0).any() or not given.any():
         raise InputError("ik.weight", name="preferred_weights", value=float(given.min()))
     return PreferredConfiguration(q, given / given.max())

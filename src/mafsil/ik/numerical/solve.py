@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate, positive, require_finite, require_kind, whole
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
 from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
@@ -112,7 +112,7 @@ def solve_ik(
     robot = as_robot(robot)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
-    desired = gate("T_sd", T_sd, (4, 4))
+    desired = as_batch("T_sd", T_sd, (4, 4))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
     whole("restarts", restarts)
@@ -130,7 +130,9 @@ def solve_ik(
         if found is not None:
             return found
     preferred = _rows("q_preferred", q_preferred, robot.n, batch)
-    scales = None if preferred_weights is None else part.own(gate("preferred_weights", preferred_weights, (robot.n,)))
+    scales = (
+        None if preferred_weights is None else part.own(as_batch("preferred_weights", preferred_weights, (robot.n,)))
+    )
     start = np.empty((0, plan.problem.robot.n)) if first is None else part.own(first)
     goal = preferred_configuration(plan.problem, part.own(preferred), scales)
     rows = np.ascontiguousarray(desired).reshape(-1, 16)
@@ -218,7 +220,7 @@ def _rows(name: str, given: ArrayLike | None, n: int, batch: tuple[int, ...]) ->
     """(k, n) the user's rows, or (0, n) if there are none."""
     if given is None:
         return np.empty((0, n))
-    rows = require_finite(name, gate(name, given, (n,)))
+    rows = require_finite(name, as_batch(name, given, (n,)))
     try:
         return np.require(np.broadcast_to(rows, (*batch, n)), requirements=("C", "W")).reshape(-1, n)
     except ValueError:

@@ -8,7 +8,7 @@ from typing import Literal, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6, gate, positive
+from mafsil.arrays import Floats, Vector3, Vector6, as_batch, positive
 from mafsil.errors import InputError
 
 TaskKind = Literal["pose", "position", "orientation", "axis", "direction"]
@@ -97,7 +97,7 @@ def pose_task(
         raise InputError("input.choice", name="task", value=kind, known=", ".join(KINDS))
     shift = positive("tolerance", tolerance)
     turn = shift if rotation_tolerance is None else positive("rotation_tolerance", rotation_tolerance)
-    direction = gate("axis", axis, (3,), finite=True)
+    direction = as_batch("axis", axis, (3,), finite=True)
     size = float(np.linalg.norm(direction))
     if direction.ndim != 1 or size == 0.0:
         raise InputError("ik.zero_axis", name="axis")
@@ -110,7 +110,7 @@ def pose_task(
 def _weights(weights: ArrayLike | None) -> Floats:
     if weights is None:
         return np.ones(6)
-    given = gate("weights", weights, (6,), finite=True)
+    given = as_batch("weights", weights, (6,), finite=True)
     if given.ndim != 1 or (given < 0.0).any():
         raise InputError("ik.weight", name="weights", value=float(given.min()))
     return given

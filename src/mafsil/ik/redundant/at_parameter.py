@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.candidates import unlabelled
@@ -58,7 +58,7 @@ def _named(free: float | Mapping[str, float]) -> tuple[str | None, float]:
     if isinstance(free, Mapping) and len(free) != 1:
         raise InputError("redundant.one_value", names=", ".join(map(str, free)))
     name, given = next(iter(free.items())) if isinstance(free, Mapping) else (None, free)
-    value = gate("free", given, (), finite=True)
+    value = as_batch("free", given, (), finite=True)
     if value.ndim:
         raise InputError("input.shape", name="free", expected="()", got=value.shape, hint="")
     return name, float(value)

@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, gate
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.setting import setting
@@ -92,8 +92,8 @@ class Redundancy:
         Raises:
             InputError: a wrong shape, or no poses.
         """
-        X = gate("T", T, (4, 4)) if self.kernels is not None else _poses(T)
-        given = np.atleast_1d(gate("values", values, (), finite=True))
+        X = as_batch("T", T, (4, 4)) if self.kernels is not None else _poses(T)
+        given = np.atleast_1d(as_batch("values", values, (), finite=True))
         if given.ndim > 1 and given.shape[:-1] != X.shape[:-2]:
             expected = str((*X.shape[:-2], "m")).replace("'", "")
             raise InputError("input.shape", name="values", expected=expected, got=given.shape, hint="")
@@ -110,7 +110,7 @@ class Redundancy:
 
     def value(self, q: ArrayLike) -> Floats:
         """(*batch,) the parameter of configurations (*batch, 7) [rad | m]."""
-        x = gate("q", q, (7,))
+        x = as_batch("q", q, (7,))
         return x[..., self.locked] if self.angle_form is None else self.angle_form.angle(x)
 
     def families(self, T: ArrayLike) -> tuple[SelfMotionFamily, ...]:
@@ -388,7 +388,7 @@ def _holding(chain: Chain, locked: int) -> ClosedForm | None:
 
 def _poses(T: ArrayLike) -> PoseMatrix:
     """Poses that are poses; NaN where they are not numbers."""
-    X = gate("T", T, (4, 4))
+    X = as_batch("T", T, (4, 4))
     clean, valid = clean_poses(X.reshape(-1, 4, 4))
     if not valid.all():
         raise _no_poses()

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
 from mafsil.performance.dexterity.manipulability import Part, rate_jacobian
@@ -103,7 +103,7 @@ def unit_direction(direction: ArrayLike, count: int = 3) -> Floats:
     Raises:
         InputError: a row is zero.
     """
-    u = gate("direction", direction, (count,), finite=True)
+    u = as_batch("direction", direction, (count,), finite=True)
     size = np.linalg.norm(u, axis=-1, keepdims=True)
     if not size.all():
         raise InputError("performance.zero_vector", name="direction")

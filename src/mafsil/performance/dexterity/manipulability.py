@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate, positive
+from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.singularities.singular_configuration import resolved_task
@@ -114,7 +114,7 @@ def ellipsoid_of(J: ArrayLike) -> Ellipsoid:
         InputError: more rows than columns: there is no ellipsoid with an interior.
     """
     shape = np.shape(J)[-2:]
-    A = gate("J", J, shape if len(shape) == 2 else (1, 1))
+    A = as_batch("J", J, shape if len(shape) == 2 else (1, 1))
     m, n = A.shape[-2:]
     if m > n:
         raise InputError("performance.too_many_rows", rows=m, n=n)
@@ -263,7 +263,7 @@ def planar_ellipse(J: ArrayLike) -> PlanarEllipse:
     Args:
         J: (*batch, 2, n).
     """
-    A = gate("J", J, (2, np.shape(J)[-1] if np.ndim(J) else 1))
+    A = as_batch("J", J, (2, np.shape(J)[-1] if np.ndim(J) else 1))
     G = A @ np.swapaxes(A, -1, -2)
     det = G[..., 0, 0] * G[..., 1, 1] - G[..., 0, 1] ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -358,7 +358,7 @@ def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
         robot: the arm.
         q: (*batch, n) joint coordinates [rad | m].
     """
-    configuration = gate("q", q, (robot.n,))
+    configuration = as_batch("q", q, (robot.n,))
     R = robot.forward_kinematics(configuration)[..., None, :3, :3]
     J_b = robot.jacobian_body(configuration)[..., None, :, :]
     rate = robot.jacobian_body_rate(configuration[..., None, :], np.eye(robot.n))

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Matrix3, gate
+from mafsil.arrays import Floats, Matrix3, as_batch
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
@@ -137,7 +137,7 @@ class DeterminantFactors:
 
     def each(self, q: ArrayLike) -> tuple[Floats, ...]:
         """The factors' values (*batch) at q (*batch, n)."""
-        at = lines(self.robot, gate("q", q, (self.robot.n,)))
+        at = lines(self.robot, as_batch("q", q, (self.robot.n,)))
         return tuple(np.asarray(factor.value(at)) for factor in self.factors)
 
     def explain(self, language: str | None = None) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Vector3, as_batch
 from mafsil.messages import say
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SHOWN, WITHIN
 
@@ -39,7 +39,7 @@ def twist_screw(V: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
         V: (6,).
         length: [m] by which translations are compared with turns when deciding that it does not turn at all.
     """
-    twist = gate("V", V, (6,), finite=True)
+    twist = as_batch("V", V, (6,), finite=True)
     return _screw(twist[:3], twist[3:], length)
 
 
@@ -50,7 +50,7 @@ def wrench_screw(F: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
         F: (6,).
         length: [m] by which forces are compared with moments when deciding that it has no force.
     """
-    wrench = gate("F", F, (6,), finite=True)
+    wrench = as_batch("F", F, (6,), finite=True)
     return _screw(wrench[3:], wrench[:3], length)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, gate
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch
 from mafsil.geometry import wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.messages import say
@@ -75,10 +75,10 @@ def free_body_diagram(
     mechanism, zero = arm.mechanism, np.zeros(arm.n)
     body = mechanism.link(link).inertial or Inertial(0.0, np.zeros(3), np.zeros((3, 3)))
     index = mechanism.link_names.index(link)
-    u = gate("q", q, (arm.n,), finite=True)
-    v = zero if qd is None else gate("qd", qd, (arm.n,), finite=True)
-    a = zero if qdd is None else gate("qdd", qdd, (arm.n,), finite=True)
-    F_tip = np.zeros(6) if tip_wrench is None else gate("tip_wrench", tip_wrench, (6,), finite=True)
+    u = as_batch("q", q, (arm.n,), finite=True)
+    v = zero if qd is None else as_batch("qd", qd, (arm.n,), finite=True)
+    a = zero if qdd is None else as_batch("qdd", qdd, (arm.n,), finite=True)
+    F_tip = np.zeros(6) if tip_wrench is None else as_batch("tip_wrench", tip_wrench, (6,), finite=True)
     passed, poses = arm.link_wrenches(u, v, a, F_tip), arm.link_poses(u)
     T_sl: PoseMatrix = poses[index]
     T_ls = np.linalg.inv(T_sl)

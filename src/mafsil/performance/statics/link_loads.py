@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, Vector3, Vector6, gate, single
+from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.model.loading import RobotLike
@@ -68,7 +68,7 @@ def generalized_force(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad])
         (*batch, n) [N m | N]; the joints hold the loads with tau = -Q, gravity left aside.
     """
     robot = as_robot(robot)
-    total = np.zeros_like(gate("q", q, (robot.n,)))
+    total = np.zeros_like(as_batch("q", q, (robot.n,)))
     for load in loads:
         J = tool_jacobian(robot, q, frame=load.link, point=single("point", load.point, (3,)))
         m, f = load.in_space(robot.forward_kinematics(q, frame=load.link))
@@ -157,7 +157,7 @@ def virtual_work(
     terms.append(np.zeros(robot.n) if tau is None else single("tau", tau, (robot.n,)))
     if gravity:
         terms.append(-robot.gravity_torque(configuration))
-    A = np.zeros((0, robot.n)) if constraint is None else np.atleast_2d(gate("constraint", constraint, (robot.n,)))
+    A = np.zeros((0, robot.n)) if constraint is None else np.atleast_2d(as_batch("constraint", constraint, (robot.n,)))
     if len(A):
         _, s, Vt = np.linalg.svd(A)
         rates = Vt[int((s > TOLERANCE * max(float(s[0]), SMALLEST)).sum()) :]

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, gate
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.performance.dexterity.directions import unit_direction
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
@@ -98,7 +98,7 @@ class Polytope:
 
     def contains(self, x: ArrayLike, tolerance: float = 1e-9) -> NDArray[np.bool_]:
         """(*batch) whether points (*batch, m) lie in the set."""
-        points = gate("x", x, (self.A.shape[1],))
+        points = as_batch("x", x, (self.A.shape[1],))
         return (points @ self.A.T <= self.b + tolerance * np.abs(self.b).max()).all(axis=-1)
 
     @property

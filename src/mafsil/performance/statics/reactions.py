@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, gate
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.performance.statics.link_loads import LinkLoad
@@ -103,7 +103,7 @@ def unbalanced_links(robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrenc
         tip_wrench: (*batch, 6) wrench the tip exerts on the world, in the tip frame; none if None.
     """
     mechanism = robot.mechanism
-    passed = gate("reactions", reactions, (len(mechanism.joints), 6))
+    passed = as_batch("reactions", reactions, (len(mechanism.joints), 6))
     net = [passed[..., k, :] + w for k, w in enumerate(link_weights(robot, q)[1:])]
     for k, parent in enumerate(mechanism.parents):
         if parent:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, Vector6, gate, single
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.messages import say
@@ -82,7 +82,7 @@ def joint_torque(
     elif given_in == "space" and getattr(F, "frame", None) not in (None, "s"):
         raise InputError("robot.wrench_frame", name="F", frame=getattr(F, "frame", None), known="s")
     J = JACOBIANS[given_in](robot, q, frame)
-    return np.einsum("...ij,...i->...j", J, gate("F", F, (6,)))
+    return np.einsum("...ij,...i->...j", J, as_batch("F", F, (6,)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -173,7 +173,7 @@ def tip_wrench(
 
     Reference: Lynch & Park, Modern Robotics, sec. 5.2.
     """
-    efforts = gate("tau", tau, (robot.n,), finite=True)
+    efforts = as_batch("tau", tau, (robot.n,), finite=True)
     scaled = scaled_jacobian(robot, q, task=task)
     U, s, Vt = decompositions.svd(scaled.J)
     found = rank_of(s, tolerance)
@@ -296,13 +296,13 @@ def total_wrench(
     Raises:
         InputError: not one point for each force.
     """
-    f = np.atleast_2d(gate("forces", forces, (3,), finite=True))
-    r = np.atleast_2d(gate("points", points, (3,), finite=True)) - single("about", about, (3,))
+    f = np.atleast_2d(as_batch("forces", forces, (3,), finite=True))
+    r = np.atleast_2d(as_batch("points", points, (3,), finite=True)) - single("about", about, (3,))
     if f.ndim != 2 or f.shape != r.shape:
         raise InputError("performance.one_point_each", forces=f.shape, points=r.shape)
     total = wrench.from_force(r, f).sum(axis=0)
     if moments is not None:
-        total[:3] += np.atleast_2d(gate("moments", moments, (3,), finite=True)).sum(axis=0)
+        total[:3] += np.atleast_2d(as_batch("moments", moments, (3,), finite=True)).sum(axis=0)
     return total
 
 
@@ -316,8 +316,8 @@ def sum_of_moments(moments: ArrayLike, abouts: ArrayLike) -> Floats:
     Raises:
         InputError: two of the points differ: such moments cannot be added; use `total_wrench`.
     """
-    m = np.atleast_2d(gate("moments", moments, (3,), finite=True))
-    points = np.atleast_2d(gate("abouts", abouts, (3,), finite=True))
+    m = np.atleast_2d(as_batch("moments", moments, (3,), finite=True))
+    points = np.atleast_2d(as_batch("abouts", abouts, (3,), finite=True))
     apart = np.linalg.norm(points - points[0], axis=-1)
     if apart.max(initial=0.0) > ROUNDOFF * max(1.0, float(np.abs(points).max())):
         raise InputError("performance.moments_about", index=int(apart.argmax()), distance=float(apart.max()))
@@ -332,7 +332,7 @@ def in_equilibrium(wrenches: ArrayLike, *, length: float = 1.0, tolerance: float
         length: [m] that makes moments comparable with forces.
         tolerance: of the sum, relative to the sum of sizes.
     """
-    F = np.atleast_2d(gate("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
+    F = np.atleast_2d(as_batch("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
     return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), SMALLEST))
 
 
@@ -347,8 +347,8 @@ def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:
     Raises:
         InputError: other shapes, or not as many twists and times as wrenches.
     """
-    F = np.atleast_2d(gate("wrenches", wrenches, (6,)))
-    V, t = np.atleast_2d(gate("twists", twists, (6,))), np.atleast_1d(gate("times", times, ()))
+    F = np.atleast_2d(as_batch("wrenches", wrenches, (6,)))
+    V, t = np.atleast_2d(as_batch("twists", twists, (6,))), np.atleast_1d(as_batch("times", times, ()))
     for name, rows in (("twists", V), ("times", t)):
         if len(rows) != len(F) or rows.ndim != (2 if rows is V else 1):
             raise InputError("input.shape", name=name, expected=(len(F), *rows.shape[1:]), got=rows.shape, hint="")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, Vector6, gate
+from mafsil.arrays import Floats, Vector3, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
 from mafsil.performance.tolerances import CLEAR
@@ -36,7 +36,7 @@ def tool_jacobian(robot: Robot, q: ArrayLike, *, frame: str | None = None, point
     J_b = robot.jacobian_body(q, frame=frame)
     omega, v = J_b[..., :3, :], J_b[..., 3:, :]
     if point is not None:
-        r = gate("point", point, (3,), finite=True)
+        r = as_batch("point", point, (3,), finite=True)
         v = v + np.cross(omega, r[..., None], axisa=-2, axisb=-2, axisc=-2)
     return np.concatenate([R @ omega, R @ v], axis=-2)
 
@@ -53,7 +53,7 @@ def point_velocity(
         frame: name of a link; the tip frame if None.
         point: (*batch, 3) in that frame [m]; its origin if None.
     """
-    rates = gate("qd", qd, (robot.n,))
+    rates = as_batch("qd", qd, (robot.n,))
     return np.einsum("...ij,...j->...i", tool_jacobian(robot, q, frame=frame, point=point)[..., 3:, :], rates)
 
 
@@ -65,7 +65,7 @@ def joint_twists(robot: Robot, q: ArrayLike, qd: ArrayLike) -> Vector6:
         robot: the arm.
         q, qd: (*batch, n) joint coordinates [rad | m] and rates.
     """
-    return np.swapaxes(robot.jacobian_space(q) * gate("qd", qd, (robot.n,))[..., None, :], -1, -2)
+    return np.swapaxes(robot.jacobian_space(q) * as_batch("qd", qd, (robot.n,))[..., None, :], -1, -2)
 
 
 @of_robot
@@ -148,9 +148,9 @@ def jacobian_by_inspection(
     Raises:
         InputError: a direction is zero, or the letters do not fit.
     """
-    w = gate("directions", directions, (np.shape(directions)[-2] if np.ndim(directions) > 1 else 1, 3), finite=True)
+    w = as_batch("directions", directions, (np.shape(directions)[-2] if np.ndim(directions) > 1 else 1, 3), finite=True)
     n = w.shape[-2]
-    p = gate("points", points, (n, 3), finite=True)
+    p = as_batch("points", points, (n, 3), finite=True)
     letters = "R" * n if kinds is None else "".join(kinds).upper()
     if len(letters) != n or set(letters) - {"R", "P"}:
         raise InputError("performance.joint_letters", given=letters, n=n)
@@ -160,7 +160,7 @@ def jacobian_by_inspection(
         raise InputError("performance.zero_direction", joint=joint)
     w = w / length
     prismatic = np.array([letter == "P" for letter in letters])[:, None]
-    pitch = np.broadcast_to(gate("pitches", pitches, ()), (n,))[:, None]
+    pitch = np.broadcast_to(as_batch("pitches", pitches, ()), (n,))[:, None]
     revolute = np.concatenate([w, np.cross(p, w) + pitch * w], axis=-1)
     columns = np.where(prismatic, np.concatenate([np.zeros_like(w), w], axis=-1), revolute)
     return np.swapaxes(columns, -1, -2)
@@ -202,4 +202,4 @@ def symbolic_jacobian_by_inspection(
 
 def _columns(name: str, J: ArrayLike) -> Floats:
     k = np.shape(J)[-1] if np.ndim(J) > 1 else 1
-    return gate(name, J, (6, k))
+    return as_batch(name, J, (6, k))

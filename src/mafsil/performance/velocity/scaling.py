@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
-from mafsil.arrays import Floats, Vector3, gate
+from mafsil.arrays import Floats, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.model import JointKind
 from mafsil.model.skeleton import reach
@@ -210,7 +210,7 @@ def require_one(name: str, q: ArrayLike, n: int) -> Floats:
     Raises:
         InputError: a batch or a wrong shape.
     """
-    value = gate(name, q, (n,), finite=True)
+    value = as_batch(name, q, (n,), finite=True)
     if value.ndim != 1:
         raise InputError("performance.one_configuration", name=name, got=value.shape)
     return value

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import gate
+from mafsil.arrays import as_batch
 from mafsil.errors import InputError
 
 
@@ -30,7 +30,7 @@ class Annulus:
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(*batch) whether points (*batch, 2), seen from the first axis, lie within."""
-        distance = np.linalg.norm(gate("points", points, (2,)), axis=-1)
+        distance = np.linalg.norm(as_batch("points", points, (2,)), axis=-1)
         return (distance >= self.inner) & (distance <= self.outer)
 
 
@@ -72,7 +72,7 @@ def dexterous_annuli(lengths: ArrayLike) -> tuple[Annulus, ...]:
 
 
 def _lengths(lengths: ArrayLike) -> NDArray[np.float64]:
-    L = np.atleast_1d(gate("lengths", lengths, (), finite=True))
+    L = np.atleast_1d(as_batch("lengths", lengths, (), finite=True))
     if L.ndim != 1 or not len(L) or (L < 0).any():
         raise InputError("performance.lengths", got=L.tolist())
     return L

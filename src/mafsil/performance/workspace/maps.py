@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, gate, single, whole
+from mafsil.arrays import Floats, as_batch, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.tolerances import LEAST_SPAN, WITHIN
@@ -210,7 +210,7 @@ class WorkspaceMap(SingleAnswer):
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(*batch) whether points (*batch, d), in the coordinates of the view, lie in reached cells."""
-        index = np.floor((gate("points", points, (self.counts.ndim,)) - self.origin) / self.cell).astype(int)
+        index = np.floor((as_batch("points", points, (self.counts.ndim,)) - self.origin) / self.cell).astype(int)
         inside = ((index >= 0) & (index < self.counts.shape)).all(axis=-1)
         index = np.clip(index, 0, np.array(self.counts.shape) - 1)
         return inside & self.reached[tuple(np.moveaxis(index, -1, 0))]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, gate, positive, require_finite, require_kind, whole
+from mafsil.arrays import Floats, JointVector, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.messages.tables import in_notebook
@@ -250,8 +250,8 @@ def _require_smooth(robot: Robot, method: str) -> None:
 def _start(system: DrivenRobot, q: ArrayLike, qd: ArrayLike | None) -> tuple[JointVector, JointVector]:
     """The initial state, one for each motion of the batch."""
     n = system.n
-    positions = require_finite("q", gate("q", q, (n,)))
-    rates = np.zeros(n) if qd is None else require_finite("qd", gate("qd", qd, (n,)))
+    positions = require_finite("q", as_batch("q", q, (n,)))
+    rates = np.zeros(n) if qd is None else require_finite("qd", as_batch("qd", qd, (n,)))
     shape = (*common_shape("qd", rates.shape[:-1], positions.shape[:-1]), n)
     positions, rates = np.broadcast_to(positions, shape), np.broadcast_to(rates, shape)
     shape = (*system.batch(positions, rates), n)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, gate, real_array, require_finite, require_function, require_kind
+from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_finite, require_function, require_kind
 from mafsil.errors import InputError
 from mafsil.messages.tables import in_notebook
 from mafsil.robot import Robot, of_robot
@@ -123,7 +123,7 @@ def inverse_dynamics_trajectory(
         raise InputError("simulation.times", got=times.shape)
     if isinstance(motion, Trajectory):
         u, v, a = motion.at(times)
-        gate("motion", u, (robot.n,))
+        as_batch("motion", u, (robot.n,))
     else:
         sampled = _sampled(motion, times, robot.n) if callable(motion) else motion
         u, v, a = _differentiated(robot.n, times, sampled, qd, qdd)
@@ -137,7 +137,7 @@ def inverse_dynamics_trajectory(
 def _sampled(motion: Callable[[float], ArrayLike], times: Floats, n: int) -> Floats:
     """Values (k, *batch, n) of a function of time."""
     require_function("motion", motion, "function q(t)", 1)
-    rows = [gate("motion", motion(t), (n,)) for t in times.tolist()]
+    rows = [as_batch("motion", motion(t), (n,)) for t in times.tolist()]
     for row in rows:
         if row.shape != rows[0].shape:
             raise InputError("input.shape", name="motion", expected=rows[0].shape, got=row.shape, hint="")
@@ -156,12 +156,12 @@ def _differentiated(
     n: int, t: Floats, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
 ) -> tuple[Floats, Floats, Floats]:
     """Samples with their derivatives, found where they are not given."""
-    u = require_finite("q", gate("q", q, (n,)))
+    u = require_finite("q", as_batch("q", q, (n,)))
     if u.ndim < 2 or len(u) != len(t):
         raise InputError("input.shape", name="q", expected=(len(t), "*batch", n), got=u.shape, hint="")
     given: list[Floats | None] = []
     for name, value in (("qd", qd), ("qdd", qdd)):
-        array = None if value is None else require_finite(name, gate(name, value, (n,)))
+        array = None if value is None else require_finite(name, as_batch(name, value, (n,)))
         if array is not None and array.shape != u.shape:
             raise InputError("input.shape", name=name, expected=u.shape, got=array.shape, hint="")
         given.append(array)

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, frozen, gate, positive, real_array, require_finite, require_function
+from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, real_array, require_finite, require_function
 from mafsil.errors import InputError
 
 Source: TypeAlias = "ArrayLike | Sampled | Callable[..., ArrayLike] | None"
@@ -78,12 +78,12 @@ def signal(name: str, source: Source, width: int) -> Signal | None:
     if source is None:
         return None
     if isinstance(source, Sampled):
-        gate(name, cast(Floats, source.values), (width,))
+        as_batch(name, cast(Floats, source.values), (width,))
         return lambda t, q, qd: source.at(t)
     if callable(source):
         function = _of_time_and_state(name, source)
-        return lambda t, q, qd: gate(name, function(t, q, qd), (width,))
-    constant = require_finite(name, gate(name, source, (width,)))
+        return lambda t, q, qd: as_batch(name, function(t, q, qd), (width,))
+    constant = require_finite(name, as_batch(name, source, (width,)))
     return lambda t, q, qd: constant
 
 

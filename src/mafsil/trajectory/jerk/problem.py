@@ -1,4 +1,4 @@
-"""The gate of jerk-limited motions: what users give, as one array of states and one of limits."""
+"""The border of jerk-limited motions: what users give, as one array of states and one of limits."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, gate, positive, require_kind, single
+from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, as_batch, positive, require_kind, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.geometry import pose
 from mafsil.trajectory.cartesian_path import CartesianPath
@@ -199,7 +199,7 @@ def joined_path(legs: Sequence[TipPath], *, blend: float | None = None, blend_an
 
 def _poses(name: str, given: ArrayLike | list[ArrayLike]) -> PoseMatrix:
     """(k, 4, 4) poses, checked."""
-    T = gate(name, _stacked(name, cast("list[ArrayLike]", given)) if isinstance(given, list) else given, (4, 4))
+    T = as_batch(name, _stacked(name, cast("list[ArrayLike]", given)) if isinstance(given, list) else given, (4, 4))
     if T.ndim != 3:
         raise InputError("input.shape", name=name, expected="(k, 4, 4)", got=T.shape, hint="")
     return pose.check(T, name)

@@ -1,4 +1,4 @@
-"""One gate: NaN stays in its row, empty batches work, wrong lengths are said in our words, in every batched function.
+"""At every border: NaN stays in its row, empty batches work, wrong lengths are said, in every batched function.
 
 Each entry gives numbers of a batch of configurations or values; rows may hold NaN only where their own input does.
 """
