@@ -28,7 +28,13 @@ class RotationMotion(NamedTuple):
 
 
 def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> RotationMotion:
-    """exp([K(s)]) of a rotation vector with its two derivatives: w = J_r K', a = J_r K'' + J_r' K'."""
+    """exp([K(s)]) of a rotation vector with its two derivatives: w = J_r K', a = J_r K'' + J_r' K'.
+
+    Args:
+        K: (..., 3) rotation vectors [rad] along the curve.
+        K_1: (..., 3) dK/ds.
+        K_2: (..., 3) d2K/ds2.
+    """
     J = rotation.right_jacobian(K)
     return RotationMotion(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carried(K, K_1))
 
