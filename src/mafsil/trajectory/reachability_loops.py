@@ -28,7 +28,13 @@ SLIP = 1e-12
 
 @reordered
 def gap_at(slope, above, below, y_low, y_high, x):
-    """Least upper and greatest lower bound of y at x, and the slopes of both: in lanes, then among the lanes."""
+    """Least upper and greatest lower bound of y at x, and the slopes of both: in lanes, then among the lanes.
+
+    Args:
+        slope, above, below: (m,) the lines below <= y - slope x <= above; m is a multiple of 8.
+        y_low, y_high: y that holds without lines.
+        x: where.
+    """
     upper, lower, down, up = lanes(y_high), lanes(y_low), lanes(0.0), lanes(0.0)
     for k in range(len(slope) // 8):
         steep = seen(slope)[k]
@@ -82,7 +88,12 @@ def most_at_start(slope, above, below, y_low, y_high, most):
 
 @compiled
 def least_at_start(slope, above, below, y_low, y_high, most):
-    """The least x in 0 .. most for which some y keeps all lines, given that there is one."""
+    """The least x in 0 .. most for which some y keeps all lines, given that there is one.
+
+    Args:
+        slope, above, below, y_low, y_high: lines and y as in `gap_at`.
+        most: the largest x.
+    """
     x = 0.0
     for _ in range(MOST_STEPS):
         upper, lower, down, up = gap_at(slope, above, below, y_low, y_high, x)
