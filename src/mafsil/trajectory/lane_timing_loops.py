@@ -21,7 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import any_lane, buffer, get, lanes, magnitude, part, put, seen, square_root, where
+from mafsil.solvers.lane_loops import (
+    any_lane,
+    buffer,
+    get,
+    in_lanes,
+    lanes,
+    magnitude,
+    part,
+    put,
+    seen,
+    square_root,
+    where,
+)
 from mafsil.solvers.loops import compiled
 from mafsil.trajectory.path_rows_loops import (
     FREE,
@@ -139,14 +151,6 @@ class Eight(NamedTuple):
     D: Any
     shares: Any
     lines: Any
-
-
-@compiled
-def in_lanes(count):
-    """Memory for so many lanes, at the start of a cache line."""
-    numbers = np.empty((count + 1) * LANES)
-    beyond = (numbers.ctypes.data // 8) % LANES
-    return numbers[(LANES - beyond) % LANES :]
 
 
 @compiled

@@ -24,6 +24,7 @@ from mafsil.trajectory.jerk.coordinate_loops import (
     shortest_change,
     task_of,
 )
+from mafsil.trajectory.jerk.rest_loops import at_rest, plan_rest, rest_curves
 
 PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS, NOT_FINITE = range(7)
 """How planning ended; the order is that of `status.STATUSES`, which the last is not one of."""
@@ -387,7 +388,14 @@ def plan_rows(
         count, times, jerks: (rows, n), (rows, n, 15), (rows, n, 15), written here.
     """
     scratch = np.zeros((6, 7))
+    able, curves = rest_curves(limits)
+    able &= mode == TIME and not free
     for row in range(len(states)):
+        if able and at_rest(states[row]):
+            T, ruling = plan_rest(states[row], curves, minimum, cycle, count[row], times[row], jerks[row])
+            if T < inf:
+                outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = PLANNED, ruling, TIME, T
+                continue
         status, ruling, used, T = plan(
             states[row],
             limits,
