@@ -20,11 +20,10 @@ from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch
 from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
-OUTSIDE = 1e-9
-"""By how much a path may exceed a position limit [rad | m]: rounding of the points that lie on it."""
 
 Path = JointPath | PiecewisePolynomial
 
@@ -214,7 +213,7 @@ def _hull_leaves(path: JointPath, limits: MotionLimits) -> bool:
     for k in range(rows.shape[1] - 1, 0, -1):
         reach = (reach + np.abs(rows[:, k])) * h[:, None]
     low, high = limits.position
-    return bool((rows[:, 0] + reach > high + OUTSIDE).any() or (rows[:, 0] - reach < low - OUTSIDE).any())
+    return bool((rows[:, 0] + reach > high + GIVEN).any() or (rows[:, 0] - reach < low - GIVEN).any())
 
 
 def _answer(
@@ -239,7 +238,7 @@ def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object]
     u = path.at(places).u
     excess = np.maximum(u - limits.position[1], limits.position[0] - u)
     row, joint = (int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
-    if excess[row, joint] <= OUTSIDE:
+    if excess[row, joint] <= GIVEN:
         return None
     side = limits.position[1] if u[row, joint] > limits.position[1, joint] else limits.position[0]
     return {"joint": joint, "value": float(u[row, joint]), "place": float(places[row]), "limit": float(side[joint])}

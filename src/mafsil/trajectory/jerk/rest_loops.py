@@ -17,6 +17,7 @@ from __future__ import annotations
 from math import ceil, inf
 from typing import Any, NamedTuple
 
+from mafsil.arrays import Floats
 from mafsil.solvers.lane_loops import (
     any_lane,
     buffer,
@@ -226,7 +227,7 @@ def _shortest(c, D):
 
 
 @compiled
-def rest_curves(limits):
+def rest_curves(limits: Floats) -> tuple[bool, Floats]:
     """Step 1: constants of n coordinates, forwards and backwards, and whether all can move.
 
     Args:
@@ -250,7 +251,7 @@ def rest_curves(limits):
 
 
 @compiled
-def at_rest(states):
+def at_rest(states: Floats) -> bool:
     """Whether a problem leads from rest to rest by finite displacements; states: (n, 6)."""
     for i in range(len(states)):
         if states[i, 1] != 0.0 or states[i, 2] != 0.0 or states[i, 4] != 0.0 or states[i, 5] != 0.0:
@@ -261,7 +262,9 @@ def at_rest(states):
 
 
 @compiled
-def plan_rest(states, numbers, minimum, cycle, count, times, jerks):
+def plan_rest(
+    states: Floats, numbers: Floats, minimum: float, cycle: float, count: Floats, times: Floats, jerks: Floats
+) -> tuple[float, int]:
     """One problem from rest to rest.
 
     Args:
