@@ -199,9 +199,9 @@ class TipLimit:
         """(places, 2 + DIRECTIONS) of both speeds, and of the acceleration in every direction's column."""
         w, along, across = self._vectors(here)
         fast = np.linalg.norm(along, axis=1) * np.sqrt(x) / self.speed - 1.0
-        turning = np.linalg.norm(w, axis=1) * np.sqrt(x) / self.turn_rate - 1.0
+        rotating = np.linalg.norm(w, axis=1) * np.sqrt(x) / self.turn_rate - 1.0
         hard = np.linalg.norm(along * u[:, None] + across * x[:, None], axis=1) / self.acceleration - 1.0
-        return np.column_stack([fast, turning, np.repeat(hard[:, None], DIRECTIONS, axis=1)])
+        return np.column_stack([fast, rotating, np.repeat(hard[:, None], DIRECTIONS, axis=1)])
 
     def scale(self) -> Floats:
         """(2 + DIRECTIONS,) twice the squares of the speeds, which grow twice as fast as these; accelerations."""
