@@ -187,8 +187,8 @@ def _run(name: str, motion: Trajectory, limits: MotionLimits, robot: Robot | Non
 
 def _share(values: Floats, bound: Floats) -> float:
     """The largest share of the limit in the direction of each value."""
-    size: Floats = np.where(values >= 0.0, bound[1], -bound[0]).astype(np.float64)
-    return float((np.abs(values) / size).max())
+    shares = np.maximum(values / bound[1], values / bound[0])
+    return float(shares.max())
 
 
 def _cells(run: ProfileRun) -> list[str]:
