@@ -1,0 +1,70 @@
+"""Mobility of mechanisms, closed chains and configuration spaces; `mf.mobility(mechanism).explain()`."""
+
+import sys
+from types import ModuleType
+
+from numpy.typing import ArrayLike
+
+from mafsil.mobility.actuation import Actuation as Actuation
+from mafsil.mobility.actuation import ActuationStatus as ActuationStatus
+from mafsil.mobility.actuation import actuation as actuation
+from mafsil.mobility.actuation import locked_mobility as locked_mobility
+from mafsil.mobility.actuation import locked_subsets as locked_subsets
+from mafsil.mobility.drawing import common_freedoms as common_freedoms
+from mafsil.mobility.drawing import drawn_at as drawn_at
+from mafsil.mobility.drawing import locked as locked
+from mafsil.mobility.drawing import split as split
+from mafsil.mobility.finite import FiniteMobility as FiniteMobility
+from mafsil.mobility.finite import FiniteStatus as FiniteStatus
+from mafsil.mobility.finite import finite_mobility as finite_mobility
+from mafsil.mobility.finite import generic_mobility as generic_mobility
+from mafsil.mobility.gruebler import CountStatus as CountStatus
+from mafsil.mobility.gruebler import GrueblerCount as GrueblerCount
+from mafsil.mobility.gruebler import count as count
+from mafsil.mobility.gruebler import gruebler as gruebler
+from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
+from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
+from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
+from mafsil.mobility.instantaneous import instantaneous as instantaneous
+from mafsil.mobility.instantaneous import mobilities as mobilities
+from mafsil.mobility.joint_kind import Kind as Kind
+from mafsil.mobility.linkage import Linkage as Linkage
+from mafsil.mobility.linkage import LinkageJoint as LinkageJoint
+from mafsil.mobility.linkage import joint as joint
+from mafsil.mobility.linkage_file import read_linkage as read_linkage
+from mafsil.mobility.loop_closure import Closure as Closure
+from mafsil.mobility.loop_closure import ClosureStatus as ClosureStatus
+from mafsil.mobility.loop_closure import body_poses as body_poses
+from mafsil.mobility.loop_closure import closed_near as closed_near
+from mafsil.mobility.loop_closure import loop_matrix as loop_matrix
+from mafsil.mobility.mechanism_linkage import LinkageLike as LinkageLike
+from mafsil.mobility.mechanism_linkage import as_linkage as as_linkage
+from mafsil.mobility.mechanism_linkage import linkage_of as linkage_of
+from mafsil.mobility.mechanism_linkage import mechanism_of as mechanism_of
+from mafsil.mobility.motion_group import Group as Group
+from mafsil.mobility.motion_group import MotionGroup as MotionGroup
+from mafsil.mobility.motion_group import motion_group as motion_group
+from mafsil.mobility.redundancy import LoopCause as LoopCause
+from mafsil.mobility.redundancy import Redundancy as Redundancy
+from mafsil.mobility.redundancy import RedundancyStatus as RedundancyStatus
+from mafsil.mobility.redundancy import redundancy as redundancy
+from mafsil.mobility.report import Mobility as Mobility
+from mafsil.mobility.report import MobilityStatus as MobilityStatus
+from mafsil.mobility.report import mobility as mobility
+from mafsil.mobility.report import rates as rates
+from mafsil.mobility.structure import Structure as Structure
+from mafsil.mobility.structure import StructureStatus as StructureStatus
+from mafsil.mobility.structure import structure as structure
+
+
+class _CallableModule(ModuleType):
+    """The package can be called: `mf.mobility(mechanism)` is `mf.mobility.mobility(mechanism)`."""
+
+    def __call__(
+        self, source: LinkageLike, q: ArrayLike | None = None, *, rule: str | None = None, seed: int = 0
+    ) -> Mobility:
+        """Arguments as `mafsil.mobility.report.mobility`."""
+        return mobility(source, q, rule=rule, seed=seed)
+
+
+sys.modules[__name__].__class__ = _CallableModule
