@@ -14,6 +14,7 @@ from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind
+from mafsil.mobility.library import MECHANISMS
 from mafsil.mobility.linkage import Linkage, LinkageJoint
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.loop_closure import closed_near, largest_gap
@@ -23,7 +24,7 @@ from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.toml_source import parsed_toml
 
 LinkageLike: TypeAlias = Linkage | RobotLike
-"""A Linkage, or whatever names a robot: Robot, Mechanism, library name, file; TOML with bodies and joints too."""
+"""A Linkage, the name of one of the library, whatever names a robot, a TOML file of bodies and joints."""
 
 _KINDS = {
     JointKind.REVOLUTE: Kind.REVOLUTE,
@@ -46,6 +47,9 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
     """
     if isinstance(source, Linkage):
         return source if q is None else drawn_at(source, q)
+    if isinstance(source, str) and source in MECHANISMS:
+        drawn = MECHANISMS[source]()
+        return drawn if q is None else drawn_at(drawn, q)
     if isinstance(source, str | PathLike):
         path = Path(source)
         if path.suffix.lower() == ".toml" and path.is_file() and _describes_linkage(path):

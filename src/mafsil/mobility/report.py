@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
@@ -166,3 +168,19 @@ def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict
     if abs(values[column]) < 1e-9 * np.abs(values).max():
         raise InputError("mobility.stands_still", joint=driven)
     return dict(zip(linkage.coordinate_names, (values / values[column]).tolist(), strict=True))
+
+
+def body_rates(linkage: Linkage, driven: str, bodies: Iterable[str], theta: ArrayLike | None = None) -> Floats:
+    """(len(bodies),) angular velocities of bodies of a planar linkage for unit rate of one joint, at mobility 1.
+
+    Args:
+        linkage: of the plane, as drawn.
+        driven: name of the joint that moves with rate 1.
+        bodies: names.
+        theta: (F,) configuration [rad | m].
+    """
+    rate = rates(linkage, driven, theta)
+    values = np.array([rate[name] for name in linkage.coordinate_names])
+    spins = (np.abs(linkage.screws[:3]).max(axis=0) > 0) * np.sign(linkage.screws[2]) * values
+    rows = [linkage.paths[linkage.bodies.index(body)][linkage.joint_of] for body in bodies]
+    return np.array([float(row @ spins) for row in rows])
