@@ -12,10 +12,14 @@ from mafsil.mobility.actuation import ActuationStatus as ActuationStatus
 from mafsil.mobility.actuation import actuation as actuation
 from mafsil.mobility.actuation import locked_mobility as locked_mobility
 from mafsil.mobility.actuation import locked_subsets as locked_subsets
+from mafsil.mobility.assembly import AssemblyModes as AssemblyModes
+from mafsil.mobility.assembly import AssemblyStatus as AssemblyStatus
+from mafsil.mobility.assembly import assembly_modes as assembly_modes
 from mafsil.mobility.configuration_space import Factor as Factor
 from mafsil.mobility.configuration_space import JointCoordinates as JointCoordinates
 from mafsil.mobility.configuration_space import ProductSpace as ProductSpace
 from mafsil.mobility.configuration_space import configuration_space as configuration_space
+from mafsil.mobility.configuration_space import configuration_space_names as configuration_space_names
 from mafsil.mobility.configuration_space import space_named as space_named
 from mafsil.mobility.drawing import common_freedoms as common_freedoms
 from mafsil.mobility.drawing import drawn_at as drawn_at
@@ -38,6 +42,7 @@ from mafsil.mobility.instantaneous import InstantaneousMobility as Instantaneous
 from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
 from mafsil.mobility.instantaneous import mobilities as mobilities
+from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
 from mafsil.mobility.linkage import Linkage as Linkage
 from mafsil.mobility.linkage import LinkageJoint as LinkageJoint
@@ -48,6 +53,7 @@ from mafsil.mobility.loop_closure import ClosureStatus as ClosureStatus
 from mafsil.mobility.loop_closure import body_poses as body_poses
 from mafsil.mobility.loop_closure import closed_near as closed_near
 from mafsil.mobility.loop_closure import loop_matrix as loop_matrix
+from mafsil.mobility.loop_closure import point_position as point_position
 from mafsil.mobility.mechanism_linkage import LinkageLike as LinkageLike
 from mafsil.mobility.mechanism_linkage import as_linkage as as_linkage
 from mafsil.mobility.mechanism_linkage import linkage_of as linkage_of
@@ -77,8 +83,11 @@ from mafsil.mobility.rigid_points import BodyPoints as BodyPoints
 from mafsil.mobility.rigid_points import PointCount as PointCount
 from mafsil.mobility.rigid_points import body_of_points as body_of_points
 from mafsil.mobility.rigid_points import count_points as count_points
+from mafsil.mobility.rigid_points import explicit_body as explicit_body
+from mafsil.mobility.rigid_points import implicit_body as implicit_body
 from mafsil.mobility.rigid_points import planar_angle as planar_angle
 from mafsil.mobility.rigid_points import planar_body as planar_body
+from mafsil.mobility.rigid_points import planar_residual as planar_residual
 from mafsil.mobility.rigid_points import points_of_body as points_of_body
 from mafsil.mobility.rigid_points import third_point as third_point
 from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
@@ -92,6 +101,9 @@ from mafsil.mobility.task_space import direction_of as direction_of
 from mafsil.mobility.task_space import fibre as fibre
 from mafsil.mobility.task_space import spatial_2r as spatial_2r
 from mafsil.mobility.task_space import task_redundancy as task_redundancy
+from mafsil.mobility.tracing import Trace as Trace
+from mafsil.mobility.tracing import TraceStatus as TraceStatus
+from mafsil.mobility.tracing import trace as trace
 from mafsil.mobility.wheels import Car as Car
 from mafsil.mobility.wheels import Cart as Cart
 from mafsil.mobility.wheels import Coin as Coin

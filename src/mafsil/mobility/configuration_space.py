@@ -118,6 +118,11 @@ DICTIONARY: dict[str, ProductSpace] = {
 """Configuration and task spaces of the field's examples, by name."""
 
 
+def configuration_space_names() -> tuple[str, ...]:
+    """Names of the DICTIONARY."""
+    return tuple(DICTIONARY)
+
+
 def space_named(name: str) -> ProductSpace:
     """One of the DICTIONARY.
 

@@ -177,7 +177,7 @@ class FourBar:
         theta = wrapped(absolute - before)
         gap: Floats = np.abs(self.closure(theta))
         residual = max([0.0, *gap[np.isfinite(gap)].tolist()])
-        return FourBarPositions(theta, C, np.round(theta.sum(axis=-1) / np.pi), residual)
+        return FourBarPositions(theta, C, np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64), residual)
 
     def closure(self, theta: ArrayLike) -> Floats:
         """(*batch, 3) sum L cos s [m], sum L sin s [m], s_4 - pi in (-pi, pi], with s_j = theta_1 + ... + theta_j."""

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, single
+from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.tolerances import CLOSED, RANK
@@ -77,6 +78,24 @@ def _poses(linkage: Linkage, theta: Floats, motions: Floats) -> Floats:
         step = motions[..., k, :, :] if forward else pose.inverse(motions[..., k, :, :])
         T[..., end, :, :] = T[..., start, :, :] @ step
     return T
+
+
+def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLike | None = None) -> Floats:
+    """(*batch, 3) where a point of a body is: R p + o, for p where it is drawn [m].
+
+    Args:
+        linkage: as drawn.
+        body: its name.
+        point: (3,) place in the drawing [m].
+        theta: (*batch, F) coordinates [rad | m].
+
+    Raises:
+        ModelError: no such body.
+    """
+    if body not in linkage.bodies:
+        raise ModelError("mobility.no_output", output=body, known=", ".join(linkage.bodies))
+    T = body_poses(linkage, theta)[..., linkage.bodies.index(body), :, :]
+    return np.asarray(pose.act(T, single("point", point, (3,))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -227,6 +227,31 @@ def planar_angle(A: ArrayLike, B: ArrayLike) -> Floats:
     return np.arctan2(apart[..., 1], apart[..., 0])
 
 
+def planar_residual(x: ArrayLike, d_AB: float) -> Floats:
+    """(*batch,) |A - B| - d of implicit coordinates (*batch, 4) (xA, yA, xB, yB) of a body of the plane [m]."""
+    v = as_batch("x", x, (4,))
+    return np.hypot(v[..., 0] - v[..., 2], v[..., 1] - v[..., 3]) - d_AB
+
+
+def implicit_body(explicit: ArrayLike, d_AB: float) -> Floats:
+    """(*batch, 4) implicit coordinates (xA, yA, xB, yB) of a body of the plane from explicit ones (xA, yA, phi)."""
+    v = as_batch("explicit", explicit, (3,))
+    return np.concatenate([v[..., :2], planar_body(v[..., :2], v[..., 2], d_AB)], axis=-1)
+
+
+def explicit_body(implicit: ArrayLike, d_AB: float) -> Floats:
+    """(*batch, 3) explicit coordinates (xA, yA, phi) of a body of the plane from implicit ones (xA, yA, xB, yB).
+
+    Raises:
+        InputError: points that are not d apart.
+    """
+    v = as_batch("implicit", implicit, (4,), finite=True)
+    gap = float(np.max(np.abs(planar_residual(v, d_AB)), initial=0.0))
+    if gap > TYPED * d_AB:
+        raise InputError("mobility.off_body", gap=gap, distance=d_AB)
+    return np.concatenate([v[..., :2], planar_angle(v[..., :2], v[..., 2:])[..., None]], axis=-1)
+
+
 def third_point(A: ArrayLike, B: ArrayLike, d_AC: float, d_BC: float, *, face_up: bool = True) -> Floats:
     """(2,) third point of a body of the plane: ABC counterclockwise if the face is up.
 
