@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import InputError
-from mafsil.mobility.tolerances import TYPED
+from mafsil.mobility.tolerances import TOUCHING, TYPED
 
 
 def circle_crossings(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> Floats:
@@ -30,7 +30,8 @@ def circle_crossings(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> 
         u = along / d[..., None]
         foot = (first**2 - second**2 + d**2) / (2 * d)
         h2 = (first - foot) * (first + foot)
-        h = np.sqrt(np.where(np.abs(h2) < TYPED**2 * np.maximum(first, second) ** 2, np.maximum(h2, 0.0), h2))
+        small = TOUCHING * np.maximum(np.maximum(first, second), d) ** 2
+        h = np.sqrt(np.where(h2 > -small, np.maximum(h2, 0.0), h2))
     across = np.stack([-u[..., 1], u[..., 0]], axis=-1)
     middle = start + foot[..., None] * u
     return np.stack([middle + h[..., None] * across, middle - h[..., None] * across], axis=-2)

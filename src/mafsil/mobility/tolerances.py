@@ -20,4 +20,5 @@ DEFINITE = 1e-7
 """Eigenvalues of second order forms of unit size beyond it have a sign: a hundred times what RANK leaves of them."""
 IN_SUPPORT = 1e-6
 """Entries of orthonormal bases below it are zeros with rounding of a decomposition of condition up to 1/RANK."""
-"""Largest share that counts as none."""
+TOUCHING = 1e-13
+"""Squares of lengths below it, over the largest, are rounding: circles nearer than 5e-14 of their radius touch."""
