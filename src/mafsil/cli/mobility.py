@@ -9,9 +9,9 @@ import numpy as np
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import coordinate
 from mafsil.cli.table import table
-from mafsil.errors import InputError
+from mafsil.errors import FileError, InputError
 from mafsil.messages import say
-from mafsil.mobility import as_linkage, locked, locked_subsets, mobility
+from mafsil.mobility import Linkage, Mobility, as_linkage, locked, locked_subsets, mobility
 
 
 def mobility_of(
@@ -21,6 +21,7 @@ def mobility_of(
     locked_joints: Sequence[str] | None,
     actuated: Sequence[str] | None,
     subsets: str | int | None,
+    picture: str | None,
 ) -> Answer:
     """The report on a file of bodies and joints, or on a robot.
 
@@ -30,6 +31,7 @@ def mobility_of(
         rule: planar, spherical or spatial.
         locked_joints, actuated: names of joints.
         subsets: lock every choice of so many joints and show what is left.
+        picture: file to draw into.
 
     Raises:
         MafsilError: no such file, no linkage, no such joints.
@@ -49,6 +51,10 @@ def mobility_of(
             (say("cli.mobility_locked_head"), say("cli.mobility_left_head")),
             [(", ".join(n), str(c)) for n, c in left.items()],
         )
+    if picture is not None:
+        _draw(linkage, found, picture)
+        data["picture"] = picture
+        lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if found else found.status.sentence(
         name=linkage.name or "-", mobility=found.mobility, counted=found.count.mobility,
         instantaneous=found.instantaneous.mobility,
@@ -60,3 +66,12 @@ def _count(value: str | int) -> int:
         return int(value)
     except ValueError:
         raise InputError("input.numbers", name="--subsets", got=repr(value)) from None
+
+
+def _draw(linkage: Linkage, found: Mobility, picture: str) -> None:
+    from mafsil.figures.linkage import save_linkage
+
+    try:
+        save_linkage(linkage, picture, found=found)
+    except OSError as error:
+        raise FileError("file.cannot_write", path=picture, reason=error.strerror or str(error)) from None
