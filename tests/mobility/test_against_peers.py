@@ -99,3 +99,15 @@ def test_two_folding_chains_guide_a_straight_line(seed):
             joints.append(mo.joint(f"{letter}{k}", "R", names[i : i + 2], place, along))
     found = mf.mobility(mo.Linkage.of(joints, output="platform"))
     assert (found.count.mobility, found.mobility, found.instantaneous.output_rotations) == (0, 1, 0)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_compiled_ranks_are_those_of_singular_values(seed):
+    rng = np.random.default_rng(seed)
+    linkage = random_linkage(rng, int(rng.integers(1, 4)), int(rng.integers(3, 9)))
+    found = mo.closed_near(linkage, rng.normal(size=(6, linkage.coordinates)) * 0.3)
+    theta = np.concatenate([np.zeros((1, linkage.coordinates)), found.theta[found.closed]])
+    expected = [mo.instantaneous(linkage, row).mobility for row in theta]
+    assert mo.mobilities(linkage, theta).tolist() == expected
+    assert int(mo.mobilities(linkage, theta[0])) == expected[0]
+    assert mo.mobilities(linkage, theta[:0]).shape == (0,)

@@ -41,7 +41,6 @@ from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
 from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
 from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
-from mafsil.mobility.instantaneous import mobilities as mobilities
 from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
 from mafsil.mobility.linkage import Linkage as Linkage
@@ -54,6 +53,7 @@ from mafsil.mobility.loop_closure import body_poses as body_poses
 from mafsil.mobility.loop_closure import closed_near as closed_near
 from mafsil.mobility.loop_closure import loop_matrix as loop_matrix
 from mafsil.mobility.loop_closure import point_position as point_position
+from mafsil.mobility.many import mobilities as mobilities
 from mafsil.mobility.mechanism_linkage import LinkageLike as LinkageLike
 from mafsil.mobility.mechanism_linkage import as_linkage as as_linkage
 from mafsil.mobility.mechanism_linkage import linkage_of as linkage_of

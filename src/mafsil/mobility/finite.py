@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
-from mafsil.mobility.instantaneous import at_state, mobilities, null_space
+from mafsil.mobility.instantaneous import at_state, null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_near, coordinates, loop_state, reduced_screws, units
+from mafsil.mobility.many import by_singular_values
 from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import NEAR, PATH_STEP
@@ -187,4 +188,4 @@ def generic_mobility(
     closed = closed_near(linkage, value + step * along * units(linkage))
     if not closed.closed.any():
         return None
-    return int(mobilities(linkage, closed.theta[closed.closed]).min())
+    return int(by_singular_values(linkage, closed.theta[closed.closed]).min())

@@ -159,16 +159,6 @@ def null_space(A: Floats) -> tuple[int, Floats, float, float]:
     return rank, Vt[rank:].T, float(s[rank - 1] / largest) if rank else 1.0, dropped
 
 
-def mobilities(linkage: Linkage, theta: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    """(*batch,) mobility by rank of many configurations (*batch, F) at once."""
-    A = loop_state(linkage, theta).matrix
-    if not A.shape[-2]:
-        return np.full(A.shape[:-2], linkage.coordinates, dtype=np.intp)
-    s = np.linalg.svd(A, compute_uv=False)
-    ranks = (s > RANK * np.maximum(s[..., :1], 1e-300)).sum(axis=-1)
-    return np.asarray(linkage.coordinates - ranks, dtype=np.intp)
-
-
 def idle_freedoms(found: InstantaneousMobility) -> tuple[IdleFreedom, ...]:
     """Motions without the output body.
 
