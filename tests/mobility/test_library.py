@@ -53,7 +53,7 @@ EXPECTED = {
 SENTENCES = {
     "MOVES": "as Gruebler counts",
     "MOVES_DEPENDENT": "because constraints depend on each other",
-    "BRANCH_POINT": "where sets of configurations meet",
+    "BRANCH_POINT": "a branch point of its configurations",
     "ONLY_INSTANTANEOUS": "stopped at second order",
     "RIGID": "is a structure",
 }
@@ -80,7 +80,7 @@ def test_reasons_of_named_mechanisms():
     assert "translations of space" not in said("four_bar")
     assert "motions of the plane across (0, 0, 1), so 3 of its 6 conditions" in said("four_bar")
     assert "3 further conditions hold by the lengths" in said("bennett")
-    assert "1 further conditions" in said("sarrus")
+    assert "1 further condition holds by" in said("sarrus")
     assert "rotations about the point" in said("universal_shaft")
     assert "motions along and about one axis (0, 0, 1)" in said("screw_press")
     assert said("delta").count("idle freedom (1)") == 6

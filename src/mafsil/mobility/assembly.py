@@ -11,6 +11,8 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import body_poses, closed_near, units
 
@@ -56,7 +58,12 @@ class AssemblyModes(Answer):
         return iter(self.theta)
 
     def __repr__(self) -> str:
-        return self.explain()
+        head = (say("mobility.mode_head"), say("mobility.hits_head"), say("mobility.theta_head"))
+        rows = [
+            (str(k + 1), str(hits), " ".join(map(number, theta.tolist()))[:70])
+            for k, (hits, theta) in enumerate(zip(self.hits, self.theta, strict=True))
+        ]
+        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
 
     def explain(self, language: str | None = None) -> str:
         """How many were found by how many starts, or how near the search came."""

@@ -6,6 +6,7 @@ theta_4 as a chain that returns to the origin along the ground, so that their su
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -18,9 +19,13 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, real_array
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.linkage import Linkage, joint
 from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, polygon_space, wrapped
 from mafsil.mobility.tolerances import TYPED
+
+INSET = 1e-9
+"""Share of an interval of the crank by which curves stay off its ends, where rounding decides whether links reach."""
 
 
 class GrashofClass(Enum):
@@ -82,11 +87,18 @@ class FourBarPositions(Answer):
     def __len__(self) -> int:
         return 2
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Floats]:
         return iter((self.theta[..., 0, :], self.theta[..., 1, :]))
 
     def __repr__(self) -> str:
-        return self.explain()
+        head = (say("mobility.mode_head"), *(f"theta_{k + 1} [rad]" for k in range(4)), "C_x [m]", "C_y [m]")
+        flat, places = self.theta.reshape(-1, 2, 4), self.C.reshape(-1, 2, 2)
+        rows = [
+            (str(mode + 1), *map(number, flat[k, mode].tolist()), *map(number, places[k, mode].tolist()))
+            for k in range(len(flat))
+            for mode in range(2)
+        ]
+        return "\n".join([on_screen(self.explain()), *table(head, rows)])
 
     def explain(self, language: str | None = None) -> str:
         """How many inputs close, and how exactly."""
@@ -233,7 +245,7 @@ class FourBar:
         if round_trip:
             theta = self.positions(np.linspace(-np.pi, np.pi, samples)).theta
             return theta[:, 0], theta[:, 1]
-        spread = (1 - np.cos(np.linspace(0, np.pi, samples))) / 2
+        spread = np.clip((1 - np.cos(np.linspace(0, np.pi, samples))) / 2, INSET, 1 - INSET)
         if low <= TYPED:
             intervals = [(-high, high)]
         elif high >= np.pi - TYPED:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, single
 from mafsil.errors import ModelError
+from mafsil.messages import say
 from mafsil.mobility.joint_kind import KINDS, Kind
 from mafsil.mobility.tolerances import TYPED
 
@@ -131,7 +132,7 @@ def _unit(owner: str, name: str, value: ArrayLike) -> Floats:
     return direction / np.linalg.norm(direction)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Linkage:
     """Bodies joined by joints: chains, trees, closed loops, with the ground as one of the bodies.
 
@@ -205,6 +206,12 @@ class Linkage:
         if loose := [body for body, reached in zip(order, found.reached, strict=True) if not reached]:
             raise ModelError("mobility.loose", bodies=", ".join(loose), ground=ground)
         return found
+
+    def __repr__(self) -> str:
+        return say(
+            "mobility.linkage", name=self.name or "-", bodies=len(self.bodies), joints=len(self.joints),
+            loops=self.loops, output=self.output,
+        )  # fmt: skip
 
     @property
     def ground(self) -> str:

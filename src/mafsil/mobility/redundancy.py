@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.motion_group import MotionGroup, motion_group
@@ -85,7 +86,7 @@ class Redundancy(Answer):
         return iter(self.causes)
 
     def __repr__(self) -> str:
-        return self.explain()
+        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """Number, causes, and which joints may be clamped."""
