@@ -278,3 +278,21 @@ def test_potentials_and_contradictions():
     mixed = mo.Pfaffian(tuple("xyz"), lambda q: [[q[2] * q[2], q[2] * q[2], q[2]]], (0.0, 0.0, 2.0))
     assert mixed.integrability
     assert not mixed.integrability.closed
+
+
+@pytest.mark.capability("02-60")
+@pytest.mark.parametrize("lengths", [(2, 4, 3.5, 4.5), (4, 2, 3.5, 4.5), (3, 4, 3.5, 4.6), (1.5, 1.2, 1.4, 1.0)])
+def test_pieces_by_continuation_are_those_of_the_inequality(lengths):
+    four = mo.FourBar(*lengths)
+    found = mo.configuration_curves(four.linkage(sum(four.input_range) / 2), starts=32)
+    assert len(found) == four.space.components
+    assert sum(found.hits) == 32
+    assert all(curve.status is mo.TraceStatus.CLOSED for curve in found)
+
+
+def test_curves_of_other_mechanisms():
+    assert len(mo.configuration_curves(library.slider_crank(), starts=32)) == 2
+    assert len(mo.configuration_curves(library.bennett(), starts=32)) == 1
+    crossing = mo.configuration_curves(library.parallelogram(), starts=32)
+    assert [len(curve.branch_points) for curve in crossing] == [2, 2]
+    assert not mo.configuration_curves(mo.locked(library.four_bar(), ["A"]), starts=8)

@@ -15,6 +15,9 @@ from mafsil.mobility.actuation import locked_subsets as locked_subsets
 from mafsil.mobility.assembly import AssemblyModes as AssemblyModes
 from mafsil.mobility.assembly import AssemblyStatus as AssemblyStatus
 from mafsil.mobility.assembly import assembly_modes as assembly_modes
+from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurves
+from mafsil.mobility.components import CurvesStatus as CurvesStatus
+from mafsil.mobility.components import configuration_curves as configuration_curves
 from mafsil.mobility.configuration_space import Factor as Factor
 from mafsil.mobility.configuration_space import JointCoordinates as JointCoordinates
 from mafsil.mobility.configuration_space import ProductSpace as ProductSpace

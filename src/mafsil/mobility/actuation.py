@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
@@ -115,8 +116,8 @@ def locked_subsets(linkage: Linkage, size: int, theta: ArrayLike | None = None) 
         InputError: more than MOST_SUBSETS choices.
     """
     J = len(linkage.joints)
-    if not 0 <= size <= J or comb(J, size) > MOST_SUBSETS:
-        raise InputError("mobility.many_subsets", count=comb(J, size) if 0 <= size <= J else 0, limit=MOST_SUBSETS)
+    if comb(J, whole("size", size, 0, J)) > MOST_SUBSETS:
+        raise InputError("mobility.many_subsets", count=comb(J, size), limit=MOST_SUBSETS)
     A = loop_matrix(linkage, theta)
     choices = list(combinations(range(J), size))
     names = [tuple(linkage.joints[k].name for k in choice) for choice in choices]

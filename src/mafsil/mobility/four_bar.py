@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, positive, real_array
+from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.linkage import Linkage, joint
-from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, polygon_space, wrapped
+from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
 from mafsil.mobility.tolerances import TYPED
 
 INSET = 1e-9
@@ -173,7 +173,7 @@ class FourBar:
 
     def positions(self, theta_1: ArrayLike) -> FourBarPositions:
         """Both assembly modes at angles of the crank (*batch,) [rad]."""
-        angle = real_array("theta_1", theta_1)
+        angle = numbers_or_nan("theta_1", theta_1)
         L1, L2, L3, L4 = self.lengths.tolist()
         B = L1 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         D = np.broadcast_to(np.array([L4, 0.0]), B.shape)
@@ -229,7 +229,8 @@ class FourBar:
 
     def coupler_curves(self, along: float, across: float, samples: int = 361) -> tuple[Floats, ...]:
         """Closed curves (k, 2) that a point of the coupler draws, one for each piece of the configurations [m]."""
-        return tuple(self.coupler_point(theta, along, across) for theta in self.curves(samples))
+        place = single("along, across", [along, across], (2,)).tolist()
+        return tuple(self.coupler_point(theta, *place) for theta in self.curves(samples))
 
     def curves(self, samples: int = 361) -> tuple[Floats, ...]:
         """The configurations as closed curves (k, 4) of angles, sampled along the crank.

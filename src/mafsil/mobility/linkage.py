@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen, single
-from mafsil.errors import ModelError
+from mafsil.arrays import Floats, frozen, real_array, single
+from mafsil.errors import InputError, ModelError
 from mafsil.messages import say
 from mafsil.mobility.joint_kind import KINDS, Kind
 from mafsil.mobility.tolerances import TYPED
@@ -91,9 +92,9 @@ def joint(
         InputError: points or directions that are not 2 or 3 finite numbers.
     """
     found = KINDS.get(kind) if isinstance(kind, str) else kind
-    if found is None:
+    if not isinstance(cast("object", found), Kind) or found is None:
         raise ModelError("mobility.unknown_kind", joint=name, kind=kind, known=", ".join(k.title for k in Kind))
-    if len(bodies) != 2 or bodies[0] == bodies[1]:
+    if isinstance(bodies, str) or len(bodies) != 2 or bodies[0] == bodies[1]:
         raise ModelError("mobility.two_bodies", joint=name, bodies=", ".join(map(str, bodies)))
     point = _in_space(f"{name}: at", at)
     direction = _unit(name, "axis", Z if axis is None else axis)
@@ -107,13 +108,21 @@ def joint(
             raise ModelError("mobility.not_perpendicular", joint=name, angle=angle)
     if found is Kind.HELICAL and not (np.isfinite(pitch) and pitch):
         raise ModelError("mobility.pitch", joint=name, pitch=pitch)
-    low, high = float(limits[0]), float(limits[1])
+    low, high = bounds(name, limits)
     if not low <= high:
         raise ModelError("mobility.limits", joint=name, lower=low, upper=high)
     return LinkageJoint(
         name, found, str(bodies[0]), str(bodies[1]), frozen(point), frozen(direction), frozen(other), float(pitch),
         bool(actuated), low, high,
     )  # fmt: skip
+
+
+def bounds(name: str, limits: object) -> tuple[float, float]:
+    """Two bounds, infinite ones among them."""
+    pair = real_array(f"{name}: limits", cast("ArrayLike", limits))
+    if pair.shape != (2,):
+        raise InputError("input.shape", name=f"{name}: limits", expected=(2,), got=pair.shape, hint="")
+    return float(pair[0]), float(pair[1])
 
 
 def _in_space(name: str, value: ArrayLike) -> Floats:

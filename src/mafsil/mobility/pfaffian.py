@@ -212,6 +212,8 @@ def growth_vector(fields: Sequence[Any], q: Any, samples: Floats) -> tuple[int, 
         q: (n, 1) symbols.
         samples: (k, n) configurations.
     """
+    if not fields:
+        return (0,)
     n, newest, values = q.rows, list(fields), [_at(field, q, samples) for field in fields]
     growth = [_dimension(values)]
     while growth[-1] < n:

@@ -37,9 +37,15 @@ def circle_crossings(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> 
     return np.stack([middle + h[..., None] * across, middle - h[..., None] * across], axis=-2)
 
 
+def numbers_or_nan(name: str, value: ArrayLike) -> Floats:
+    """(*batch,) real numbers; infinite ones, which stand for no angle and no length, as NaN."""
+    number = real_array(name, value)
+    return np.where(np.isinf(number), np.nan, number)
+
+
 def wrapped(angle: ArrayLike) -> Floats:
     """(*batch,) angles in (-pi, pi]."""
-    value = real_array("angle", angle)
+    value = numbers_or_nan("angle", angle)
     return -np.remainder(-value + np.pi, 2 * np.pi) + np.pi
 
 
@@ -111,7 +117,7 @@ def polygon_space(lengths: ArrayLike) -> PolygonSpace:
     Geometry 42 (1995), theorem 1.
     """
     L = as_batch("lengths", lengths, (len(np.atleast_1d(real_array("lengths", lengths))),), finite=True)
-    if L.ndim != 1 or not 3 <= len(L) <= 20 or L.min() < 0:
+    if L.ndim != 1 or not 3 <= len(L) <= 20 or L.min() < 0 or not L.max() > 0:
         raise InputError("mobility.polygon_lengths", got=np.shape(L))
     total, longest = float(L.sum()), float(L.max())
     excess, small = 2 * longest - total, TYPED * max(longest, 1e-300)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, positive, real_array, single
+from mafsil.arrays import Floats, as_batch, positive, real_array, require_finite, single
 from mafsil.errors import InputError
 from mafsil.mobility.motion_group import cross
 from mafsil.mobility.tolerances import RANK, TYPED
@@ -82,9 +82,9 @@ def distance_matrix(points: ArrayLike) -> Floats:
         InputError: points that coincide, not in the plane or in space.
     """
     P = real_array("points", points)
-    if P.ndim != 2 or P.shape[1] not in (2, 3) or not np.isfinite(P).all():
+    if P.ndim != 2 or P.shape[1] not in (2, 3) or not len(P):
         raise InputError("input.shape", name="points", expected="(n, 2) or (n, 3)", got=P.shape, hint="")
-    n, d = P.shape
+    n, d = require_finite("points", P).shape
     rows = np.zeros((n * (n - 1) // 2, n, d))
     for row, (i, j) in zip(rows, combinations(range(n), 2), strict=True):
         apart = P[i] - P[j]

@@ -50,23 +50,29 @@ def second_order_forms(linkage: Linkage, state: LoopState, rates: Floats) -> Sec
     stresses = left_null_space(state.matrix)
     if not stresses.shape[1] or not d:
         return SecondOrderForms(np.zeros((0, d, d)), None)
-    curvature = loop_curvature(linkage, reduced_screws(linkage, state.screws))
-    raw = np.einsum("ra,rij,ip,jq->apq", stresses, curvature, rates, rates, optimize=True)
+    moved = screw_rates(linkage, reduced_screws(linkage, state.screws))
+    cycles, by_loop = linkage.cycles[:, linkage.joint_of], stresses.reshape(linkage.loops, 6, -1)
+    raw = np.array([
+        rates.T @ np.einsum("kr,kir->ik", cycles.T @ by_loop[..., a], moved) @ rates for a in range(stresses.shape[1])
+    ])  # fmt: skip
     flat = (raw + raw.transpose(0, 2, 1)).reshape(len(raw), -1) / 2
     _, s, Vt = np.linalg.svd(flat, full_matrices=False)
     forms = Vt[s > DEFINITE * max(1.0, float(s.max(initial=0.0)))].reshape(-1, d, d)
     return SecondOrderForms(forms, _definite(forms))
 
 
-def loop_curvature(linkage: Linkage, screws: Floats) -> Floats:
-    """(6 L, F, F) second derivatives of the gaps: rows r give H_r(v, v) = v' K_r v on motions with A v = 0."""
+def screw_rates(linkage: Linkage, screws: Floats) -> Floats:
+    """(F, F, 6) at [k, i]: how the screw of coordinate k changes with coordinate i, [S_i, S_k] where i moves it.
+
+    Args:
+        linkage: as drawn.
+        screws: (6, F) now, free of units.
+    """
     by_body = linkage.paths[linkage.ends[linkage.joint_of, 0]][:, linkage.joint_of]
     same = linkage.joint_of[:, None] == linkage.joint_of[None, :]
     before = by_body + (same & (np.arange(len(same))[None, :] < np.arange(len(same))[:, None]))
     S = screws.T
-    moved = before[:, :, None] * bracket(S[None, :, :], S[:, None, :])  # d S_k / d theta_i at [k, i]
-    cycles = linkage.cycles[:, linkage.joint_of]
-    return np.einsum("lk,kir->lrik", cycles, moved).reshape(6 * linkage.loops, len(S), len(S))
+    return before[:, :, None] * bracket(S[None, :, :], S[:, None, :])
 
 
 def _definite(forms: Floats) -> Floats | None:

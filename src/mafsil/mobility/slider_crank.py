@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, positive, real_array
 from mafsil.mobility.four_bar import require_reached
 from mafsil.mobility.linkage import Linkage, joint
+from mafsil.mobility.planar_positions import numbers_or_nan
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class SliderCrank:
 
         x = r cos theta +- sqrt(l^2 - (r sin theta - e)^2)
         """
-        angle = real_array("theta", theta)
+        angle = numbers_or_nan("theta", theta)
         rise = self.crank * np.sin(angle) - self.offset
         with np.errstate(invalid="ignore"):
             half = np.sqrt((self.rod - rise) * (self.rod + rise))
@@ -44,14 +45,14 @@ class SliderCrank:
 
     def rod_angles(self, theta: ArrayLike) -> Floats:
         """(*batch, 2) direction of the rod from crank pin to block, in both modes, in (-pi, pi] [rad]."""
-        angle = real_array("theta", theta)
+        angle = numbers_or_nan("theta", theta)
         along = self.positions(angle) - (self.crank * np.cos(angle))[..., None]
         drop = (self.offset - self.crank * np.sin(angle))[..., None]
         return np.arctan2(np.broadcast_to(drop, along.shape), along)
 
     def rates(self, theta: ArrayLike) -> Floats:
         """(*batch, 2) dx/dtheta in both modes [m/rad]: r (tan(rod angle) cos theta - sin theta)."""
-        angle = real_array("theta", theta)[..., None]
+        angle = numbers_or_nan("theta", theta)[..., None]
         slope = np.tan(self.rod_angles(theta))
         return self.crank * (slope * np.cos(angle) - np.sin(angle))
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, real_array
+from mafsil.arrays import Floats, as_batch, positive, real_array, single
+from mafsil.errors import InputError
 from mafsil.mobility.configuration_space import space_named
 from mafsil.mobility.planar_positions import PolygonSpace, polygon_space
 from mafsil.mobility.tolerances import TYPED
@@ -22,6 +23,8 @@ def annulus(lengths: ArrayLike) -> tuple[float, float]:
         lengths: (n,) positive [m].
     """
     L = [positive(f"lengths[{k}]", value) for k, value in enumerate(np.atleast_1d(real_array("lengths", lengths)))]
+    if not L:
+        raise InputError("mobility.polygon_lengths", got=(0,))
     total = sum(L)
     return max(0.0, 2 * max(L) - total), total
 
@@ -66,8 +69,8 @@ def spatial_2r(alpha: float, distance: float, offset: float = 0.0) -> SphereBand
         distance: rho of the tip from the second axis [m].
         offset: c of the tip along the second axis [m].
     """
-    rho, c = positive("distance", distance), float(offset)
-    middle, half = c * np.cos(alpha), rho * abs(np.sin(alpha))
+    rho, (angle, c) = positive("distance", distance), single("alpha, offset", [alpha, offset], (2,)).tolist()
+    middle, half = c * np.cos(angle), rho * abs(np.sin(angle))
     return SphereBand(float(np.hypot(rho, c)), float(middle - half), float(middle + half))
 
 

@@ -155,7 +155,7 @@ class _Frame:
         if before is None:
             rank, basis, _, _ = null_space(A)
             if basis.shape[1] != 1:
-                raise InputError("mobility.not_one", mobility=basis.shape[1])
+                raise InputError("mobility.trace_one", mobility=basis.shape[1])
             tangent = basis[:, 0]
         else:
             tangent = np.linalg.svd(A)[2][-1]
