@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, single
-from mafsil.errors import ModelError
+from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.geometry import pose
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind
@@ -73,8 +73,12 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
         mechanism: open or with loops.
         q: (n,) coordinates of its tree [rad | m]; zero if None.
 
+    Warns:
+        ModelWarning: joints that follow others count as fixed to their parents.
+
     Raises:
-        ModelError: a mimic joint takes part in a loop or in the way to the tip, or the loops could not be closed.
+        ModelError: nothing moves, a mimic joint takes part in a loop or in the way to the tip, or the loops could not
+            be closed.
     """
     value = np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,))
     given = {each.name: float(v) for each, v in zip(mechanism.coordinates, value, strict=True)}
@@ -85,6 +89,10 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
             at = each.mimic.multiplier * given.get(each.mimic.leader, 0.0) + each.mimic.offset
         T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * at)
     _require_no_mimics_inside(mechanism)
+    if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
+        raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
+    if followers := [each.name for each in mechanism.joints if each.mimic is not None]:
+        warn(ModelWarning("mobility.followers_fixed", robot=mechanism.name, joints=", ".join(followers)))
     joints = [
         _drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0))
         for each in (*mechanism.joints, *mechanism.loops)
