@@ -28,6 +28,10 @@ from mafsil.mobility.drawing import common_freedoms as common_freedoms
 from mafsil.mobility.drawing import drawn_at as drawn_at
 from mafsil.mobility.drawing import locked as locked
 from mafsil.mobility.drawing import split as split
+from mafsil.mobility.existence import Existence as Existence
+from mafsil.mobility.existence import ExistenceStatus as ExistenceStatus
+from mafsil.mobility.existence import assembled as assembled
+from mafsil.mobility.existence import existence as existence
 from mafsil.mobility.finite import FiniteMobility as FiniteMobility
 from mafsil.mobility.finite import FiniteStatus as FiniteStatus
 from mafsil.mobility.finite import finite_mobility as finite_mobility

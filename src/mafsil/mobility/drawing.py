@@ -39,7 +39,10 @@ def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     joints: list[LinkageJoint] = []
     first = 0
     for each in linkage.joints:
-        joints.append(_moved(each, T[index[each.parent]], T[index[each.child]], screws[:, first:], value[first:]))
+        T_child = T[index[each.child]]
+        if each.name in linkage.apart:
+            T_child = T_child @ np.linalg.inv(linkage.apart[each.name])
+        joints.append(_moved(each, T[index[each.parent]], T_child, screws[:, first:], value[first:]))
         first += each.freedoms
     return replace(linkage, joints=tuple(joints), apart={})
 
@@ -53,6 +56,7 @@ def _moved(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats
     return replace(
         each, point=frozen(point), axis=frozen(axis / np.linalg.norm(axis)),
         second=frozen(second / np.linalg.norm(second)), lower=each.lower - shift, upper=each.upper - shift,
+        child_point=None,
     )  # fmt: skip
 
 
@@ -72,6 +76,7 @@ def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
 
 def without(linkage: Linkage, fixed: set[int]) -> Linkage:
     """The linkage whose joints of these indices hold their two bodies together."""
+    require_together(linkage)
     into: list[int] = list(range(len(linkage.bodies)))
     for k in fixed:
         a, b = sorted(into[int(end)] for end in linkage.ends[k])
@@ -92,7 +97,11 @@ def split(linkage: Linkage) -> Linkage:
     """The linkage with every joint of several freedoms as a chain of joints of one, with massless bodies between.
 
     The count of freedoms and the mobility stay the same.
+
+    Raises:
+        ModelError: it is drawn apart.
     """
+    require_together(linkage)
     joints: list[LinkageJoint] = []
     for each in linkage.joints:
         names = [each.parent, *(f"{each.name}.{k + 1}" for k in range(each.freedoms - 1)), each.child]
@@ -111,6 +120,16 @@ def split(linkage: Linkage) -> Linkage:
             )  # fmt: skip
     bodies = dict.fromkeys([*linkage.bodies, *(end for each in joints for end in (each.parent, each.child))])
     return replace(linkage, bodies=tuple(bodies), joints=tuple(joints))
+
+
+def require_together(linkage: Linkage) -> None:
+    """Refuse a linkage whose links are drawn apart.
+
+    Raises:
+        ModelError: the sentence says how to draw it together.
+    """
+    if linkage.apart:
+        raise ModelError("mobility.apart", name=linkage.name or "-", joints=", ".join(linkage.apart))
 
 
 def common_freedoms(first: LinkageJoint, second: LinkageJoint) -> Floats:

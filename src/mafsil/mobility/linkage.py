@@ -37,6 +37,8 @@ class LinkageJoint:
         pitch: of a helical joint [m/rad].
         actuated: whether a motor drives it.
         lower, upper: bounds of each of its coordinates [rad | m].
+        child_point: (3,) place on the child, as drawn, that belongs in the joint [m]; None where the child is drawn in
+            it.
     """
 
     name: str
@@ -50,6 +52,7 @@ class LinkageJoint:
     actuated: bool = False
     lower: float = -np.inf
     upper: float = np.inf
+    child_point: Floats | None = None
 
     @property
     def freedoms(self) -> int:
@@ -73,6 +76,7 @@ def joint(
     pitch: float = 0.0,
     actuated: bool = False,
     limits: tuple[float, float] = (-np.inf, np.inf),
+    child_at: ArrayLike | None = None,
 ) -> LinkageJoint:
     """A joint between two bodies where it is drawn.
 
@@ -86,6 +90,8 @@ def joint(
         pitch: of a helical joint [m/rad].
         actuated: whether a motor drives it.
         limits: least and greatest coordinate [rad | m].
+        child_at: (2,) or (3,) place on the child, as drawn, that belongs in the joint [m]: links drawn apart, whose
+            lengths are known but not where they meet. `at` if None.
 
     Raises:
         ModelError: an unknown kind, not two bodies, a zero axis, axes that are not perpendicular, limits that cross.
@@ -113,7 +119,7 @@ def joint(
         raise ModelError("mobility.limits", joint=name, lower=low, upper=high)
     return LinkageJoint(
         name, found, str(bodies[0]), str(bodies[1]), frozen(point), frozen(direction), frozen(other), float(pitch),
-        bool(actuated), low, high,
+        bool(actuated), low, high, None if child_at is None else frozen(_in_space(f"{name}: child_at", child_at)),
     )  # fmt: skip
 
 
@@ -153,8 +159,8 @@ class Linkage:
         joints: in order of their coordinates theta (F,), F the sum of their freedoms.
         output: name of the body whose motion matters: the platform, the gripper.
         planar: all bodies move in one plane, and are counted in it.
-        apart: displacements (4, 4) by which the child stands off its joint in the drawing, by the name of the joint:
-            the ends of links that do not meet where they are drawn. Empty when all loops are closed there.
+        apart: displacements (4, 4) X by the name of the joint, T_child = T_parent exp([S] theta) X: from where the
+            child is drawn to where it meets the joint. Empty when everything is drawn together.
     """
 
     name: str
@@ -211,7 +217,8 @@ class Linkage:
         if planar:
             for each in given:
                 _require_in_plane(each)
-        found = cls(name, order, given, chosen, planar)
+        apart = {each.name: _shift(each) for each in given if each.child_point is not None}
+        found = cls(name, order, given, chosen, planar, apart)
         if loose := [body for body, reached in zip(order, found.reached, strict=True) if not reached]:
             raise ModelError("mobility.loose", bodies=", ".join(loose), ground=ground)
         return found
@@ -353,6 +360,13 @@ class Linkage:
         """The same linkage, driven at these joints and no others."""
         driven = set(self.index_of(names))
         return replace(self, joints=tuple(replace(each, actuated=k in driven) for k, each in enumerate(self.joints)))
+
+
+def _shift(each: LinkageJoint) -> Floats:
+    """(4, 4) translation from the place on the child to the joint."""
+    X = np.eye(4)
+    X[:3, 3] = each.point - (each.point if each.child_point is None else each.child_point)
+    return frozen(X)
 
 
 def _require_once(names: list[str]) -> None:

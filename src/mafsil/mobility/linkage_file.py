@@ -11,6 +11,7 @@
     bodies = ["ground", "crank"]
     at = [0, 0]
     actuated = true
+    child_at = [1, 2]          # where the child is drawn apart: the place on it that belongs in the joint
 
 A pin through more than two bodies stands as one joint: it becomes coincident joints of neighbours.
 """
@@ -27,7 +28,7 @@ from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
 _KEYS = {"name", "planar", "ground", "output", "bodies", "joint"}
-_JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits"}
+_JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits", "child_at"}
 
 
 def read_linkage(path: str | Path) -> Linkage:

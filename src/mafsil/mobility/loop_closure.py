@@ -50,7 +50,7 @@ def _joint_motions(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats]:
         for k in range(first, first + each.freedoms):
             before.append(done)
             done = done @ steps[..., k, :, :]
-        motions.append(done)
+        motions.append(done @ linkage.apart[each.name] if each.name in linkage.apart else done)
         first += each.freedoms
     empty = np.zeros((*theta.shape[:-1], 0, 4, 4))
     return np.stack(motions, axis=-3), np.stack(before, axis=-3) if before else empty
@@ -136,8 +136,7 @@ def _gaps(linkage: Linkage, T: Floats, motions: Floats, screws: Floats) -> tuple
     batch, F = T.shape[:-3], linkage.coordinates
     closing = list(linkage.closing)
     a, b = linkage.ends[closing].T
-    apart = np.array([linkage.apart.get(linkage.joints[k].name, np.eye(4)) for k in closing]).reshape(-1, 4, 4)
-    G = T[..., a, :, :] @ motions[..., closing, :, :] @ apart @ pose.inverse(T[..., b, :, :])
+    G = T[..., a, :, :] @ motions[..., closing, :, :] @ pose.inverse(T[..., b, :, :])
     hat = _without_units(linkage)
     gap = np.einsum("ij,...lj->...li", hat, pose.log(G)) if closing else np.zeros((*batch, 0, 6))
     own = reduced_screws(linkage, screws)

@@ -51,6 +51,8 @@ def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
     value = coordinates(linkage, theta)
     if not linkage.loops:
         return np.full(value.shape[:-1], linkage.coordinates, dtype=np.intp)
+    if linkage.apart:
+        return by_singular_values(linkage, value.reshape(-1, linkage.coordinates)).reshape(value.shape[:-1])
     p = _pattern(linkage)
     u = np.ascontiguousarray(value.reshape(-1, linkage.coordinates) / p.units)
     rank, doubt = np.zeros(len(u), dtype=np.int64), np.zeros(len(u), dtype=np.bool_)

@@ -109,6 +109,8 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
         if not found:
             raise ModelError("mobility.cannot_close", name=mechanism.name, gap=float(found.gap))
         whole = drawn_at(whole, found.theta)
+    elif whole.apart:
+        whole = drawn_at(whole, np.zeros(whole.coordinates))
     fixed = {k for k, each in enumerate(whole.joints) if each.kind is Kind.FIXED}
     return without(whole, fixed)
 

@@ -14,6 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
+from mafsil.mobility.existence import assembled
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, generic_mobility
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import InstantaneousMobility, instantaneous
@@ -139,6 +140,8 @@ def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | Non
         InputError: loops that gape at these coordinates.
     """
     linkage = as_linkage(source, q)
+    if linkage.apart:
+        linkage = assembled(linkage)
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
