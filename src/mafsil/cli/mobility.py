@@ -11,7 +11,7 @@ from mafsil.cli.numerals import coordinate
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.messages import say
-from mafsil.mobility import Linkage, Mobility, as_linkage, locked, locked_subsets, mobility
+from mafsil.mobility import Linkage, Mobility, as_linkage, assembled, locked, locked_subsets, mobility
 
 
 def mobility_of(
@@ -38,6 +38,8 @@ def mobility_of(
     """
     values = None if q is None else np.array([coordinate(f"q[{k}]", word)[0] for k, word in enumerate(q)])
     linkage = as_linkage(mechanism, values)
+    if linkage.apart:
+        linkage = assembled(linkage)
     if actuated is not None:
         linkage = linkage.with_actuators(*actuated)
     if locked_joints:
