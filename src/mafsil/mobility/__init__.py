@@ -50,6 +50,7 @@ from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
 from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
+from mafsil.mobility.linkage import Coupling as Coupling
 from mafsil.mobility.linkage import Linkage as Linkage
 from mafsil.mobility.linkage import LinkageJoint as LinkageJoint
 from mafsil.mobility.linkage import joint as joint

@@ -146,7 +146,10 @@ def configuration_space(linkage: Linkage) -> ProductSpace:
     if linkage.loops:
         raise InputError("mobility.not_open", name=linkage.name or "-", loops=linkage.loops)
     factors: list[Factor] = []
+    followers = {each.follower for each in linkage.couplings}
     for each in linkage.joints:
+        if each.name in followers:
+            continue
         free = _FREE[each.kind]
         limited = each.freedoms == 1 and np.isfinite(each.lower) and np.isfinite(each.upper)
         whole_turn = each.kind is Kind.REVOLUTE and each.upper - each.lower >= 2 * np.pi

@@ -77,6 +77,7 @@ def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
 def without(linkage: Linkage, fixed: set[int]) -> Linkage:
     """The linkage whose joints of these indices hold their two bodies together."""
     require_together(linkage)
+    fixed = _with_coupled(linkage, fixed)
     into: list[int] = list(range(len(linkage.bodies)))
     for k in fixed:
         a, b = sorted(into[int(end)] for end in linkage.ends[k])
@@ -90,7 +91,17 @@ def without(linkage: Linkage, fixed: set[int]) -> Linkage:
         raise ModelError("mobility.all_locked", name=linkage.name or "-")
     bodies = tuple(body for k, body in enumerate(linkage.bodies) if into[k] == k)
     output = linkage.bodies[into[linkage.bodies.index(linkage.output)]]
-    return replace(linkage, bodies=bodies, joints=tuple(kept), output=output)
+    names = {each.name for each in kept}
+    couplings = tuple(each for each in linkage.couplings if {each.follower, each.leader} <= names)
+    return replace(linkage, bodies=bodies, joints=tuple(kept), output=output, couplings=couplings)
+
+
+def _with_coupled(linkage: Linkage, fixed: set[int]) -> set[int]:
+    """Locked joints with all that couplings lock beside them."""
+    pairs = [set(linkage.index_of([each.follower, each.leader])) for each in linkage.couplings]
+    while more := [pair for pair in pairs if pair & fixed and not pair <= fixed]:
+        fixed = fixed.union(*more)
+    return fixed
 
 
 def split(linkage: Linkage) -> Linkage:

@@ -80,8 +80,9 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     """How many independent motions a linkage really has around a configuration.
 
     1. No first-order motion: rigid, proven.
-    2. Each loop stays in the group that its joints generate; if the rank is the sum of the dimensions of these groups,
-       the configurations are smooth around this one and their dimension is the number of first-order motions: proven.
+    2. Each loop stays in the group that its joints generate; if the rank is the sum of the dimensions of these groups
+       and the number of couplings, the configurations are smooth around this one and their dimension is the number of
+       first-order motions: proven.
     3. Forms of second order: if a combination is definite, this configuration is isolated: proven.
     4. Else steps along the motions that second order admits, closed again by Newton's method; those whose correction is
        small against the step are motions, and the rank there gives the dimension, tried by steps along all of it.
@@ -100,7 +101,7 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     if not d:  # 1
         return FiniteMobility(FiniteStatus.RIGID, 0, 0, True, 0, (), none, none)
     asked = sum(g.dimension for _, g in loop_groups(linkage, reduced_screws(linkage, state.screws)))
-    if here.rank == asked:  # 2
+    if here.rank == asked + len(linkage.couplings):  # 2
         tangents = here.rates.T
         return FiniteMobility(
             FiniteStatus.REGULAR, d, d, True, 0, (d,), tangents, value + PATH_STEP * tangents * units(linkage)

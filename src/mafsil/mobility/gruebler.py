@@ -36,6 +36,7 @@ class GrueblerCount(SingleAnswer):
         freedoms: f of each of the J joints.
         warnings: sentences: why the count may be wrong here.
         group: what the joints generate together, if their places are known.
+        couplings: fixed ratios between joints, each of which takes one freedom.
     """
 
     rule: str
@@ -43,6 +44,7 @@ class GrueblerCount(SingleAnswer):
     freedoms: tuple[int, ...]
     warnings: tuple[str, ...] = ()
     group: MotionGroup | None = None
+    couplings: int = 0
 
     @property
     def m(self) -> int:
@@ -67,7 +69,7 @@ class GrueblerCount(SingleAnswer):
     @property
     def mobility(self) -> int:
         """The count, negative too."""
-        return self.m * (self.links - 1 - self.joints) + sum(self.freedoms)
+        return self.m * (self.links - 1 - self.joints) + sum(self.freedoms) - self.couplings
 
     @property
     def status(self) -> CountStatus:
@@ -82,7 +84,8 @@ class GrueblerCount(SingleAnswer):
             "m": self.m, "links": self.links, "joints": self.joints, "sum": sum(self.freedoms), "loops": self.loops,
             "mobility": self.mobility, "rule": say(f"mobility.rule_{self.rule}", language=language),
         }  # fmt: skip
-        lines = [say("mobility.count", language=language, **details), self.status.sentence(language)]
+        key = "mobility.count_coupled" if self.couplings else "mobility.count"
+        lines = [say(key, language=language, couplings=self.couplings, **details), self.status.sentence(language)]
         return "\n".join(
             [*lines, *(say(f"mobility.{key}", language=language, m=self.group_dimension) for key in self.warnings)]
         )
@@ -97,7 +100,7 @@ class GrueblerCount(SingleAnswer):
         return {
             "status": self.status.name.lower(), "rule": self.rule, "m": self.m, "links": self.links,
             "joints": self.joints, "freedoms": list(self.freedoms), "constraints": list(self.constraints),
-            "loops": self.loops, "mobility": self.mobility,
+            "loops": self.loops, "couplings": self.couplings, "mobility": self.mobility,
             "warnings": [say(f"mobility.{key}", m=self.group_dimension) for key in self.warnings],
         }  # fmt: skip
 
@@ -146,7 +149,9 @@ def gruebler(linkage: Linkage, rule: str | None = None) -> GrueblerCount:
         warnings.append("warn_planar_as_spatial" if RULES[chosen] > RULES[right] else "warn_spatial_as_planar")
     if chosen == "spatial" and right == "spatial" and group.dimension < 6:
         warnings.append("warn_smaller_group")
-    return GrueblerCount(chosen, len(linkage.bodies), freedoms, tuple(warnings), group)
+    return GrueblerCount(
+        chosen, len(linkage.bodies), freedoms, tuple(warnings), group, len(linkage.couplings)
+    )  # fmt: skip
 
 
 def natural_rule(group: MotionGroup) -> str:

@@ -147,6 +147,20 @@ def _unit(owner: str, name: str, value: ArrayLike) -> Floats:
     return direction / np.linalg.norm(direction)
 
 
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """Gears, belts, joints that follow others: theta_follower = ratio theta_leader, counted from the drawing.
+
+    Attributes:
+        follower, leader: names of joints of one freedom.
+        ratio: [1, m/rad or rad/m]; not zero.
+    """
+
+    follower: str
+    leader: str
+    ratio: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Linkage:
     """Bodies joined by joints: chains, trees, closed loops, with the ground as one of the bodies.
@@ -161,6 +175,7 @@ class Linkage:
         planar: all bodies move in one plane, and are counted in it.
         apart: displacements (4, 4) X by the name of the joint, T_child = T_parent exp([S] theta) X: from where the
             child is drawn to where it meets the joint. Empty when everything is drawn together.
+        couplings: between joints of one freedom.
     """
 
     name: str
@@ -169,6 +184,7 @@ class Linkage:
     output: str
     planar: bool = False
     apart: Mapping[str, Floats] = field(default_factory=dict[str, Floats])
+    couplings: tuple[Coupling, ...] = ()
 
     @classmethod
     def of(
@@ -180,6 +196,7 @@ class Linkage:
         output: str | None = None,
         planar: bool = False,
         bodies: Sequence[str] | None = None,
+        couplings: Iterable[Coupling] = (),
     ) -> Linkage:
         """A linkage of joints, checked.
 
@@ -190,6 +207,7 @@ class Linkage:
             output: the body whose motion matters; the last new one if None.
             planar: refuse joints that leave the plane normal to z, and count in the plane.
             bodies: all names, so that misspelt ones are found; None takes those of the joints.
+            couplings: gears and other fixed ratios between joints of one freedom.
 
         Raises:
             ModelError: no joints, doubled or unknown names, bodies that nothing joins to the ground, a joint that
@@ -218,7 +236,9 @@ class Linkage:
             for each in given:
                 _require_in_plane(each)
         apart = {each.name: _shift(each) for each in given if each.child_point is not None}
-        found = cls(name, order, given, chosen, planar, apart)
+        found = cls(name, order, given, chosen, planar, apart, tuple(couplings))
+        for each in found.couplings:
+            found.require_coupling(each)
         if loose := [body for body, reached in zip(order, found.reached, strict=True) if not reached]:
             raise ModelError("mobility.loose", bodies=", ".join(loose), ground=ground)
         return found
@@ -228,6 +248,16 @@ class Linkage:
             "mobility.linkage", name=self.name or "-", bodies=len(self.bodies), joints=len(self.joints),
             loops=self.loops, output=self.output,
         )  # fmt: skip
+
+    def require_coupling(self, each: Coupling) -> None:
+        """Refuse a coupling of joints that are not there, have several freedoms, or of ratio zero.
+
+        Raises:
+            ModelError: the sentence names both joints.
+        """
+        pair = [self.joints[k] for k in self.index_of([each.follower, each.leader])]
+        if pair[0] is pair[1] or any(one.freedoms != 1 for one in pair) or not (np.isfinite(each.ratio) and each.ratio):
+            raise ModelError("mobility.coupling", follower=each.follower, leader=each.leader, ratio=each.ratio)
 
     @property
     def ground(self) -> str:

@@ -23,11 +23,12 @@ from pathlib import Path
 from typing import Any, cast
 
 from mafsil.errors import FileError, MafsilError
-from mafsil.mobility.linkage import Linkage, LinkageJoint, joint
+from mafsil.mobility.linkage import Coupling, Linkage, LinkageJoint, joint
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
-_KEYS = {"name", "planar", "ground", "output", "bodies", "joint"}
+_KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling"}
+_COUPLING_KEYS = {"follower", "leader", "ratio"}
 _JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits", "child_at"}
 
 
@@ -80,7 +81,27 @@ def parse_linkage(data: object, source: str) -> Linkage:
     return Linkage.of(
         joints, name=table.get("name", Path(source).stem), ground=table.get("ground", "ground"),
         output=table.get("output"), planar=table.get("planar", False), bodies=table.get("bodies"),
+        couplings=_couplings(table.get("coupling", []), source),
     )  # fmt: skip
+
+
+def _couplings(given: object, source: str) -> list[Coupling]:
+    entries = cast("list[object]", given) if isinstance(given, list) else [None]
+    found: list[Coupling] = []
+    for k, entry in enumerate(entries):
+        table, place = _table(entry), f"coupling {k + 1}"
+        if table is None:
+            raise FileError("mobility.file_value", path=source, place=place, expected="table")
+        _known(table, _COUPLING_KEYS, source, place)
+        for key, kinds, words in (
+            ("follower", str, "name"),
+            ("leader", str, "name"),
+            ("ratio", (int, float), "number"),
+        ):
+            if not isinstance(table.get(key), kinds):
+                raise FileError("mobility.file_value", path=source, place=f"{place}: {key}", expected=words)
+        found.append(Coupling(table["follower"], table["leader"], float(table["ratio"])))
+    return found
 
 
 def _joints(entry: object, index: int, source: str) -> list[LinkageJoint]:

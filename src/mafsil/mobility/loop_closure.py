@@ -105,8 +105,9 @@ class LoopState:
     Attributes:
         poses: (*batch, N, 4, 4) displacements of the bodies.
         screws: (*batch, 6, F) of the joints where they are now, in the frame of the drawing.
-        gap: (*batch, 6 L) twist that would close each loop at the joint that closes it, free of units.
-        matrix: (*batch, 6 L, F) rates of the gaps per rate of coordinates, free of units.
+        gap: (*batch, 6 L + K) twist that would close each loop at the joint that closes it, free of units; then what
+            the K couplings miss.
+        matrix: (*batch, 6 L + K, F) rates of the gaps per rate of coordinates, free of units.
     """
 
     poses: Floats
@@ -129,7 +130,22 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
     T = _poses(linkage, value, motions)
     parents = linkage.ends[linkage.joint_of, 0]
     screws = np.einsum("...kij,jk->...ik", pose.adjoint(T[..., parents, :, :] @ before), linkage.screws)
-    return LoopState(T, screws, *_gaps(linkage, T, motions, screws))
+    gap, rows = _gaps(linkage, T, motions, screws)
+    if linkage.couplings:
+        ratios = coupling_rows(linkage)
+        gap = np.concatenate([gap, (value / units(linkage)) @ ratios.T], axis=-1)
+        rows = np.concatenate([rows, np.broadcast_to(ratios, (*rows.shape[:-2], *ratios.shape))], axis=-2)
+    return LoopState(T, screws, gap, rows)
+
+
+def coupling_rows(linkage: Linkage) -> Floats:
+    """(K, F) what the couplings ask of coordinates over `units`: u_follower - ratio u_leader = 0, free of units."""
+    scale = units(linkage)
+    rows = np.zeros((len(linkage.couplings), linkage.coordinates))
+    for row, each in zip(rows, linkage.couplings, strict=True):
+        follower, leader = (int(linkage.columns_of([name])[0]) for name in (each.follower, each.leader))
+        row[follower], row[leader] = 1.0, -each.ratio * scale[leader] / scale[follower]
+    return rows
 
 
 def _gaps(linkage: Linkage, T: Floats, motions: Floats, screws: Floats) -> tuple[Floats, Floats]:

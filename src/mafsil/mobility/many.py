@@ -49,10 +49,10 @@ def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
     Memory beyond input and output: two bytes and a number for each row.
     """
     value = coordinates(linkage, theta)
+    if linkage.apart or linkage.couplings:
+        return by_singular_values(linkage, value.reshape(-1, linkage.coordinates)).reshape(value.shape[:-1])
     if not linkage.loops:
         return np.full(value.shape[:-1], linkage.coordinates, dtype=np.intp)
-    if linkage.apart:
-        return by_singular_values(linkage, value.reshape(-1, linkage.coordinates)).reshape(value.shape[:-1])
     p = _pattern(linkage)
     u = np.ascontiguousarray(value.reshape(-1, linkage.coordinates) / p.units)
     rank, doubt = np.zeros(len(u), dtype=np.int64), np.zeros(len(u), dtype=np.bool_)

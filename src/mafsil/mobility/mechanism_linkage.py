@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TypeAlias
@@ -10,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, single
-from mafsil.errors import ModelError, ModelWarning, warn
+from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.library import MECHANISMS
-from mafsil.mobility.linkage import Linkage, LinkageJoint
+from mafsil.mobility.linkage import Coupling, Linkage, LinkageJoint
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.loop_closure import closed_near, largest_gap
 from mafsil.mobility.tolerances import CLOSED
-from mafsil.model import Joint, JointKind, Limits, Link, Mechanism
+from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.toml_source import parsed_toml
 
@@ -73,26 +74,26 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
         mechanism: open or with loops.
         q: (n,) coordinates of its tree [rad | m]; zero if None.
 
-    Warns:
-        ModelWarning: joints that follow others count as fixed to their parents.
-
     Raises:
-        ModelError: nothing moves, a mimic joint takes part in a loop or in the way to the tip, or the loops could not
-            be closed.
+        ModelError: nothing moves, or the loops could not be closed.
     """
     value = np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,))
     given = {each.name: float(v) for each, v in zip(mechanism.coordinates, value, strict=True)}
     T = {mechanism.links[0].name: np.asarray(mechanism.T_sb)}
+    given |= {
+        each.name: each.mimic.multiplier * given[each.mimic.leader] + each.mimic.offset
+        for each in mechanism.joints
+        if each.mimic is not None
+    }
     for each in mechanism.joints:
-        at = given.get(each.name, 0.0)
-        if each.mimic is not None:
-            at = each.mimic.multiplier * given.get(each.mimic.leader, 0.0) + each.mimic.offset
-        T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * at)
-    _require_no_mimics_inside(mechanism)
+        T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * given.get(each.name, 0.0))
     if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
         raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
-    if followers := [each.name for each in mechanism.joints if each.mimic is not None]:
-        warn(ModelWarning("mobility.followers_fixed", robot=mechanism.name, joints=", ".join(followers)))
+    couplings = tuple(
+        Coupling(each.name, each.mimic.leader, each.mimic.multiplier)
+        for each in mechanism.joints
+        if each.mimic is not None and each.mimic.multiplier
+    )
     joints = [
         _drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0))
         for each in (*mechanism.joints, *mechanism.loops)
@@ -100,7 +101,7 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     apart = {each.name: T[each.parent] @ each.T_pj @ pose.inverse(T[each.child]) for each in mechanism.loops}
     base = mechanism.links[0].name
     whole = Linkage(
-        mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip,
+        mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings,
         apart={name: frozen(gap) for name, gap in apart.items() if np.abs(gap - np.eye(4)).max() > CLOSED / 100},
     )  # fmt: skip
     assert whole.ground == base, "assemble puts the base first"
@@ -118,21 +119,13 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
 def _drawn(each: Joint, T: Floats, at: float) -> LinkageJoint:
     axis = T[:3, :3] @ each.axis
     point = T[:3, 3] + (axis * at if each.kind is JointKind.PRISMATIC else 0.0)
-    kind = Kind.FIXED if each.mimic is not None else _KINDS[each.kind]
+    still = each.mimic is not None and not each.mimic.multiplier
+    kind = Kind.FIXED if still else _KINDS[each.kind]
     return LinkageJoint(
         each.name, kind, each.parent, each.child, frozen(point), frozen(axis / np.linalg.norm(axis)),
-        pitch=each.pitch, actuated=each.actuated, lower=each.limits.lower - at, upper=each.limits.upper - at,
+        pitch=each.pitch, actuated=each.actuated and each.mimic is None, lower=each.limits.lower - at,
+        upper=each.limits.upper - at,
     )  # fmt: skip
-
-
-def _require_no_mimics_inside(mechanism: Mechanism) -> None:
-    """Joints that follow others count as fixed, which is right where no loop and not the tip depends on them."""
-    above = {each.child: each for each in mechanism.joints}
-    for end in (mechanism.tip, *(end for loop in mechanism.loops for end in (loop.parent, loop.child))):
-        while end in above:
-            if above[end].mimic is not None:
-                raise ModelError("mobility.mimic_inside", joint=above[end].name, robot=mechanism.name)
-            end = above[end].parent
 
 
 def mechanism_of(linkage: Linkage) -> Mechanism:
@@ -145,19 +138,25 @@ def mechanism_of(linkage: Linkage) -> Mechanism:
         linkage: closed where it is drawn.
 
     Raises:
-        ModelError: it gapes there.
+        ModelError: it gapes there, is drawn apart, or couples a joint that closes a loop.
     """
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
         raise ModelError("mobility.gapes", name=linkage.name or "-", gap=gap)
     fine = split(linkage)
+    closing = {fine.joints[k].name for k in fine.closing}
+    for each in fine.couplings:
+        if {each.follower, each.leader} & closing:
+            raise ModelError("mobility.coupled_closing", follower=each.follower, leader=each.leader)
+    mimics = {each.follower: Mimic(each.leader, each.ratio) for each in fine.couplings}
     origins = {fine.ground: np.zeros(3)}
     joints: list[Joint] = []
     for k, forward in fine.tree:
         each = fine.joints[k]
         parent, child = (each.parent, each.child) if forward else (each.child, each.parent)
         origins[child] = np.asarray(each.point)
-        joints.append(_model_joint(each, parent, child, origins[parent], 1.0 if forward else -1.0))
+        drawn = _model_joint(each, parent, child, origins[parent], 1.0 if forward else -1.0)
+        joints.append(replace(drawn, mimic=mimics.get(each.name)))
     links = [Link(body) for body in fine.bodies]
     loops: list[Joint] = []
     for k in fine.closing:

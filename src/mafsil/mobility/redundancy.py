@@ -60,7 +60,7 @@ class Redundancy(Answer):
         causes: loops whose joints generate less than all motions.
         special: how many constraints are implied beyond that: by lengths and angles of this very linkage or
             configuration.
-        stresses: (6 L, count) orthonormal wrenches (moment, force) through the joints that close the loops,
+        stresses: (6 L + K, count) orthonormal wrenches (moment, force) through the joints that close the loops,
             which balance without any load: what imprecise parts are clamped by.
         loaded: names of the joints that these wrenches go through.
     """
@@ -155,6 +155,6 @@ def _wrenches_through(linkage: Linkage, stresses: Floats) -> Floats:
     """(J,) largest wrench through each joint: of the loops that pass it, with their senses."""
     if not stresses.shape[1]:
         return np.zeros(len(linkage.joints))
-    by_loop = stresses.reshape(linkage.loops, 6, -1)
+    by_loop = stresses[: 6 * linkage.loops].reshape(linkage.loops, 6, -1)
     through = np.einsum("lj,lik->jik", linkage.cycles, by_loop)
     return np.abs(through).max(axis=(1, 2))

@@ -51,7 +51,7 @@ def second_order_forms(linkage: Linkage, state: LoopState, rates: Floats) -> Sec
     if not stresses.shape[1] or not d:
         return SecondOrderForms(np.zeros((0, d, d)), None)
     moved = screw_rates(linkage, reduced_screws(linkage, state.screws))
-    cycles, by_loop = linkage.cycles[:, linkage.joint_of], stresses.reshape(linkage.loops, 6, -1)
+    cycles, by_loop = linkage.cycles[:, linkage.joint_of], stresses[: 6 * linkage.loops].reshape(linkage.loops, 6, -1)
     raw = np.array([
         rates.T @ np.einsum("kr,kir->ik", cycles.T @ by_loop[..., a], moved) @ rates for a in range(stresses.shape[1])
     ])  # fmt: skip
