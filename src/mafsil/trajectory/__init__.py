@@ -78,6 +78,9 @@ from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
 from mafsil.trajectory.polynomial_conditions import polynomial as polynomial
 from mafsil.trajectory.polynomial_conditions import septic as septic
+from mafsil.trajectory.profile_comparison import ProfileComparison as ProfileComparison
+from mafsil.trajectory.profile_comparison import ProfileRun as ProfileRun
+from mafsil.trajectory.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles import profiles as profiles
 from mafsil.trajectory.requirements import IsSmooth as IsSmooth
 from mafsil.trajectory.requirements import KeepsClear as KeepsClear

@@ -38,6 +38,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
+    tip_turn_rate: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimal: ...
@@ -51,6 +52,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
+    tip_turn_rate: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimalBatch: ...
@@ -64,6 +66,7 @@ def time_optimal(
     robot: Robot | None = None,
     tip_speed: float = np.inf,
     tip_acceleration: float = np.inf,
+    tip_turn_rate: float = np.inf,
     frame: str | None = None,
     intervals: int | None = None,
 ) -> TimeOptimal | TimeOptimalBatch:
@@ -84,6 +87,7 @@ def time_optimal(
         start_velocity, end_velocity: ds/dt at the ends, not negative, a number or one for each path.
         robot: whose dynamics the efforts and whose tip the limits of the tip mean; `limits` itself if it is a robot.
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
+        tip_turn_rate: of its axes [rad/s].
         frame: name of the link whose frame is meant.
         intervals: of the grid, at least one for each polynomial of the path; None for about 600, denser where needed.
 
@@ -110,7 +114,7 @@ def time_optimal(
     if not (np.isfinite(bounds.acceleration).any() or np.isfinite(bounds.effort).any()):
         raise InputError("trajectory.no_acceleration_limit")
     whose = limits if robot is None and isinstance(limits, Robot) else robot
-    sampled = _sampled(bounds, whose, tip_speed, tip_acceleration, frame)
+    sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_turn_rate), frame)
     ends = [
         _velocity(name, v, len(paths))
         for name, v in (("start_velocity", start_velocity), ("end_velocity", end_velocity))
@@ -143,7 +147,7 @@ def _no_answer(index: int) -> TimeOptimal:
 
 
 def _sampled(
-    limits: MotionLimits, robot: Robot | None, speed: float, acceleration: float, frame: str | None
+    limits: MotionLimits, robot: Robot | None, tip: tuple[float, float, float], frame: str | None
 ) -> list[SampledLimit]:
     """Limits that need a robot."""
     found: list[SampledLimit] = []
@@ -151,12 +155,12 @@ def _sampled(
         if robot is None:
             raise InputError("trajectory.effort_needs_robot")
         found.append(EffortLimit(_fitting(robot, limits.n), limits.effort))
-    given = (("tip_speed", speed), ("tip_acceleration", acceleration))
+    given = zip(("tip_speed", "tip_acceleration", "tip_turn_rate"), tip, strict=True)
     bounds = [bound if bound == np.inf else positive(name, bound) for name, bound in given]
     if min(bounds) < np.inf:
         if robot is None:
             raise InputError("trajectory.tip_needs_robot")
-        found.append(TipLimit(_fitting(robot, limits.n), bounds[0], bounds[1], frame))
+        found.append(TipLimit(_fitting(robot, limits.n), bounds[0], bounds[1], bounds[2], frame))
     return found
 
 

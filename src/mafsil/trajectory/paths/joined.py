@@ -202,12 +202,12 @@ class JoinedPath:
         return float(((np.linalg.norm(V, axis=-1) * weights).sum(axis=1) * half).sum())
 
 
-def joined(legs: tuple[TipPath, ...], blend: float | None, blend_angle: float | None) -> JoinedPath:
+def joined(legs: tuple[TipPath, ...], blend: tuple[float, ...] | None, blend_angle: float | None) -> JoinedPath:
     """Legs one after the other; see `mafsil.trajectory.joined_path`.
 
     Args:
         legs: each begins where the one before ends.
-        blend: largest deviation [m]; None leaves the corners sharp.
+        blend: largest deviation at the end of each leg but the last [m]; None leaves the corners sharp.
         blend_angle: largest deviation [rad]; unbounded if None.
 
     Raises:
@@ -226,7 +226,7 @@ def joined(legs: tuple[TipPath, ...], blend: float | None, blend_angle: float | 
     if blend is None or not len(sharp.corners):
         return sharp
     wanted = [k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < ROUNDING]
-    return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend, blend_angle) for k in wanted))
+    return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend[k - 1], blend_angle) for k in wanted))
 
 
 def _fitted(sharp: JoinedPath, k: int, wanted: list[int], blend: float, blend_angle: float | None) -> CornerBlend:
