@@ -52,9 +52,9 @@ from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
 from mafsil.mobility.linkage import Coupling as Coupling
 from mafsil.mobility.linkage import Linkage as Linkage
-from mafsil.mobility.linkage import LinkageJoint as LinkageJoint
-from mafsil.mobility.linkage import joint as joint
 from mafsil.mobility.linkage_file import read_linkage as read_linkage
+from mafsil.mobility.linkage_joint import LinkageJoint as LinkageJoint
+from mafsil.mobility.linkage_joint import joint as joint
 from mafsil.mobility.loop_closure import Closure as Closure
 from mafsil.mobility.loop_closure import ClosureStatus as ClosureStatus
 from mafsil.mobility.loop_closure import body_poses as body_poses

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import ModelError
 from mafsil.mobility.joint_kind import Kind
-from mafsil.mobility.linkage import Linkage, LinkageJoint
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkage_joint import LinkageJoint
 from mafsil.mobility.loop_closure import body_poses, coordinates, largest_gap, loop_state
 from mafsil.mobility.motion_group import span
 from mafsil.mobility.tolerances import AS_DRAWN, RANK

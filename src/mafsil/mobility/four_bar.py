@@ -20,7 +20,8 @@ from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.mobility.linkage import Linkage, joint
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
 from mafsil.mobility.tolerances import TYPED
 

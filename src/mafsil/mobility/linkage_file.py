@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from mafsil.errors import FileError, MafsilError
-from mafsil.mobility.linkage import Coupling, Linkage, LinkageJoint, joint
+from mafsil.mobility.linkage import Coupling, Linkage
+from mafsil.mobility.linkage_joint import LinkageJoint, joint
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000

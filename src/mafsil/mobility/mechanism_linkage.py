@@ -16,8 +16,9 @@ from mafsil.geometry import pose
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.library import MECHANISMS
-from mafsil.mobility.linkage import Coupling, Linkage, LinkageJoint
+from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
+from mafsil.mobility.linkage_joint import LinkageJoint
 from mafsil.mobility.loop_closure import closed_near, largest_gap
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic

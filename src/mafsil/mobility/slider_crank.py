@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive, real_array
 from mafsil.mobility.four_bar import require_reached
-from mafsil.mobility.linkage import Linkage, joint
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import numbers_or_nan
 
 

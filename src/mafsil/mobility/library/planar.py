@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, whole
 from mafsil.mobility.four_bar import FourBar, require_reached
-from mafsil.mobility.linkage import Linkage, LinkageJoint, joint
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkage_joint import LinkageJoint, joint
 from mafsil.mobility.planar_positions import circle_crossings
 from mafsil.mobility.slider_crank import SliderCrank
 
