@@ -165,6 +165,19 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "mobility",
+        "mafsil.cli.mobility:mobility_of",
+        (
+            Parameter("mechanism", "path", positional=True, required=True, reads=True),
+            Parameter("q", "angle", many=True, metavar="Q"),
+            Parameter("rule", "text", choices=("planar", "spherical", "spatial")),
+            Parameter("locked_joints", "text", many=True, metavar="JOINT"),
+            Parameter("actuated", "text", many=True, metavar="JOINT"),
+            Parameter("subsets", "count"),
+            Parameter("picture", "path"),
+        ),
+    ),
+    Operation(
         "grasp",
         "mafsil.cli.grasp:grasp",
         (
