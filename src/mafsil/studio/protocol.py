@@ -75,9 +75,32 @@ class JobText(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     Attributes:
         text: TOML.
+        window: where it was written.
     """
 
     text: Text
+    window: Annotated[str, msgspec.Meta(max_length=32)]
+
+
+class Pair(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Two recordings to be compared.
+
+    Attributes:
+        first, second: their numbers.
+    """
+
+    first: int
+    second: int
+
+
+class Number(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A recording.
+
+    Attributes:
+        number: under which it is kept.
+    """
+
+    number: int
 
 
 class Nothing(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

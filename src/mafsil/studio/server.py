@@ -18,7 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, ClassVar, cast
 
 from mafsil.errors import InputError, MafsilError
-from mafsil.messages import LANGUAGES
+from mafsil.messages import LANGUAGES, say
 from mafsil.studio.access import Access
 from mafsil.studio.broadcast import Broadcast, Full, encoded
 
@@ -181,6 +181,12 @@ class _Handler(BaseHTTPRequestHandler):
             sentences = {code: error.message(code) for code in LANGUAGES}
             status = 400 if isinstance(error, InputError) else 422
             self._send(status, Content(encoded({"error": {"code": error.key, **sentences}})))
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:
+            details = {"kind": type(error).__name__, "reason": str(error)}
+            sentences = {code: say("cli.internal", language=code, **details) for code in LANGUAGES}
+            self._send(500, Content(encoded({"error": {"code": "cli.internal", **sentences}})))
 
     def _admitted(self, *, changes: bool) -> str | None:
         """What a request asks for, if it may ask."""

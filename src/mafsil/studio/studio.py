@@ -2,27 +2,52 @@
 
 from __future__ import annotations
 
+import json
+import threading
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from mafsil.errors import InputError
+from mafsil.job import Run
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import language as current_language
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled
 from mafsil.page.content import content
+from mafsil.report.results import FILES
 from mafsil.robot import as_robot
 from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.configurations import configurations
+from mafsil.studio.job_runner import JobRunner
 from mafsil.studio.journal import Journal
-from mafsil.studio.protocol import Changes, read
+from mafsil.studio.protocol import Changes, JobText, Nothing, Number, Pair, Pose, read
+from mafsil.studio.recordings import Recordings
 from mafsil.studio.server import HTML, Content, Server
 
 AREAS = ("page", "studio")
 """Of the catalogue, whose sentences the windows have."""
+RESULTS = Path("mafsil-results")
+PATIENCE = 2.0
+"""How long the end waits for a run that was stopped [s]."""
+KINDS = {".html": HTML, ".json": "application/json", ".csv": "text/csv; charset=utf-8"}
+
+
+@dataclass(frozen=True)
+class Script:
+    """How the scripts that windows save name the robot.
+
+    Attributes:
+        python: the expression.
+        imports: lines in front of it.
+    """
+
+    python: str
+    imports: tuple[str, ...] = ()
 
 
 class Studio:
@@ -32,19 +57,41 @@ class Studio:
         robot: any robot; a name or a file.
         port: 0 for any that is free.
         language: in which windows open; the current one if None.
-        python: expression of the robot in the scripts that windows save; what was given if None.
+        script: how saved scripts name the robot; what was given if None.
+        job: text of the job that windows begin with, and its file or None.
+        results: folder into which runs write.
+
+    Raises:
+        InputError: the port is taken.
+        MafsilError: no such robot.
     """
 
     def __init__(
-        self, robot: RobotLike, *, port: int = 0, language: str | None = None, python: str | None = None
+        self,
+        robot: RobotLike,
+        *,
+        port: int = 0,
+        language: str | None = None,
+        script: Script | None = None,
+        job: tuple[str, Path | None] | None = None,
+        results: Path = RESULTS,
     ) -> None:
         self.arm = Arm(as_robot(robot))
         self.language = language or current_language()
-        self._python = python or (repr(str(robot)) if isinstance(robot, str | Path) else repr(self.arm.robot.name))
+        self._script = script or Script(
+            repr(str(robot)) if isinstance(robot, str | Path) else repr(self.arm.robot.name)
+        )
         self.broadcast = Broadcast(self._everything)
         self.journal = Journal(self.arm, self.broadcast)
+        self.recordings = Recordings(self.arm.robot, self.broadcast)
+        text, path = job or (
+            _first_job(self.arm, str(robot) if isinstance(robot, str | Path) else self.arm.robot.name),
+            None,
+        )
+        self.jobs = JobRunner(self.broadcast, path, text, results, self._ran)
+        self._heavy = threading.Lock()
         try:
-            self.server = Server(port, self._look, {"actions": self._change}, self.broadcast)
+            self.server = Server(port, self._look, self._deeds(), self.broadcast)
         except OSError as error:
             raise InputError("studio.port_taken", port=port, reason=error.strerror or str(error)) from None
 
@@ -52,6 +99,7 @@ class Studio:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.jobs.stop(PATIENCE)
         self.server.close()
 
     @property
@@ -62,8 +110,9 @@ class Studio:
     @lazy
     def html(self) -> str:
         """The page that the server sends."""
-        data = content(self.arm, self.language, self._python, AREAS)
+        data = content(self.arm, self.language, self._script.python, AREAS)
         data["studio"] = True
+        data["robot"]["imports"] = list(self._script.imports)
         return assembled(data, _views())
 
     def serve(self, *, show: bool = False) -> None:
@@ -81,17 +130,85 @@ class Studio:
         self.server.serve_forever()
 
     def _everything(self) -> Mapping[str, Any]:
-        return {"kind": "all", "journal": self.journal.lines(), "rest": {}}
+        told = (self.jobs.job, self.jobs.run, self.recordings.listed())
+        return {"kind": "all", "journal": self.journal.lines(), "rest": {one["kind"]: one for one in told}}
 
     def _look(self, path: str) -> Content | None:
-        return Content(self.html.encode(), HTML) if path == "" else None
+        """What stands at a path: the page, a recording, a file of a run's results."""
+        folder, _, rest = path.partition("/")
+        number, _, name = rest.partition("/")
+        if path == "":
+            return Content(self.html.encode(), HTML)
+        if folder != "reports" or not (number.isascii() and number.isdigit() and len(number) < 10):
+            return None
+        return self._file(int(number), name or FILES[0])
 
-    def _change(self, body: bytes) -> Mapping[str, Any]:
-        self.journal.change(read(Changes, body))
-        return {}
+    def _file(self, number: int, name: str) -> Content | None:
+        """A file of the results of a run; no other file."""
+        try:
+            report = self.recordings.of(number).report
+        except InputError:
+            return None
+        if report is None or name not in FILES:
+            return None
+        try:
+            return Content(
+                report.with_name(name).read_bytes(), KINDS.get(Path(name).suffix, "application/octet-stream")
+            )
+        except OSError:
+            return None
+
+    def _deeds(self) -> dict[str, Callable[[bytes], Mapping[str, Any]]]:
+        """What windows can ask for, by path."""
+        return {
+            "actions": lambda body: _done(self.journal.change(read(Changes, body))),
+            "job": lambda body: _done(self._edit(read(JobText, body))),
+            "job/save": lambda body: self._saved(read(Nothing, body)),
+            "job/run": lambda body: _done(self._start(read(Nothing, body))),
+            "job/stop": lambda body: _done(self._stop(read(Nothing, body))),
+            "recording": lambda body: self.recordings.data(read(Number, body).number),
+            "compare": lambda body: self._compare(read(Pair, body)),
+            "configurations": lambda body: self._configurations(read(Pose, body)),
+        }
+
+    def _edit(self, job: JobText) -> None:
+        self.jobs.edit(job.text, job.window)
+
+    def _saved(self, _: Nothing) -> Mapping[str, Any]:
+        return {"file": str(self.jobs.save())}
+
+    def _start(self, _: Nothing) -> None:
+        self.jobs.start()
+
+    def _stop(self, _: Nothing) -> None:
+        self.jobs.stop()
+
+    def _compare(self, pair: Pair) -> Mapping[str, Any]:
+        with self._heavy:
+            return self.recordings.compare(pair.first, pair.second)
+
+    def _configurations(self, asked: Pose) -> Mapping[str, Any]:
+        with self._heavy:
+            return configurations(self.arm, asked)
+
+    def _ran(self, run: Run, report: Path) -> int:
+        return self.recordings.add(f"{report.parent.name} · {run.job.title or run.robot.name}", run.recording, report)
 
 
-def _views() -> list[str]:
+def _done(_: None) -> Mapping[str, Any]:
+    return {}
+
+
+def _first_job(arm: Arm, robot: str) -> str:
+    """A job to begin with: from where the arm stands to where it began."""
+    start = ", ".join(f"{value:.4g}" for value in arm.start)
+    other = ", ".join(f"{0.5 * value:.4g}" for value in arm.start)
+    moves = "".join(f"\n[[move]]\njoints = [{where}]\n" for where in (other, start))
+    name = json.dumps(robot, ensure_ascii=False)
+    return f'robot = {name}\nangles = "radians"\n\n[start]\njoints = [{start}]\n{moves}'
+
+
+def _views() -> Sequence[str]:
     """Paths of the views that only a studio has."""
     folder = resources.files("mafsil.studio").joinpath("views")
     return sorted(str(file) for file in folder.iterdir() if file.name.endswith(".js"))

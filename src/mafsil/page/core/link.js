@@ -16,7 +16,7 @@ import { line } from "./journal.js";
 /** The link of a page that is a file. */
 export const NO_LINK = { name: () => "", owns: () => true, put() {}, drop() {} };
 
-const PAUSE = 1000; // ms before what did not arrive is sent again
+const RETRY = 1000; // ms before what did not arrive is sent again
 
 export class ServerLink {
   /**
@@ -81,7 +81,7 @@ export class ServerLink {
       else for (const [id, action] of batch) if (!action && !this.unsent.has(id) && !this.confirmed.some((one) => one.id === id)) this.pending.delete(id);
     } catch {
       for (const [id, action] of batch) if (!this.unsent.has(id)) this.unsent.set(id, action);
-      await new Promise((done) => setTimeout(done, PAUSE));
+      await new Promise((done) => setTimeout(done, RETRY));
     }
     this.sending = false;
     this.flush();
@@ -140,6 +140,11 @@ export class ServerLink {
     }
     for (const [id, action] of this.pending) if (action && !this.confirmed.some((one) => one.id === id)) wanted.push({ id, action });
     this.store.adopt(wanted, (a, b) => this.same(a, b));
+  }
+
+  /** The answer of the server, or what it refuses with. @param {string} path @param {object} body */
+  async fetched(path, body) {
+    return (await this.transport.send(path, body)).data;
   }
 
   connect(now) {

@@ -21,7 +21,7 @@ export class Store {
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
     /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1 };
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1, replay: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
@@ -52,6 +52,7 @@ export class Store {
       this.entries.push({ id: this.link.name(), action, before });
     }
     this.open = gesture;
+    this.shown.replay = null;
     this.link.put(this.entries.at(-1));
     this.changed("state");
   }

@@ -11,7 +11,7 @@ view({
   mount(place, { store, words, data }) {
     const list = element("pre", { dir: "ltr", tabindex: 0, id: "journal", "aria-label": words.text("view_code") });
     const note = element("span", { class: "soft", role: "status" });
-    const text = () => script(store.journal, data.actions, data.robot.python);
+    const text = () => script(store.journal, data.actions, data.robot.python, data.robot.imports);
     const button = (key, act) => element("button", { type: "button", class: "quiet", "data-do": key, onclick: act }, sentence(words, key));
     const copy = async () => {
       try {
@@ -29,7 +29,7 @@ view({
     };
     place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("undo", () => store.undo()), note));
     const rows = element("span", {});
-    list.append(script([], data.actions, data.robot.python).split("\nprint")[0].trimEnd(), rows);
+    list.append(script([], data.actions, data.robot.python, data.robot.imports).split("\nprint")[0].trimEnd(), rows);
     let shown = "", count = 0;
     return () => {
       const entries = store.journal, last = entries.at(-1), now = `${entries.length} ${last ? line(last, data.actions) : ""}`;
