@@ -48,7 +48,7 @@ class JobRunner:
         self._source = "job.toml" if path is None else path.name
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
-        self._told = 0.0
+        self._sent_at = 0.0
         self.job: Mapping[str, Any] = self._job(text, "")
         self.run: Mapping[str, Any] = {"kind": "run", "status": "none"}
 
@@ -117,7 +117,7 @@ class JobRunner:
         """
         if self._stop.is_set():
             raise Stopped
-        if time.monotonic() - self._told > PAUSE:
+        if time.monotonic() - self._sent_at > PAUSE:
             self._progress(str(self.run.get("stage")), share)
 
     def _work(self, text: str) -> None:
@@ -175,12 +175,12 @@ class JobRunner:
         return job
 
     def _progress(self, stage: str, share: float) -> None:
-        self._told = time.monotonic()
+        self._sent_at = time.monotonic()
         self._tell(status="running", stage=stage, share=share)
 
-    def _tell(self, **facts: Any) -> None:
+    def _tell(self, **details: Any) -> None:
         with self._broadcast.lock:
-            self.run = {"kind": "run", **facts}
+            self.run = {"kind": "run", **details}
             self._broadcast.send(self.run)
 
 

@@ -130,8 +130,8 @@ class Studio:
         self.server.serve_forever()
 
     def _everything(self) -> Mapping[str, Any]:
-        told = (self.jobs.job, self.jobs.run, self.recordings.listed())
-        return {"kind": "all", "journal": self.journal.lines(), "rest": {one["kind"]: one for one in told}}
+        latest = (self.jobs.job, self.jobs.run, self.recordings.listed())
+        return {"kind": "all", "journal": self.journal.lines(), "rest": {one["kind"]: one for one in latest}}
 
     def _look(self, path: str) -> Content | None:
         """What stands at a path: the page, a recording, a file of a run's results."""
