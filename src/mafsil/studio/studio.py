@@ -32,8 +32,8 @@ from mafsil.studio.server import HTML, Content, Server
 AREAS = ("page", "studio")
 """Of the catalogue, whose sentences the windows have."""
 RESULTS = Path("mafsil-results")
-PATIENCE = 2.0
-"""How long the end waits for a run that was stopped [s]."""
+PATIENCE = 15.0
+"""How long the end waits for a run that was stopped [s]: a report that is being written is finished."""
 KINDS = {".html": HTML, ".json": "application/json", ".csv": "text/csv; charset=utf-8"}
 
 
@@ -99,8 +99,8 @@ class Studio:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.jobs.stop(PATIENCE)
         self.server.close()
+        self.jobs.stop(PATIENCE)
 
     @property
     def address(self) -> str:
