@@ -27,7 +27,9 @@ class Server {
     const window = { queue: [], heard: null };
     this.windows.push(window);
     return {
-      send: (path, body) => new Promise((answer, fail) => this.requests.push({ body: JSON.parse(JSON.stringify(body)), answer, fail })),
+      send: (path, body) => new Promise((answer, fail) => {
+        this.requests.push({ body: JSON.parse(JSON.stringify(body)), answer, fail });
+      }),
       listen: (heard) => { window.heard = heard; },
     };
   }
@@ -63,7 +65,10 @@ for (let seed = 1; seed <= Number(process.argv[2]); seed++) {
     else if (what === 1 && window.queue.length) window.heard(window.queue.shift());
     else if (what === 2 && roll(4) === 0) { window.queue.length = 0; window.heard(server.all()); } // lost and back
     else if (what === 3) store.release();
-    else if (what === 4 && roll(3) === 0 && store.entries.length) { mine.set(store.entries.at(-1).id, null); store.undo(); }
+    else if (what === 4 && roll(3) === 0 && store.entries.length) {
+      mine.set(store.entries.at(-1).id, null);
+      store.undo();
+    }
     else if (what > 4) {
       if (what === 7) store.open = true; // as the closed loop does while time passes
       store.do("set_joint", { joint: roll(2), value: roll(1000) / 7 }, { gesture: roll(2) === 0 });
@@ -75,7 +80,8 @@ for (let seed = 1; seed <= Number(process.argv[2]); seed++) {
     // What a window did itself is seen there, sooner or later than the server says so.
     stores.forEach((one, k) => {
       const shown = new Map(one.entries.map(({ id, action }) => [id, JSON.stringify(action)]));
-      for (const [id, action] of mine) if (action && id.startsWith(`w${k}-`) && shown.has(id) && shown.get(id) !== action) hidden++;
+      const own = [...mine].filter(([id, action]) => action && id.startsWith(`w${k}-`) && shown.has(id));
+      for (const [id, action] of own) if (shown.get(id) !== action) hidden++;
       for (const [id, action] of one.link.pending) if (shown.has(id) !== (action !== null)) hidden++;
     });
   };
