@@ -13,6 +13,9 @@ NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
 """How a move spends its time: a law, or the shortest time along its path, or with limited jerk."""
+PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
+TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
+"""Paths of the tip: their goal is a pose."""
 Three: TypeAlias = tuple[float, float, float]
 Four: TypeAlias = tuple[float, float, float, float]
 Task: TypeAlias = Literal["pose", "axis", "position"]
@@ -81,8 +84,11 @@ class Move(Part, frozen=True, kw_only=True):
         name: for the report and for errors.
         joints: goal in joint coordinates.
         pose: goal of the tip.
-        path: `joint`: all joints together; `line`: the tip goes straight.
-        via: points to pass through on a joint path without stopping.
+        path: `joint`: all joints together; of the tip: `line`, straight; `arc`, on a circle over one point; `spline`,
+            smoothly through points; `screw`, about one screw axis.
+        via: points to pass through without stopping: joint coordinates on a joint path, poses on an arc or a spline.
+        blend: how far from the goal the tip may pass when it goes on to the next path of the tip without a stop [m];
+            0 stops there.
         profile: law of motion in time, quintic if None; `time_optimal`: the shortest time along the path;
             `jerk_limited`: the shortest time of a joint move whose jerk is limited.
         duration: [s]; the shortest within the limits if left out.
@@ -97,8 +103,9 @@ class Move(Part, frozen=True, kw_only=True):
     name: str = ""
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
-    path: Literal["joint", "line"] = "joint"
-    via: tuple[tuple[float, ...], ...] = ()
+    path: PathKind = "joint"
+    via: tuple[tuple[float, ...] | Pose, ...] = ()
+    blend: NotNegative = 0.0
     profile: Profile | None = None
     duration: Positive | None = None
     speed: Share = 1.0
@@ -142,8 +149,8 @@ class Bounds(Part, frozen=True, kw_only=True):
         speed_share, acceleration_share: of the robot's own limits.
         velocity, acceleration: bounds for all joints where the description has none [rad/s | m/s and per s].
         jerk: the same of moves with limited jerk [rad/s^3 | m/s^3].
-        tip_speed, tip_acceleration: of straight lines [m/s, m/s^2].
-        tip_turn_rate: of straight lines [rad/s].
+        tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
+        tip_turn_rate: of paths of the tip [rad/s].
     """
 
     speed_share: Share = 0.7

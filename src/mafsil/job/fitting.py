@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.ik.problem import reach_bound
-from mafsil.job.description import Job
+from mafsil.job.description import Job, Pose
 from mafsil.job.lines import Path, Places, dotted
 from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
@@ -94,7 +94,8 @@ def _configurations(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
         yield ("start", "joints"), job.start.joints
     for k, move in enumerate(job.move):
         for i, via in enumerate(move.via):
-            yield ("move", k, "via", i), via
+            if isinstance(via, tuple):
+                yield ("move", k, "via", i), via
         if move.joints is not None:
             yield ("move", k, "joints"), move.joints
 
@@ -113,8 +114,10 @@ def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
     """Every list of angles."""
     for path, values in _configurations(job):
         yield path, tuple(x for x, turns in zip(values, revolute(robot), strict=True) if turns)
-    poses = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
-    poses += [(("move", k, "pose"), move.pose) for k, move in enumerate(job.move)]
+    poses: list[tuple[Path, Pose | None]] = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
+    for k, move in enumerate(job.move):
+        poses.append((("move", k, "pose"), move.pose))
+        poses += [(("move", k, "via", i), via) for i, via in enumerate(move.via) if isinstance(via, Pose)]
     for path, pose in poses:
         if pose is not None and pose.rpy is not None:
             yield (*path, "rpy"), pose.rpy

@@ -10,7 +10,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.job.description import Move
 from mafsil.job.quickest import Share, along_joints, different, with_limited_jerk
 from mafsil.job.remark import Refused
-from mafsil.job.straight import SHORTEST, too_fast
+from mafsil.job.tip_motion import SHORTEST, too_fast
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
-from mafsil.job.description import Goal, Grasp, Job, Move, Task
+from mafsil.job.description import TIP_PATHS, Goal, Grasp, Job, Move, Task
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
 from mafsil.job.joint_motion import joint_motion
@@ -18,7 +19,8 @@ from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_li
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
 from mafsil.job.resting import starting_place
-from mafsil.job.straight import Line, straight_line
+from mafsil.job.tip_motion import TipMotion, tip_motion
+from mafsil.job.tip_paths import path_or_refusal
 from mafsil.job.tolerance import tolerances
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
@@ -34,9 +36,9 @@ class Leg:
     """One move, planned.
 
     Attributes:
-        index: of the move in the job; -1 for the rest at the end.
+        index: of the move in the job, the last of several without a stop between; -1 for the rest at the end.
         name: in the job, or empty.
-        kind: joint, line, pick, place, pause or settle.
+        kind: joint, line, arc, spline, screw, blended, pick, place, pause or settle.
         trajectory: of the joints.
         carried: what the tool carries while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
@@ -101,7 +103,7 @@ class _Planner:
         self.limits, self.remarks = driving_limits(job, robot)
         self.remarks += unit_remarks(job, robot, places)
         self.goals = Goals(robot)
-        self.lines: dict[tuple[object, ...], Line] = {}
+        self.lines: dict[tuple[object, ...], TipMotion] = {}
         self.legs: list[Leg] = []
         self.carried: Grasp | None = None
         self.q: JointVector = np.zeros(robot.n)
@@ -111,9 +113,10 @@ class _Planner:
         """The start, all moves, the rest at the end."""
         job = self.job
         self.start()
-        for k, move in enumerate(job.move):
+        k = 0
+        while k < len(job.move):
             progress(k / len(job.move))
-            self.add(k, move)
+            k = self.add(k, job.move[k])
         if job.simulation.settle > 0.0:
             self.append(-1, "", "settle", rest(self.q, job.simulation.settle))
 
@@ -134,8 +137,8 @@ class _Planner:
                 self.q = self.configuration(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
         self.origin = self.q
 
-    def add(self, index: int, move: Move) -> None:
-        """Plan one move and append it."""
+    def add(self, index: int, move: Move) -> int:
+        """Plan one move, or several without a stop between, and append it; the index of the next."""
         name = visible(move.name)
         if move.pause is not None:
             self.append(index, name, "pause", rest(self.q, move.pause))
@@ -145,12 +148,15 @@ class _Planner:
         elif move.place:
             self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
             self.carried = None
+        elif move.path in TIP_PATHS:
+            return self.along(index)
         elif move.pose is not None:
-            self.reach(index, name, move, move.pose)
+            self.reach(index, name, move.pose)
         else:
             self.goals.forget()
             goal = coordinates(self.job, self.robot, move.joints or ())
             self.append(index, name, "joint", self.joint_motion(index, goal))
+        return index + 1
 
     def on_tick(self, hold: float) -> float:
         """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
@@ -159,23 +165,47 @@ class _Planner:
         past = sum(leg.trajectory.duration for leg in self.legs)
         return float(np.ceil((past + max(hold, period)) / period - 1e-9) * period - past)
 
-    def reach(self, index: int, name: str, move: Move, goal: Goal) -> None:
-        """To a pose: on a joint motion or a straight line."""
+    def reach(self, index: int, name: str, goal: Goal) -> None:
+        """To a pose, all joints together."""
         target = self.target(goal, self.q)
-        if move.path == "line":
-            line = self.line(index, self.q, target)
-            if isinstance(line, Refused):
-                raise line
-            trajectory, configuration = line.trajectory, None
-            self.remarks += slowed(self.robot, line, self.where(index))
-            self.remarks += decided_by(self.robot, line.binding, self.where(index))
-        else:
-            configuration = self.configuration(index, goal, target)
-            trajectory = self.joint_motion(index, configuration)
-        self.append(index, name, move.path, trajectory, target, goal.task)
-        self.q = self.q if configuration is None else configuration
+        configuration = self.configuration(index, goal, target)
+        self.append(index, name, "joint", self.joint_motion(index, configuration), target, goal.task)
+        self.q = configuration
+        self.arrived(index, goal, target)
+
+    def along(self, first: int) -> int:
+        """On a path of the tip, and on those after it as long as corners are rounded; the index of the next move."""
+        moves = self.job.move
+        last = first
+        while moves[last].blend > 0.0:
+            last += 1
+        planned = self.line(first, last, self.q)
+        if isinstance(planned, Refused):
+            raise planned
+        goal, where = moves[last].pose, self.where(last)
+        assert goal is not None
+        self.remarks += slowed(self.robot, planned, where)
+        self.remarks += decided_by(self.robot, planned.binding, where)
+        target = self.targets(first, last, self.q)[-1]
+        kind = moves[last].path if first == last else "blended"
+        self.append(last, visible(moves[last].name), kind, planned.trajectory, target, goal.task)
+        self.arrived(last, goal, target)
+        return last + 1
+
+    def arrived(self, index: int, goal: Goal, target: PoseMatrix) -> None:
+        """Where the arm is at a pose is remembered, and how nearly it is met."""
         self.goals.take(target, goal.task, self.q)
         self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
+
+    def targets(self, first: int, last: int, q: JointVector) -> list[PoseMatrix]:
+        """Poses at the ends of some moves from q; one that names no orientation has that of the one before."""
+        orientation = np.asarray(self.robot.forward_kinematics(q))[:3, :3]
+        found: list[PoseMatrix] = []
+        for move in self.job.move[first : last + 1]:
+            assert move.pose is not None
+            found.append(pose_matrix(move.pose, degrees=self.degrees, orientation=orientation))
+            orientation = found[-1][:3, :3]
+        return found
 
     def target(self, goal: Goal, q: JointVector) -> PoseMatrix:
         """The pose of a goal; its orientation that at q if it names none."""
@@ -212,31 +242,27 @@ class _Planner:
             move = self.job.move[k]
             if move.pause is not None or move.pick is not None or move.place:
                 continue
-            if move.path != "line" or move.pose is None:
+            if move.path not in TIP_PATHS or move.pose is None:
                 break
-            line = self.line(k, q, self.target(move.pose, q))
-            if isinstance(line, Refused):
+            planned = self.line(k, k, q)
+            if isinstance(planned, Refused):
                 return np.inf
-            worst = max(worst, line.factor)
-            q = line.trajectory.at(line.trajectory.duration).u
+            worst = max(worst, planned.factor)
+            q = planned.trajectory.at(planned.trajectory.duration).u
         return worst
 
-    def line(self, index: int, q: JointVector, target: PoseMatrix) -> Line | Refused:
-        """The straight line of a move from q; planned once."""
-        move = self.job.move[index]
-        assert move.pose is not None
-        key = (q.tobytes(), target.tobytes(), move.pose.task, move.speed, move.profile, move.duration)
+    def line(self, first: int, last: int, q: JointVector) -> TipMotion | Refused:
+        """The motion along the paths of some moves from q; planned once."""
+        moves, targets = self.job.move[first : last + 1], self.targets(first, last, q)
+        key = (q.tobytes(), *(target.tobytes() for target in targets), *(_asked(move) for move in moves))
         if key not in self.lines:
+            slowest = min(moves, key=lambda move: move.speed)
+            asked, where = msgspec.structs.replace(moves[-1], speed=slowest.speed), self.where(last)
+            start = np.asarray(self.robot.forward_kinematics(q))
             try:
-                self.lines[key] = straight_line(
-                    self.robot,
-                    q,
-                    target,
-                    self.job.limits,
-                    move,
-                    self.scaled(move),
-                    self.slack(index),
-                    self.where(index),
+                path = path_or_refusal(start, moves, targets, self.degrees, where)
+                self.lines[key] = tip_motion(
+                    self.robot, q, path, self.job.limits, asked, self.scaled(asked), self.slack(last), where
                 )
             except Refused as no:
                 return no
@@ -260,14 +286,15 @@ class _Planner:
         task: Task = "pose",
     ) -> None:
         self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task))
-        if kind in ("joint", "line"):
+        if kind not in ("pick", "place", "pause", "settle"):
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u
 
     def joint_motion(self, index: int, goal: JointVector) -> Trajectory:
         """All joints together to a goal, through the points on the way."""
         move = self.job.move[index]
-        points = [self.q, *(coordinates(self.job, self.robot, via) for via in move.via), goal]
+        ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
+        points = [self.q, *ways, goal]
         planned = joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
         self.remarks += decided_by(self.robot, planned.binding, self.where(index))
         return planned.trajectory
@@ -280,3 +307,8 @@ class _Planner:
             acceleration=self.limits.acceleration * move.speed**2,
             jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
         )
+
+
+def _asked(move: Move) -> tuple[object, ...]:
+    """What of a move its motion along a path depends on, besides its goal."""
+    return move.path, move.via, move.blend, move.speed, move.profile, move.duration, move.pose and move.pose.task

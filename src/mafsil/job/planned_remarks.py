@@ -14,7 +14,7 @@ from mafsil.job.fitting import revolute
 from mafsil.job.goals import FIXES
 from mafsil.job.quickest import TIP, Share
 from mafsil.job.remark import Level, Remark
-from mafsil.job.straight import Line
+from mafsil.job.tip_motion import TipMotion
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
@@ -51,7 +51,7 @@ def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Rema
     return found
 
 
-def slowed(robot: Robot, line: Line, where: Where) -> list[Remark]:
+def slowed(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:
     """A line that the joints slow down: where, which joint, how much."""
     slow = line.slowest
     if slow is None or line.configuration is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:

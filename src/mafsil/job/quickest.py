@@ -10,6 +10,7 @@ from mafsil.arrays import Floats, JointVector, frozen
 from mafsil.job.description import Bounds, Move
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
+from mafsil.robot import Robot
 from mafsil.trajectory import (
     JerkLimitedMotion,
     JointPath,
@@ -25,6 +26,9 @@ from mafsil.trajectory.cartesian_path import CartesianPath
 
 TIP = ("tip_distance", "tip_turn")
 """Coordinates added to those of the joints on a straight line: how far the tip has come, and how far it has turned."""
+
+OF_TIP = {"tip_speed": (0, "velocity"), "tip_turn_rate": (1, "velocity"), "tip_acceleration": (0, "acceleration")}
+"""Limits of the tip on any path as those of the coordinates added on a line."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,6 +97,33 @@ def along_line(
     return _timed(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
 
 
+def along_curve(
+    robot: Robot, joints: PiecewisePolynomial, bounds: Bounds, move: Move, limits: JointLimits, where: object
+) -> Quickest:
+    """Along any path of the tip, whose speed, turn rate and acceleration are limited, too.
+
+    Args:
+        robot: with its tool.
+        joints: (n) coordinates over the share of the path, 0 .. 1.
+        bounds: of the tip.
+        move: whose share of the speed counts.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    found = time_optimal(
+        JointPath(joints),
+        _of_joints(limits),
+        robot=robot,
+        tip_speed=move.speed * bounds.tip_speed,
+        tip_acceleration=move.speed**2 * bounds.tip_acceleration,
+        tip_turn_rate=move.speed * bounds.tip_turn_rate,
+    )
+    return _quickest(found, joints, where)
+
+
 def with_limited_jerk(
     points: Floats, limits: JointLimits, duration: float | None, where: object
 ) -> PiecewisePolynomial:
@@ -122,8 +153,11 @@ def _of_joints(limits: JointLimits) -> MotionLimits:
 
 def _timed(path: JointPath, limits: MotionLimits, joints: PiecewisePolynomial, where: object) -> Quickest:
     """The path in the shortest time; of the motion only the joints."""
-    found = time_optimal(path, limits)
-    assert isinstance(found, TimeOptimal)
+    return _quickest(time_optimal(path, limits), joints, where)
+
+
+def _quickest(found: TimeOptimal, joints: PiecewisePolynomial, where: object) -> Quickest:
+    """The motion of an answer."""
     if not found or found.trajectory is None:
         raise Refused("job.no_motion", move=where, reason=found)
     motion = found.trajectory
@@ -141,8 +175,10 @@ def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolyn
 
 def _shares(found: TimeOptimal) -> tuple[Share, ...]:
     total: dict[tuple[int, str], float] = {}
+    n = found.path.n
     for binding in found.bindings:
-        key = (binding.joint, binding.quantity)
+        part, quantity = OF_TIP.get(binding.quantity, (binding.joint - n, binding.quantity))
+        key = (n + part, quantity)
         total[key] = total.get(key, 0.0) + (binding.end - binding.begin) / found.duration
     order = sorted(total.items(), key=lambda item: -item[1])
     return tuple(Share(joint, quantity, share) for (joint, quantity), share in order)

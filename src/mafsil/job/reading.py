@@ -15,7 +15,7 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import Goal, Job, Move, Part, Pose
+from mafsil.job.description import TIP_PATHS, Goal, Job, Move, Part, Pose
 from mafsil.job.syntax import syntax_error
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -36,12 +36,20 @@ QUICKEST = ("time_optimal", "jerk_limited")
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed")
 EFFECTIVE = {
     "joints": _TRAVEL,
-    "pose": _TRAVEL,
+    "pose": (*_TRAVEL, "blend"),
     "pick": (*_ALL, "hold"),
     "place": (*_ALL, "hold"),
     "pause": _ALL,
 }
 """Keys that do something next to each action; a tolerance has a sentence of its own."""
+POINTS_ON_THE_WAY: dict[str, tuple[float, float]] = {
+    "joint": (0, math.inf),
+    "line": (0, 0),
+    "screw": (0, 0),
+    "arc": (1, 1),
+    "spline": (1, math.inf),
+}
+"""How many `via` each path has."""
 TYPES = {
     "float": "number",
     "int": "whole",
@@ -120,6 +128,7 @@ def parse(text: str, source: str = "<text>") -> Job:
     reader.refuse_not_finite(data, ())
     for k, move in enumerate(job.move):
         reader.check_move(move, k, data["move"][k])
+        reader.check_blend(job.move, k)
     reader.check_start(job)
     reader.check_controller(job)
     if not job.move:
@@ -179,14 +188,7 @@ class _Reader:
             if name not in (*effective, *ACTIONS):
                 known = ", ".join(effective)
                 raise self.error("job.no_effect", ("move", k, name), action=given[0], known=known)
-        if move.via and move.profile not in (None, *QUICKEST):
-            raise self.error("job.via_profile", ("move", k, "profile"), known=", ".join(QUICKEST))
-        if move.path == "line" and move.profile == "jerk_limited":
-            raise self.error("job.line_jerk", ("move", k, "profile"))
-        if move.path == "line" and move.via:
-            raise self.error("job.line_via", ("move", k, "via"))
-        if move.path == "line" and move.pose is None:
-            raise self.error("job.line_pose", ("move", k, "path"))
+        self.check_path(move, k)
         if move.pose is not None:
             self.check_pose(move.pose, ("move", k, "pose"))
         if move.tolerance is not None:
@@ -194,6 +196,44 @@ class _Reader:
             for name in move.tolerance.__struct_fields__:
                 if getattr(move.tolerance, name) is not None and name not in judged:
                     raise self.error("job.no_tolerance", ("move", k, "tolerance", name), action=given[0])
+
+    def check_path(self, move: Move, k: int) -> None:
+        """The points on the way, the profile and the goal fit the path."""
+        of_tip = move.path in TIP_PATHS
+        if of_tip and move.pose is None:
+            raise self.error("job.line_pose", ("move", k, "path"), kind=move.path)
+        if of_tip and move.profile == "jerk_limited":
+            raise self.error("job.line_jerk", ("move", k, "profile"))
+        passing = () if move.path == "arc" else QUICKEST[:1] if of_tip else QUICKEST
+        if passing and move.via and move.profile not in (None, *passing):
+            raise self.error("job.via_profile", ("move", k, "profile"), known=", ".join(passing))
+        least, most = POINTS_ON_THE_WAY[move.path]
+        if not least <= len(move.via) <= most:
+            key = "job.line_via" if most == 0 else "job.arc_via" if most == 1 else "job.spline_via"
+            raise self.error(key, ("move", k, "via"), kind=move.path, got=len(move.via))
+        for i, via in enumerate(move.via):
+            if isinstance(via, Pose) != of_tip:
+                key = "job.via_pose" if of_tip else "job.via_joints"
+                raise self.error(key, ("move", k, "via", i), kind=move.path)
+            if isinstance(via, Pose):
+                self.check_pose(via, ("move", k, "via", i))
+
+    def check_blend(self, moves: tuple[Move, ...], k: int) -> None:
+        """A corner is rounded between two paths of the tip whose time is not ruled otherwise."""
+        move = moves[k]
+        if not move.blend:
+            return
+        then = moves[k + 1] if k + 1 < len(moves) else None
+        if move.path not in TIP_PATHS or then is None or then.path not in TIP_PATHS or then.pose is None:
+            raise self.error("job.blend_next", ("move", k, "blend"), known=", ".join(TIP_PATHS))
+        for index, one in ((k, move), (k + 1, then)):
+            if one.profile not in (None, "time_optimal"):
+                raise self.error("job.blend_profile", ("move", index, "profile"))
+            if one.duration is not None:
+                raise self.error("job.blend_duration", ("move", index, "duration"))
+        assert move.pose is not None
+        if move.pose.task != then.pose.task:
+            raise self.error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
 
     def check_start(self, job: Job) -> None:
         """One way to say where the robot begins."""
@@ -275,7 +315,8 @@ def _hints(kind: type[Part]) -> dict[str, Any]:
 
 def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
     """The tables inside a value, with their places and types."""
-    for option in (annotation, *get_args(annotation)):
+    inner = get_args(annotation)
+    for option in (annotation, *inner, *(part for one in inner for part in get_args(one))):
         if isinstance(option, type) and issubclass(option, Part):
             if isinstance(value, dict):
                 yield value, path, option

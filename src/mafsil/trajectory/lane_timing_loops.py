@@ -21,7 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import any_lane, buffer, get, lanes, magnitude, part, put, seen, square_root, where
+from mafsil.solvers.lane_loops import (
+    any_lane,
+    buffer,
+    get,
+    in_lanes,
+    lanes,
+    magnitude,
+    part,
+    put,
+    seen,
+    square_root,
+    where,
+)
 from mafsil.solvers.loops import compiled
 from mafsil.trajectory.path_rows_loops import (
     FREE,
@@ -38,8 +50,8 @@ from mafsil.trajectory.path_rows_loops import (
     velocity_caps,
     velocity_shares,
 )
-from mafsil.trajectory.reachability_loops import SLIP, bounds_at, least_at_start, most_at_start
-from mafsil.trajectory.tolerances import CORNER
+from mafsil.trajectory.reachability_loops import bounds_at, least_at_start, most_at_start
+from mafsil.trajectory.tolerances import CORNER, ROUNDING
 
 LANES = 8
 """Paths that are timed side by side."""
@@ -139,14 +151,6 @@ class Eight(NamedTuple):
     D: Any
     shares: Any
     lines: Any
-
-
-@compiled
-def in_lanes(count):
-    """Memory for so many lanes, at the start of a cache line."""
-    numbers = np.empty((count + 1) * LANES)
-    beyond = (numbers.ctypes.data // 8) % LANES
-    return numbers[(LANES - beyond) % LANES :]
 
 
 @compiled
@@ -310,7 +314,7 @@ def passed_back(eight, asked):
     for lane in range(LANES):
         put(edge, 0, lane, get(eight.places, PLACE * eight.last[lane] + CAP, lane))
     low, high = larger(eight.end, lanes(0.0)), where(eight.end >= 0.0, eight.end, edge[0])
-    blocked, motion = where(high > edge[0] * (1.0 + SLIP), eight.lengths, -1.0), lanes(0.0)
+    blocked, motion = where(high > edge[0] * (1.0 + ROUNDING), eight.lengths, -1.0), lanes(0.0)
     last = part(eight.places, PLACE * eight.most)
     last[LOW], last[HIGH] = low, high
     for i in range(eight.most - 1, -1, -1):
@@ -344,7 +348,7 @@ def passed_forth(eight, blocked):
     """
     first, rows = part(eight.places, 0), eight.rows
     x = where(eight.start >= 0.0, eight.start, first[HIGH])
-    starts = (x >= first[LOW] * (1.0 - SLIP)) & (x <= first[HIGH] * (1.0 + SLIP))
+    starts = (x >= first[LOW] * (1.0 - ROUNDING)) & (x <= first[HIGH] * (1.0 + ROUNDING))
     blocked = where((blocked < 0.0) & ~starts, 0.0, blocked)
     first[X] = x
     for i in range(eight.most):

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, frozen
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
-from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.path_task import PathTask, path_error, path_rates
+from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
@@ -28,7 +28,7 @@ Followed = Outcome[PiecewisePolynomial | None]
 @of_robot
 def follow(
     robot: Robot,
-    path: CartesianPath,
+    path: TipPath,
     q_start: JointVector,
     *,
     frame: str | None = None,
@@ -39,11 +39,13 @@ def follow(
     """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
 
     q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
-    between the knots. The knots are doubled until the frame keeps to the path between them.
+    between the knots. The knots are doubled until the frame keeps to the path between them. Where the path's curvature
+    or direction jumps there is a knot, and the joints' jump with it.
 
     Args:
         robot: whose tip or `frame` moves.
-        path: of the frame; its start is the frame's pose at q_start.
+        path: of the frame, such as `line_path`, `arc_path`, `spline_path` and `joined_path` make; its start is the
+            frame's pose at q_start.
         q_start: (n,) [rad | m].
         frame: name of a link; the tip if None.
         tolerance: largest deviation from the path [m, rad].
@@ -79,32 +81,41 @@ class _Tracker:
     """One robot, one path."""
 
     robot: Robot
-    path: CartesianPath
+    path: TipPath
     frame: str | None
     task: PathTask
     slack: float
 
     def march(self, q_start: JointVector, pieces: int) -> Followed:
-        """Knot by knot from the start."""
-        s = np.linspace(0.0, 1.0, pieces + 1)
+        """Knot by knot from the start, at about so many places and at the path's breaks."""
         q = np.array(q_start, dtype=np.float64)
-        knots = [(q, *self._slopes(0.0, q))]
-        for begin, end in pairwise(s.tolist()):
-            margin = self._margin(begin, q)
-            if margin < SINGULAR_VALUE:
-                return _ended(PlanStatus.SINGULAR, begin, margin=margin)
-            q = self._corrected(self._predicted(begin, q, end - begin), end)
-            if np.isnan(q).any():
-                return self._why_not(knots[-1][0], begin, end)
-            outside = self._outside(q)
-            if outside is not None:
-                joint, limit = outside
-                name, value = self.robot.joint_names[joint], float(q[joint])
-                return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
-            knots.append((q, *self._slopes(end, q)))
-        h = 1.0 / pieces
-        coefficients = [quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for a, b in pairwise(knots)]
-        return Outcome(PiecewisePolynomial.from_pieces([h] * pieces, coefficients), PlanStatus.FOLLOWED)
+        knots: list[float] = [0.0]
+        coefficients: list[Floats] = []
+        breaks: list[float] = self.path.breaks.tolist()
+        for low, high in pairwise(breaks):
+            # A break belongs to both of its sides, whose slopes differ: it is looked at from inside.
+            first, last = low and float(np.nextafter(low, 1.0)), high if high == 1.0 else float(np.nextafter(high, 0.0))
+            places: list[float] = np.linspace(low, high, max(1, round(pieces * (high - low))) + 1).tolist()
+            before = (q, *self._slopes(first, q))
+            for begin, end in pairwise(places):
+                here, then = max(begin, first), min(end, last)
+                margin = self._margin(here, q)
+                if margin < SINGULAR_VALUE:
+                    return _ended(PlanStatus.SINGULAR, begin, margin=margin)
+                q = self._corrected(self._predicted(here, q, then - here), then)
+                if np.isnan(q).any():
+                    return self._why_not(before[0], here, then)
+                outside = self._outside(q)
+                if outside is not None:
+                    joint, limit = outside
+                    name, value = self.robot.joint_names[joint], float(q[joint])
+                    return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
+                after = (q, *self._slopes(then, q))
+                ends = before[0], q, before[1], after[1], before[2], after[2]
+                coefficients.append(quintic_coefficients(*ends, end - begin))
+                knots.append(end)
+                before = after
+        return Outcome(PiecewisePolynomial(frozen(knots), frozen(coefficients)), PlanStatus.FOLLOWED)
 
     def deviation(self, joints: PiecewisePolynomial) -> float:
         """Largest pose error in the middle of the pieces, where it is greatest."""

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
+from mafsil.trajectory.tolerances import GIVEN
 
 Indices = NDArray[np.int64]
 
-AT_REST = 1e-9
-"""Slope at an end of a path, as share of its largest control value, at which the joints rest at any path velocity."""
 MOST_PARTS = 8
 """Into which one interval is divided at once."""
 
@@ -159,6 +158,6 @@ def end_squares(
                 slope, size = slope + value, max(size, abs(value))
             begin, finish = max(begin, abs(coefficients[first, 1, j])), max(finish, abs(slope))
         for velocity, slope, square in ((start, begin, squares[0]), (end, finish, squares[1])):
-            if velocity[b] == 0.0 and slope <= AT_REST * size:
+            if velocity[b] == 0.0 and slope <= GIVEN * size:
                 square[b] = -1.0
     return squares

@@ -22,11 +22,10 @@ import numpy as np
 
 from mafsil.solvers.lane_loops import any_lane, lanes, magnitude, part, square_root, where
 from mafsil.solvers.loops import compiled
+from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 FREE = 1e300
 """Squared velocity where nothing limits it."""
-STEEP = 1e-13
-"""Below this ratio of its two factors a row does not speak about y."""
 NARROW = 3.0
 """By how much a limit at one end may exceed the least within an interval: linear above a parabola from its vertex."""
 
@@ -105,6 +104,10 @@ def row_of(D, m, n, k, j):
 
     alpha_k = (m - k) (D_{k+1} - D_k) - D_k/2,   beta_k = k (D_k - D_{k-1}) + D_k/2;   low and high are the limits of
     acceleration times h^2.
+
+    Args:
+        D, m, n: of `slope_controls`.
+        k, j: which coefficient of which coordinate.
     """
     here = D[k * n + j]
     half = here * 0.5
@@ -128,7 +131,7 @@ def line_of(alpha, beta, low, high, y_cap):
         slope, above, below, and the largest x that the row allows if it does not speak about y.
     """
     size = magnitude(alpha)
-    flat = (magnitude(beta) <= size * STEEP) | (beta == lanes(0.0))
+    flat = (magnitude(beta) <= size * FEW_ROUNDINGS) | (beta == lanes(0.0))
     forth = beta > 0.0
     one = 1.0 / where(flat, 1.0, beta)
     slope = where(flat, 0.0, -alpha * one)
@@ -224,7 +227,11 @@ def velocity_caps(shares, m, h, choose):
 
 @compiled
 def share_used(value, low, high):
-    """The share of its limit that the value of a row uses; 0 where the limit in its direction is zero."""
+    """The share of its limit that the value of a row uses; 0 where the limit in its direction is zero.
+
+    Args:
+        value, low, high: of the row, in lanes.
+    """
     bound = where(value > 0.0, high, low)
     none = bound == lanes(0.0)
     return where(none, 0.0, value / where(none, 1.0, bound))
@@ -232,7 +239,11 @@ def share_used(value, low, high):
 
 @compiled
 def beyond(value, low, high):
-    """What the value of a row exceeds its limits by."""
+    """What the value of a row exceeds its limits by.
+
+    Args:
+        value, low, high: of the row, in lanes.
+    """
     return larger(value - high, low - value)
 
 

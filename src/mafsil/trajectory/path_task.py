@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.geometry import pose
-from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.paths import TipPath
 
 PathTask = Literal["pose", "axis", "position"]
 
@@ -38,7 +38,7 @@ def path_error(T: PoseMatrix, target: PoseMatrix, task: PathTask) -> Floats:
 
 
 def path_rates(
-    T: PoseMatrix, J: Floats, J_rate: Floats, rate: Floats, path: CartesianPath, s: float, task: PathTask
+    T: PoseMatrix, J: Floats, J_rate: Floats, rate: Floats, path: TipPath, s: float, task: PathTask
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """The equations A q' = b of moving along a path, and their derivatives by s.
 

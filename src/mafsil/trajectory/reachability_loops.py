@@ -21,10 +21,9 @@ from __future__ import annotations
 from mafsil.solvers.lane_loops import any_lane, lanes, magnitude, where
 from mafsil.solvers.loops import compiled
 from mafsil.trajectory.path_rows_loops import FREE, larger, lesser
+from mafsil.trajectory.tolerances import ROUNDING
 
 MOST_STEPS = 60
-SLIP = 1e-12
-"""Relative gap that is rounding."""
 
 
 @compiled
@@ -46,7 +45,7 @@ def bounds_at(slope, above, below, rows, y_low, y_high, x):
 
 @compiled
 def gap_at(slope, above, below, rows, y_low, y_high, x):
-    """As `bounds_at`, and the slopes of the two lines that decide."""
+    """Arguments as in `bounds_at`; its bounds, and the slopes of the two lines that decide."""
     upper, lower, down, up = y_high, y_low, lanes(0.0), lanes(0.0)
     for k in range(rows):
         steep = slope[k]
@@ -89,10 +88,10 @@ def most_at_start(slope, above, below, rows, y_low, y_high, most):
         if not any_lane(open_lanes):
             return x
         step = missing / where(up > down, up - down, 1.0)
-        rounding = (x == lanes(0.0)) & (missing <= (magnitude(lower) + magnitude(upper)) * SLIP)
+        rounding = (x == lanes(0.0)) & (missing <= (magnitude(lower) + magnitude(upper)) * ROUNDING)
         blocked = open_lanes & ((up <= down) | (x == lanes(0.0)))
         x = where(blocked, where(rounding, 0.0, -1.0), x)
-        open_lanes = open_lanes & ~blocked & (step > x * SLIP)
+        open_lanes = open_lanes & ~blocked & (step > x * ROUNDING)
         x = where(open_lanes, larger(x - step, lanes(0.0)), x)
     return x
 
@@ -114,7 +113,7 @@ def least_at_start(slope, above, below, rows, y_low, y_high, most):
         if not any_lane(open_lanes):
             return x
         step = missing / where(open_lanes, down - up, 1.0)
-        open_lanes = open_lanes & (step > x * SLIP)
+        open_lanes = open_lanes & (step > x * ROUNDING)
         x = where(open_lanes, lesser(x + step, most), x)
         open_lanes = open_lanes & (x < most)
     return x

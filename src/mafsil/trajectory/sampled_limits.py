@@ -159,67 +159,72 @@ class EffortLimit:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TipLimit:
-    """Speed and acceleration of the tip's origin.
+    """Speed, turning rate and acceleration of the tip.
 
     With the body Jacobian's rows of velocity J and of rotation W, all in the tip's own axes:
-    velocity J q' s',  acceleration J q' u + (J q'' + J' q' + (W q') x (J q')) x.
+    velocity J q' s',  turning rate W q' s',  acceleration J q' u + (J q'' + J' q' + (W q') x (J q')) x.
 
     Attributes:
         robot: whose tip is meant.
-        speed: [m/s]; acceleration: [m/s^2]; infinite where there is no limit.
+        speed, turn_rate, acceleration: of the tip's origin, of its axes and of its origin [m/s, rad/s, m/s^2]; infinite
+            where there is no limit.
         frame: name of the link whose frame is meant; the tip frame if None.
     """
 
     robot: Robot
     speed: float
     acceleration: float
+    turn_rate: float = np.inf
     frame: str | None = None
 
     def rows(self, here: PathPoint, x: Floats, most: Floats, ends: Floats) -> Rows:
-        """The square of the speed; accelerations in DIRECTIONS of the plane in which they lie."""
-        v, along, across = self._vectors(here)
-        square = (v**2).sum(axis=1)
+        """The squares of speed and turning rate; accelerations in DIRECTIONS of the plane in which they lie."""
+        w, along, across = self._vectors(here)
+        speeds = np.column_stack([(along**2).sum(axis=1), (w**2).sum(axis=1)])
         size = np.linalg.norm(along, axis=1)
         e1 = np.divide(along, size[:, None], out=np.zeros_like(along), where=size[:, None] > 0.0)
         b1 = (across * e1).sum(axis=1)
         b2 = np.linalg.norm(across - b1[:, None] * e1, axis=1)
         angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         c, s = np.cos(angle), np.sin(angle)
-        reach = np.full((len(square), DIRECTIONS), self.acceleration * np.cos(np.pi / (2 * DIRECTIONS)))
+        reach = np.full((len(size), DIRECTIONS), self.acceleration * np.cos(np.pi / (2 * DIRECTIONS)))
         return Rows(
-            np.column_stack([np.zeros_like(square), size[:, None] * c]),
-            np.column_stack([square, b1[:, None] * c + b2[:, None] * s]),
-            np.column_stack([np.full_like(square, -np.inf), -reach]),
-            np.column_stack([np.full_like(square, self.speed**2), reach]),
+            np.column_stack([np.zeros_like(speeds), size[:, None] * c]),
+            np.column_stack([speeds, b1[:, None] * c + b2[:, None] * s]),
+            np.column_stack([np.full_like(speeds, -np.inf), -reach]),
+            np.column_stack([np.full_like(speeds, 1.0) * [self.speed**2, self.turn_rate**2], reach]),
         )
 
     def excess(self, here: PathPoint, x: Floats, u: Floats) -> Floats:
-        """(places, 1 + DIRECTIONS) of the speed, and of the acceleration in every direction's column."""
-        v, along, across = self._vectors(here)
-        fast = np.linalg.norm(v, axis=1) * np.sqrt(x) / self.speed - 1.0
+        """(places, 2 + DIRECTIONS) of both speeds, and of the acceleration in every direction's column."""
+        w, along, across = self._vectors(here)
+        fast = np.linalg.norm(along, axis=1) * np.sqrt(x) / self.speed - 1.0
+        rotating = np.linalg.norm(w, axis=1) * np.sqrt(x) / self.turn_rate - 1.0
         hard = np.linalg.norm(along * u[:, None] + across * x[:, None], axis=1) / self.acceleration - 1.0
-        return np.column_stack([fast, np.repeat(hard[:, None], DIRECTIONS, axis=1)])
+        return np.column_stack([fast, rotating, np.repeat(hard[:, None], DIRECTIONS, axis=1)])
 
     def scale(self) -> Floats:
-        """(1 + DIRECTIONS,) twice the square of the speed, for it grows twice as fast as the speed; accelerations."""
-        return np.append(2.0 * self.speed**2, np.full(DIRECTIONS, self.acceleration))
+        """(2 + DIRECTIONS,) twice the squares of the speeds, which grow twice as fast as these; accelerations."""
+        return np.append([2.0 * self.speed**2, 2.0 * self.turn_rate**2], np.full(DIRECTIONS, self.acceleration))
 
     def raised(self, joint: int, quantity: str, factor: float) -> TipLimit:
-        """More speed or acceleration."""
+        """More speed, turning rate or acceleration."""
         match quantity:
             case "tip_speed":
                 return replace(self, speed=factor * self.speed)
+            case "tip_turn_rate":
+                return replace(self, turn_rate=factor * self.turn_rate)
             case "tip_acceleration":
                 return replace(self, acceleration=factor * self.acceleration)
             case _:
                 return self
 
     def label(self, k: int) -> tuple[int, str]:
-        """Speed or acceleration."""
-        return -1, "tip_acceleration" if k else "tip_speed"
+        """Speed, turning rate or acceleration."""
+        return -1, ("tip_speed", "tip_turn_rate", "tip_acceleration")[min(k, 2)]
 
     def _vectors(self, here: PathPoint) -> tuple[Floats, Floats, Floats]:
-        """Velocity by s, and the vectors (places, 3) of the acceleration by u and by x."""
+        """Turning by s, and the vectors (places, 3) of the acceleration by u, which is the velocity by s, and by x."""
         if self.frame is None:
             J, rate = self.robot.jacobian_body(here.u), self.robot.jacobian_body_rate(here.u, here.slope)
         else:
@@ -227,4 +232,4 @@ class TipLimit:
             rate = self.robot.jacobian_body_rate(here.u, here.slope, frame=self.frame)
         twist = np.einsum("...ij,...j->...i", J, here.slope)
         growth = np.einsum("...ij,...j->...i", J, here.curvature) + np.einsum("...ij,...j->...i", rate, here.slope)
-        return twist[:, 3:], twist[:, 3:], growth[:, 3:] + np.cross(twist[:, :3], twist[:, 3:])
+        return twist[:, :3], twist[:, 3:], growth[:, 3:] + np.cross(twist[:, :3], twist[:, 3:])

@@ -20,11 +20,10 @@ from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch
 from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
-OUTSIDE = 1e-9
-"""By how much a path may exceed a position limit [rad | m]: rounding of the points that lie on it."""
 
 Path = JointPath | PiecewisePolynomial
 
@@ -39,6 +38,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
+    tip_turn_rate: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimal: ...
@@ -52,6 +52,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
+    tip_turn_rate: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimalBatch: ...
@@ -65,6 +66,7 @@ def time_optimal(
     robot: Robot | None = None,
     tip_speed: float = np.inf,
     tip_acceleration: float = np.inf,
+    tip_turn_rate: float = np.inf,
     frame: str | None = None,
     intervals: int | None = None,
 ) -> TimeOptimal | TimeOptimalBatch:
@@ -85,6 +87,7 @@ def time_optimal(
         start_velocity, end_velocity: ds/dt at the ends, not negative, a number or one for each path.
         robot: whose dynamics the efforts and whose tip the limits of the tip mean; `limits` itself if it is a robot.
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
+        tip_turn_rate: of its axes [rad/s].
         frame: name of the link whose frame is meant.
         intervals: of the grid, at least one for each polynomial of the path; None for about 600, denser where needed.
 
@@ -111,7 +114,7 @@ def time_optimal(
     if not (np.isfinite(bounds.acceleration).any() or np.isfinite(bounds.effort).any()):
         raise InputError("trajectory.no_acceleration_limit")
     whose = limits if robot is None and isinstance(limits, Robot) else robot
-    sampled = _sampled(bounds, whose, tip_speed, tip_acceleration, frame)
+    sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_turn_rate), frame)
     ends = [
         _velocity(name, v, len(paths))
         for name, v in (("start_velocity", start_velocity), ("end_velocity", end_velocity))
@@ -144,7 +147,7 @@ def _no_answer(index: int) -> TimeOptimal:
 
 
 def _sampled(
-    limits: MotionLimits, robot: Robot | None, speed: float, acceleration: float, frame: str | None
+    limits: MotionLimits, robot: Robot | None, tip: tuple[float, float, float], frame: str | None
 ) -> list[SampledLimit]:
     """Limits that need a robot."""
     found: list[SampledLimit] = []
@@ -152,12 +155,12 @@ def _sampled(
         if robot is None:
             raise InputError("trajectory.effort_needs_robot")
         found.append(EffortLimit(_fitting(robot, limits.n), limits.effort))
-    given = (("tip_speed", speed), ("tip_acceleration", acceleration))
+    given = zip(("tip_speed", "tip_acceleration", "tip_turn_rate"), tip, strict=True)
     bounds = [bound if bound == np.inf else positive(name, bound) for name, bound in given]
     if min(bounds) < np.inf:
         if robot is None:
             raise InputError("trajectory.tip_needs_robot")
-        found.append(TipLimit(_fitting(robot, limits.n), bounds[0], bounds[1], frame))
+        found.append(TipLimit(_fitting(robot, limits.n), bounds[0], bounds[1], bounds[2], frame))
     return found
 
 
@@ -214,7 +217,7 @@ def _hull_leaves(path: JointPath, limits: MotionLimits) -> bool:
     for k in range(rows.shape[1] - 1, 0, -1):
         reach = (reach + np.abs(rows[:, k])) * h[:, None]
     low, high = limits.position
-    return bool((rows[:, 0] + reach > high + OUTSIDE).any() or (rows[:, 0] - reach < low - OUTSIDE).any())
+    return bool((rows[:, 0] + reach > high + GIVEN).any() or (rows[:, 0] - reach < low - GIVEN).any())
 
 
 def _answer(
@@ -239,7 +242,7 @@ def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object]
     u = path.at(places).u
     excess = np.maximum(u - limits.position[1], limits.position[0] - u)
     row, joint = (int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
-    if excess[row, joint] <= OUTSIDE:
+    if excess[row, joint] <= GIVEN:
         return None
     side = limits.position[1] if u[row, joint] > limits.position[1, joint] else limits.position[0]
     return {"joint": joint, "value": float(u[row, joint]), "place": float(places[row]), "limit": float(side[joint])}

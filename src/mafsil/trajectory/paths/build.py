@@ -36,6 +36,7 @@ from mafsil.trajectory.paths.positions import (
     spline_knots,
 )
 from mafsil.trajectory.paths.rotation_curves import RotationSpline, Squad
+from mafsil.trajectory.tolerances import GIVEN
 
 Orientation: TypeAlias = Literal[
     "relative", "relative_long", "rotation_vector", "euler", "cosines", "fixed", "tangent", "squad", "spline"
@@ -166,7 +167,7 @@ def spline_path(
     T = _poses("poses", poses)
     if len(T) < 2:
         raise InputError("input.shape", name="poses", expected="(k + 1, 4, 4), k >= 1", got=T.shape, hint="")
-    if closed and np.abs(T[0] - T[-1]).max() > 1e-9:
+    if closed and np.abs(T[0] - T[-1]).max() > GIVEN:
         raise InputError("trajectory.not_closed", gap=float(np.abs(T[0] - T[-1]).max()))
     R, p = T[:, :3, :3], T[:, :3, 3]
     turns = np.linalg.norm(pose.error(T[:-1], T[1:])[:, :3], axis=-1)
@@ -177,12 +178,15 @@ def spline_path(
     return PosePath(curve, _law(orientation, R, knots, curve, sequence, up))
 
 
-def joined_path(legs: Sequence[TipPath], *, blend: float | None = None, blend_angle: float | None = None) -> JoinedPath:
+def joined_path(
+    legs: Sequence[TipPath], *, blend: float | Sequence[float] | None = None, blend_angle: float | None = None
+) -> JoinedPath:
     """Paths one after the other, as one path; corners are rounded if a deviation is allowed.
 
     Args:
         legs: each begins where the one before ends, within 1e-9.
-        blend: largest distance of a rounded corner from the sharp one at the same s [m]; None leaves corners sharp.
+        blend: largest distance of a rounded corner from the sharp one at the same s [m], one number or one for each
+            leg but the last; None leaves corners sharp.
         blend_angle: largest angle between them [rad]; unbounded if None.
 
     Returns:
@@ -193,8 +197,17 @@ def joined_path(legs: Sequence[TipPath], *, blend: float | None = None, blend_an
     """
     for k, leg in enumerate(legs):
         require_kind(f"legs[{k}]", leg, "path of a frame", "poses", "twists", "breaks", "length", "angle")
-    allowed = None if blend is None else positive("blend", blend)
+    allowed = None if blend is None else _blends(blend, len(legs) - 1)
     return joined(tuple(legs), allowed, None if blend_angle is None else positive("blend_angle", blend_angle))
+
+
+def _blends(blend: float | Sequence[float], corners: int) -> tuple[float, ...]:
+    """The deviation allowed at each corner."""
+    if not isinstance(blend, Sequence):
+        return (positive("blend", blend),) * corners
+    if len(blend) != corners:
+        raise InputError("input.shape", name="blend", expected=(corners,), got=(len(blend),), hint="")
+    return tuple(positive(f"blend[{k}]", each) for k, each in enumerate(blend))
 
 
 def _poses(name: str, given: ArrayLike | list[ArrayLike]) -> PoseMatrix:

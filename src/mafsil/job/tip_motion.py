@@ -1,4 +1,4 @@
-"""Straight lines of the tip within the limits of the tip and of the joints."""
+"""Motions along paths of the tip within the limits of the tip and of the joints."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.arrays import JointVector
 from mafsil.job.description import Bounds, Move
-from mafsil.job.quickest import Share, along_line
+from mafsil.job.quickest import Share, along_curve, along_line
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
@@ -19,14 +19,20 @@ from mafsil.trajectory.motion import Stretchable
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.path_timing import Slowest, dilated, slowest
+from mafsil.trajectory.paths import JoinedPath, TipPath
+from mafsil.trajectory.tolerances import ROUNDING
 
 SHORTEST = 1e-3
-"""Duration of a line without length [s]."""
+"""Duration of a path without length [s]."""
+ACROSS = 0.8
+"""Share of the tip's acceleration for what keeps it on a curve; 0.6 are left along it, for both are at right angles."""
+LOOK = 129
+"""Places at which the bend of a curve is looked at."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Line:
-    """A planned straight line.
+class TipMotion:
+    """A planned motion along a path of the tip.
 
     Attributes:
         trajectory: of the joints.
@@ -46,52 +52,51 @@ class Line:
 
     @property
     def factor(self) -> float:
-        """How many times as long as the bounds of the tip ask for the line takes."""
+        """How many times as long as the bounds of the tip ask for the motion takes."""
         return self.trajectory.duration / self.brisk
 
 
-def straight_line(
+def tip_motion(
     robot: Robot,
     q: JointVector,
-    goal: PoseMatrix,
+    path: TipPath | None,
     bounds: Bounds,
     move: Move,
     limits: JointLimits,
     slack: float,
     where: object,
-) -> Line:
-    """The joint motion whose tip goes straight from where it is at q to a goal.
+) -> TipMotion:
+    """The joint motion whose tip keeps to a path from where it is at q.
 
     It is slowed only where the joints need it, unless a duration is asked for that suits everywhere.
 
     Args:
         robot: with its tool.
-        q: (n,) where the line begins [rad | m].
-        goal: (4, 4) pose of the tip at its end, in {s}.
+        q: (n,) where the path begins [rad | m].
+        path: of the tip; None if it leads nowhere.
         bounds: of the tip's speed, acceleration and turn rate.
         move: task, duration, speed and law of time.
         limits: of the joints, for this move.
-        slack: how far from what it can reach the line may lead an arm with few joints [m, rad].
+        slack: how far from what it can reach the path may lead an arm with few joints [m, rad].
         where: how the move is called in a refusal.
 
     Raises:
-        Refused: a point of the line cannot be reached, it passes a singularity or a limit, or it is to be driven
+        Refused: a point of the path cannot be reached, it passes a singularity or a limit, or it is to be driven
             faster than the limits allow.
     """
     task = "pose" if move.pose is None else move.pose.task
-    path = CartesianPath(np.asarray(robot.forward_kinematics(q)), goal)
-    if path.length < 1e-9 and path.angle < 1e-9:
-        return Line(rest(q, move.duration or SHORTEST), move.duration or SHORTEST)
+    if path is None:
+        return TipMotion(rest(q, move.duration or SHORTEST), move.duration or SHORTEST)
     joints = follow(robot, path, q, task=task, slack=slack)
     if joints.value is None or not joints.succeeded:
         raise Refused("job.no_path", move=where, reason=joints)
     rate, growth = _tip_bounds(path, bounds, move)
-    if move.profile == "time_optimal":
+    if move.profile == "time_optimal" or isinstance(path, JoinedPath) or move.path == "spline":
         return _quickest(robot, joints.value, path, bounds, move, limits, where)
     brisk = PathMotion(joints.value, _time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
-        return Line(uniform.stretched(move.duration / uniform.duration), move.duration)
+        return TipMotion(uniform.stretched(move.duration / uniform.duration), move.duration)
     motion = dilated(brisk, limits, growth)
     if move.duration is not None:
         if move.duration < motion.duration * (1 - 1e-9):
@@ -103,33 +108,36 @@ def straight_line(
 def _quickest(
     robot: Robot,
     joints: PiecewisePolynomial,
-    path: CartesianPath,
+    path: TipPath,
     bounds: Bounds,
     move: Move,
     limits: JointLimits,
     where: object,
-) -> Line:
-    """The line in the shortest time that joints and tip allow."""
-    found = along_line(joints, path, bounds, move, limits, where)
+) -> TipMotion:
+    """The path in the shortest time that joints and tip allow."""
+    if isinstance(path, CartesianPath) and path.interpolation == "straight":
+        found = along_line(joints, path, bounds, move, limits, where)
+    else:
+        found = along_curve(robot, joints, bounds, move, limits, where)
     motion = found.motion
     if move.duration is not None:
         if move.duration < motion.duration * (1 - 1e-9):
             raise too_fast(where, motion.duration)
-        return Line(motion.stretched(move.duration / motion.duration), move.duration)
+        return TipMotion(motion.stretched(move.duration / motion.duration), move.duration)
     law = rest_law("trapezoid")
     rate, growth = _tip_bounds(path, bounds, move)
     brisk = PathMotion(joints, law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth))
     return replace(_judged(robot, motion, brisk, limits), binding=found.binding)
 
 
-def _judged(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> Line:
+def _judged(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> TipMotion:
     """The line, and where the joints ask for more time than the bounds of the tip."""
     if motion.duration <= brisk.duration * (1 + 1e-6):
-        return Line(motion, brisk.duration)
+        return TipMotion(motion, brisk.duration)
     at = slowest(brisk, limits)
     configuration = np.asarray(brisk.path.at(at.place).u)
     margin = float(np.linalg.svd(robot.jacobian_body(configuration), compute_uv=False)[-1])
-    return Line(motion, brisk.duration, at, configuration, margin)
+    return TipMotion(motion, brisk.duration, at, configuration, margin)
 
 
 def too_fast(where: object, shortest: float) -> Refused:
@@ -137,13 +145,19 @@ def too_fast(where: object, shortest: float) -> Refused:
     return Refused("job.too_fast", move=where, shortest=f"{np.ceil(shortest * 1e3) / 1e3:.3f}")
 
 
-def _tip_bounds(path: CartesianPath, bounds: Bounds, move: Move) -> tuple[float, float]:
+def _tip_bounds(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float]:
     """Largest s' [1/s] and |s''| [1/s^2] that the tip's speed, turn rate and acceleration allow."""
-    length, angle = max(path.length, 1e-12), max(path.angle, 1e-12)
-    rate = move.speed * min(bounds.tip_speed / length, bounds.tip_turn_rate / angle)
-    # The turn has no acceleration bound of its own: it speeds up in the time that the line would take.
+    V, slope = path.twists(np.linspace(0.0, 1.0, LOOK))
+    speed, rotation = (max(float(np.linalg.norm(part, axis=-1).max()), ROUNDING) for part in (V[:, 3:], V[:, :3]))
+    bend = float(np.linalg.norm(slope[:, 3:] + np.cross(V[:, :3], V[:, 3:]), axis=-1).max())
+    rate = move.speed * min(bounds.tip_speed / speed, bounds.tip_turn_rate / rotation)
+    # The turn has no acceleration bound of its own: it speeds up in the time that the way would take.
     turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
-    return rate, move.speed**2 * min(bounds.tip_acceleration / length, turn_acceleration / angle)
+    growth = move.speed**2 * min(bounds.tip_acceleration / speed, turn_acceleration / rotation)
+    if bend <= ROUNDING * speed:
+        return rate, growth
+    across = move.speed * np.sqrt(ACROSS * bounds.tip_acceleration / bend)
+    return min(rate, float(across)), growth * np.sqrt(1.0 - ACROSS**2)
 
 
 def _time_law(rate: float, growth: float, move: Move) -> Stretchable:

@@ -1,0 +1,138 @@
+"""Paths of the tip in jobs: arcs, splines, screws, and corners that are rounded instead of stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mafsil.geometry import pose
+from mafsil.job.planned_remarks import driving_limits
+from mafsil.job.reading import parse
+from mafsil.trajectory import check
+from tests.job.test_job_planning import PANDA, complaint, planned, refused
+
+START = "[[move]]\npose = { position = [0.4, -0.2, 0.4], rpy = [3.141592653589793, 0, 0] }\n"
+ARC = '[[move]]\npose = { position = [0.4, 0.2, 0.4] }\npath = "arc"\nvia = [{ position = [0.55, 0.0, 0.4] }]\n'
+SPLINE = """[[move]]
+pose = { position = [0.4, 0.2, 0.4] }
+path = "spline"
+via = [{ position = [0.5, -0.1, 0.45] }, { position = [0.5, 0.1, 0.35], rpy = [3.141592653589793, 0, 0.3] }]
+"""
+SCREW = '[[move]]\npose = { position = [0.45, 0.1, 0.45], rpy = [3.141592653589793, 0, 0.5] }\npath = "screw"\n'
+CORNER = np.array([0.5, -0.2, 0.4])
+
+
+def corner(blend: float) -> str:
+    return (
+        f'[[move]]\npose = {{ position = {CORNER.tolist()} }}\npath = "line"\nblend = {blend}\n'
+        '[[move]]\npose = { position = [0.5, 0.0, 0.4] }\npath = "line"\n'
+    )
+
+
+def moved(moves: str, leg: int = 1):
+    """The robot, the limits, the tip's poses (k, 4, 4) and the times of one leg."""
+    text = PANDA + START + moves
+    robot, plan = planned(text)
+    limits, _ = driving_limits(parse(text), robot)
+    motion = plan.legs[leg].trajectory
+    assert check(motion, limits, tolerance=1e-6)
+    t = np.linspace(0.0, motion.duration, 4001)
+    return robot, plan, np.asarray(robot.forward_kinematics(motion.at(t).u)), t
+
+
+def tip_speeds(T, t):
+    return np.linalg.norm(np.gradient(T[:, :3, 3], t, axis=0), axis=1)
+
+
+@pytest.mark.parametrize("profile", ["", 'profile = "time_optimal"\n', 'profile = "double_s"\n'])
+def test_an_arc_is_round_passes_its_point_and_keeps_the_bounds_of_the_tip(profile):
+    _, plan, T, t = moved(ARC + profile)
+    p = T[:, :3, 3]
+    # The circle through (0.4, -0.2), (0.55, 0), (0.4, 0.2).
+    centre = np.array([0.55 - (0.15**2 + 0.2**2) / (2 * 0.15), 0.0, 0.4])
+    np.testing.assert_allclose(np.linalg.norm(p - centre, axis=1), 0.55 - centre[0], atol=1e-6)
+    assert np.linalg.norm(p - [0.55, 0.0, 0.4], axis=1).min() < 1e-4
+    assert np.abs(T[:, :3, :3] - T[0, :3, :3]).max() < 1e-6
+    speed = tip_speeds(T, t)
+    assert speed.max() <= 0.25 * (1 + 1e-4)
+    acceleration = np.gradient(np.gradient(p, t, axis=0), t, axis=0)[5:-5]
+    assert np.linalg.norm(acceleration, axis=1).max() <= 1.0 * (1 + 5e-3)
+    assert plan.legs[1].kind == "arc"
+
+
+def test_a_spline_passes_its_points_and_their_orientations():
+    _, plan, T, t = moved(SPLINE)
+    p = T[:, :3, 3]
+    for point in ([0.5, -0.1, 0.45], [0.5, 0.1, 0.35]):
+        assert np.linalg.norm(p - point, axis=1).min() < 1e-4
+    at = np.linalg.norm(p - [0.5, 0.1, 0.35], axis=1).argmin()
+    turned = pose.error(T[at], np.asarray(T[0]) @ np.eye(4))[:3]
+    assert np.linalg.norm(turned) == pytest.approx(0.3, abs=1e-3)
+    speed = tip_speeds(T, t)
+    assert speed[200:-200].min() > 0.01, "it never stops on the way"
+    assert speed.max() <= 0.25 * (1 + 1e-4)
+    assert any(remark.key == "job.decided_by" for remark in plan.remarks)
+
+
+def test_a_screw_has_one_axis():
+    _, _, T, _ = moved(SCREW)
+    way = pose.error(np.broadcast_to(T[0], T.shape), T)
+    direction = way[-1] / np.linalg.norm(way[-1])
+    assert np.linalg.norm(way - (way @ direction)[:, None] * direction, axis=1).max() < 1e-6
+
+
+@pytest.mark.parametrize("blend", [0.002, 0.01])
+def test_a_corner_is_rounded_within_its_distance_and_without_a_stop(blend):
+    _, plan, T, t = moved(corner(blend))
+    p = T[:, :3, 3]
+    near = np.linalg.norm(p - CORNER, axis=1).min()
+    assert 0.2 * blend < near <= blend + 1e-6
+    assert tip_speeds(T, t)[100:-100].min() > 0.01
+    assert [leg.kind for leg in plan.legs[:2]] == ["joint", "blended"]
+    stops = planned(PANDA + START + corner(blend).replace(f"blend = {blend}\n", 'profile = "time_optimal"\n'))[1]
+    assert plan.legs[1].trajectory.duration < stops.legs[1].trajectory.duration + stops.legs[2].trajectory.duration
+    # Off the corner it is the two lines.
+    first, second = p[:, 0] < CORNER[0] - 8 * blend, p[:, 1] > CORNER[1] + 8 * blend
+    assert np.abs(p[first, 1] - CORNER[1]).max() < 1e-6
+    assert np.abs(p[second, 0] - CORNER[0]).max() < 1e-6
+
+
+def test_a_move_that_goes_nowhere_has_no_corner():
+    again = '[[move]]\npose = { position = [0.4, -0.2, 0.4] }\npath = "line"\nblend = 0.01\n'
+    _, plan, T, _ = moved(again + '[[move]]\npose = { position = [0.5, -0.2, 0.4] }\npath = "line"\n')
+    assert plan.legs[1].index == 2
+    np.testing.assert_allclose(T[-1, :3, 3], [0.5, -0.2, 0.4], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("moves", "key"),
+    [
+        (ARC.replace("via = [{ position = [0.55, 0.0, 0.4] }]\n", ""), "job.arc_via"),
+        (ARC.replace("}]", "}, { position = [0.5, 0.1, 0.4] }]"), "job.arc_via"),
+        (ARC.replace("[{ position = [0.55, 0.0, 0.4] }]", "[[0, 0, 0, 0, 0, 0, 0]]"), "job.via_pose"),
+        (ARC + 'profile = "jerk_limited"\n', "job.line_jerk"),
+        (SPLINE + 'profile = "quintic"\n', "job.via_profile"),
+        ('[[move]]\npose = { position = [0.4, 0.2, 0.4] }\npath = "spline"\n', "job.spline_via"),
+        (SCREW + "via = [{ position = [0.4, 0.1, 0.3] }]\n", "job.line_via"),
+        ('[[move]]\njoints = [0, 0, 0, -1, 0, 1, 0]\npath = "arc"\n', "job.line_pose"),
+        ("[[move]]\njoints = [0, 0, 0, -1, 0, 1, 0]\nvia = [{ position = [0.4, 0.1, 0.3] }]\n", "job.via_joints"),
+        (SCREW + "blend = 0.01\n", "job.blend_next"),
+        (SCREW + "blend = 0.01\n[[move]]\npause = 1.0\n" + SCREW, "job.blend_next"),
+        (corner(0.01).replace("blend", 'profile = "quintic"\nblend'), "job.blend_profile"),
+        (corner(0.01) + "duration = 3\n", "job.blend_duration"),
+        (corner(0.01).replace("0.4] }\npath = \"line\"\nblend", "0.4], task = \"axis\" }\npath = \"line\"\nblend"),
+         "job.blend_task"),
+        ('[[move]]\njoints = [0, 0, 0, -1, 0, 1, 0]\nblend = 0.01\n', "job.no_effect"),
+        (ARC.replace("position = [0.55, 0.0, 0.4]", "position = [0.55, 0.0, 0.4], rpi = [0, 0, 0]"),
+         "job.unknown_key_close"),
+    ],
+)  # fmt: skip
+def test_what_does_not_go_together_is_named_with_its_line(moves, key):
+    error = complaint(PANDA + START + moves)
+    assert error.key == key
+    assert "x.toml" in error.message("en")
+
+
+def test_an_arc_over_points_of_a_line_is_refused_with_the_reason():
+    refusal = refused(PANDA + START + ARC.replace("[0.55, 0.0, 0.4]", "[0.4, 0.0, 0.4]"))
+    assert "line" in refusal.explain("en")
