@@ -80,7 +80,9 @@ export class Store {
    */
   adopt(journal, same) {
     let k = 0;
-    while (k < journal.length && k < this.entries.length && this.entries[k].id === journal[k].id && same(this.entries[k].action, journal[k].action)) k++;
+    while (k < journal.length && k < this.entries.length && this.entries[k].id === journal[k].id && same(this.entries[k].action, journal[k].action)) {
+      this.entries[k].action = journal[k++].action; // the very same, so that the next comparison costs nothing
+    }
     if (k === journal.length && k === this.entries.length) return;
     const mine = this.entries.at(-1)?.id;
     if (!this.lengthened(journal, k)) {
