@@ -84,9 +84,9 @@ class Browser:
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self._call("Emulation.setEmulatedMedia", features=features)
 
-    def load(self, path: Path, ending: str = "") -> None:
-        """Open a file and wait until its script has drawn."""
-        self._call("Page.navigate", url=path.as_uri() + ending)
+    def load(self, path: Path | str, ending: str = "") -> None:
+        """Open a file, or an address, and wait until its script has drawn."""
+        self._call("Page.navigate", url=path + ending if isinstance(path, str) else path.as_uri() + ending)
         self.wait("window.mafsil && window.mafsil.timing.frames > 0")
 
     def wait(self, condition: str) -> None:

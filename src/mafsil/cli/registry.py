@@ -36,6 +36,11 @@ OPERATIONS: tuple[Operation, ...] = (
         (Parameter("job", "path", positional=True, required=True, reads=True), *_RUNS, Parameter("dry_run", "flag")),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
+    Operation(
+        "studio",
+        "mafsil.cli.studio:studio",
+        (Parameter("what", "text", positional=True, many=True), Parameter("port", "count"), Parameter("open", "flag")),
+    ),
     Operation("list", "mafsil.cli.library_list:robots"),
     Operation(
         "show",

@@ -69,13 +69,14 @@ export class Stage {
 
   /** Everything to draw. */
   items() {
-    const { store } = this.app, { state, shown, arm } = store, { figure } = this;
+    const { store } = this.app, { shown, arm } = store, { figure } = this, state = shown.replay?.q ? { ...store.state, q: shown.replay.q, loop: false } : store.state;
     const poses = arm.kernels.link_poses(state.q)[0].slice(), tip = arm.kernels.forward_kinematics(state.q)[0].slice();
     const list = [...figure.robot(poses), ...figure.triad(tip), ...figure.triad(WORLD, { scale: 1.15 })];
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
+    if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }));
     if (shown.ellipsoid) list.push(this.ellipsoid(tip));
     return list.concat(this.ghosts());
@@ -85,7 +86,7 @@ export class Stage {
   ghosts() {
     const { store, words, data } = this.app, { state, shown, arm } = store;
     this.named = [];
-    if (!shown.ghosts || !arm.kernels.branches || state.loop) return [];
+    if (!shown.ghosts || shown.replay || !arm.kernels.branches || state.loop) return [];
     const T = shown.wish ?? tipPose(state, arm), here = hereOf(state);
     return branchesAt(store.base, T, arm).filter((branch) => branch.within).flatMap((branch) => {
       const q = lifted(arm.settings, here, branch.q);
