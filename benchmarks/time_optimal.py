@@ -3,8 +3,9 @@
 pip install toppra; MAFSIL_THREADS=1 python benchmarks/time_optimal.py [--intervals 100] [--batch 200] [--json FILE]
 
 Random natural splines of 7 joints through 6 points with limits of velocity and acceleration; both sides get the same
-polynomials and the same count of intervals, and construct, solve and parametrise. Excess: the largest at 4,000 times,
-as share of a limit. TOPP-RA parametrises by constant acceleration between places, its most faithful way.
+polynomials and the same count of intervals. "timing": path velocities and duration, beside TOPP-RA's
+compute_parameterization; "motion": a trajectory besides, beside its compute_trajectory. Excess: the largest at 4,000
+times, as share of a limit. TOPP-RA parametrises by constant acceleration between places, its most faithful way.
 """
 
 # pyright: reportMissingImports=false, reportUnknownVariableType=false, reportUnknownMemberType=false
@@ -33,13 +34,13 @@ from mafsil.trajectory import JointPath, MotionLimits, time_optimal
 N, POINTS, TIMES = 7, 6, 4_000
 
 
-def timed_by_toppra(path: JointPath, points: np.ndarray, v: np.ndarray, a: np.ndarray, intervals: int) -> Any:
-    """The peer's trajectory."""
+def toppra_of(path: JointPath, points: np.ndarray, v: np.ndarray, a: np.ndarray, intervals: int) -> Any:
+    """The peer's problem."""
     knots = path.breaks()
     spline = toppra.SplineInterpolator(knots, points, bc_type="natural")
     constraints = [JointVelocityConstraint(np.stack([-v, v], 1)), JointAccelerationConstraint(np.stack([-a, a], 1))]
     grid = np.linspace(0.0, knots[-1], intervals + 1)
-    return TOPPRA(constraints, spline, gridpoints=grid, parametrizer="ParametrizeConstAccel").compute_trajectory()
+    return TOPPRA(constraints, spline, gridpoints=grid, parametrizer="ParametrizeConstAccel")
 
 
 def excess(velocity: np.ndarray, acceleration: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
@@ -59,7 +60,10 @@ def compared(batch: int, intervals: int) -> dict[str, float]:
         s = np.linspace(0.0, path.length, 50)
         np.testing.assert_allclose(CubicSpline(path.breaks(), each, bc_type="natural")(s), path.at(s).u, atol=1e-9)
     ours = time_optimal(paths, limits, intervals=intervals)
-    theirs = [timed_by_toppra(path, each, v, a, intervals) for path, each in zip(paths[:few], points, strict=False)]
+    theirs = [
+        toppra_of(path, each, v, a, intervals).compute_trajectory()
+        for path, each in zip(paths[:few], points, strict=False)
+    ]
     fine = time_optimal(paths[:few], limits, intervals=10_000).durations
     usual = time_optimal(paths[:few], limits).durations
     broken = {"mafsil": -1.0, "toppra": -1.0}
@@ -72,19 +76,24 @@ def compared(batch: int, intervals: int) -> dict[str, float]:
             broken["toppra"] = max(broken["toppra"], excess(peer(t, 1), peer(t, 2), v, a))
     taken = race(
         {
-            "batch": lambda: time_optimal(paths, limits, intervals=intervals),
-            "single": lambda: time_optimal(paths[0], limits, intervals=intervals),
-            "toppra": lambda: timed_by_toppra(paths[0], points[0], v, a, intervals),
+            "batch timing": lambda: time_optimal(paths, limits, intervals=intervals).durations,
+            "batch motion": lambda: [each.trajectory for each in time_optimal(paths, limits, intervals=intervals)],
+            "single timing": lambda: time_optimal(paths[0], limits, intervals=intervals).duration,
+            "single motion": lambda: time_optimal(paths[0], limits, intervals=intervals).trajectory,
+            "toppra timing": lambda: toppra_of(paths[0], points[0], v, a, intervals).compute_parameterization(0, 0),
+            "toppra motion": lambda: toppra_of(paths[0], points[0], v, a, intervals).compute_trajectory(),
         },
         repeats=15,
     )
-    peer, one, many = taken["toppra"].least, taken["single"].least, taken["batch"].least / batch
+    us = {name: time.least * 1e6 / (batch if "batch" in name else 1) for name, time in taken.items()}
+    ratios = {
+        f"{how} {what} ratio": us[f"toppra {what}"] / us[f"{how} {what}"]
+        for how in ("batch", "single")
+        for what in ("timing", "motion")
+    }
     return {
-        "toppra_us": peer * 1e6,
-        "single_us": one * 1e6,
-        "batch_us_a_path": many * 1e6,
-        "single_ratio": peer / one,
-        "batch_ratio": peer / many,
+        **{f"{name} us a path": value for name, value in us.items()},
+        **ratios,
         "excess": broken["mafsil"],
         "excess_toppra": broken["toppra"],
         "longer_than_fine_grid": float((ours.durations[:few] / fine).max()) - 1.0,

@@ -18,30 +18,41 @@ from types import ModuleType
 from typing import Any
 
 
-class LazyModule(ModuleType):
-    """Stands for a module until one of its names is used; threads that meet here wait at Python's own import lock."""
+class LazyModule:
+    """Stands for a module until one of its names is used; threads that meet here wait at Python's own import lock.
+
+    It is no `ModuleType`: a module looks for a missing name four times as long, in every call of a loop.
+    """
+
+    __slots__ = ("_loaded", "_name")
+    _loaded: ModuleType | None
+    _name: str
 
     def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.__dict__["_loaded"] = None
+        object.__setattr__(self, "_name", name)
+        object.__setattr__(self, "_loaded", None)
 
     def __getattr__(self, name: str) -> Any:
-        loaded = self.__dict__["_loaded"]
+        loaded = self._loaded
         if loaded is None:
-            loaded = self.__dict__["_loaded"] = import_module(self.__name__)
+            loaded = import_module(self._name)
+            object.__setattr__(self, "_loaded", loaded)
         return getattr(loaded, name)
 
     def __setattr__(self, name: str, value: object) -> None:
-        setattr(import_module(self.__name__), name, value)
+        setattr(import_module(self._name), name, value)
+
+    def __delattr__(self, name: str) -> None:
+        delattr(import_module(self._name), name)
 
     def __dir__(self) -> list[str]:
-        return dir(import_module(self.__name__))
+        return dir(import_module(self._name))
 
     def __repr__(self) -> str:
-        return f"<{self.__name__}, loaded at its first use>"
+        return f"<{self._name}, loaded at its first use>"
 
     def __reduce__(self) -> tuple[Any, tuple[str]]:
-        return lazily, (self.__name__,)
+        return lazily, (self._name,)
 
 
 def lazily(name: str) -> LazyModule:

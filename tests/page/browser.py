@@ -104,6 +104,15 @@ class Browser:
             raise RuntimeError(json.dumps(found["exceptionDetails"])[:2000])
         return found["result"].get("value")
 
+    def settled_box(self, selector: str) -> tuple[float, float, float, float]:
+        """`box` once two drawn pictures agree on it: what was opened just before may still push others down."""
+        seen = self.box(selector)
+        while True:
+            self.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            before, seen = seen, self.box(selector)
+            if seen == before:
+                return seen
+
     def box(self, selector: str) -> tuple[float, float, float, float]:
         """Left, top, width and height of an element, brought into view [pixels]."""
         found = self.ask(
@@ -118,8 +127,8 @@ class Browser:
         self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=buttons, clickCount=1)
 
     def click(self, selector: str) -> None:
-        """Press and release in the middle of an element."""
-        left, top, width, height = self.box(selector)
+        """Press and release in the middle of an element, once it no longer moves."""
+        left, top, width, height = self.settled_box(selector)
         x, y = left + width / 2, top + height / 2
         self.mouse("mousePressed", x, y, buttons=1)
         self.mouse("mouseReleased", x, y)

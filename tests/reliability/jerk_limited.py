@@ -114,7 +114,8 @@ def violations(times: Floats, jerks: Floats, count: Floats, first: Floats, limit
 
 
 def _excess(x: Floats, low: Floats, high: Floats) -> Floats:
-    return np.maximum((x - high) / np.maximum(1.0, np.abs(high)), (low - x) / np.maximum(1.0, np.abs(low)))
+    over, under = np.where(np.isinf(high), -1.0, x - high), np.where(np.isinf(low), -1.0, low - x)
+    return np.maximum(over / np.maximum(1.0, np.abs(high)), under / np.maximum(1.0, np.abs(low)))
 
 
 def violation(motion: JerkLimitedMotion) -> float:

@@ -126,6 +126,32 @@ def test_never_longer_than_ruckig(kind: str, n: int):
     assert found["compared"] == 400
 
 
+@settings(deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 19))
+def test_from_rest_together_is_the_longest_of_each_alone(seed: int, n: int):
+    """The lanes of coordinates beside the search that takes one after the other (`synchronise="none"`)."""
+    rng = np.random.default_rng(seed)
+
+    def bound(share: float):
+        size = 10.0 ** rng.uniform(-2.0, 2.0, (2, n))
+        size[rng.random((2, n)) < share] = np.inf
+        return -size[0], size[1]
+
+    limits = MotionLimits.of(n, velocity=bound(0.2), acceleration=bound(0.2), jerk=bound(0.0))
+    start, goal = rng.uniform(-1.0, 1.0, (2, 5, n)) * 10.0 ** rng.uniform(-6.0, 2.0, (2, 5, n))
+    goal[rng.random((5, n)) < 0.2] = 0.0
+    start[goal == 0.0] = 0.0
+    together, alone = jerk_limited(start, goal, limits), jerk_limited(start, goal, limits, synchronise="none")
+    np.testing.assert_allclose(together.duration, alone.duration, rtol=1e-12)
+    for row in range(5):
+        motion = together[row]
+        assert violation(motion) <= 1e-9
+        end = motion.at(motion.duration)
+        np.testing.assert_allclose(end.u, goal[row], atol=1e-11 * np.abs(np.array([start[row], goal[row]])).max())
+    assert single(start[0], goal[0], limits, cycle=0.01).duration % 0.01 == pytest.approx(0.0, abs=0.01 + 1e-9)
+    assert single(start[0], goal[0], limits, minimum_duration=1e4).duration == 1e4
+
+
 def test_batch_is_its_rows():
     rng = np.random.default_rng(3)
     problems, limits = random_problems(rng, 600, 4, "arbitrary")

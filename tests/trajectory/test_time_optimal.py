@@ -148,6 +148,20 @@ def test_a_batch_is_its_paths_one_by_one() -> None:
     assert len(time_optimal([], limits)) == 0
 
 
+def test_what_stands_beside_a_path_does_not_change_a_bit_of_it() -> None:
+    """Paths of other lengths in the lanes beside, and lanes without a path of their own."""
+    rng = np.random.default_rng(3)
+    limits = MotionLimits.of(3, velocity=[1.0, 2.0, 0.7], acceleration=(-2.0, 3.0))
+    paths = [JointPath.through(rng.uniform(-1.0, 1.0, (count, 3))) for count in (2, 9, 4, 3, 12, 2, 5, 7, 3, 6, 2)]
+    for intervals in (None, 7):
+        batch = time_optimal(paths, limits, intervals=intervals)
+        for path, answer, duration in zip(paths, batch, batch.durations, strict=True):
+            alone = time_optimal(path, limits, intervals=intervals)
+            assert alone.duration == answer.duration == duration
+            assert np.array_equal(alone.velocities, answer.velocities)
+            assert np.array_equal(alone.limit_curve, answer.limit_curve)
+
+
 def test_velocities_at_the_ends() -> None:
     path, limits = drawn(1)
     answer = time_optimal(path, limits, start_velocity=0.1, end_velocity=0.05)

@@ -10,6 +10,7 @@ from typing import Any
 from mafsil.answer import Answer, Status
 from mafsil.errors import FileError
 from mafsil.messages import say
+from mafsil.messages.tables import on_screen
 from mafsil.model.mechanism import Mechanism
 
 MOST_DIAGNOSTICS = 1000
@@ -209,8 +210,7 @@ class Report(Answer):
         }
 
     def __repr__(self) -> str:
-        first = f": {self:en}" if self.errors else ""
-        return f"<Report {self.source!r}: errors {len(self.errors)}, warnings {len(self.warnings)}{first}>"
+        return on_screen(self.explain())
 
     def __format__(self, language: str) -> str:
         """The first errors as one text, in the language named by the format (`{report:ar}`)."""

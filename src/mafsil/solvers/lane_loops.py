@@ -9,6 +9,7 @@ vectors are narrower. What a loop may write:
 - `square_root`, `magnitude`, `lanes(number)`;
 - `buffer(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the buffer that begins at i;
   `seen(array)`: a float64 array as a buffer, whose rows are in order;
+- `in_lanes(n)`: an array for n lanes, to be `seen`;
 - `put(r, i, l, number)` and `get(r, i, l)`: one lane of place i;
 - `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride.
 
@@ -25,12 +26,13 @@ from __future__ import annotations
 import operator
 from typing import Any, ClassVar
 
+import numpy as np
 from numba.core import cgutils, types
 from numba.core.datamodel import models
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, register_model
 
-from mafsil.solvers.loops import reordered
+from mafsil.solvers.loops import compiled, reordered
 
 ir = cgutils.ir
 """LLVM as numba writes it."""
@@ -306,6 +308,14 @@ def spread(_typing, array, begin, stride, x):
         return context.get_dummy_value()
 
     return types.none(array, types.intp, types.intp, LANES), generate
+
+
+@compiled
+def in_lanes(count):
+    """An array for so many lanes that begins with a cache line: keep it as long as what is `seen` of it."""
+    numbers = np.empty((count + 1) * WIDTH)
+    beyond = (numbers.ctypes.data // 8) % WIDTH
+    return numbers[(WIDTH - beyond) % WIDTH :]
 
 
 @reordered

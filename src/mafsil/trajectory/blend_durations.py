@@ -12,6 +12,7 @@ from mafsil.errors import InputError
 from mafsil.trajectory.blend_legs import mean_acceleration
 from mafsil.trajectory.blend_plan import BlendProblem, blends
 from mafsil.trajectory.motion_limits import MotionLimits
+from mafsil.trajectory.tolerances import ROUNDING
 
 ROUNDS = 40
 """Legs are lengthened so often by what they lack; what then still overlaps is slowed as a whole."""
@@ -88,8 +89,8 @@ def _lengthened(problem: BlendProblem) -> BlendProblem:
     for attempt in range(10 * ROUNDS):
         straight = blends(problem).straight
         lacking = -straight.reshape(-1, *straight.shape[-2:]).min(axis=(0, -1))
-        if (lacking <= 1e-12 * problem.durations).all():
+        if (lacking <= ROUNDING * problem.durations).all():
             break
-        longer = problem.durations + np.maximum(lacking, 0.0) * (1.0 + 1e-12)
+        longer = problem.durations + np.maximum(lacking, 0.0) * (1.0 + ROUNDING)
         problem = replace(problem, durations=longer if attempt < ROUNDS else SLOWER * problem.durations)
     return problem

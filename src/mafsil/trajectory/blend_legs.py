@@ -13,9 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
-
-ROUNDING = 1e-12
-"""A radicand this far below zero, relative to the squared duration, is zero: the blends just meet."""
+from mafsil.trajectory.tolerances import ROUNDING
 
 
 class EndLeg(NamedTuple):

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.trajectory.blend_legs import first_leg, interior_blend, last_leg, single_leg, slope
-
-OVERLAP = 1e-12
-"""A straight time this far below zero, relative to its leg, is zero: the blends just meet."""
+from mafsil.trajectory.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +53,7 @@ class Blends:
             durations: (*batch or none, m - 1) of the legs [s].
         """
         with np.errstate(invalid="ignore"):
-            return self.straight >= -OVERLAP * durations[..., None]
+            return self.straight >= -ROUNDING * durations[..., None]
 
 
 def blends(problem: BlendProblem) -> Blends:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.trajectory.tolerances import ROUNDING
 
 BlendName: TypeAlias = Literal["parabolic", "quintic"]
 
@@ -52,7 +53,7 @@ class BlendShape:
         """Peak acceleration over the mean one, dv/b: largest g''."""
         third = np.polynomial.polynomial.polyder(np.array(self.coefficients), 3)
         bends: NDArray[np.complex128] = np.asarray(np.polynomial.polynomial.polyroots(third), dtype=np.complex128)
-        inside = [float(s) for s in bends.real[np.abs(bends.imag) < 1e-12] if 0.0 < s < 1.0]
+        inside = [float(s) for s in bends.real[np.abs(bends.imag) < ROUNDING] if 0.0 < s < 1.0]
         return max(abs(self._at(s, 2)) for s in (0.0, *inside, 1.0))
 
     @property

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.blend_plan import BlendProblem, blends
+from mafsil.trajectory.tolerances import ROUNDING
 
 ROUNDS = 200
 """Shortest times to pseudo via points are found by repeating: their blends change with them."""
@@ -72,7 +73,7 @@ def with_through_points(problem: BlendProblem, through: Velocities, delta: float
             index: float(blend[..., index + shift : index + shift + 2, :].max()) / 2
             for shift, index in enumerate(sorted(speeds))
         }
-        if all(needed[k] <= chosen[k] * (1.0 + 1e-12) for k in chosen):
+        if all(needed[k] <= chosen[k] * (1.0 + ROUNDING) for k in chosen):
             break
         chosen = {k: max(needed[k], chosen[k]) for k in chosen}
     return _replaced(problem, speeds, {k: max(each, 1e-9) for k, each in chosen.items()})

@@ -15,6 +15,7 @@ from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.tolerances import GIVEN
 
 MOST_DEGREE = 15
 KnotRule = Literal["clamped", "uniform"]
@@ -193,6 +194,6 @@ def _own_knots(t: Floats, k: int, p: int, T: float) -> Floats:
     if t.shape != (k + p + 1,):
         raise InputError("input.shape", name="knots", expected=(k + p + 1,), got=t.shape, hint="")
     wrong = (np.diff(t) < 0.0).any() or t[p] >= t[k] or (t[p + 1 : -1] <= t[1 : -1 - p]).any()
-    if wrong or abs(t[k] - t[p] - T) > 1e-9 * T:
+    if wrong or abs(t[k] - t[p] - T) > GIVEN * T:
         raise InputError("trajectory.knots", degree=p)
     return t - t[p]

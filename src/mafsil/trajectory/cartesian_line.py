@@ -14,6 +14,7 @@ from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 
 @of_robot
@@ -81,7 +82,7 @@ def timed(
         return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
     requested = positive("duration", duration)
     motion = unit.stretched(requested)
-    if requested >= shortest * (1.0 - 1e-9):
+    if requested >= shortest * (1.0 - GIVEN):
         return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": requested})
     worst = check(motion, robot.limits, robot.joint_names).violations[0]
     details = {"joint": worst.joint, "quantity": worst.quantity_name(), "requested": requested, "duration": shortest}

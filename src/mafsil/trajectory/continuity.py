@@ -14,6 +14,7 @@ from mafsil.messages import say
 from mafsil.trajectory.limit_check import derivative
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.status import ContinuityStatus
+from mafsil.trajectory.tolerances import ROUNDING
 
 NAMES = ("upper", "velocity", "acceleration", "jerk")
 """Names of derivatives 0 to 3 in the catalogue of sentences."""
@@ -105,7 +106,7 @@ def continuity(trajectory: Trajectory, *, ends: bool = True, tolerance: float = 
         sizes = 2.0 * before - after
         largest = np.abs(derivative(trajectory, np.linspace(0.0, trajectory.duration, 257), order)).max(axis=0)
         largest = np.maximum(largest, np.abs(sizes).max(axis=0, initial=0.0))
-        noise = 1e-12 * np.abs(derivative(trajectory, at, 0)).max(initial=1e-300) / trajectory.duration**order
+        noise = ROUNDING * np.abs(derivative(trajectory, at, 0)).max(initial=1e-300) / trajectory.duration**order
         found = np.argwhere(np.abs(sizes) > np.maximum(tolerance * largest, noise))
         if len(found):
             jumps = tuple(Jump(order, float(at[k]), int(i), float(sizes[k, i])) for k, i in found)

@@ -12,11 +12,10 @@ from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.points import points_and_durations
 from mafsil.trajectory.polynomial import cubic_coefficients
+from mafsil.trajectory.tolerances import GIVEN
 
 ViaRule = Literal["continuous", "heuristic", "mean", "weighted_mean", "stop"]
 SplineEnds = Literal["clamped", "natural", "periodic"]
-MEETS = 1e-9
-"""Largest gap between the ends of a periodic spline, relative to the size of its points."""
 
 
 @called
@@ -119,7 +118,7 @@ def spline_velocities(u: Floats, h: Floats, ends: SplineEnds, v0: Floats, vn: Fl
     slopes = np.diff(rows, axis=0) / h[:, None]
     if ends == "periodic":
         gap = np.abs(rows[-1] - rows[0])
-        if gap.max() > MEETS * max(1.0, float(np.abs(rows).max())):
+        if gap.max() > GIVEN * max(1.0, float(np.abs(rows).max())):
             raise InputError("trajectory.periodic", gap=float(gap.max()))
         return _periodic(slopes, h).reshape(u.shape)
     lower, diagonal, upper = np.zeros(len(u)), np.ones(len(u)), np.zeros(len(u))

@@ -11,6 +11,7 @@ from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.side_by_side import on_common_knots
 from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.tolerances import ROUNDING
 from mafsil.trajectory.trapezoid import Synchronisation
 
 SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
@@ -69,7 +70,7 @@ def double_s(
     requested = shortest if duration is None else positive("duration", duration)
     details: dict[str, object] = {"joint": slowest, "duration": requested, "shortest": shortest}
     # The shortest duration, printed and given back, must not be refused for its last digit.
-    fits = requested >= shortest * (1.0 - 1e-12)
+    fits = requested >= shortest * (1.0 - ROUNDING)
     total = requested if fits else shortest
     columns = [_column(*row, total) for row in zip(u0, uf, parts, strict=True)]
     status = PlanStatus.PLANNED if fits else PlanStatus.TOO_SHORT

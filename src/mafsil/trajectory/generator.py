@@ -20,6 +20,7 @@ from mafsil.trajectory.bspline import BSpline
 from mafsil.trajectory.motion import Motion
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import TickStatus
+from mafsil.trajectory.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     import mafsil.trajectory.generator_loops as generator_loops
@@ -128,7 +129,7 @@ class TrajectoryGenerator:
     @property
     def ticks(self) -> int:
         """Number of ticks from 0 to the end: after the last one the motion rests."""
-        return floor(self.trajectory.duration * self.rate * (1.0 + 1e-12)) + 1
+        return floor(self.trajectory.duration * self.rate * (1.0 + ROUNDING)) + 1
 
     @property
     def blending(self) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import LimitStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 SAMPLES_PER_PIECE = 128
 
@@ -91,7 +92,7 @@ class LimitCheck(Answer):
 
 
 def check(
-    trajectory: Trajectory, limits: Limits, names: tuple[str, ...] = (), *, tolerance: float = 1e-9
+    trajectory: Trajectory, limits: Limits, names: tuple[str, ...] = (), *, tolerance: float = GIVEN
 ) -> LimitCheck:
     """Hold a trajectory against the limits of its joints.
 

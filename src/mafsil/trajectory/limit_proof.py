@@ -16,6 +16,7 @@ from mafsil.trajectory.limit_check import Violation
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import ProofStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -80,7 +81,7 @@ def prove(
     names: tuple[str, ...] = (),
     *,
     halvings: int = 40,
-    tolerance: float = 1e-9,
+    tolerance: float = GIVEN,
 ) -> LimitProof:
     """Whether position, velocity, acceleration and jerk keep their limits at every time, both sides.
 

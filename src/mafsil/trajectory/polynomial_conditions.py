@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, called, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 Condition: TypeAlias = tuple[float, int, ArrayLike]
 """Time [s], order of the derivative (0 for the position), value (*batch, n)."""
 
 MOST = 24
 """Conditions beyond these cannot be met by one polynomial in double precision; splines can."""
-SINGULAR = 1e-13
-"""Smallest singular value of the conditions, relative to the largest, that determines a polynomial."""
 
 
 @called
@@ -59,7 +58,7 @@ def polynomial(conditions: Iterable[Condition]) -> PiecewisePolynomial:
     # Over x = t/T, and each row over its largest element: conditions of all orders are of one size.
     matrix = np.array([_row(t / T, order, len(rows)) for t, order in zip(moments, orders, strict=True)])
     size = np.abs(matrix).max(axis=1)
-    if not size.all() or _determined(matrix / size[:, None]) < SINGULAR:
+    if not size.all() or _determined(matrix / size[:, None]) < FEW_ROUNDINGS:
         raise InputError("trajectory.conditions_open", count=len(rows))
     scaled = right.reshape(len(rows), -1) * (np.power(T, np.array(orders, dtype=np.float64)) / size)[:, None]
     found = np.asarray(np.linalg.solve(matrix / size[:, None], scaled), dtype=np.float64)

@@ -4,30 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.trajectory.path import JointPath, PathPoint
 from mafsil.trajectory.sampled_limits import SampledLimit
 from mafsil.trajectory.timing_problem import (
+    FurtherRows,
+    Grid,
     Timing,
     TimingProblem,
-    bounds_in_eights,
     flattened,
-    in_eights,
-    slowness_of,
     solved,
+    timed,
 )
-
-if TYPE_CHECKING:
-    import mafsil.trajectory.path_timing_loops as path_timing_loops
-else:
-    path_timing_loops = lazily("mafsil.trajectory.path_timing_loops")
 
 PLACES = (0.0, 0.5, 1.0)
 """Of an interval, at which limits are imposed."""
@@ -74,7 +67,7 @@ def timed_within(problem: TimingProblem, sampled: Sequence[SampledLimit]) -> Tim
         most = np.minimum(
             fastest.x * (1.0 + 1e-9), np.inf if count == 1 else GROWTH * timing.x + 1e-12 * timing.x.max()
         )
-        timing = _passes(first, timing, most, *rows)
+        timing = _passes(first, timing, FurtherRows(most, *rows))
         if timing.stopped >= 0 or not np.isfinite(timing.duration):
             return timing
         # 3.
@@ -99,8 +92,8 @@ def _inside(path: JointPath, timing: Timing, r: float | Floats, k: NDArray[np.in
 
 def _rows(
     path: JointPath, timing: Timing, fastest: Timing, sampled: Sequence[SampledLimit], slack: list[Floats]
-) -> tuple[Floats, Floats, Floats]:
-    """Rows (2, intervals, k) of alpha and beta, and their bounds (intervals, k).
+) -> tuple[Floats, Floats]:
+    """Rows (2, intervals, k) of alpha and beta, and their bounds (2, intervals, k).
 
     x is linear: A u + B x = (B (1 - r) - A/(2 h)) x_i + (B r + A/(2 h)) x_{i+1}.
     """
@@ -124,8 +117,7 @@ def _rows(
             highs.append(rows.high - np.where(np.isfinite(rows.high), lower, 0.0))
     return (
         np.stack([np.concatenate(alphas, axis=1), np.concatenate(betas, axis=1)]),
-        np.concatenate(lows, axis=1),
-        np.concatenate(highs, axis=1),
+        np.stack([np.concatenate(lows, axis=1), np.concatenate(highs, axis=1)]),
     )
 
 
@@ -219,34 +211,12 @@ def _nearly_at_rest(path: JointPath, timing: Timing) -> tuple[NDArray[np.int64],
     return np.concatenate(found), np.concatenate(shares)
 
 
-def _passes(problem: TimingProblem, timing: Timing, most: Floats, rows: Floats, lows: Floats, highs: Floats) -> Timing:
+def _passes(problem: TimingProblem, timing: Timing, further: FurtherRows) -> Timing:
     """Both passes with further rows, on the same grid."""
-    flat = flattened(problem.paths)
-    caps, duration = most.copy(), np.empty(1)
-    _, degree, n = flat.coefficients.shape
-    low, high, x, loss = np.zeros((4, len(timing.s)))
+    # A grid has a piece under each place; the last one's does not count.
+    grid = Grid(timing.s, np.append(timing.piece, 0), np.array([0, len(timing.s)]))
     start, end = (
-        -1.0 if timing.x[k] > 0.0 and v[0] == 0.0 else v[0] ** 2 for k, v in ((0, problem.start), (-1, problem.end))
+        np.where((timing.x[k] > 0.0) & (v == 0.0), -1.0, v**2) for k, v in ((0, problem.start), (-1, problem.end))
     )
-    stopped, excess = path_timing_loops.timed(  # pyright: ignore[reportUnknownMemberType]
-        flat.coefficients,
-        flat.knots,
-        timing.s,
-        timing.piece,
-        in_eights(slowness_of(problem.velocity)[0]),
-        bounds_in_eights(problem.acceleration[0]),
-        float(start),
-        float(end),
-        caps,
-        in_eights(rows),
-        in_eights(lows, -np.inf),
-        in_eights(highs, np.inf),
-        low,
-        high,
-        x,
-        loss,
-        duration,
-        np.empty((7, len(timing.piece), (degree - 1) * n + rows.shape[2] + -rows.shape[2] % 8)),
-        np.empty((len(timing.piece), degree - 1, n)),
-    )
-    return Timing(timing.s, timing.piece, caps, low, high, x, float(duration[0]), int(stopped), float(excess))
+    limits = problem.velocity, problem.acceleration
+    return timed(flattened(problem.paths), grid, limits, (start, end), further)[0]

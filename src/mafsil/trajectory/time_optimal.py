@@ -8,7 +8,7 @@ from typing import cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, positive, real_array, require_finite, require_kind, whole
+from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.limit_check import extreme_times
@@ -18,13 +18,12 @@ from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.sampled_limits import EffortLimit, SampledLimit, TipLimit
 from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch
-from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, limits_of_each, solved
+from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
+from mafsil.trajectory.tolerances import GIVEN
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
-OUTSIDE = 1e-9
-"""By how much a path may exceed a position limit [rad | m]: rounding of the points that lie on it."""
 
 Path = JointPath | PiecewisePolynomial
 
@@ -103,7 +102,7 @@ def time_optimal(
     single = isinstance(path, (JointPath, PiecewisePolynomial))
     paths = [_path("path", path)] if single else [_path(f"path[{k}]", part) for k, part in enumerate(_several(path))]
     if not paths:
-        return TimeOptimalBatch(())
+        return TimeOptimalBatch(0, _no_answer)
     counts = {one.n for one in paths}
     if len(counts) > 1:
         raise InputError("trajectory.paths_differ", counts=", ".join(str(count) for count in sorted(counts)))
@@ -117,15 +116,30 @@ def time_optimal(
         for name, v in (("start_velocity", start_velocity), ("end_velocity", end_velocity))
     ]
     count = None if intervals is None else whole("intervals", intervals, least=1)
-    velocity, acceleration = limits_of_each(bounds, len(paths))
-    problem = TimingProblem(paths, velocity, acceleration, ends[0], ends[1], count)
+    problem = TimingProblem(paths, *limits_of_each(bounds, len(paths)), ends[0], ends[1], count)
     timings = _each_within(problem, sampled) if sampled else solved(problem)
-    outside = _outside(paths, bounds)
-    answers = tuple(
-        _answer(one, bounds, timings[b], float(ends[0][b]), float(ends[1][b]), bool(outside[b]), sampled)
-        for b, one in enumerate(paths)
-    )
-    return answers[0] if single else TimeOptimalBatch(answers)
+
+    bounded = bool(np.isfinite(bounds.position).any())
+
+    def answer(b: int) -> TimeOptimal:
+        worst = _position_beyond(paths[b], bounds) if bounded and _hull_leaves(paths[b], bounds) else None
+        return _answer(paths[b], bounds, timings[b], (float(ends[0][b]), float(ends[1][b])), sampled, worst)
+
+    if single:
+        return answer(0)
+    known = None if bounded or isinstance(timings, list) else _durations(timings)
+    return TimeOptimalBatch(len(paths), answer, known)
+
+
+def _durations(timings: Timings) -> Floats:
+    """(paths,) [s]; infinite where there is no timing, as `_why` says."""
+    timed = (timings.stopped < 0) & (timings.durations < NEVER) & (timings.excess <= ALLOWED)
+    return frozen(np.where(timed, timings.durations, np.inf))
+
+
+def _no_answer(index: int) -> TimeOptimal:
+    """Of no paths."""
+    raise IndexError(index)
 
 
 def _sampled(
@@ -178,19 +192,15 @@ def _path(name: str, path: object) -> JointPath:
 
 def _velocity(name: str, value: ArrayLike, count: int) -> Floats:
     """(count,) velocities that are not negative."""
+    if isinstance(value, float) and 0.0 <= value < np.inf:
+        return np.full(count, value)
     array = require_finite(name, real_array(name, value))
     if array.shape not in ((), (count,)):
         raise InputError("input.shape", name=name, expected=(count,), got=array.shape, hint="")
-    if (array < 0.0).any():
+    each = np.full(count, array)
+    if min(each) < 0.0:
         raise InputError("input.range", name=name, value=array.min(), low=0.0, high=np.inf)
-    return np.broadcast_to(array, (count,)).astype(np.float64)
-
-
-def _outside(paths: list[JointPath], limits: MotionLimits) -> Floats:
-    """(paths,) whether a path may leave its position limits: the hull of its Bernstein coefficients does."""
-    if not np.isfinite(limits.position).any():
-        return np.zeros(len(paths))
-    return np.array([_hull_leaves(path, limits) for path in paths], dtype=np.float64)
+    return each
 
 
 def _hull_leaves(path: JointPath, limits: MotionLimits) -> bool:
@@ -203,26 +213,23 @@ def _hull_leaves(path: JointPath, limits: MotionLimits) -> bool:
     for k in range(rows.shape[1] - 1, 0, -1):
         reach = (reach + np.abs(rows[:, k])) * h[:, None]
     low, high = limits.position
-    return bool((rows[:, 0] + reach > high + OUTSIDE).any() or (rows[:, 0] - reach < low - OUTSIDE).any())
+    return bool((rows[:, 0] + reach > high + GIVEN).any() or (rows[:, 0] - reach < low - GIVEN).any())
 
 
 def _answer(
     path: JointPath,
     limits: MotionLimits,
     timing: Timing,
-    start: float,
-    end: float,
-    outside: bool,
+    velocities_at_ends: tuple[float, float],
     sampled: list[SampledLimit],
+    beyond: dict[str, object] | None,
 ) -> TimeOptimal:
-    """The answer to one path: the motion, or the reason and the place."""
-    if outside:
-        worst = _position_beyond(path, limits)
-        if worst is not None:
-            return TimeOptimal(TimingStatus.POSITION, path, limits, timing, worst)
+    """The answer to one path: the motion, or the reason and the place; `beyond` of `_position_beyond`."""
+    if beyond is not None:
+        return TimeOptimal(TimingStatus.POSITION, path, limits, timing, beyond)
     effort = next((limit for limit in sampled if isinstance(limit, EffortLimit)), None)
-    status, details = _why(path, limits, timing, start, end, effort)
-    return TimeOptimal(status, path, limits, timing, details, tuple(sampled), (start, end))
+    status, details = _why(path, limits, timing, *velocities_at_ends, effort)
+    return TimeOptimal(status, path, limits, timing, details, tuple(sampled), velocities_at_ends)
 
 
 def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object] | None:
@@ -231,7 +238,7 @@ def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object]
     u = path.at(places).u
     excess = np.maximum(u - limits.position[1], limits.position[0] - u)
     row, joint = (int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
-    if excess[row, joint] <= OUTSIDE:
+    if excess[row, joint] <= GIVEN:
         return None
     side = limits.position[1] if u[row, joint] > limits.position[1, joint] else limits.position[0]
     return {"joint": joint, "value": float(u[row, joint]), "place": float(places[row]), "limit": float(side[joint])}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -145,30 +145,42 @@ class TimeOptimal(SingleAnswer):
         }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class TimeOptimalBatch(Answer):
     """The shortest times along many paths; true if each has one; indexed by the path.
 
-    Attributes:
-        answers: one for each path.
+    Args:
+        count: of paths.
+        answer: makes the answer of one of them; asked when it is first looked at.
+        durations: (count,) [s]; None to take them from the answers.
     """
 
-    answers: tuple[TimeOptimal, ...]
+    def __init__(self, count: int, answer: Callable[[int], TimeOptimal], durations: Floats | None = None) -> None:
+        self._answers: list[TimeOptimal | None] = [None] * count
+        self._answer = answer
+        self._durations = durations
 
     def __bool__(self) -> bool:
-        return all(self.answers)
+        return all(self)
 
     def __len__(self) -> int:
-        return len(self.answers)
+        return len(self._answers)
 
     def __iter__(self) -> Iterator[TimeOptimal]:
-        return iter(self.answers)
+        return (self[k] for k in range(len(self)))
 
     def __getitem__(self, index: int) -> TimeOptimal:
-        return self.answers[index]
+        known = self._answers[index]
+        if known is None:
+            known = self._answers[index] = self._answer(index % len(self))
+        return known
 
     def __repr__(self) -> str:
         return self.explain()
+
+    @property
+    def answers(self) -> tuple[TimeOptimal, ...]:
+        """One for each path."""
+        return tuple(self)
 
     @property
     def status(self) -> tuple[TimingStatus, ...]:
@@ -178,7 +190,9 @@ class TimeOptimalBatch(Answer):
     @property
     def durations(self) -> Floats:
         """(paths,) [s]; infinite where there is no timing."""
-        return frozen([answer.duration for answer in self.answers])
+        if self._durations is None:
+            self._durations = frozen([answer.duration for answer in self])
+        return self._durations
 
     def explain(self, language: str | None = None) -> str:
         """How many paths have a timing, and the first that has none with its reason."""

@@ -9,24 +9,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.motion_limits import MotionLimits
 from mafsil.trajectory.path import JointPath
 
 if TYPE_CHECKING:
-    import mafsil.trajectory.path_timing_loops as path_timing_loops
+    import mafsil.trajectory.lane_timing_loops as lane_timing_loops
+    import mafsil.trajectory.path_grid_loops as path_grid_loops
 else:
-    path_timing_loops = lazily("mafsil.trajectory.path_timing_loops")
+    lane_timing_loops = lazily("mafsil.trajectory.lane_timing_loops")
+    path_grid_loops = lazily("mafsil.trajectory.path_grid_loops")
 
 FREE = 1e300
 """Squared path velocity where nothing limits it."""
-STANDING = 1e150
-"""Slowness of a joint whose velocity limit is zero."""
 ROUNDS = (100, 250, 600)
 """Intervals of the grids one after the other, each finer where the one before loses time."""
-AT_REST = 1e-9
-"""Slope at an end of a path, as share of its largest control value, at which the joints rest at any path velocity."""
+PART = 32
+"""Paths that one thread times at a time, a multiple of the lanes."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,7 +86,7 @@ class FlatPaths:
     """The polynomials of many paths in one array.
 
     Attributes:
-        coefficients: (pieces, degree + 1, 8 w) of all paths, of one degree, with empty coordinates at the end.
+        coefficients: (pieces, degree + 1, n) of all paths, of one degree.
         knots: (pieces + paths,) of all paths.
         firsts: (paths + 1,) where each path's pieces begin.
     """
@@ -93,6 +94,36 @@ class FlatPaths:
     coefficients: Floats
     knots: Floats
     firsts: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Grid:
+    """Grids of many paths, one after the other.
+
+    Attributes:
+        s: (places,) path parameters.
+        piece: (places,) of the path under the interval that begins at each place.
+        begins: (paths + 1,) where each grid begins.
+    """
+
+    s: Floats
+    piece: NDArray[np.int64]
+    begins: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FurtherRows:
+    """What is asked of one path besides limits of velocity and acceleration.
+
+    Attributes:
+        caps: (places,) the largest squares of the path velocity.
+        rows: (2, intervals, k) alpha and beta of rows  low <= alpha x_i + beta x_{i+1} <= high.
+        bounds: (2, intervals, k) low and high.
+    """
+
+    caps: Floats
+    rows: Floats
+    bounds: Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,114 +159,76 @@ class Timings:
 
 def flattened(paths: Sequence[JointPath]) -> FlatPaths:
     """The polynomials of paths one after the other."""
+    if len(paths) == 1 and paths[0].curve.degree >= 1:
+        curve = paths[0].curve
+        # Copies, for loops are compiled anew for arrays that may not be written.
+        return FlatPaths(curve.coefficients.copy(), curve.knots.copy(), np.array([0, len(curve.coefficients)]))
     rows = [path.curve.coefficients for path in paths]
     counts = np.array([len(row) for row in rows])
     firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     knots = np.concatenate([path.curve.knots for path in paths])
     n, degree = paths[0].n, max(2, *(row.shape[1] for row in rows)) - 1
-    flat = np.zeros((firsts[-1], degree + 1, n + -n % 8))
+    flat = np.zeros((firsts[-1], degree + 1, n))
     if all(row.shape[1] == degree + 1 for row in rows):
-        flat[..., :n] = np.concatenate(rows) if len(rows) > 1 else rows[0]
+        np.concatenate(rows, out=flat)
     else:
         for first, row in zip(firsts, rows, strict=False):
-            flat[first : first + len(row), : row.shape[1], :n] = row
+            flat[first : first + len(row), : row.shape[1]] = row
     return FlatPaths(flat, knots, firsts)
 
 
 def solved(problem: TimingProblem) -> Timings:
-    """Both passes over all paths.
-
-    1. Even grids; or coarse ones, divided where their time is lost, as often as ROUNDS says.
-    2. Limits as slowness; the squares of the path velocities at the ends, free where the joints rest at any of them.
-    """
-    flat, loops = flattened(problem.paths), path_timing_loops
-    count = len(problem.paths)
+    """Both passes over all paths, on even grids; or on coarse ones, divided where time is lost, as ROUNDS says."""
+    flat, limits = flattened(problem.paths), (problem.velocity, problem.acceleration)
+    ends = path_grid_loops.end_squares(flat.coefficients, flat.knots, flat.firsts, problem.start, problem.end)
     rounds = ROUNDS if problem.intervals is None else (problem.intervals,)
-    # 2.
-    slowness, acceleration = in_eights(slowness_of(problem.velocity)), bounds_in_eights(problem.acceleration)
-    start, end = _squares(flat, problem)
-    # 1.
-    begins = np.empty(count + 1, np.int64)
-    s, piece = loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
-    found = _timed(flat, s, piece, begins, slowness, acceleration, start, end)
-    for goal in rounds[1:]:
-        finer = np.empty_like(begins)
+    begins = np.empty(len(problem.paths) + 1, np.int64)
+    s, piece = path_grid_loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
+    found = timed(flat, Grid(s, piece, begins), limits, ends, finer=len(rounds) > 1)
+    for round_, goal in enumerate(rounds[1:], 2):
+        begins = np.empty_like(begins)
         loss = np.where(np.isfinite(found.loss), found.loss, 0.0)
-        s, piece = loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, finer)
-        found = _timed(flat, s, piece, finer, slowness, acceleration, start, end)
+        s, piece = path_grid_loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, begins)
+        found = timed(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(rounds))
     return found
-
-
-def slowness_of(velocity: Floats) -> Floats:
-    """One over the magnitudes of velocity limits: 0 where there is none, large where it is zero."""
-    size = np.abs(velocity)
-    return np.divide(1.0, size, out=np.full(size.shape, STANDING), where=size > 0.0)
-
-
-def bounds_in_eights(acceleration: Floats) -> Floats:
-    """Lower and upper limits (..., 2, 8 w); those of empty coordinates are infinite."""
-    missing = -acceleration.shape[-1] % 8
-    endless = np.broadcast_to(np.array([[-np.inf], [np.inf]]), (*acceleration.shape[:-1], missing))
-    return np.concatenate([acceleration, endless], axis=-1)
 
 
 def limits_of_each(limits: MotionLimits, count: int) -> tuple[Floats, Floats]:
     """(count, 2, n) limits of velocity and of acceleration."""
-    shape = (count, *limits.velocity.shape)
-    return np.broadcast_to(limits.velocity, shape), np.broadcast_to(limits.acceleration, shape).copy()
+    if count == 1:
+        return limits.velocity[None].copy(), limits.acceleration[None].copy()
+    return np.tile(limits.velocity, (count, 1, 1)), np.tile(limits.acceleration, (count, 1, 1))
 
 
-def _timed(
+def timed(
     flat: FlatPaths,
-    s: Floats,
-    piece: NDArray[np.int64],
-    begins: NDArray[np.int64],
-    slowness: Floats,
-    acceleration: Floats,
-    start: Floats,
-    end: Floats,
+    grid: Grid,
+    limits: tuple[Floats, Floats],
+    ends: tuple[Floats, Floats],
+    further: FurtherRows | None = None,
+    *,
+    finer: bool = False,
 ) -> Timings:
-    caps, durations = np.full(len(s), FREE), np.empty(len(start))
-    low, high, x, loss = np.zeros((4, len(s)))
-    stopped, excess = path_timing_loops.all_timed(  # pyright: ignore[reportUnknownMemberType]
-        flat.coefficients,
-        flat.knots,
-        flat.firsts,
-        s,
-        piece,
-        begins,
-        slowness,
-        acceleration,
-        start,
-        end,
-        caps,
-        low,
-        high,
-        x,
-        loss,
-        durations,
-    )
-    return Timings(begins, s, piece, caps, low, high, x, loss, durations, stopped, excess)
+    """Both passes on given grids, eight paths at a time; the work is divided among threads.
 
+    Args:
+        flat: the paths.
+        grid: of all of them.
+        limits: of velocity and of acceleration, (paths, 2, n).
+        ends: squares of the path velocity at start and end, (paths,), negative where any will do.
+        further: more rows, of one path alone.
+        finer: whether a finer grid is to come, for which losses are needed.
+    """
+    paths, places = len(ends[0]), len(grid.s)
+    given = further or FurtherRows(np.full(places, FREE), np.empty((2, places, 0)), np.empty((2, places, 0)))
+    caps, (low, high, x, loss) = given.caps.copy(), np.zeros((4, places))
+    durations, stopped, excess = np.empty(paths), np.empty(paths, np.int64), np.empty(paths)
+    grids = lane_timing_loops.Grids(flat.coefficients, flat.knots, flat.firsts, grid.s, grid.piece, grid.begins)
+    asked = lane_timing_loops.Asked(*limits, *ends, given.caps, given.rows, given.bounds)
+    found = lane_timing_loops.Found(caps, low, high, x, loss, durations, stopped, excess)
 
-def _squares(flat: FlatPaths, problem: TimingProblem) -> tuple[Floats, Floats]:
-    """Squares of the path velocities at both ends; -1 where rest is asked for and the path itself rests there."""
-    first, last = flat.firsts[:-1], flat.firsts[1:] - 1
-    powers = np.arange(1.0, flat.coefficients.shape[1])
-    h = (flat.knots[1:] - flat.knots[:-1])[last + np.arange(len(last))]
-    begin = flat.coefficients[first, 1]
-    rows = flat.coefficients[last, 1:] * powers[:, None] * h[:, None, None] ** (powers[:, None] - 1)
-    finish, size = rows.sum(axis=1), np.abs(rows).max(axis=(1, 2))
-    squares: list[Floats] = []
-    for velocity, slope in ((problem.start, begin), (problem.end, finish)):
-        resting = (velocity == 0.0) & (np.abs(slope).max(axis=1) <= AT_REST * size)
-        squares.append(np.where(resting, -1.0, velocity**2))
-    return squares[0], squares[1]
+    def part(k: int) -> None:
+        lane_timing_loops.lanes_timed(grids, asked, k * PART, min((k + 1) * PART, paths), finer, found)
 
-
-def in_eights(rows: Floats, empty: float = 0.0) -> Floats:
-    """The last axis made a multiple of eight long, for loops that take eight numbers at once."""
-    missing = -rows.shape[-1] % 8
-    out = np.full((*rows.shape[:-1], rows.shape[-1] + missing), empty)
-    out[..., : rows.shape[-1]] = rows
-    return out
+    threads.run(part, -(-paths // PART), threads.available())
+    return Timings(grid.begins, grid.s, grid.piece, *found)

@@ -9,8 +9,12 @@ NEARBY = 1e-9
 """Step of the search for a configuration near the end that ends it: what is said of it has six digits."""
 REAL_ROOT = 1e-6
 """Imaginary part of a root, over its size, of a double root that is real: 64 sqrt(EPS)."""
-DURATION = 1e-12
-"""Relative difference of durations that is rounding: 4500 EPS."""
+ROUNDING = 1e-12
+"""What a few thousand operations leave of a duration, a share, a distance or a limit, relative to it: 4500 EPS."""
+FEW_ROUNDINGS = 1e-13
+"""What a few hundred leave, 450 EPS; a singular value that is smaller, relative to the largest, is zero."""
+GIVEN = 1e-9
+"""Points, limits and velocities that users give in nine digits meet each other within it, relative or in SI units."""
 REPEATED = 1e-14
 """Share of the largest coordinate below which the distance of two neighbouring points is rounding: 45 EPS."""
 CORNER = 1e-6

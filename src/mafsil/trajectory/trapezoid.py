@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import PlanStatus
-from mafsil.trajectory.tolerances import DURATION
+from mafsil.trajectory.tolerances import ROUNDING
 
 Synchronisation = Literal["time", "phase"]
 
@@ -64,7 +64,7 @@ def trapezoid(
         return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
     requested = positive("duration", duration)
     # The shortest duration, printed and given back, must not be refused for its last digit.
-    if requested < shortest * (1.0 - DURATION):
+    if requested < shortest * (1.0 - ROUNDING):
         details = {"joint": slowest, "duration": requested, "shortest": shortest}
         return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - requested, details=details)
     return Outcome(_blended(u0, uf, growth, requested), PlanStatus.PLANNED, details={"duration": requested})

@@ -15,9 +15,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.status import ViaRateStatus
-
-EXACT = 1e-9
-"""Residual relative to the velocity up to which it is made."""
+from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,7 +133,7 @@ def _rates(J: Floats, V: Floats, scale: Floats, bound: float) -> ViaRates:
     s_all = np.linalg.svd(J, compute_uv=False)
     U, s, Vt = np.linalg.svd(J * scale, full_matrices=False)
     # Rows that no joint can move, as those out of the plane of a planar arm, are no singularity.
-    rank = min(int((s_all.max(axis=tuple(range(s_all.ndim - 1))) > 1e-12 * s_all.max()).sum()), s.shape[-1])
+    rank = min(int((s_all.max(axis=tuple(range(s_all.ndim - 1))) > ROUNDING * s_all.max()).sum()), s.shape[-1])
     s_all, s, U, Vt = s_all[..., :rank], s[..., :rank], U[..., :rank], Vt[..., :rank, :]
     with np.errstate(divide="ignore"):
         condition = s_all[..., 0] / s_all[..., -1]
@@ -147,5 +145,5 @@ def _rates(J: Floats, V: Floats, scale: Floats, bound: float) -> ViaRates:
     along = (np.swapaxes(U, -1, -2) @ V[..., None])[..., 0]
     qd = scale * (np.swapaxes(Vt, -1, -2) @ (inverse * along)[..., None])[..., 0]
     residual = np.linalg.norm((J @ qd[..., None])[..., 0] - V, axis=-1)
-    exact = np.asarray(residual <= EXACT * np.linalg.norm(V, axis=-1), dtype=np.bool_)
+    exact = np.asarray(residual <= GIVEN * np.linalg.norm(V, axis=-1), dtype=np.bool_)
     return ViaRates(qd, np.asarray(condition), np.sqrt(squared), np.asarray(residual), exact, bound)

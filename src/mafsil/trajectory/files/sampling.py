@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory
+from mafsil.trajectory.tolerances import ROUNDING
 
 MOST_ROWS = 10_000_000
 """Rows of a file: a longer motion at this rate is refused before memory is asked for."""
@@ -53,6 +54,6 @@ def sampled(trajectory: Trajectory, joints: Sequence[str], rate: float) -> Sampl
     if len(names) != trajectory.n or len(set(names)) != len(names):
         raise InputError("trajectory.joint_names", count=trajectory.n, got=", ".join(names))
     # A last step that is shorter than the rounding of its time is none.
-    even = np.arange(int(np.floor(trajectory.duration / period * (1 - 1e-12))) + 1) * period
+    even = np.arange(int(np.floor(trajectory.duration / period * (1 - ROUNDING))) + 1) * period
     t = np.append(even[even < trajectory.duration], trajectory.duration)
     return Samples(names, t, *trajectory.at(t))

@@ -11,10 +11,9 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
+from mafsil.trajectory.tolerances import GIVEN
 
 QUANTITIES = ("jerk", "acceleration", "velocity")
-TOUCHES = 1e-9
-"""Distance from a limit, relative to it, at which it binds."""
 COLUMNS = ("coordinate", "begin", "end", "quantity", "limit")
 
 
@@ -105,7 +104,7 @@ def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[
 def _touched(value: Floats, pair: Floats) -> float | None:
     """The bound that the values keep to."""
     for bound in pair:
-        if np.isfinite(bound) and (np.abs(value - bound) <= TOUCHES * max(abs(bound), 1e-300)).all():
+        if np.isfinite(bound) and (np.abs(value - bound) <= GIVEN * max(abs(bound), 1e-300)).all():
             return float(bound)
     return None
 

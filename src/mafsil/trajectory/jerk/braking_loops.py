@@ -10,9 +10,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 from mafsil.solvers.loops import compiled
-
-SLACK = 1e-13
-"""Excess of a speed, relative to its limit, that is rounding."""
+from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 
 @compiled
@@ -64,8 +62,8 @@ def brake(
     Returns:
         t1 with jerk j, t2 with the acceleration reached, and the speed and acceleration at the end: (t1, j, t2, v, a).
     """
-    high = v_hi + SLACK * abs(v_hi) if v_hi < inf else inf
-    low = v_lo - SLACK * abs(v_lo) if v_lo > -inf else -inf
+    high = v_hi + FEW_ROUNDINGS * abs(v_hi) if v_hi < inf else inf
+    low = v_lo - FEW_ROUNDINGS * abs(v_lo) if v_lo > -inf else -inf
     if a > a_hi:
         t1, t2, v, a = _from_above(v, a, v_lo, v_hi, a_hi, -a_lo, jp, jm)
         return t1, -jm, t2, v, a

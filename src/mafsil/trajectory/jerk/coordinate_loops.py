@@ -24,13 +24,12 @@ from mafsil.trajectory.jerk.extreme_loops import (
     rest_curve,
     shape_at,
 )
+from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 PARTS = 7
 """Parts of an extreme motion."""
 PIECES = 15
 """Most pieces of a motion: two of braking and the mixture of two motions of seven parts."""
-ROUNDING = 1e-13
-"""Part of the way by which a displacement may lie outside its interval: the sum of what rounding does."""
 
 
 class Task(NamedTuple):
@@ -136,7 +135,7 @@ def beyond_gap(w: Task, T: float) -> float:
 def _slack(w: Task, T: float) -> float:
     """What rounding can make of a displacement: the times of the ends' accelerations count, however short T is."""
     longest = T + (abs(w.a0) + abs(w.af)) * (1.0 / w.jp + 1.0 / w.jm)
-    return ROUNDING * (abs(w.D) + (abs(w.v0) + abs(w.vf)) * longest)
+    return FEW_ROUNDINGS * (abs(w.D) + (abs(w.v0) + abs(w.vf)) * longest)
 
 
 @compiled
@@ -299,7 +298,7 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
     # 2. Else both extreme motions are mixed; at an end of their interval it is one of them.
     up, down = forwards(w), backwards(w)
     tau = T - _ahead(w)
-    if (up.gap < tau < up.after or tau < up.start - ROUNDING * T) and not sure:
+    if (up.gap < tau < up.after or tau < up.start - FEW_ROUNDINGS * T) and not sure:
         return 0
     s, m = shape_at(up, max(tau, up.start)), shape_at(down, max(T - _behind(w), down.start))
     high, low = distance(up, s), -distance(down, m)
@@ -327,7 +326,7 @@ def _scaled_parts(w: Task, T: float, sure: bool, times: Floats, jerks: Floats, i
     c = _rest_curve(w)
     s = shape_at(c, T)
     reach = distance(c, s)
-    if reach < abs(w.D) * (1.0 - ROUNDING) and not sure:
+    if reach < abs(w.D) * (1.0 - FEW_ROUNDINGS) and not sure:
         return 0
     share = min(abs(w.D) / reach, 1.0) if reach > 0.0 else 1.0
     _parts(c, s, share if w.D > 0.0 else -share, times, i, jerks, i, 2)

@@ -24,17 +24,15 @@ from mafsil.trajectory.jerk.coordinate_loops import (
     shortest_change,
     task_of,
 )
+from mafsil.trajectory.jerk.rest_loops import at_rest, plan_rest, rest_curves
+from mafsil.trajectory.tolerances import ROUNDING
 
 PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS, NOT_FINITE = range(7)
 """How planning ended; the order is that of `status.STATUSES`, which the last is not one of."""
 TIME, PHASE, SINGLY = range(3)
 """Synchronisation; the order is that of `motion.SYNCHRONISATIONS`."""
-WITHIN = 1e-12
-"""Excess of a target over a limit, relative to it, that is rounding."""
 RANGES = 4
 """One more than the ranges of durations that a coordinate can have."""
-PARALLEL = 1e-12
-"""Part of their size by which states may lie beside the straight line from start to goal."""
 
 
 @compiled
@@ -69,7 +67,7 @@ def can_pass(v: float, a: float, limits: Floats) -> bool:
 def _kept(x: float, low: float, high: float) -> bool:
     over = x - high if high < inf else -1.0
     under = low - x if low > -inf else -1.0
-    return over <= WITHIN * abs(high) and under <= WITHIN * abs(low)
+    return over <= ROUNDING * abs(high) and under <= ROUNDING * abs(low)
 
 
 @compiled
@@ -103,7 +101,7 @@ def next_of(states: Floats, limits: Floats, i: int, free: bool, T: float) -> flo
         D, v = states[i, 3] - states[i, 0], states[i, 1]
         if free or (v == 0.0 and D == 0.0):
             return T
-        return D / v if T <= D / v * (1.0 + WITHIN) else inf
+        return D / v if T <= D / v * (1.0 + ROUNDING) else inf
     w = task_of(states, limits, i)
     lead = w.t1 + w.t2
     if free:
@@ -127,7 +125,7 @@ def _write(
     if _is_frozen(limits, i):
         times[i, 0], jerks[i, 0] = T, 0.0
         D = states[i, 3] - states[i, 0]
-        return 1 if free or abs(states[i, 1] * T - D) <= WITHIN * abs(D) else 0
+        return 1 if free or abs(states[i, 1] * T - D) <= ROUNDING * abs(D) else 0
     w = task_of(states, limits, i)
     return motion_of(w, T - w.t1 - w.t2, free, sure, scratch, times, jerks, i)
 
@@ -184,7 +182,7 @@ def _line(states: Floats, limits: Floats, x: Floats, bounds: Floats) -> bool:
     for k in (1, 2, 4, 5):
         x[0, k] = states[m, k] / D
         for i in range(n):
-            if abs(states[i, k] - x[0, k] * (states[i, 3] - states[i, 0])) > PARALLEL * abs(states[m, k]):
+            if abs(states[i, k] - x[0, k] * (states[i, 3] - states[i, 0])) > ROUNDING * abs(states[m, k]):
                 return False
     # 2. The tightest limits of all coordinates.
     for k in range(6):
@@ -387,7 +385,14 @@ def plan_rows(
         count, times, jerks: (rows, n), (rows, n, 15), (rows, n, 15), written here.
     """
     scratch = np.zeros((6, 7))
+    able, curves = rest_curves(limits)
+    able &= mode == TIME and not free
     for row in range(len(states)):
+        if able and at_rest(states[row]):
+            T, ruling = plan_rest(states[row], curves, minimum, cycle, count[row], times[row], jerks[row])
+            if T < inf:
+                outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = PLANNED, ruling, TIME, T
+                continue
         status, ruling, used, T = plan(
             states[row],
             limits,

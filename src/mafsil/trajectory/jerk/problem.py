@@ -105,13 +105,16 @@ def _states(given: tuple[ArrayLike, ...]) -> Floats:
     """(*batch, n, 6) of six arguments that fit each other; of a single problem NaN is found by the planner."""
     start = given[0]
     if type(start) is np.ndarray and start.ndim == 1 and len(start):
-        states = np.empty((len(start), 6))
+        states = np.zeros((len(start), 6))
+        columns = states.T
         for k, value in enumerate(given):
-            if type(value) is not float and (type(value) is not np.ndarray or value.shape != start.shape):
+            if type(value) is float:
+                if value != 0.0:
+                    columns[k] = value
+            elif type(value) is np.ndarray and value.shape == start.shape and value.dtype == np.float64:
+                columns[k] = value
+            else:
                 break
-            if type(value) is np.ndarray and value.dtype != np.float64:
-                break
-            states[:, k] = value
         else:
             return states
     arrays = [real_array(name, value) for name, value in zip(NAMES, given, strict=True)]

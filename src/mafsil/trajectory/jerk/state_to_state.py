@@ -93,24 +93,15 @@ def planned(problem: Problem) -> JerkLimitedMotion:
         InputError: a number of its states is not finite.
     """
     n = len(problem.limits)
-    first, count = problem.states[None], np.empty((1, n))
+    first, count, outcome = problem.states[None], np.empty((1, n)), np.empty((1, 4))
     times, jerks = np.empty((2, 1, n, MOST_PIECES))
-    code, ruling, mode, duration = plan_loops.plan(
-        problem.states,
-        problem.limits,
-        problem.free,
-        problem.mode,
-        problem.minimum,
-        problem.cycle,
-        np.empty((6, 7)),
-        count[0],
-        times[0],
-        jerks[0],
-    )
+    _rows(problem, first, outcome, count, times, jerks)
+    code, ruling, mode, duration = outcome[0].tolist()
     if code == len(STATUSES):
         require_finite_states(problem.states)
         code = len(STATUSES) - 1
-    return JerkLimitedMotion(problem, STATUSES[code], duration, ruling, MODES[mode], Pieces(first, count, times, jerks))
+    pieces = Pieces(first, count, times, jerks)
+    return JerkLimitedMotion(problem, STATUSES[int(code)], duration, int(ruling), MODES[int(mode)], pieces)
 
 
 def _batch(problem: Problem) -> JerkLimitedBatch:

@@ -21,6 +21,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled
 from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, can_pass, next_of, plan
+from mafsil.trajectory.tolerances import ROUNDING
 
 SIZES = np.array([0.3, 0.1, 0.03, 0.01, 0.003, 0.001])
 """Sizes of steps, as parts of the limits."""
@@ -32,8 +33,6 @@ MEAN = 1e-3
 """Weight of the mean duration of a segment's coordinates beside that of the slowest."""
 GAIN = 2e-6
 """Least part of the total that a step must save."""
-ROUNDING = 1e-12
-"""Part of a duration by which rounding may make it longer."""
 
 
 @compiled

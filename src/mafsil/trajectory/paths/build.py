@@ -36,6 +36,7 @@ from mafsil.trajectory.paths.positions import (
     spline_knots,
 )
 from mafsil.trajectory.paths.rotation_curves import RotationSpline, Squad
+from mafsil.trajectory.tolerances import GIVEN
 
 Orientation: TypeAlias = Literal[
     "relative", "relative_long", "rotation_vector", "euler", "cosines", "fixed", "tangent", "squad", "spline"
@@ -166,7 +167,7 @@ def spline_path(
     T = _poses("poses", poses)
     if len(T) < 2:
         raise InputError("input.shape", name="poses", expected="(k + 1, 4, 4), k >= 1", got=T.shape, hint="")
-    if closed and np.abs(T[0] - T[-1]).max() > 1e-9:
+    if closed and np.abs(T[0] - T[-1]).max() > GIVEN:
         raise InputError("trajectory.not_closed", gap=float(np.abs(T[0] - T[-1]).max()))
     R, p = T[:, :3, :3], T[:, :3, 3]
     turns = np.linalg.norm(pose.error(T[:-1], T[1:])[:, :3], axis=-1)

@@ -14,6 +14,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
+from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 TURN_WEIGHT = 0.25
 """Share of the parameter that turning gets [m/rad]: a turn by 1 rad takes as much of it as 0.25 m."""
@@ -23,8 +24,6 @@ LOOK = 65
 """Places at which the deviation of a blend is looked at, before the largest is refined."""
 
 ROUNDS = 60
-CLOSED = 1e-9
-"""Largest gap between the end of a path and the start of the next [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +90,7 @@ class JoinedPath:
         inside = [a + (b - a) * leg.breaks for leg, (a, b) in zip(self.legs, pairwise(self.shares), strict=True)]
         ends = [np.array([one.place - one.half, one.place + one.half]) for one in self.blends]
         places = merged(*inside, *ends)
-        hidden = [np.abs(places - one.place) < one.half * (1 - 1e-9) for one in self.blends]
+        hidden = [np.abs(places - one.place) < one.half * (1 - GIVEN) for one in self.blends]
         return places[~np.any(hidden, axis=0)] if hidden else places
 
     @property
@@ -218,15 +217,15 @@ def joined(legs: tuple[TipPath, ...], blend: float | None, blend_angle: float | 
         raise InputError("trajectory.no_legs")
     for k, (one, next_one) in enumerate(pairwise(legs), start=1):
         gap = float(np.abs(one.poses(1.0) - next_one.poses(0.0)).max())
-        if not gap <= CLOSED:
-            raise InputError("trajectory.leg_gap", index=k, gap=gap, limit=CLOSED)
+        if not gap <= GIVEN:
+            raise InputError("trajectory.leg_gap", index=k, gap=gap, limit=GIVEN)
     weights = np.array([max(np.hypot(leg.length, TURN_WEIGHT * leg.angle), SMALLEST_WEIGHT) for leg in legs])
     shares = np.concatenate([[0.0], np.cumsum(weights)]) / weights.sum()
     shares[-1] = 1.0
     sharp = JoinedPath(legs, shares)
     if blend is None or not len(sharp.corners):
         return sharp
-    wanted = [k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < 1e-12]
+    wanted = [k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < ROUNDING]
     return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend, blend_angle) for k in wanted))
 
 

@@ -17,6 +17,7 @@ from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, of_matrices, product, turned
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 LEAST_DETERMINANT = 1e-6
 """Of averaged direction cosines: below it no rotation is the nearest."""
@@ -83,7 +84,7 @@ class RelativeAxis:
         k = rotation.log(R_0.T @ R_1)
         if long:
             size = float(np.linalg.norm(k))
-            if size < 1e-9:
+            if size < GIVEN:
                 raise InputError("trajectory.long_turn")
             k = k * (1.0 - 2 * np.pi / size)
         return cls(R_0, k)
@@ -327,7 +328,7 @@ def nearest_rotation_vectors(R: RotationMatrix) -> Vector3:
         angle = float(np.linalg.norm(K[i]))
         before = K[i - 1]
         size = float(np.linalg.norm(before))
-        if angle < 1e-12:
+        if angle < ROUNDING:
             K[i] = before / size * 2 * np.pi * np.round(size / (2 * np.pi)) if size > 0.0 else K[i]
             continue
         axis = K[i] / angle

@@ -14,6 +14,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import NODES, WEIGHTS, PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned
+from mafsil.trajectory.tolerances import FEW_ROUNDINGS, GIVEN
 
 
 @runtime_checkable
@@ -117,13 +118,13 @@ class PosePath:
 def merged(*breaks: Floats) -> Floats:
     """Increasing places of several lists, each of them once."""
     places = np.unique(np.concatenate(breaks))
-    apart = np.concatenate([[True], np.diff(places) > 1e-13])
+    apart = np.concatenate([[True], np.diff(places) > FEW_ROUNDINGS])
     places = places[apart]
     places[-1] = 1.0
     return places
 
 
-def jumps(path: TipPath, tolerance: float = 1e-9) -> Floats:
+def jumps(path: TipPath, tolerance: float = GIVEN) -> Floats:
     """(k,) inner breaks at which the twist jumps by more than a share of its size.
 
     Args:

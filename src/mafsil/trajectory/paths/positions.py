@@ -14,13 +14,11 @@ from mafsil.arrays import Floats, Vector3, frozen, real_array, require_finite, s
 from mafsil.errors import InputError
 from mafsil.trajectory.cubic_spline import cubic_through
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANELS = 8
 """Panels of quadrature in every smooth stretch."""
-
-SAME_POINT = 1e-12
-"""Points nearer than that, relative to their size, are one point."""
 
 
 class PositionCurve(Protocol):
@@ -96,7 +94,7 @@ class ArcCurve:
         a, b, c = (single(name, p, (3,)) for name, p in (("start", start), ("via", via), ("goal", goal)))
         u, v = b - a, c - a
         normal = np.cross(u, v)
-        if np.linalg.norm(normal) <= 1e-9 * np.linalg.norm(u) * np.linalg.norm(v) or not normal.any():
+        if np.linalg.norm(normal) <= GIVEN * np.linalg.norm(u) * np.linalg.norm(v) or not normal.any():
             raise InputError("trajectory.arc_points", start=str(a), via=str(b), goal=str(c))
         # From the start to the centre: (|v|^2 n x u + |u|^2 v x n) / 2 |n|^2 with n = u x v.
         to_centre = ((v @ v) * np.cross(normal, u) + (u @ u) * np.cross(v, normal)) / (2 * normal @ normal)
@@ -118,7 +116,7 @@ class ArcCurve:
             raise InputError("trajectory.arc_axis", axis=str(n))
         n = n / np.linalg.norm(n)
         middle = c + n * (n @ (a - c))
-        if np.linalg.norm(a - middle) <= SAME_POINT * max(1.0, float(np.linalg.norm(a - c))):
+        if np.linalg.norm(a - middle) <= ROUNDING * max(1.0, float(np.linalg.norm(a - c))):
             raise InputError("trajectory.arc_on_axis", start=str(a), centre=str(c))
         turn = float(single("angle", angle, ()))
         if turn == 0.0:
@@ -187,7 +185,7 @@ def spline_knots(points: Floats, extra: Floats | None = None) -> Floats:
     """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     steps = steps if extra is None else np.hypot(steps, extra)
-    if not (steps > SAME_POINT * max(1.0, float(steps.sum()))).all():
+    if not (steps > ROUNDING * max(1.0, float(steps.sum()))).all():
         raise InputError("trajectory.repeated_point", index=int(steps.argmin()) + 1)
     knots = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
     knots[-1] = 1.0
