@@ -10,8 +10,8 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
-from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.path_task import PathTask, path_error, path_rates
+from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
@@ -22,13 +22,16 @@ FEWEST_PIECES, MOST_PIECES = 16, 1024
 PLACING_PIECES = 256
 """Knots that place the end of a path that cannot be followed to its end."""
 
+Knot = tuple[JointVector, Floats, Floats]
+"""Coordinates, q' and q'' at an end of a piece."""
+
 Followed = Outcome[PiecewisePolynomial | None]
 
 
 @of_robot
 def follow(
     robot: Robot,
-    path: CartesianPath,
+    path: TipPath,
     q_start: JointVector,
     *,
     frame: str | None = None,
@@ -39,11 +42,12 @@ def follow(
     """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
 
     q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
-    between the knots. The knots are doubled until the frame keeps to the path between them.
+    between the knots. Breaks of the path are knots, others are doubled until the frame keeps to the path between them.
 
     Args:
         robot: whose tip or `frame` moves.
-        path: of the frame; its start is the frame's pose at q_start.
+        path: of the frame: a line, an arc, a screw motion, a spline, or several joined; its start is the frame's pose
+            at q_start. At corners the rates jump.
         q_start: (n,) [rad | m].
         frame: name of a link; the tip if None.
         tolerance: largest deviation from the path [m, rad].
@@ -79,32 +83,48 @@ class _Tracker:
     """One robot, one path."""
 
     robot: Robot
-    path: CartesianPath
+    path: TipPath
     frame: str | None
     task: PathTask
     slack: float
 
     def march(self, q_start: JointVector, pieces: int) -> Followed:
         """Knot by knot from the start."""
-        s = np.linspace(0.0, 1.0, pieces + 1)
         q = np.array(q_start, dtype=np.float64)
-        knots = [(q, *self._slopes(0.0, q))]
-        for begin, end in pairwise(s.tolist()):
-            margin = self._margin(begin, q)
+        ends: list[tuple[Knot, Knot]] = []
+        places = self._places(pieces)
+        inner = set(self.path.breaks[1:-1].tolist())
+        for begin, end in pairwise(places):
+            # At a break the path has two twists: that of the piece counts.
+            first = float(np.nextafter(begin, 1.0)) if begin in inner else begin
+            last = float(np.nextafter(end, 0.0)) if end in inner else end
+            margin = self._margin(first, q)
             if margin < SINGULAR_VALUE:
                 return _ended(PlanStatus.SINGULAR, begin, margin=margin)
-            q = self._corrected(self._predicted(begin, q, end - begin), end)
+            before = ends[-1][1] if ends and first == begin else (q, *self._slopes(first, q))
+            q = self._corrected(self._predicted(first, q, last - first), end)
             if np.isnan(q).any():
-                return self._why_not(knots[-1][0], begin, end)
+                return self._why_not(before[0], begin, end)
             outside = self._outside(q)
             if outside is not None:
                 joint, limit = outside
                 name, value = self.robot.joint_names[joint], float(q[joint])
                 return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
-            knots.append((q, *self._slopes(end, q)))
-        h = 1.0 / pieces
-        coefficients = [quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for a, b in pairwise(knots)]
-        return Outcome(PiecewisePolynomial.from_pieces([h] * pieces, coefficients), PlanStatus.FOLLOWED)
+            ends.append((before, (q, *self._slopes(last, q))))
+        steps = np.diff(places).tolist()
+        coefficients = [
+            quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for h, (a, b) in zip(steps, ends, strict=True)
+        ]
+        return Outcome(PiecewisePolynomial.from_pieces(steps, coefficients), PlanStatus.FOLLOWED)
+
+    def _places(self, pieces: int) -> list[float]:
+        """Knots: evenly spaced places, and the breaks of the path, where its twist may jump."""
+        even = np.linspace(0.0, 1.0, pieces + 1)
+        breaks = self.path.breaks[1:-1]
+        # Where a break is, no even place is needed beside it.
+        apart = np.abs(even[:, None] - breaks).min(axis=1, initial=np.inf) > 1.0 / (8 * pieces)
+        apart[[0, -1]] = True
+        return np.union1d(even[apart], breaks).tolist()
 
     def deviation(self, joints: PiecewisePolynomial) -> float:
         """Largest pose error in the middle of the pieces, where it is greatest."""
