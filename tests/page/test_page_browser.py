@@ -342,3 +342,41 @@ def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
     assert shown == pytest.approx(mf.load("panda").forward_kinematics(state(browser)["q"])[2, 3], abs=6e-5)
     browser.click("#language")
     assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"
+
+
+def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
+    """Joints over time are kept while the loop is closed and the card is open, and drawn in their colours."""
+    browser.load(pages / "ur5e.html")
+    browser.ask("document.getElementById('view-plot').open = true")
+    browser.ask("document.getElementById('loop').click(); mafsil.store.do('push', {wrench: [0, 0, 0, 0, 30, 10]})")
+    browser.wait("mafsil.history.length > 12")
+    browser.ask("document.getElementById('plot-values').click()")
+    settle(browser)
+    seen = browser.ask(
+        "(() => { const c = document.querySelector('.plot');"
+        " const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        " return new Set(new Uint32Array(pixels.buffer)).size; })()"
+    )
+    assert seen > 20
+    kept = browser.ask("[mafsil.history.at(0, 0), mafsil.history.at(mafsil.history.length - 1, 0)]")
+    assert kept[1] > kept[0]
+    browser.ask("document.getElementById('loop').click()")
+    settle(browser)
+    assert browser.ask("mafsil.history.length") == 0
+
+
+def test_names_of_ghosts_stay_in_the_picture_of_a_phone(browser: Browser, pages: Path) -> None:
+    """Where names would hide the arm, numbers stand; those of the list, with the name as label."""
+    browser.resize(390, 800, phone=True)
+    browser.load(pages / "ur5e.html")
+    for _ in range(2):
+        settle(browser)
+        labels = browser.ask(
+            "[...document.querySelectorAll('#labels button:not([hidden])')].map(e => {"
+            " const b = e.getBoundingClientRect(),"
+            " s = document.getElementById('stage').getBoundingClientRect(); return [e.textContent, e.ariaLabel,"
+            " b.left >= s.left && b.right <= s.right && b.top >= s.top && b.bottom <= s.bottom]; })"
+        )
+        assert labels
+        assert all(text.isdigit() and len(name) > 3 and inside for text, name, inside in labels), labels
+        browser.click("#language")

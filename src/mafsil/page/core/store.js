@@ -19,7 +19,7 @@ export class Store {
     this.entries = [];
     this.open = false; // a gesture is going on
     /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1 };
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1 };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
