@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 import mafsil as mf
+from mafsil.page.session import action_arguments
 from tests.page.node import run_module
 
 ELLIPSOIDS = """
@@ -16,6 +19,20 @@ import { tipEllipsoids } from "./page/core/ellipsoids.js";
 const found = JSON.parse(fs.readFileSync("io.json")).map(({ J, T, n }) => tipEllipsoids(J, n, T));
 process.stdout.write(JSON.stringify(found));
 """
+SCRIPTS = """
+import fs from "node:fs";
+import { scriptActions } from "./page/core/script.js";
+const { texts, args } = JSON.parse(fs.readFileSync("io.json"));
+const read = (text) => {
+  try {
+    return scriptActions(text, args, "'panda'").map(({ action }) => action);
+  } catch (error) {
+    return error.reason ?? `${error}`;
+  }
+};
+process.stdout.write(JSON.stringify(texts.map(read)));
+"""
+HEAD = "from mafsil.page import Session\n\narm = Session('panda')\n"
 HISTORY = """
 import { History } from "./page/core/history.js";
 const history = new History(2, 4);
@@ -53,3 +70,39 @@ def test_history_forgets_the_oldest_and_does_not_grow(tmp_path: Path) -> None:
     rows, left, room = json.loads(run_module(HISTORY, tmp_path))
     assert rows == [[7, -7], [8, -8], [9, -9], [10, -10]]
     assert (left, room) == (0, 8)
+
+
+def scripts_read(texts: list[str], folder: Path) -> list[Any]:
+    (folder / "io.json").write_text(json.dumps({"texts": texts, "args": action_arguments()}))
+    return json.loads(run_module(SCRIPTS, folder))
+
+
+def test_a_script_is_read_as_python_reads_it(tmp_path: Path) -> None:
+    """Keywords, places, tuples, signs, remarks: the lines of docs/page.md."""
+    text = HEAD + (
+        "arm.set_joint(joint=3, value=-1.2e-1)\narm.set_joint(0, .5)   # by place\n# a remark\n"
+        "arm.push(wrench=(0, 0, 0, -0.0, 20., 1e+1))\narm.loop(closed=True)\nprint(arm.status, arm.q.tolist())\n"
+    )
+    (found,) = scripts_read([text.replace("'panda'", '"panda"')], tmp_path)
+    assert found == [
+        {"do": "set_joint", "with": {"joint": 3, "value": -0.12}},
+        {"do": "set_joint", "with": {"joint": 0, "value": 0.5}},
+        {"do": "push", "with": {"wrench": [0, 0, 0, 0, 20, 10]}},
+        {"do": "loop", "with": {"closed": True}},
+    ]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import os", "arm.fly()", "arm.loop(closed=alert(1))", "arm.set_joint(joint=1)", "other.loop(closed=True)",
+        "arm.set_joint(joint=1, value=1, value=2)", "arm.set_joint(1, 2, 3)", "arm.push(wrench=[1, [2]])",
+        "for k in range(3): arm.loop(closed=True)", "arm.constructor()", "arm.set_joint(joint=1, value=1e999)",
+    ],
+)  # fmt: skip
+def test_a_script_that_is_not_understood_is_refused_by_its_line(line: str, tmp_path: Path) -> None:
+    found = scripts_read([HEAD + line, HEAD.replace("panda", "ur5e") + line, "x = 1", "# nothing"], tmp_path)
+    assert found[0] == {"key": "script_line", "values": {"line": 4}}
+    assert found[1] == {"key": "script_robot", "values": {"robot": "'ur5e'"}}
+    assert found[2] == {"key": "script_line", "values": {"line": 1}}
+    assert found[3]["key"] == "script_empty"

@@ -1,6 +1,7 @@
 // One state, changed by actions alone; views listen.
 
 import { ACTIONS, JOINS, joins } from "./actions.js";
+import { ScriptError } from "./script.js";
 import { firstState } from "./state.js";
 
 /**
@@ -50,6 +51,27 @@ export class Store {
       this.entries.push({ action, before });
     }
     this.open = gesture;
+    this.changed("state");
+  }
+
+  /**
+   * Begin anew and do all of this; where something cannot be done all is as before.
+   *
+   * @param {{action: Action, line: number}[]} script
+   */
+  replay(script) {
+    const { state, entries } = this;
+    Object.assign(this, { state: firstState(this.arm.settings), entries: [], open: false });
+    for (const { action, line } of script) {
+      const before = this.state;
+      try {
+        this.state = ACTIONS[action.do](before, action.with, this.arm);
+      } catch {
+        Object.assign(this, { state, entries });
+        throw new ScriptError("script_line", { line });
+      }
+      this.entries.push({ action, before });
+    }
     this.changed("state");
   }
 
