@@ -147,7 +147,7 @@ def test_verdicts_agree_with_tracking_on_random_lines():
     """A peer: small steps of Newton's method, with no list of solutions."""
     robot, rng = mf.load("ur5e"), np.random.default_rng(3)
     s, verdicts = np.linspace(0.0, 1.0, 101), []
-    for _ in range(12):
+    for _ in range(8):
         q = rng.uniform(-2.0, 2.0, 6)
         path = moved_line(robot, q, rng.uniform(-0.4, 0.4, 3))
         answer = diagnose_path(robot, path, q_start=q)
@@ -183,3 +183,18 @@ def test_refused_requests():
         diagnose_path(robot, path, task="position", samples=1)
     with pytest.raises(InputError, match="task"):
         diagnose_path(robot, path, task="speed")
+
+
+@pytest.mark.capability("11-12")
+def test_a_redundant_arm_is_led_along():
+    robot = mf.load("panda")
+    q = np.array([0.3, 0.4, 0.2, -1.6, 0.1, 1.8, 0.3])
+    path = moved_line(robot, q, [0.05, 0.05, -0.05])
+    answer = diagnose_path(robot, path, q_start=q)
+    assert answer
+    assert answer.status is PathStatus.FOLLOWABLE
+    np.testing.assert_allclose(answer.q[0], q)
+    np.testing.assert_allclose(robot.forward_kinematics(answer.q), path.poses(answer.s), atol=1e-6)
+    far = diagnose_path(robot, moved_line(robot, q, [1.0, 0.0, 0.0]), q_start=q)
+    assert not far
+    assert "reach" in far.explain("en")

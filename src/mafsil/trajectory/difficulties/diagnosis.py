@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,15 +14,15 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, positive, single
 from mafsil.errors import InputError
 from mafsil.ik import SolutionSet, inverse_kinematics
-from mafsil.ik.tolerances import NEARLY_SINGULAR
 from mafsil.messages.tables import on_screen
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.difficulties.branch_changes import branch_change
-from mafsil.trajectory.difficulties.difficulty import Difficulty, FastStretch, GapReason, UnreachableStretch
-from mafsil.trajectory.difficulties.ladder import Chain, Ladder, best_chain, solution_ladder
+from mafsil.trajectory.difficulties.difficulty import BranchChange, Difficulty, GapReason, UnreachableStretch
+from mafsil.trajectory.difficulties.fast_stretches import Piece, stretches
+from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, best_chain, solution_ladder
 from mafsil.trajectory.difficulties.places import place_of
-from mafsil.trajectory.difficulties.rates import at_limited_rates, conditioning, distance_from_path, singular_causes
+from mafsil.trajectory.difficulties.rates import redundant
 from mafsil.trajectory.difficulties.reachability import PathReach, PathReachStatus, reachability
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_task import PathTask, path_error
@@ -39,11 +39,11 @@ ROUNDS = 2
 AT_START = 1e-6
 """Pose error at which a start is still the beginning of the path [rad | m]: six digits of a description."""
 
-CAUSED_BY_SINGULARITY = 0.02
-"""Conditioning below which high rates are put down to the singularity nearby."""
+COARSE = 1e-4
+"""Resolution of the reach of redundant arms: whether a pose has a solution takes milliseconds there."""
 
-RATE = 1e-9
-"""Share of a limit by which a rate at it may exceed it."""
+STARTS = 8
+"""Configurations at the beginning from which a redundant arm is led along the path."""
 
 
 class PathStatus(Status):
@@ -147,8 +147,8 @@ def diagnose_path(
        singular. What lies between samples is not seen.
     5. Where nothing interrupts the chain, the joints are led along the path (`follow`): only that makes it followable.
 
-    Redundant arms are looked at with their locked joint where inverse kinematics has it: what is found can be done,
-    but other motions may be better.
+    Redundant arms have continua of solutions and no ladder: they are led along the path by rates of least norm from
+    configurations at its beginning. What is found can be done; where it fails, the verdict is IN_DOUBT.
 
     Args:
         robot: whose tip is to move.
@@ -159,35 +159,54 @@ def diagnose_path(
         samples: of the path at first.
 
     Raises:
-        InputError: q_start is not at the beginning of the path, a duration that is not positive, too few samples.
+        InputError: q_start is not at the beginning of the path, or beyond the joint limits; a duration that is not
+            positive; fewer than two samples.
 
     Reference: Craig, Introduction to Robotics, sec. 7.5: geometric problems with Cartesian paths.
     """
+    if task not in get_args(PathTask):
+        raise InputError("input.choice", name="task", value=task, known=", ".join(get_args(PathTask)))
+    if samples < 2:
+        raise InputError("trajectory.few_samples", samples=samples)
     T = None if duration is None else positive("duration", duration)
     start = None if q_start is None else single("q_start", q_start, (robot.n,))
     if start is not None:
         error = float(np.abs(path_error(robot.forward_kinematics(start), path.poses(0.0), task)).max())
         if not error <= AT_START:
             raise InputError("trajectory.not_at_start", error=error)
+        beyond = np.maximum(robot.limits.lower - start, start - robot.limits.upper)
+        if (beyond > INSIDE).any():
+            j = int(beyond.argmax())
+            raise InputError("trajectory.start_beyond_limits", joint=robot.joint_names[j], value=float(start[j]))
     # 1
-    reach = reachability(robot, path, task=task, samples=2 * samples - 1)
+    slow = redundant(robot, task)
+    reach = (
+        reachability(robot, path, task=task, samples=max(samples // 8, 2), resolution=COARSE)
+        if slow
+        else reachability(robot, path, task=task, samples=2 * samples - 1)
+    )
     gaps = [_gap(robot, path, task, reach, ends) for ends in (*reach.unreachable, *reach.beyond_limits)]
-    # 2
-    ladder, chains = _chains(robot, path, task, start, samples)
-    q, rates = np.full((len(ladder.s), robot.n), np.nan), np.full((len(ladder.s), robot.n), np.nan)
-    for chain in chains:
-        part = slice(chain.begin, chain.begin + len(chain.q))
-        q[part], rates[part] = chain.q, _larger(ladder, chain)
-    # 3
-    changes = [branch_change(ladder, chain, jump) for chain in chains for jump in chain.jumps]
+    if slow:
+        s, q, rates, followed = _led(robot, path, task, start, samples)
+        changes = list[BranchChange]()
+        pieces = [Piece(robot, path, task, s, q, rates)] if followed else []
+    else:
+        # 2
+        ladder, chains = _chains(robot, path, task, start, samples)
+        pieces = [piece for chain in chains for piece in _pieces(ladder, chain)]
+        s, q, rates = ladder.s, np.full((len(ladder.s), robot.n), np.nan), np.full((len(ladder.s), robot.n), np.nan)
+        for chain in chains:
+            part = slice(chain.begin, chain.begin + len(chain.q))
+            q[part], rates[part] = chain.q, _larger(ladder, chain)
+        # 3
+        changes = [branch_change(ladder, chain, jump) for chain in chains for jump in chain.jumps]
+        whole = not gaps and not changes and len(chains) == 1
+        # 5
+        followed = follow(robot, path, q[0], task=task) if whole else None
     # 4
-    fast = [stretch for chain in chains for stretch in _fast(ladder, chain, T)]
-    # 5
-    followed = None
-    if not gaps and not changes and len(chains) == 1:
-        followed = follow(robot, path, q[0], task=task)
+    fast = [stretch for piece in pieces for stretch in stretches(piece, T)]
     found = sorted([*gaps, *changes, *fast], key=lambda each: each.where.begin)
-    return PathDiagnosis(robot, path, task, T, start, reach, ladder.s, q, rates, tuple(found), followed)
+    return PathDiagnosis(robot, path, task, T, start, reach, s, q, rates, tuple(found), followed)
 
 
 def _gap(
@@ -213,7 +232,7 @@ def _chains(
     """The ladder, divided further where chains jump or their rates grow, and a chain for every reachable stretch."""
     s = np.union1d(np.linspace(0.0, 1.0, samples), path.breaks)
     for attempt in range(ROUNDS + 1):
-        ladder = solution_ladder(robot, path, task, s)
+        ladder = solution_ladder(robot, path, task, s, start)
         inside = np.concatenate([[False], ladder.within.any(axis=1), [False]])
         ends = np.flatnonzero(inside[1:] != inside[:-1])
         chains = [
@@ -258,79 +277,29 @@ def _larger(ladder: Ladder, chain: Chain) -> Floats:
     return np.where(np.abs(after) >= np.abs(before), after, before)
 
 
-def _fast(ladder: Ladder, chain: Chain, duration: float | None) -> Iterator[FastStretch]:
-    """Stretches of every piece between jumps with rates beyond their limits, or nearly singular without a duration."""
+def _pieces(ladder: Ladder, chain: Chain) -> Iterator[Piece]:
+    """The parts of a chain between its jumps."""
     cuts = [0, *(jump + 1 - chain.begin for jump in chain.jumps), len(chain.q)]
     rates = _larger(ladder, chain)
     for a, b in pairwise(cuts):
         s = ladder.s[chain.begin + a : chain.begin + b]
-        piece = Piece(ladder, s, chain.q[a:b], rates[a:b])
-        yield from _singular_stretches(piece) if duration is None else _fast_stretches(piece, duration)
+        yield Piece(ladder.robot, ladder.path, ladder.task, s, chain.q[a:b], rates[a:b])
 
 
-@dataclass(frozen=True, eq=False)
-class Piece:
-    """Samples of a chain between two jumps: places (c,), coordinates and rates by s (c, n)."""
-
-    ladder: Ladder
-    s: Floats
-    q: JointVector
-    rates: Floats
-
-
-def _singular_stretches(piece: Piece) -> Iterator[FastStretch]:
-    """Where the arm is nearly singular; not where that is the edge of its reach, which is a difficulty of its own."""
-    ladder, robot = piece.ladder, piece.ladder.robot
-    ratios = conditioning(robot, piece.q, ladder.task)
-    excess = NEARLY_SINGULAR / np.maximum(ratios, 1e-300)
-    for a, b in _runs(excess > 1.0):
-        at_edge = (a == 0 and piece.s[0] > 0.0) or (b == len(piece.s) - 1 and piece.s[-1] < 1.0)
-        if at_edge:
-            continue
-        k = int(a + excess[a : b + 1].argmax())
-        j = int(np.abs(piece.rates[k]).argmax())
-        where = place_of(ladder.path, _crossing(piece.s, excess, a, -1), _crossing(piece.s, excess, b, 1))
-        joint, rate = robot.joint_names[j], float(abs(piece.rates[k, j]))
-        causes = singular_causes(robot, piece.q[k], ladder.task)
-        yield FastStretch(where, joint, float(piece.s[k]), rate, np.inf, float(ratios[k]), causes, np.nan)
-
-
-def _fast_stretches(piece: Piece, duration: float) -> Iterator[FastStretch]:
-    """Where joints are faster than their limits, and by how much the tip leaves the path if they are not."""
-    ladder, robot = piece.ladder, piece.ladder.robot
-    speeds = np.abs(piece.rates) / duration
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.nan_to_num(speeds / robot.limits.velocity, posinf=np.inf)
-    excess = shares.max(axis=1)
-    runs = list(_runs(excess > 1.0 + RATE))
-    if not runs:
-        return
-    distance = np.nan
-    if len(piece.s) > 1:
-        slowed = at_limited_rates(robot, piece.s, piece.q, piece.rates, duration)
-        distance = float(distance_from_path(robot, ladder.path, slowed).max())
-    for a, b in runs:
-        k = int(a + excess[a : b + 1].argmax())
-        j = int(shares[k].argmax())
-        near = float(conditioning(robot, piece.q[k], ladder.task))
-        causes = singular_causes(robot, piece.q[k], ladder.task) if near < CAUSED_BY_SINGULARITY else ()
-        where = place_of(ladder.path, _crossing(piece.s, excess, a, -1), _crossing(piece.s, excess, b, 1))
-        limit = float(robot.limits.velocity[j])
-        joint, rate = robot.joint_names[j], float(speeds[k, j])
-        yield FastStretch(where, joint, float(piece.s[k]), rate, limit, near, causes, distance)
-
-
-def _runs(over: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """First and last index of every run of True."""
-    padded = np.concatenate([[False], over, [False]])
-    ends = np.flatnonzero(padded[1:] != padded[:-1])
-    yield from zip(ends[::2].tolist(), (ends[1::2] - 1).tolist(), strict=True)
-
-
-def _crossing(s: Floats, excess: Floats, k: int, step: int) -> float:
-    """Where the excess falls to one beside a sample, on the straight line between samples."""
-    other = k + step
-    if not 0 <= other < len(s):
-        return float(s[k])
-    share = (excess[k] - 1.0) / (excess[k] - excess[other])
-    return float(s[k] + share * (s[other] - s[k]))
+def _led(
+    robot: Robot, path: TipPath, task: PathTask, start: JointVector | None, samples: int
+) -> tuple[Floats, JointVector, Floats, Outcome[PiecewisePolynomial | None]]:
+    """A redundant arm led along the path by rates of least norm: samples, coordinates, rates by s, and how it went."""
+    s = np.union1d(np.linspace(0.0, 1.0, samples), path.breaks)
+    missing = np.full((len(s), robot.n), np.nan)
+    first = inverse_kinematics(robot, path.poses(0.0), task=task)
+    assert isinstance(first, SolutionSet)
+    starts = first.q[first.within][:STARTS] if start is None else start[None]
+    failed: Outcome[PiecewisePolynomial | None] = Outcome(None, first.status)
+    for q in starts:
+        outcome = follow(robot, path, q, task=task)
+        if outcome and outcome.value is not None:
+            motion = outcome.value.at(s)
+            return s, motion.u, motion.v, outcome
+        failed = outcome
+    return s, missing, missing, failed

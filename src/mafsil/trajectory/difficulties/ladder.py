@@ -95,7 +95,7 @@ def shortest(change: Floats, angles: NDArray[np.bool_]) -> Floats:
     return change - np.where(angles, TURN * np.round(change / TURN), 0.0)
 
 
-def solution_ladder(robot: Robot, path: TipPath, task: PathTask, s: Floats) -> Ladder:
+def solution_ladder(robot: Robot, path: TipPath, task: PathTask, s: Floats, q0: JointVector | None = None) -> Ladder:
     """All solutions at samples, with their rates along the path.
 
     Args:
@@ -103,9 +103,9 @@ def solution_ladder(robot: Robot, path: TipPath, task: PathTask, s: Floats) -> L
         path: of the tip.
         task: what of the path counts.
         s: (k,) increasing samples.
+        q0: (n,) where locked joints of redundant arms stay.
     """
-    T = path.poses(s)
-    found = inverse_kinematics(robot, T, task=task)
+    found = inverse_kinematics(robot, path.poses(s), task=task, q0=q0)
     assert isinstance(found, SolutionBatch)
     q = np.where(found.valid[..., None], found.q, np.nan)
     before, after = (_rates(robot, path, task, q, np.clip(np.nextafter(s, end), 0.0, 1.0)) for end in (-1.0, 2.0))

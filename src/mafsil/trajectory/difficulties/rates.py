@@ -38,6 +38,17 @@ def judged_task(robot: Robot, task: PathTask) -> str | None:
     return own if own in flat else task
 
 
+def redundant(robot: Robot, task: PathTask) -> bool:
+    """Whether the arm has more joints than what counts needs.
+
+    Args:
+        robot: any arm.
+        task: of a path.
+    """
+    rows = judged_task(robot, task)
+    return robot.n > (5 if rows is None else generic_rank(robot, task=rows))
+
+
 def conditioning(robot: Robot, q: JointVector, task: PathTask) -> Floats:
     """(*batch,) smallest over largest singular value of what counts, without units; NaN for the task `axis`.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.ik.status import STATUSES, IKStatus
@@ -25,8 +26,8 @@ EXACT = 1e-12
 SEARCHED = 1e-9
 """The same for arms without a closed form, whose solutions are refined by Newton's method."""
 
-HALVINGS = 52
-"""From a distance between samples down to the spacing of floating-point numbers in 0 .. 1."""
+SPACING = 2.0**-53
+"""Of floating-point numbers just below 1."""
 
 PROVEN = (IKStatus.OUT_OF_REACH, IKStatus.NOT_OF_THIS_ARM)
 
@@ -83,23 +84,27 @@ class PathReach(SingleAnswer):
 
 
 @of_robot
-def reachability(robot: Robot, path: TipPath, *, task: PathTask = "pose", samples: int = 401) -> PathReach:
+def reachability(
+    robot: Robot, path: TipPath, *, task: PathTask = "pose", samples: int = 401, resolution: float = SPACING
+) -> PathReach:
     """Intervals of s in 0 .. 1 that cannot be reached, and those on which each branch is within the limits.
 
-    Places side by side that differ are bisected to the spacing of floating-point numbers.
+    Places side by side that differ are bisected.
 
     Args:
         robot: whose tip is to move.
         path: of the tip.
         task: what of the path counts, `pose` or `position`.
         samples: places at which it is looked at first; a gap between two of them is not seen.
+        resolution: of s, to which ends of intervals are found.
 
     Raises:
-        InputError: fewer than two samples, an unknown task.
+        InputError: fewer than two samples, an unknown task, a resolution that is not positive.
     """
     if samples < 2:
         raise InputError("trajectory.few_samples", samples=samples)
     s = np.linspace(0.0, 1.0, samples)
+    halvings = math.ceil(math.log2(max(1.0 / ((samples - 1) * positive("resolution", resolution)), 1.0)))
     exact = _solutions(robot, path, s, task, EXACT)
     closed_form = exact.setting.arm.form is not None
     tolerance = EXACT if closed_form else SEARCHED
@@ -121,10 +126,10 @@ def reachability(robot: Robot, path: TipPath, *, task: PathTask = "pose", sample
     def of_row(row: int, places: Floats) -> NDArray[np.bool_]:
         return solutions(places)[1][:, row]
 
-    gaps = tuple(_intervals(s, unreached))
-    outside = tuple(_intervals(s, beyond))
+    gaps = tuple(_intervals(s, unreached, halvings))
+    outside = tuple(_intervals(s, beyond, halvings))
     count = exact.q.shape[-2] if closed_form else 0
-    branches = tuple(tuple(_intervals(s, partial(of_row, k))) for k in range(count))
+    branches = tuple(tuple(_intervals(s, partial(of_row, k), halvings)) for k in range(count))
     status = PathReachStatus.BEYOND_LIMITS if outside else PathReachStatus.REACHED
     if gaps:
         proven = all(STATUSES[code] in PROVEN for code in exact.status_codes[unreached(s)])
@@ -138,12 +143,12 @@ def _solutions(robot: Robot, path: TipPath, s: Floats, task: PathTask, tolerance
     return found
 
 
-def _intervals(s: Floats, at: Callable[[Floats], NDArray[np.bool_]]) -> Iterator[Interval]:
+def _intervals(s: Floats, at: Callable[[Floats], NDArray[np.bool_]], halvings: int) -> Iterator[Interval]:
     """Intervals where a property holds, their ends bisected all at once."""
     inside = at(s)
     change = np.flatnonzero(inside[1:] != inside[:-1])
     low, high, before = s[change], s[change + 1], inside[change]
-    for _ in range(HALVINGS if len(change) else 0):
+    for _ in range(halvings if len(change) else 0):
         middle = (low + high) / 2
         same = at(middle) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
