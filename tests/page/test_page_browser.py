@@ -418,3 +418,23 @@ def test_a_script_opens_in_the_page(browser: Browser, pages: Path) -> None:
         assert opened(browser, text + "\n" + bad).startswith("line 10 ")
         assert state(browser) == end
     assert "'ur5e'" in opened(browser, text.replace("panda", "ur5e"))
+
+
+def test_a_changed_table_draws_its_arm(browser: Browser, pages: Path) -> None:
+    """An edited row: the new arm's skeleton, its distance, its Python; back to the arm that is."""
+    browser.load(pages / "panda.html")
+    browser.ask("document.getElementById('view-dh').open = true")
+    browser.wait("document.querySelector('#view-dh input').value")
+    before = browser.ask("mafsil.stage.items().length")
+    enter(browser, "#view-dh input", 4 * 2 + 2, 0.5)
+    browser.wait("document.getElementById('dh-code').textContent")
+    assert browser.ask("mafsil.stage.items().length") > before + 20
+    scope: dict[str, Any] = {}
+    exec(browser.ask("document.getElementById('dh-code').textContent"), scope)
+    q = state(browser)["q"]
+    tips = [robot.forward_kinematics(q)[:3, 3] for robot in (mf.load("panda"), scope["robot"])]
+    shown = float(browser.ask("document.querySelector('#view-dh p bdi').textContent").split()[0])
+    assert shown == pytest.approx(np.linalg.norm(tips[0] - tips[1]), abs=6e-5)
+    assert shown > 0.1
+    browser.click("#dh-back")
+    assert browser.ask("mafsil.stage.items().length") == before

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.page.arm import Arm
+from mafsil.page.content import dh_table
 from mafsil.page.session import action_arguments
 from tests.page.node import run_module
 
@@ -32,6 +34,12 @@ const read = (text) => {
 };
 process.stdout.write(JSON.stringify(texts.map(read)));
 """
+TABLES = """
+import fs from "node:fs";
+import { dhChain, dhPython } from "./page/core/dh.js";
+const found = JSON.parse(fs.readFileSync("io.json")).map(({ table, q }) => [dhChain(table, q).at(-1), dhPython(table)]);
+process.stdout.write(JSON.stringify(found));
+"""
 HEAD = "from mafsil.page import Session\n\narm = Session('panda')\n"
 HISTORY = """
 import { History } from "./page/core/history.js";
@@ -45,7 +53,9 @@ process.stdout.write(JSON.stringify([rows, history.length, history.rows.length])
 
 def test_ellipsoids_are_those_of_the_jacobian(tmp_path: Path) -> None:
     """Half axes as singular values of J_v, directions in {s}; forces are reciprocal, and absent where nothing moves."""
-    rng, asked, wanted = np.random.default_rng(3), [], []
+    rng = np.random.default_rng(3)
+    asked: list[dict[str, Any]] = []
+    wanted: list[Any] = []
     for name in ("panda", "ur5e", "planar3r", "scara_rrrp"):
         robot = mf.load(name)
         for q in rng.uniform(-1.0, 1.0, (5, robot.n)):
@@ -106,3 +116,26 @@ def test_a_script_that_is_not_understood_is_refused_by_its_line(line: str, tmp_p
     assert found[1] == {"key": "script_robot", "values": {"robot": "'ur5e'"}}
     assert found[2] == {"key": "script_line", "values": {"line": 1}}
     assert found[3]["key"] == "script_empty"
+
+
+def test_edited_tables_are_the_arms_that_their_python_makes(tmp_path: Path) -> None:
+    """What is drawn of an edited table ends where the robot of the written lines has its tip."""
+    rng = np.random.default_rng(8)
+    asked: list[dict[str, Any]] = []
+    for name in ("panda", "ur5e", "puma560", "scara_rrrp", "planar3r"):
+        arm = Arm(mf.load(name))
+        table = dh_table(arm)
+        assert table is not None
+        asked.append({"table": table, "q": rng.uniform(-1.0, 1.0, arm.robot.n).tolist()})
+        changed = [{**row, "a": row["a"] + 0.1, "alpha": row["alpha"] + rng.normal()} for row in table["rows"]]
+        asked.append({"table": {**table, "rows": changed}, "q": asked[-1]["q"]})
+        assert np.abs(_drawn([asked[-2]], tmp_path)[0][0] - arm.robot.forward_kinematics(asked[-2]["q"])).max() < 1e-9
+    for one, (T, text) in zip(asked, _drawn(asked, tmp_path), strict=True):
+        scope: dict[str, Any] = {}
+        exec(text, scope)
+        assert np.abs(scope["robot"].forward_kinematics(one["q"]) - T).max() < 1e-12
+
+
+def _drawn(asked: list[dict[str, Any]], folder: Path) -> list[tuple[Any, str]]:
+    (folder / "io.json").write_text(json.dumps(asked))
+    return [(np.reshape(T, (4, 4)), text) for T, text in json.loads(run_module(TABLES, folder))]

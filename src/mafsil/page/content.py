@@ -55,7 +55,7 @@ def content(arm: Arm, language: str, python: str, areas: Sequence[str] = ("page"
         "settings": arm.settings,
         "kernels": {"layout": dict(module.layout), "code": _compressed(module.code)},
         "branches": _branches(arm),
-        "dh": _dh_table(arm),
+        "dh": dh_table(arm),
         "scene": _scene(arm),
     }
 
@@ -81,8 +81,8 @@ def _branches(arm: Arm) -> dict[str, Any] | None:
     return {"rows": pattern.branches, **names}
 
 
-def _dh_table(arm: Arm) -> dict[str, Any] | None:
-    """The table in the modified convention; None for chains that have none."""
+def dh_table(arm: Arm) -> dict[str, Any] | None:
+    """The table of an arm in the modified convention; None for chains that have none."""
     mechanism = arm.robot.mechanism
     try:
         found = dh_from_mechanism(mechanism)
@@ -101,7 +101,7 @@ def _dh_table(arm: Arm) -> dict[str, Any] | None:
         }
         for row, place in zip(found.rows, arm.places, strict=True)
     ]
-    return {"base": found.base.ravel().tolist(), "rows": rows}
+    return {"base": found.base.ravel().tolist(), "tool": found.tool.ravel().tolist(), "rows": rows}
 
 
 def _scene(arm: Arm) -> dict[str, Any]:

@@ -21,8 +21,8 @@ export class Store {
     this.entries = [];
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
-    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null };
+    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for, a table that was edited. */
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, table: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }

@@ -7,7 +7,7 @@ import { Shapes } from "../../scene/shapes.js";
 import { tipEllipsoids } from "../core/ellipsoids.js";
 import { hereOf, lifted } from "../core/state.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
-import { dhFrames } from "../core/dh.js";
+import { dhChain, dhFrames } from "../core/dh.js";
 import { ToolDrag } from "./drag.js";
 import { Figure } from "./figure.js";
 
@@ -77,7 +77,8 @@ export class Stage {
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
-    if (shown.frame >= 0) list.push(...figure.triad(dhFrames(this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
+    if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
+    if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
     if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
