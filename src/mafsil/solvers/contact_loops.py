@@ -54,9 +54,13 @@ def about(origin: Floats, length: float, T: Floats) -> None:
 
 @compiled
 def transformed_wrench(r: Floats, f: Floats, couple: Floats, T: Floats, w: Floats) -> None:
-    """W = T (r x f + couple, f); the plane has no couple."""
+    """W = T (r x f + couple, f); the plane has no couple.
+
+    1. The wrench (moment, force) of the force at the point, with the couple.
+    2. Its product with T.
+    """
     m, d = len(w), len(r)
-    raw = np.empty(m)
+    raw = np.empty(m)  # 1
     if d == 2:
         raw[0] = r[0] * f[1] - r[1] * f[0]
     else:
@@ -65,7 +69,7 @@ def transformed_wrench(r: Floats, f: Floats, couple: Floats, T: Floats, w: Float
             raw[a] = r[b] * f[c] - r[c] * f[b] + couple[a]
     for c in range(d):
         raw[m - d + c] = f[c]
-    for i in range(m):
+    for i in range(m):  # 2
         w[i] = 0.0
         for j in range(m):
             w[i] += T[i, j] * raw[j]
@@ -74,6 +78,10 @@ def transformed_wrench(r: Floats, f: Floats, couple: Floats, T: Floats, w: Float
 @compiled
 def contact_discs(points: Floats, normals: Floats, coefficients: Floats, T: Floats, D: Floats) -> None:
     """The discs of contacts with unit push.
+
+    1. Friction directions a, b of length mu in the tangent plane: in space, a is square to the normal and to the axis
+       that is furthest from it, and b = n x a.
+    2. Wrenches of the unit push, of both friction directions, and of the torsional couple along the normal.
 
     Args:
         points, normals: (k, d) contact points and unit normals into the body.
@@ -85,7 +93,7 @@ def contact_discs(points: Floats, normals: Floats, coefficients: Floats, T: Floa
     zero = np.zeros(d)
     for i in range(len(points)):
         n, mu, gamma = normals[i], coefficients[i, 0], coefficients[i, 1]
-        a, b = np.zeros(d), np.zeros(d)
+        a, b = np.zeros(d), np.zeros(d)  # 1
         if d == 2:
             a[0], a[1] = -mu * n[1], mu * n[0]
         elif mu > 0.0:
@@ -95,7 +103,7 @@ def contact_discs(points: Floats, normals: Floats, coefficients: Floats, T: Floa
             a[p], a[q] = -mu * n[q] / length, mu * n[p] / length
             for c in range(3):
                 b[c] = n[(c + 1) % 3] * a[(c + 2) % 3] - n[(c + 2) % 3] * a[(c + 1) % 3]
-        transformed_wrench(points[i], n, zero, T, D[i, 0])
+        transformed_wrench(points[i], n, zero, T, D[i, 0])  # 2
         transformed_wrench(points[i], a, zero, T, D[i, 1])
         transformed_wrench(points[i], b, zero, T, D[i, 2])
         transformed_wrench(points[i], zero, gamma * n, T, D[i, 3])

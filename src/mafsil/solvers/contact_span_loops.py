@@ -125,6 +125,11 @@ def place(contacts: Floats, i: int, middle: Floats, length: float, f: Floats, w:
 def discs(contacts: Floats, normals: Floats, middle: Floats, length: float, f: Floats, D: Floats) -> None:
     """Wrenches of unit push of each contact: centre, two friction directions, torsion.
 
+    1. The unit normal, from the normal scaled by its longest part: the push.
+    2. Friction in the plane is one direction, square to the push.
+    3. In space: the couple of torsion along the normal, and two friction directions of length mu that are square to it
+       and to each other.
+
     Args:
         contacts: (k, 2 d + 2).
         normals: (k, d) out: of length 1; scaled by their longest part first, so that nothing overflows.
@@ -135,7 +140,7 @@ def discs(contacts: Floats, normals: Floats, middle: Floats, length: float, f: F
     d = len(middle)
     for i in range(len(contacts)):
         n, mu, gamma = normals[i], contacts[i, 2 * d], contacts[i, 2 * d + 1]
-        longest, square = 0.0, 0.0
+        longest, square = 0.0, 0.0  # 1
         for c in range(d):
             longest = max(longest, abs(contacts[i, d + c]))
         for c in range(d):
@@ -147,11 +152,11 @@ def discs(contacts: Floats, normals: Floats, middle: Floats, length: float, f: F
         place(contacts, i, middle, length, n, D[i, 0])
         for c in range(D.shape[2]):
             D[i, 1, c] = D[i, 2, c] = D[i, 3, c] = 0.0
-        if d == 2:
+        if d == 2:  # 2
             f[0], f[1] = -mu * n[1], mu * n[0]
             place(contacts, i, middle, length, f, D[i, 1])
             continue
-        for c in range(3):
+        for c in range(3):  # 3
             D[i, 3, c] = gamma * n[c] / length
         if mu > 0.0:
             p = 0 if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]) else 1 if abs(n[1]) <= abs(n[2]) else 2
@@ -185,6 +190,9 @@ def rims(D: Floats, circle: Floats, W: Floats) -> None:
 def moment_aside(contacts: Floats, normals: Floats, u: Floats, at: int, to: int) -> float:
     """Least moment about the line through two contacts that any other contact gives with unit push; positive or not.
 
+    1. The gradient g of the moment about the line by a force at the contact: its axis crossed with the lever.
+    2. The push's moment, less the most that friction in the tangent plane and torsion can take from it.
+
     Args:
         contacts: (k, 2 d + 2) in space.
         normals: (k, 3) of length 1.
@@ -195,10 +203,10 @@ def moment_aside(contacts: Floats, normals: Floats, u: Floats, at: int, to: int)
     for i in range(len(contacts)):
         if i in (at, to):
             continue
-        x, y = contacts[i, 0] - contacts[at, 0], contacts[i, 1] - contacts[at, 1]
+        x, y = contacts[i, 0] - contacts[at, 0], contacts[i, 1] - contacts[at, 1]  # 1
         z = contacts[i, 2] - contacts[at, 2]
         g0, g1, g2 = u[1] * z - u[2] * y, u[2] * x - u[0] * z, u[0] * y - u[1] * x
-        n = normals[i]
+        n = normals[i]  # 2
         along = g0 * n[0] + g1 * n[1] + g2 * n[2]
         across = np.sqrt(max(0.0, g0 * g0 + g1 * g1 + g2 * g2 - along * along))
         turned = abs(u[0] * n[0] + u[1] * n[1] + u[2] * n[2])
@@ -210,6 +218,10 @@ def moment_aside(contacts: Floats, normals: Floats, u: Floats, at: int, to: int)
 def line_leaves_a_side(contacts: Floats, normals: Floats, length: float, y: Floats) -> bool:
     """Whether the line through two hard contacts has the moments of all other contacts on one side.
 
+    1. The line from one hard contact to another, both without torsion, so that their own moments about it are zero.
+    2. Every other contact must give a positive moment about it, with all its friction.
+    3. The moment about that line as a wrench about the origin of the frame, at length 1.
+
     Args:
         contacts: (k, 2 d + 2).
         normals: (k, d) of length 1.
@@ -219,7 +231,7 @@ def line_leaves_a_side(contacts: Floats, normals: Floats, length: float, y: Floa
     if len(y) == 3:
         return False
     u = np.empty(3)
-    for at in range(len(contacts)):
+    for at in range(len(contacts)):  # 1
         for to in range(len(contacts)):
             if at == to or contacts[at, 7] > 0.0 or contacts[to, 7] > 0.0:
                 continue
@@ -230,9 +242,9 @@ def line_leaves_a_side(contacts: Floats, normals: Floats, length: float, y: Floa
                 continue
             for c in range(3):
                 u[c] /= size
-            if not moment_aside(contacts, normals, u, at, to) > ASIDE * length:
+            if not moment_aside(contacts, normals, u, at, to) > ASIDE * length:  # 2
                 continue
-            x, b, z = contacts[at, 0], contacts[at, 1], contacts[at, 2]
+            x, b, z = contacts[at, 0], contacts[at, 1], contacts[at, 2]  # 3
             y[0], y[1], y[2] = u[0], u[1], u[2]
             y[3], y[4], y[5] = b * u[2] - z * u[1], z * u[0] - x * u[2], x * u[1] - b * u[0]
             unit(y)

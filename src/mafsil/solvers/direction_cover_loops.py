@@ -45,11 +45,17 @@ DEEP, MANY = 12, 300
 
 @compiled
 def pieces_at(D: Floats, u: Floats, W: Floats, Q: Floats, disc: Floats, count: int) -> tuple[float, int]:
-    """Add the furthest points along u of discs that reach beyond the origin; how far, how many points then."""
+    """Add the furthest points along u of discs that reach beyond the origin; how far, how many points then.
+
+    1. Height of each disc along u: its centre, the radius of its ellipse, its torsion; the largest is how far the set
+       reaches.
+    2. Of each disc that reaches beyond the origin, the point furthest along u, and how it bends as u turns: the
+       ellipse's tangent there.
+    """
     k, parts, m = D.shape
     best = -np.inf
     heights, xs, ys, ts = np.empty(k), np.zeros(k), np.zeros(k), np.zeros(k)
-    for i in range(k):
+    for i in range(k):  # 1
         heights[i] = dot(D[i, 0], u)
         if parts > 1:
             xs[i], ys[i] = dot(D[i, 1], u), dot(D[i, 2], u)
@@ -59,7 +65,7 @@ def pieces_at(D: Floats, u: Floats, W: Floats, Q: Floats, disc: Floats, count: i
             heights[i] += abs(ts[i])
         best = max(best, heights[i])
     for i in range(k):
-        if heights[i] < 0.0 or count >= len(W):
+        if heights[i] < 0.0 or count >= len(W):  # 2
             continue
         r = np.sqrt(xs[i] ** 2 + ys[i] ** 2)
         for c in range(m):
@@ -318,16 +324,20 @@ def begin(m: int, stack: Floats) -> int:
 
 @compiled
 def halve(stack: Floats, at: int) -> None:
-    """The cone at a place of the stack becomes two, there and after it: its longest edge is halved."""
+    """The cone at a place of the stack becomes two, there and after it: its longest edge is halved.
+
+    1. The longest edge joins the two vertices of least cosine.
+    2. Its middle, back on the sphere, takes the place of one end in one half and of the other end in the other.
+    """
     V = stack[at]
     m = len(V)
-    far, a, b = 2.0, 0, 1
+    far, a, b = 2.0, 0, 1  # 1
     for i in range(m):
         for j in range(i):
             s = dot(V[i], V[j])
             if s < far:
                 far, a, b = s, i, j
-    middle = V[a] + V[b]
+    middle = V[a] + V[b]  # 2
     size = np.sqrt(dot(middle, middle))
     stack[at + 1] = V
     for c in range(m):
@@ -398,12 +408,15 @@ def around(u: Floats, width: float, V: Floats) -> None:
     """A cone about a unit vector u, to rows of V: the simplex square to the diagonal, mirrored to be square to u.
 
     Its vertices are a width away from u, on the other side where the width is negative.
+
+    1. The normal x of the mirror that takes the diagonal to u.
+    2. The vertices of the simplex square to the diagonal, mirrored, added to u, at length 1.
     """
     m = len(u)
-    sign = 1.0 if u.sum() >= 0.0 else -1.0
+    sign = 1.0 if u.sum() >= 0.0 else -1.0  # 1
     x = u + sign / np.sqrt(m)
     square = dot(x, x)
-    for j in range(m):
+    for j in range(m):  # 2
         for c in range(m):
             V[j, c] = -width / m
         V[j, j] += width
@@ -420,21 +433,25 @@ def descend(D: Floats, u: Floats, width: float, narrowest: float) -> float:
     """Walk downhill from a unit direction, which is changed; how far the set reaches in the end.
 
     The least of cutting planes over a small cone about u is the next u; where that is no gain, the cone shrinks.
+
+    1. How far the set reaches along u.
+    2. The least of cutting planes over a cone about u, turned every other time, is where to go next.
+    3. A step that gains is taken, and the cone shrinks where it gained little; else the cone is halved.
     """
     m = len(u)
     proof, V = make_proof(m), np.empty((m, m))
-    reach, _ = pieces_at(D, u, proof.W, proof.Q, proof.disc, 0)
+    reach, _ = pieces_at(D, u, proof.W, proof.Q, proof.disc, 0)  # 1
     turn = 1.0
     for _ in range(MANY):
         if width < narrowest:
             break
-        around(u, turn * width, V)
+        around(u, turn * width, V)  # 2
         examine(D, V, 0.0, DEEP, False, proof)
         size = np.sqrt(dot(proof.u, proof.u))
         for c in range(m):
             proof.u[c] /= size
         found, _ = pieces_at(D, proof.u, proof.W, proof.Q, proof.disc, 0)
-        if found < reach * (1.0 - TINY):
+        if found < reach * (1.0 - TINY):  # 3
             if found > reach * (1.0 - 1e-3 * width):
                 width *= 0.7
             reach = found

@@ -33,6 +33,10 @@ def dot(a: Floats, b: Floats) -> float:
 def support(D: Floats, together: bool, u: Floats, w: Floats) -> float:
     """h(u) = max u . w over the set.
 
+    1. The height of each disc: that of its centre and how much further it reaches.
+    2. Where discs are summed, those with a positive height count, each with its furthest point.
+    3. Else the highest disc gives the height and the point.
+
     Args:
         D: discs.
         together: sum them.
@@ -44,15 +48,15 @@ def support(D: Floats, together: bool, u: Floats, w: Floats) -> float:
     w[:] = 0.0
     total = 0.0
     for i in range(k):
-        height = 0.0
+        height = 0.0  # 1
         for c in range(m):
             height += D[i, 0, c] * u[c]
         if parts > 1:
             height += swing(D[i], u)
-        if together and height > 0.0:
+        if together and height > 0.0:  # 2
             total += height
             reach(D[i], u, w)
-        if height > best:
+        if height > best:  # 3
             best, where = height, i
     if together:
         return total
@@ -75,19 +79,24 @@ def swing(disc: Floats, u: Floats) -> float:
 
 @compiled
 def reach(disc: Floats, u: Floats, w: Floats) -> None:
-    """Add the disc's furthest point to w."""
+    """Add the disc's furthest point to w.
+
+    1. The centre.
+    2. Along u the disc's axes x, y and torsion t.
+    3. The point of the ellipse that is furthest along u, and the end of the torsion on its side.
+    """
     m = len(u)
-    for c in range(m):
+    for c in range(m):  # 1
         w[c] += disc[0, c]
     if len(disc) == 1:
         return
-    x, y, t = 0.0, 0.0, 0.0
+    x, y, t = 0.0, 0.0, 0.0  # 2
     for c in range(m):
         x += disc[1, c] * u[c]
         y += disc[2, c] * u[c]
         if len(disc) > 3:
             t += disc[3, c] * u[c]
-    size = np.sqrt(x * x + y * y)
+    size = np.sqrt(x * x + y * y)  # 3
     for c in range(m):
         if size > 0.0:
             w[c] += (x * disc[1, c] + y * disc[2, c]) / size

@@ -183,9 +183,9 @@ def first_simplex(D: Floats, together: bool, size: float, points: Floats) -> boo
     support(D, together, u, points[0])
     for k in range(1, m + 1):
         best, first = 0.0, int(np.argmax(left))
-        for turn in range(-1, m):
+        for turn in range(-1, m):  # 1
             axis = first if turn < 0 else turn
-            if turn == 0 and best > FAR * size:
+            if turn == 0 and best > FAR * size:  # 2
                 break
             u[:] = 0.0
             u[axis] = 1.0
@@ -216,15 +216,19 @@ def move(w: Floats, length: float, state: int) -> int:
 
 @compiled
 def lay(dimension: Dimension, P: Polytope, f: int) -> None:
-    """Hyperplane of a facet through its corners."""
+    """Hyperplane of a facet through its corners.
+
+    1. The normal is orthogonal to the edges from the last corner to the others.
+    2. It points away from a point inside; the offset is that of the last corner.
+    """
     m = len(dimension)
     last = P.corners[f, m - 1]
-    for i in range(m - 1):
+    for i in range(m - 1):  # 1
         for c in range(m):
             P.A[i, c] = P.points[P.corners[f, i], c] - P.points[last, c]
     n = P.normals[f]
     null_vector(dimension, P.A, n)
-    d = dot(n, P.points[last])
+    d = dot(n, P.points[last])  # 2
     if dot(n, P.inside) > d:
         for c in range(m):
             n[c] = -n[c]
@@ -248,13 +252,18 @@ def begin(dimension: Dimension, P: Polytope) -> int:
 
 @reordered
 def see(dimension: Dimension, P: Polytope, corner: int, f: int, turn: int, roundoff: float) -> int:
-    """Facets that a corner beyond facet f sees, into `found`; how many."""
+    """Facets that a corner beyond facet f sees, into `found`; how many.
+
+    1. Height of the corner over the facet beyond which it lies.
+    2. From each facet that is seen its neighbours are looked at, each once in a turn: positive heights are seen, the
+       others are where the horizon runs.
+    """
     found, seen, beside, normals, offsets, heights = P.found, P.seen, P.beside, P.normals, P.offsets, P.heights
     points, count, done = P.points, 1, 0
-    found[0], seen[f], heights[f] = f, turn, -offsets[f]
+    found[0], seen[f], heights[f] = f, turn, -offsets[f]  # 1
     for c in range(len(dimension)):
         heights[f] += normals[f, c] * points[corner, c]
-    while done < count:
+    while done < count:  # 2
         g = found[done]
         done += 1
         for j in range(len(dimension)):
@@ -278,10 +287,16 @@ def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int
 
     With heights s >= 0 of the corner over facet g and t >= 0 below facet h, the plane s (n_h, d_h) + t (n_g, d_g)
     holds the ridge between them and the corner: no elimination, nothing cancels. If both are roundoff, corners decide.
+
+    1. Across each corner of a seen facet g is a neighbour h; where h is not seen, the ridge between them is on the
+       horizon.
+    2. The corners of the ridge and the new one make a facet, which becomes the neighbour of h.
+    3. Its plane by the heights.
+    4. Where these are roundoff, its plane by elimination.
     """
     m, found, seen, beside, corners = len(dimension), P.found, P.seen, P.beside, P.corners
     normals, offsets, heights = P.normals, P.offsets, P.heights
-    for a in range(hidden):
+    for a in range(hidden):  # 1
         g = found[a]
         for j in range(m):
             h = beside[g, j]
@@ -289,7 +304,7 @@ def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int
                 continue
             if facets >= len(offsets):
                 return -1
-            k = 0
+            k = 0  # 2
             for i in range(m):
                 if i != j:
                     corners[facets, k] = corners[g, i]
@@ -297,7 +312,7 @@ def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int
                 if beside[h, i] == g:
                     beside[h, i] = facets
             corners[facets, m - 1], beside[facets, m - 1] = corner, h
-            s, t, square = heights[g], -heights[h], 0.0
+            s, t, square = heights[g], -heights[h], 0.0  # 3
             for c in range(m):
                 normals[facets, c] = s * normals[h, c] + t * normals[g, c]
                 square += normals[facets, c] ** 2
@@ -305,7 +320,7 @@ def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int
             for c in range(m):
                 normals[facets, c] *= factor
             offsets[facets] = (s * offsets[h] + t * offsets[g]) * factor
-            if t < 0.0 or not s + t > STEADY * roundoff:
+            if t < 0.0 or not s + t > STEADY * roundoff:  # 4
                 lay(dimension, P, facets)
             facets += 1
     return facets
@@ -313,20 +328,26 @@ def cover(dimension: Dimension, P: Polytope, corner: int, hidden: int, turn: int
 
 @compiled
 def join(dimension: Dimension, P: Polytope, R: Ridges, first: int, facets: int, turn: int) -> bool:
-    """Pair the new facets along the ridges that they share; whether every ridge found its two."""
+    """Pair the new facets along the ridges that they share; whether every ridge found its two.
+
+    1. The ridge of a new facet without one of its corners packs into one integer; the new corner, which all share, is
+       left out.
+    2. Its place in the table: the next that is free in this turn, or holds the same ridge.
+    3. A ridge that comes first waits; the second joins both facets; a third means that rounding spoilt the polytope.
+    """
     m, corners, beside = len(dimension), P.corners, P.beside
     keys, turns, owner, skipped = R.key, R.turn, R.facet, R.skipped
     opened = 0
     for new in range(first, facets):
         for skip in range(m - 1):
-            key = 0
+            key = 0  # 1
             for i in range(m - 1):
                 if i != skip:
                     key = key * MOST + corners[new, i]
-            at = (key * MIX >> 40) & (TABLE - 1)
+            at = (key * MIX >> 40) & (TABLE - 1)  # 2
             while turns[at] == turn and keys[at] != key:
                 at = (at + 1) & (TABLE - 1)
-            if turns[at] != turn:
+            if turns[at] != turn:  # 3
                 turns[at], keys[at], owner[at], skipped[at] = turn, key, new, skip
                 opened += 1
             elif owner[at] < 0:

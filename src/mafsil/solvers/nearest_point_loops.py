@@ -75,12 +75,16 @@ def affine_weights(S: Floats, count: int, weights: Floats, Q: Floats, R: Floats,
 
 @compiled
 def drop(S: Floats, share: Floats, weights: Floats, count: int) -> int:
-    """Walk from the shares towards the weights until a corner has none left, and drop such corners; how many remain."""
-    step = 1.0
+    """Walk from the shares towards the weights until a corner has none left, and drop such corners; how many remain.
+
+    1. The share of the way at which the first weight is zero.
+    2. The weights there; a corner with none left goes, and later ones close the gap.
+    """
+    step = 1.0  # 1
     for i in range(count):
         if weights[i] < 0.0:
             step = min(step, share[i] / (share[i] - weights[i]))
-    kept = 0
+    kept = 0  # 2
     for i in range(count):
         left = share[i] + step * (weights[i] - share[i])
         if left > FEW_ROUNDINGS or (weights[i] >= 0.0 and left > 0.0):

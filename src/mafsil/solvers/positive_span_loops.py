@@ -75,6 +75,10 @@ def make_tableau(m: int, most: int) -> Tableau:
 def normalise(dimension: Dimension, W: Floats, weights: Floats, T: Tableau) -> None:
     """Rows, then columns, of equal size, for positive factors change no verdict; level = -A w.
 
+    1. The size of a row is its largest element.
+    2. Rows are divided by it, one that is negligible beside the others by the largest of all; squares of the columns.
+    3. Columns are divided by their length; the level.
+
     Args:
         dimension: m zeros (see `disc_loops.Dimension`).
         W: (m, n).
@@ -84,13 +88,13 @@ def normalise(dimension: Dimension, W: Floats, weights: Floats, T: Tableau) -> N
     A, sizes, n, largest = T.A, T.sizes, W.shape[1], 0.0
     for j in range(n):
         sizes[j] = 0.0
-    for i in range(len(dimension)):
+    for i in range(len(dimension)):  # 1
         big = 0.0
         for j in range(n):
             big = max(big, abs(W[i, j]))
         T.rows[i] = big
         largest = max(largest, big)
-    for i in range(len(dimension)):
+    for i in range(len(dimension)):  # 2
         big = T.rows[i] if T.rows[i] > NEGLIGIBLE * largest else largest
         factor = 1.0 / big if big > 0.0 else 1.0
         T.rows[i] = factor
@@ -98,7 +102,7 @@ def normalise(dimension: Dimension, W: Floats, weights: Floats, T: Tableau) -> N
             a = W[i, j] * factor
             A[i, j] = a
             sizes[j] += a * a
-    for j in range(n):
+    for j in range(n):  # 3
         sizes[j] = 1.0 / np.sqrt(sizes[j]) if sizes[j] > 0.0 else 1.0
     for i in range(len(dimension)):
         total = 0.0
@@ -129,7 +133,12 @@ def best_column(
 
 @compiled
 def phase_one(dimension: Dimension, n: int, T: Tableau) -> bool:
-    """Min sum of artificial s with A z + s = level >= 0, from the basis that is there.
+    """Min sum of artificial s with A z + s = level >= 0, from the basis that is there: the revised simplex method.
+
+    1. Prices by the inverse of the basis: an artificial variable in it costs 1, a column nothing.
+    2. The column of greatest gain enters; if none gains, this is the optimum.
+    3. That column in terms of the basis; the variable that reaches zero first leaves.
+    4. The basis changes: one step of elimination on its inverse and on the levels.
 
     Args:
         dimension: m zeros (see `disc_loops.Dimension`).
@@ -145,17 +154,17 @@ def phase_one(dimension: Dimension, n: int, T: Tableau) -> bool:
         mask *= 2
     mask -= 1
     for _ in range(20 * (len(dimension) + n)):
-        for k in range(len(dimension)):  # prices: the artificial variables of the basis cost 1
+        for k in range(len(dimension)):  # 1
             price[k] = 0.0
         for i in range(len(dimension)):
             if basis[i] >= most:
                 for k in range(len(dimension)):
                     price[k] += inverse[i, k]
-        enter = best_column(dimension, n, mask, A, price, gain, keys)
+        enter = best_column(dimension, n, mask, A, price, gain, keys)  # 2
         if not gain[enter] > ENTERING:
             return True
-        leave, least = -1, np.inf
-        for i in range(len(dimension)):  # the entering column in the basis, and the least ratio
+        leave, least = -1, np.inf  # 3
+        for i in range(len(dimension)):
             total = 0.0
             for k in range(len(dimension)):
                 total += inverse[i, k] * A[k, enter]
@@ -166,7 +175,7 @@ def phase_one(dimension: Dimension, n: int, T: Tableau) -> bool:
                     leave, least = i, ratio
         if leave < 0:
             return False
-        factor = 1.0 / column[leave]  # the basis changes: one step of elimination on its inverse
+        factor = 1.0 / column[leave]  # 4
         for k in range(len(dimension)):
             inverse[leave, k] *= factor
         for i in range(len(dimension)):
@@ -181,18 +190,23 @@ def phase_one(dimension: Dimension, n: int, T: Tableau) -> bool:
 
 @compiled
 def further_columns(dimension: Dimension, D: Floats, more: Floats, first: int, n: int, T: Tableau) -> int:
-    """Add the furthest point of each disc that lies beyond the prices; the number of columns then."""
+    """Add the furthest point of each disc that lies beyond the prices; the number of columns then.
+
+    1. Prices in the units of the discs.
+    2. The furthest point of each disc along them, scaled as the columns are.
+    3. A point with a gain becomes a column.
+    """
     m, q = len(dimension), np.empty(len(dimension))
-    for c in range(m):
+    for c in range(m):  # 1
         q[c] = T.price[c] * T.rows[c]
     for i in range(len(D)):
-        w = np.zeros(m)
+        w = np.zeros(m)  # 2
         reach(D[i], q, w)
         square = 0.0
         for c in range(m):
             square += (w[c] * T.rows[c]) ** 2
         size = 1.0 / np.sqrt(square) if square > 0.0 else 1.0
-        if dot(q, w) * size > ENTERING and n < T.A.shape[1]:
+        if dot(q, w) * size > ENTERING and n < T.A.shape[1]:  # 3
             for c in range(m):
                 more[c, n - first] = w[c]
                 T.A[c, n] = w[c] * T.rows[c] * size
@@ -274,15 +288,20 @@ def read_prices(value: float, doubt: float, y: Floats, T: Tableau) -> int:
 
 @reordered
 def read_weights(first: int, n: int, weights: Floats, doubt: float, x: Floats, T: Tableau) -> int:
-    """The verdict that an optimum of zero means, and x in the units of W."""
+    """The verdict that an optimum of zero means, and x in the units of W.
+
+    1. Every first column has its own weight, in the units of W.
+    2. The basis adds its levels; an artificial variable in it means that the columns may lie in a hyperplane.
+    3. Sum 1; where that takes too large a number, the verdict is doubtful.
+    """
     full, total, scaled = True, 0.0, 0.0
-    for j in range(first):
+    for j in range(first):  # 1
         total += weights[j]
         x[j] = weights[j] * T.sizes[j]
         scaled += x[j]
     for j in range(first, n):
         x[j] = 0.0
-    for i in range(len(T.basis)):
+    for i in range(len(T.basis)):  # 2
         j = T.basis[i]
         if j >= n:
             full = False
@@ -291,7 +310,7 @@ def read_weights(first: int, n: int, weights: Floats, doubt: float, x: Floats, T
             total += more
             x[j] += more * T.sizes[j]
             scaled += more * T.sizes[j]
-    factor = 1.0 / scaled
+    factor = 1.0 / scaled  # 3
     for j in range(n):
         x[j] *= factor
     return SPANS if full and total <= 1.0 / doubt else DOUBTFUL
@@ -299,16 +318,20 @@ def read_weights(first: int, n: int, weights: Floats, doubt: float, x: Floats, T
 
 @reordered
 def has_full_rank(dimension: Dimension, n: int, T: Tableau) -> bool:
-    """Whether the normalised columns surely span the space: det(A A') is far from zero."""
+    """Whether the normalised columns surely span the space: det(A A') is far from zero.
+
+    1. The Gram matrix A A' of unit columns.
+    2. Its determinant as the product of pivots, each over the mean of the diagonal.
+    """
     m = len(dimension)
     G = np.empty((m, m))
-    for a in range(m):
+    for a in range(m):  # 1
         for b in range(a + 1):
             total = 0.0
             for j in range(n):
                 total += T.A[a, j] * T.A[b, j]
             G[a, b] = total
-    share, mean = 1.0, n / m
+    share, mean = 1.0, n / m  # 2
     for k in range(m):
         share *= G[k, k] / mean
         if not share > FULL_RANK:

@@ -17,6 +17,15 @@ from mafsil.trajectory.continuity import Continuity as Continuity
 from mafsil.trajectory.continuity import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
 from mafsil.trajectory.cubic_spline import cubic_through as cubic_through
+from mafsil.trajectory.difficulties import BranchChange as BranchChange
+from mafsil.trajectory.difficulties import FastStretch as FastStretch
+from mafsil.trajectory.difficulties import PathDiagnosis as PathDiagnosis
+from mafsil.trajectory.difficulties import PathReach as PathReach
+from mafsil.trajectory.difficulties import PathReachStatus as PathReachStatus
+from mafsil.trajectory.difficulties import PathStatus as PathStatus
+from mafsil.trajectory.difficulties import UnreachableStretch as UnreachableStretch
+from mafsil.trajectory.difficulties import diagnose_path as diagnose_path
+from mafsil.trajectory.difficulties import reachability as reachability
 from mafsil.trajectory.double_s import double_s as double_s
 from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
@@ -78,6 +87,9 @@ from mafsil.trajectory.polynomial import quintic as quintic
 from mafsil.trajectory.polynomial import rest as rest
 from mafsil.trajectory.polynomial_conditions import polynomial as polynomial
 from mafsil.trajectory.polynomial_conditions import septic as septic
+from mafsil.trajectory.profile_comparison import ProfileComparison as ProfileComparison
+from mafsil.trajectory.profile_comparison import ProfileRun as ProfileRun
+from mafsil.trajectory.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles import profiles as profiles
 from mafsil.trajectory.requirements import IsSmooth as IsSmooth
 from mafsil.trajectory.requirements import KeepsClear as KeepsClear

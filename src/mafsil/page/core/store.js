@@ -2,6 +2,7 @@
 
 import { ACTIONS, JOINS, joins } from "./actions.js";
 import { NO_LINK } from "./link.js";
+import { ScriptError } from "./script.js";
 import { firstState } from "./state.js";
 
 /**
@@ -21,7 +22,7 @@ export class Store {
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
     /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1, replay: null };
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
@@ -54,6 +55,30 @@ export class Store {
     this.open = gesture;
     this.shown.replay = null;
     this.link.put(this.entries.at(-1));
+    this.changed("state");
+  }
+
+  /**
+   * Begin anew and do all of this; where something cannot be done all is as before.
+   *
+   * @param {{action: Action, line: number}[]} script
+   */
+  replay(script) {
+    const { state, entries } = this;
+    Object.assign(this, { state: firstState(this.arm.settings), entries: [], open: false });
+    for (const { action, line } of script) {
+      const before = this.state;
+      try {
+        this.state = ACTIONS[action.do](before, action.with, this.arm);
+      } catch {
+        Object.assign(this, { state, entries });
+        throw new ScriptError("script_line", { line });
+      }
+      this.entries.push({ id: this.link.name(), action, before });
+    }
+    for (const { id } of entries) this.link.drop(id);
+    for (const entry of this.entries) this.link.put(entry);
+    this.shown.replay = null;
     this.changed("state");
   }
 
