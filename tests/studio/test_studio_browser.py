@@ -140,7 +140,10 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     write(first, "mass_error = 0.0", "mass_error = 0.2")
     run_job(first, 2)
     tapes = [Recording.load(studio.jobs.results / f"job-{k}" / "recording") for k in (1, 2)]
-    # 4. Both are replayed, the second as a ghost; the arm is where the recording says.
+    # 4. The last one is replayed from its card; then both, the second as a ghost: the arm is where the recording says.
+    first.ask("document.getElementById('view-recordings').open = false")
+    first.ask("document.querySelector('#job-outcome button').click()")
+    first.wait("mafsil.store.shown.replay?.first.number === 2")
     first.ask("mafsil.store.show({ chosen: [1, 2] })")
     first.wait("mafsil.store.shown.replay?.second && document.querySelector('#comparison p')")
     time = float(tapes[0].t[len(tapes[0].t) // 2])
@@ -168,6 +171,8 @@ def test_python_finds_configurations(studio: Studio, windows: tuple[Browser, Bro
     T = first.ask("Array.from(mafsil.store.arm.kernels.forward_kinematics(mafsil.store.state.q)[0])")
     first.click("#find")
     first.wait("document.querySelector('#configurations button')")
+    first.click("#language")
+    first.click("#language")
     rows = "document.querySelectorAll('#configurations button:not(:disabled)')"
     assert first.ask(f"{rows}.length") >= 1
     first.ask(f"{rows}[0].click()")

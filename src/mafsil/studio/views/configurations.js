@@ -25,8 +25,10 @@ view({
       }
       find.disabled = false;
     }
+    if (link.found) show(link.found);
 
     function show(found) {
+      link.found = found;
       said.replaceChildren(words.isolated(found.sentence));
       list.replaceChildren(...found.rows.map((row) => {
         const name = element("span", {}, words.isolated(row)), values = element("span", { class: "soft" }, element("bdi", { dir: "ltr" }, `(${row.q.map((value) => number(value, 2)).join(", ")})`));

@@ -56,7 +56,10 @@ view({
       bar.hidden = stop.hidden = !running;
       run.disabled = running || Boolean(link.heard.get("job")?.wrong);
       if (running) bar.value = now.share;
-      outcome.replaceChildren(...result(now, words, text, (number) => store.show({ chosen: [number, null] })));
+      outcome.replaceChildren(...result(now, words, text, (number) => {
+        document.getElementById("view-recordings").open = true;
+        store.show({ chosen: [number, null] });
+      }));
     }
     const update = () => {
       const job = link.heard.get("job"), state = link.heard.get("run");
