@@ -183,3 +183,132 @@ def test_stick_slip():
         ("peak_speed", "peak_speed"), ("first_motion_time_from_zero_error", "first_motion"),
     ):  # fmt: skip
         agree(getattr(cycle, name), expected[key], tol)
+
+
+@pytest.mark.capability("10-64")
+def test_sampled_force_control():
+    given, expected, tol = parts("force_pi_sampled_one_step_delay")
+    assert "Kfp e[k]" in given["model"]
+    assert given["characteristic"] == "z^2+(Kfp+Kfi dt-1) z-Kfp"
+    for one in expected["cases"]:
+        stability = one_joint.sampled_force_loop(one["Kfp"], one["Kfi_dt"])
+        agree(stability.spectral_radius, one["spectral_radius"], tol)
+        assert bool(stability) == one["stable"]
+        assert one["stable"] == (one["Kfp"] < 1 and 0 < one["Kfi_dt"] < 2 * (1 - one["Kfp"]))
+    assert expected["condition"] == "Kfp<1 and 0<Kfi dt<2(1-Kfp)"
+
+
+@pytest.mark.capability("10-65")
+def test_force_error_against_a_rigid_wall():
+    given, expected, tol = parts("force_pi")
+    assert given["quasi_static"]
+    assert given["F_e"] == "F_d - F_app"
+    loop = one_joint.ForceLoop.of(given["Kfp"], given["Kfi"])
+    agree(loop.time_constant, expected["time_constant"], tol)
+    error = loop.quasi_static_error([0.0, 0.15, 1e3], given["constant_wrench_disturbance"])
+    agree(error, [expected["F_e_at_0"], expected["F_e_at_0_15"], expected["F_e_inf"]], tol)
+
+
+@pytest.mark.capability("10-66")
+def test_runaway_without_contact():
+    given, expected, tol = parts("force_law_free_space_runaway")
+    loop = one_joint.ForceLoop.of(given["Kfp"], given["Kfi"], given["K_damp"])
+    speed = loop.free_speed(given["t"], given["F_d"], given["mass"], given["v0"])
+    agree(speed, [expected["speed_Kfi_10"], expected["speed_Kfi_0"]], tol)
+    assert expected["late_speed_Kfi_10"].endswith("m Kfi F_d/Kdamp^2")
+    agree(loop.late_speed([5.0], given["F_d"], given["mass"])[0], [expected["speed_Kfi_10"][2]], tol)
+
+
+@pytest.mark.capability("10-67", "10-4")
+def test_damping_environment():
+    given, expected, tol = parts("damper_env")
+    one, two = np.diag([1.0, 0.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
+    wanted = [given["F1"], given["V1"]]
+    choice = one_joint.choose(given["B_env"], one, two, wanted)
+    agree(choice.motion, [given["V1"], expected["V2"]], max(tol, 1e-15))
+    agree(choice.force, [given["F1"], expected["F2"]], max(tol, 1e-15))
+    assert bool(choice) == expected["specifiable"]["F1,V1"]
+    combination = one_joint.choose(given["B_env"], one, [[0.0, 0.0], [2.0, 1.0]], wanted)
+    assert bool(combination) == expected["specifiable"]["F1,2*V1+V2"]
+    diagonal = one_joint.choose(np.diag([2.0, 1.0]), one, two, wanted)
+    assert bool(diagonal) == expected["with_diagonal_B_env"]["F1,V1"]
+
+
+@pytest.mark.capability("10-76", "10-82")
+def test_impedance_and_admittance():
+    given, expected, tol = parts("impedance_admittance")
+    impedance = one_joint.Impedance.of(given["m"], given["b"], given["k"])
+    Z = impedance.at(given["omega"])
+    agree(np.stack([Z.real, Z.imag], axis=-1), expected["Z"], tol)
+    agree(np.abs(Z), expected["abs_Z"], tol)
+    Y = impedance.admittance([10.0])[0]
+    agree([Y.real, Y.imag], expected["Y_at_10"], tol)
+    agree(impedance.motion.natural_frequency, expected["omega_n"], tol)
+    agree(impedance.motion.damping_ratio, expected["zeta"], tol)
+    one = given["admittance"]
+    command = one_joint.Impedance.of(one["D"], one["B"], one["K"]).acceleration(one["F_ext"], one["X"], one["V"])
+    agree(command, expected["V_d_dot"], tol)
+
+
+@pytest.mark.capability("10-78", "10-79")
+def test_impedance_meets_a_wall():
+    given, expected, tol = parts("impedance_robot_meets_wall")
+    assert "-4000 x" in given["wall"]
+    impedance = one_joint.Impedance.of(given["D"], given["B"], given["K"])
+    contact = one_joint.meet_wall(impedance, given["X_ref"], 4000.0, given["x0"], given["v0"])
+    for key, name in (
+        ("contact_time", "contact_time"), ("contact_speed", "contact_speed"), ("peak_force", "peak_force"),
+        ("time_of_peak_force_after_contact", "time_of_peak"), ("release_after_contact", "release"),
+        ("rest_x", "rest_position"), ("rest_force", "rest_force"),
+    ):  # fmt: skip
+        agree(getattr(contact, name), expected[key], tol)
+    assert (contact.status is one_joint.WallStatus.LOST) == expected["first_contact_is_lost"]
+
+
+@pytest.mark.capability("10-82", "10-84", "10-97")
+def test_limits_of_admittance():
+    given, expected, tol = parts("admittance_stability_limits")
+    assert given["step_semi_implicit"].startswith("V+=")
+    assert given["step_explicit"].startswith("X+=")
+
+    def step(D, B=given["B"]):
+        impedance = one_joint.Impedance.of(D, B, given["total_stiffness_against_the_tip"])
+        return one_joint.AdmittanceStep.of(impedance, given["dt"])
+
+    assert expected["formula"] == "B dt/2 + K dt^2/4"
+    least = expected["smallest_virtual_mass_semi_implicit"]
+    agree(step(1.0).smallest_mass, least, tol)
+    assert step(1.0001 * least).semi_implicit()
+    assert not step(0.9999 * least).semi_implicit()
+    needed = expected["explicit_needs_B_above"]
+    assert bool(step(200.0, 1.01 * needed).explicit())
+    assert not step(200.0, 0.99 * needed).explicit()
+    assert bool(step(2.0).explicit()) == expected["explicit_stable_with_B_8_for_D_2"]
+    assert bool(step(1.0, 3.0).explicit()) == expected["explicit_stable_with_B_3_for_D_1"]
+    one = given["fed_to_10_31"]
+    fed = one_joint.AdmittanceStep.of(one_joint.Impedance.of(one["D"], one["B"], one["K"]), one["dt"])
+    rendered = fed.through_tracking(one["Kp"], one["Kd"])
+    agree(rendered.mass, expected["effective_D"], tol)
+    agree(rendered.damping, expected["effective_B"], tol)
+    command = fed.tracked_acceleration(one["Kp"], one["Kd"], one["F_ext"], one["X"], one["V"])
+    agree(command, expected["commanded_acceleration"], tol)
+
+
+@pytest.mark.capability("10-43", "10-45", "10-46", "10-47")
+def test_gears():
+    given, expected, tol = parts("gear_reflected_inertia_matching")
+    link, rotor = given["I_link"], given["I_motor"]
+    matching = float(one_joint.matching_ratio(link, rotor))
+    ratios = [matching if isinstance(G, str) else G for G in given["G"]]
+    gear = one_joint.Gear.of(ratios, rotor, given["efficiency"])
+    rows = {key: [row[key] for row in expected["rows"]] for key in expected["rows"][0]}
+    agree(gear.ratio, rows["G"], tol)
+    agree(gear.reflected_inertia, rows["reflected"], tol)
+    agree(gear.apparent_inertia(link), rows["apparent"], tol)
+    agree(100 * gear.motor_share(link), rows["motor_share_pct"], tol)
+    agree(gear.link_acceleration(link, given["motor_torque"]), rows["link_accel_for_motor_torque"], tol)
+    rise = gear.payload_sensitivity(link, given["payload_inertia"])
+    agree(100 * rise, rows["apparent_rise_pct_with_payload_0_4"], tol)
+    book = given["book_example"]
+    share = one_joint.Gear.of(book["G"], book["I_motor"]).motor_share(book["I_link"])
+    agree(100 * share, expected["book_motor_share_pct"], tol)

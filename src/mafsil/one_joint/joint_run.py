@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from math import exp
@@ -216,6 +216,11 @@ def run_sampled(
     return rows.recorded(out, h)
 
 
+def _listed(value: object) -> Sequence[ArrayLike]:
+    """The parts of a tuple or list; anything else is one part."""
+    return cast("Sequence[ArrayLike]", value if isinstance(value, tuple | list) else (value,))
+
+
 def _loops() -> Any:
     """The compiled loops: imported here because numba costs half a second."""
     return import_module("mafsil.one_joint.arm_loops")
@@ -252,10 +257,10 @@ class _Rows:
         """(rows, k, 3); a reference that all rows share is not copied."""
         if callable(wanted):
             require_function("reference", wanted, "function of times to theta_d, theta_d', theta_d''", 1)
-            found: Any = wanted(t)
-            if not isinstance(found, tuple) or len(cast("tuple[ArrayLike, ...]", found)) != 3:
-                raise InputError("one_joint.reference", got=type(found).__name__)
-            parts = [finite(f"reference[{k}]", part) for k, part in enumerate(cast("tuple[ArrayLike, ...]", found))]
+            found = tuple(_listed(wanted(t)))
+            if len(found) != 3:
+                raise InputError("one_joint.reference", got=f"{len(found)} values")
+            parts = [finite(f"reference[{k}]", part) for k, part in enumerate(found)]
         else:
             goal = finite("reference", wanted)[..., None]
             parts = [goal, np.zeros(1), np.zeros(1)]

@@ -149,6 +149,16 @@ class SecondOrder:
         w, zeta, e, v = self._with(e0, v0)
         return _response(w[..., None], zeta[..., None], e[..., None], v[..., None], time)
 
+    def state_at(self, t: ArrayLike, e0: ArrayLike = 1.0, v0: ArrayLike = 0.0) -> tuple[Floats, Floats]:
+        """Error and rate (*batch) of each row at its own time t >= 0 (*batch) [s]."""
+        w, zeta, e, v = self._with(e0, v0)
+        w, zeta, e, v, time = together(w=w, zeta=zeta, e0=e, v0=v, t=magnitude("t", t))
+        return _response(w, zeta, e, v, time)
+
+    def first_extremum(self, e0: ArrayLike = 1.0, v0: ArrayLike = 0.0) -> Floats:
+        """(*batch) first time [s] after the start at which the error stands still; infinite if it never does."""
+        return _first_extremum(*self._with(e0, v0))
+
     def opposite_peak(self, e0: ArrayLike = 1.0, v0: ArrayLike = 0.0) -> Floats:
         """(*batch) the largest error on the side opposite to e0 (an error >= 0): overshoot of any initial state.
 

@@ -1,0 +1,130 @@
+"""Gears: speeds, torques and losses in both directions, the motor's inertia at the link, the ratio that suits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats
+from mafsil.one_joint.arguments import above_zero, finite, magnitude, share, together
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Gear:
+    """A motor behind a reduction.
+
+    Attributes:
+        ratio: G (*batch), motor turns per link turn.
+        motor_inertia: I_m (*batch) of the rotor about its own axis [kg m^2].
+        efficiency: eta (*batch), share of the power that passes; 1 without loss.
+        motor_friction: b_m (*batch), viscous, on the motor's side [N m s/rad].
+    """
+
+    ratio: Floats
+    motor_inertia: Floats
+    efficiency: Floats
+    motor_friction: Floats
+
+    @classmethod
+    def of(
+        cls, ratio: ArrayLike, motor_inertia: ArrayLike = 0.0, efficiency: ArrayLike = 1.0,
+        motor_friction: ArrayLike = 0.0,
+    ) -> Gear:  # fmt: skip
+        """From its numbers, each a number or (*batch).
+
+        Raises:
+            InputError: a number out of its range, shapes that do not go together.
+        """
+        return cls(
+            *together(
+                ratio=above_zero("ratio", ratio),
+                motor_inertia=magnitude("motor_inertia", motor_inertia),
+                efficiency=share("efficiency", efficiency),
+                motor_friction=magnitude("motor_friction", motor_friction),
+            )
+        )
+
+    def link_speed(self, motor_speed: ArrayLike) -> Floats:
+        """(*batch) motor speed / G [rad/s]."""
+        return np.asarray(finite("motor_speed", motor_speed) / self.ratio)
+
+    def link_torque(self, motor_torque: ArrayLike, motor_speed: ArrayLike = 1.0) -> Floats:
+        """Torque at the link for a torque at the gear's motor side, without acceleration (*batch) [N m].
+
+        Losses have a direction: eta G tau when the motor drives (torque and speed of one sense, or at rest), and
+        G tau / eta when the link drives the motor. Power balances: P_out = eta P_in, or P_in = eta P_out.
+
+        Args:
+            motor_torque: (*batch) [N m].
+            motor_speed: (*batch) [rad/s].
+        """
+        tau, w = finite("motor_torque", motor_torque), finite("motor_speed", motor_speed)
+        driving = tau * w >= 0.0
+        return self.ratio * tau * np.where(driving, self.efficiency, 1.0 / self.efficiency)
+
+    @property
+    def reflected_inertia(self) -> Floats:
+        """(*batch) G^2 I_m [kg m^2]: what the rotor adds at the link."""
+        return self.ratio**2 * self.motor_inertia
+
+    @property
+    def reflected_friction(self) -> Floats:
+        """(*batch) G^2 b_m [N m s/rad]."""
+        return self.ratio**2 * self.motor_friction
+
+    def apparent_inertia(self, link_inertia: ArrayLike) -> Floats:
+        """(*batch) I_link + G^2 I_m [kg m^2]."""
+        return magnitude("link_inertia", link_inertia) + self.reflected_inertia
+
+    def motor_share(self, link_inertia: ArrayLike) -> Floats:
+        """(*batch) share of the torque that accelerates the rotor: G^2 I_m / (I_link + G^2 I_m)."""
+        return self.reflected_inertia / above_zero("apparent inertia", self.apparent_inertia(link_inertia))
+
+    def link_acceleration(self, link_inertia: ArrayLike, motor_torque: ArrayLike) -> Floats:
+        """(*batch) eta G tau / (I_link + G^2 I_m) of a motor that drives from rest [rad/s^2]."""
+        push = self.efficiency * self.ratio * finite("motor_torque", motor_torque)
+        return push / above_zero("apparent inertia", self.apparent_inertia(link_inertia))
+
+    def kinetic_energy(self, link_inertia: ArrayLike, link_speed: ArrayLike) -> Floats:
+        """(*batch) of link and rotor [J]."""
+        return 0.5 * self.apparent_inertia(link_inertia) * finite("link_speed", link_speed) ** 2
+
+    def payload_sensitivity(self, link_inertia: ArrayLike, payload_inertia: ArrayLike) -> Floats:
+        """(*batch) relative rise of the apparent inertia with a payload: small behind a high ratio."""
+        return magnitude("payload_inertia", payload_inertia) / above_zero(
+            "apparent inertia", self.apparent_inertia(link_inertia)
+        )
+
+
+def matching_ratio(link_inertia: ArrayLike, motor_inertia: ArrayLike) -> Floats:
+    """The ratio that accelerates the link most for a given motor torque: sqrt(I_link / I_m) (*batch).
+
+    Args:
+        link_inertia, motor_inertia: (*batch), above zero [kg m^2].
+    """
+    link, motor = together(
+        link_inertia=above_zero("link_inertia", link_inertia), motor_inertia=above_zero("motor_inertia", motor_inertia)
+    )
+    return np.sqrt(link / motor)
+
+
+def staged_efficiency(ratio: ArrayLike, stage_ratio: ArrayLike = 10.0, stage_efficiency: ArrayLike = 0.9) -> Floats:
+    """Efficiency of a reduction in equal stages: eta_stage^ceil(log G / log G_stage) (*batch).
+
+    A rule, no law of nature: losses grow with the number of stages.
+
+    Args:
+        ratio: G >= 1 (*batch).
+        stage_ratio: most of one stage, above 1.
+        stage_efficiency: of one stage.
+    """
+    G, stage, eta = together(
+        ratio=above_zero("ratio", ratio),
+        stage_ratio=above_zero("stage_ratio", stage_ratio),
+        stage_efficiency=share("stage_efficiency", stage_efficiency),
+    )
+    above_zero("stage_ratio - 1", stage - 1.0)
+    count = np.ceil(np.log(np.maximum(G, 1.0)) / np.log(stage) - 1e-12)
+    return eta**count

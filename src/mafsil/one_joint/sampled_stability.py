@@ -1,0 +1,149 @@
+"""Is the sampled loop stable? Its exact step matrix between readings, its spectral radius, the delay that it bears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.answer import Status
+from mafsil.arrays import Floats, whole
+from mafsil.errors import InputError
+from mafsil.one_joint.arguments import above_zero, magnitude, together
+from mafsil.one_joint.joint_arm import JointArm
+from mafsil.one_joint.joint_law import JointLaw, LawKind
+from mafsil.one_joint.row_answer import RowAnswer
+
+AT_LIMIT = 1e-9
+"""Distance of the spectral radius from 1 within which a loop counts as being at its limit."""
+
+
+class SampledStatus(Status):
+    """Whether a sampled loop forgets its errors."""
+
+    STABLE = ("one_joint.sampled_stable", True)
+    MARGINAL = ("one_joint.sampled_marginal", False)
+    UNSTABLE = ("one_joint.sampled_unstable", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SampledStability(RowAnswer):
+    """Whether all eigenvalues of the step matrix lie within the unit circle; true if they do, in every row.
+
+    Attributes:
+        verdict: (*batch) which of `statuses`.
+        spectral_radius: (*batch) factor by which errors grow in each period in the long run.
+    """
+
+    statuses: ClassVar[tuple[Status, ...]] = tuple(SampledStatus)
+    verdict: NDArray[np.int8]
+    spectral_radius: Floats
+
+    @classmethod
+    def of_matrix(cls, A: Floats) -> SampledStability:
+        """Of step matrices (*batch, n, n)."""
+        return cls.of_radius(np.asarray(np.abs(np.linalg.eigvals(A)).max(axis=-1), dtype=np.float64))
+
+    @classmethod
+    def of_radius(cls, radius: Floats) -> SampledStability:
+        """Of spectral radii (*batch)."""
+        verdict = np.where(radius < 1.0 - AT_LIMIT, 0, np.where(radius > 1.0 + AT_LIMIT, 2, 1)).astype(np.int8)
+        return cls(verdict, radius)
+
+
+def step_matrix(arm: JointArm, law: JointLaw, period: ArrayLike, delay: int = 0) -> Floats:
+    """The loop of the pseudo-code from reading to reading, exactly: (*batch, n, n), n = 4 + delay.
+
+    State: theta, theta', the last reading, the integral, and the torques under way. The plant between commands,
+    M theta'' + b theta' = tau with tau constant, is solved in closed form; set point zero, no gravity.
+
+    Args:
+        arm: its viscous friction counts.
+        law: feedback.
+        period: (*batch) [s].
+        delay: whole periods from a reading to its torque.
+
+    Raises:
+        InputError: a law that is not feedback alone, a number out of its range.
+    """
+    if law.kind is not LawKind.FEEDBACK:
+        raise InputError("input.choice", name="law.kind", value=law.kind.name, known=LawKind.FEEDBACK.name)
+    d = whole("delay", delay, most=2000)
+    M, b, kp, ki, kd, T = together(
+        inertia=arm.inertia, friction=arm.friction.viscous, kp=law.kp, ki=law.ki, kd=law.kd,
+        period=above_zero("period", period),
+    )  # fmt: skip
+    n = 4 + d
+    A = np.zeros((*M.shape, n, n))
+    # 1. theta after a period: theta + S theta' + P tau; theta': E theta' + Q tau.
+    E, S, Q, P = _held(M, b, T)
+    # 2. Torque of this reading: -(Kp + Ki T) theta + Ki I - Kd (theta - last) / T, with I the integral of -theta.
+    torque = np.zeros((*M.shape, n))
+    torque[..., 0], torque[..., 2], torque[..., 3] = -(kp + ki * T + kd / T), kd / T, ki
+    acting = torque if d == 0 else np.zeros_like(torque)
+    if d:
+        acting[..., 4] = 1.0
+    A[..., 0, 0], A[..., 0, 1] = 1.0, S
+    A[..., 1, 1] = E
+    A[..., 0, :] += P[..., None] * acting
+    A[..., 1, :] += Q[..., None] * acting
+    # 3. The last reading, the integral.
+    A[..., 2, 0] = 1.0
+    A[..., 3, 3], A[..., 3, 0] = 1.0, -T
+    # 4. Torques under way move up; the youngest is this one.
+    if d:
+        A[..., np.arange(4, n - 1), np.arange(5, n)] = 1.0
+        A[..., n - 1, :] = torque
+    return A
+
+
+def _held(M: Floats, b: Floats, T: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """With x = b T / M: e^-x, (1 - e^-x) M / b, (1 - e^-x) / b, (x - 1 + e^-x) M / b^2; series where x is small."""
+    x = b * T / M
+    small = x < 1e-3
+    safe = np.where(small, 1.0, x)
+    first = np.where(small, 1.0 - x / 2.0 + x * x / 6.0 - x**3 / 24.0 + x**4 / 120.0, -np.expm1(-safe) / safe)
+    second = np.where(small, 0.5 - x / 6.0 + x * x / 24.0 - x**3 / 120.0, (safe + np.expm1(-safe)) / (safe * safe))
+    return np.exp(-x), T * first, T / M * first, T * T / M * second
+
+
+def sampled_stability(arm: JointArm, law: JointLaw, period: ArrayLike, delay: int = 0) -> SampledStability:
+    """Stability of the loop of the pseudo-code with a delay of whole periods; arguments as of `step_matrix`."""
+    A = step_matrix(arm, law, period, delay)
+    if not law.ki.any():
+        # Without an integral its state feeds nothing: the eigenvalue 1 that it leaves is no motion of the joint.
+        kept = [k for k in range(A.shape[-1]) if k != 3]
+        A = A[..., kept, :][..., kept]
+    return SampledStability.of_matrix(A)
+
+
+def first_unstable_delay(arm: JointArm, law: JointLaw, period: float, most: int = 1000) -> int | None:
+    """The fewest periods of delay with which the loop is no longer stable; None if all up to `most` are stable.
+
+    Args:
+        arm, law: of one row.
+        period: [s].
+        most: delays that are looked at, one after the other.
+    """
+    for delay in range(whole("most", most, least=1, most=2000) + 1):
+        if not sampled_stability(arm, law, period, delay):
+            return delay
+    return None
+
+
+def sampled_force_loop(kfp: ArrayLike, kfi_period: ArrayLike) -> SampledStability:
+    """PI force control of a rigid contact, each force the answer to the last torque: z^2 + (Kfp + Kfi T - 1) z - Kfp.
+
+    Args:
+        kfp: proportional gain (*batch).
+        kfi_period: integral gain times period (*batch).
+
+    Returns:
+        Stable exactly for Kfp < 1 and 0 < Kfi T < 2 (1 - Kfp).
+    """
+    p, i = together(kfp=magnitude("kfp", kfp), kfi_period=magnitude("kfi_period", kfi_period))
+    A = np.zeros((*p.shape, 2, 2))
+    A[..., 0, 0], A[..., 0, 1], A[..., 1, 0] = 1.0 - p - i, p, 1.0
+    return SampledStability.of_matrix(A)
