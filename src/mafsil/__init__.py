@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mafsil import geometry as geometry
     from mafsil import grasp as grasp
     from mafsil import ik as ik
+    from mafsil import mobility as mobility
     from mafsil import performance as performance
     from mafsil import trajectory as trajectory
     from mafsil.errors import FileError as FileError
@@ -81,6 +82,7 @@ _HOME_OF = {
     "geometry": "mafsil.geometry",
     "ik": "mafsil.ik",
     "library": "mafsil.model.library",
+    "mobility": "mafsil.mobility",
     "performance": "mafsil.performance",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-TOLD = {"id", "section", "slide", "op", "what", "how", "note", "name", "tol"}
+TOLD = {"id", "section", "slide", "source", "op", "what", "how", "note", "name", "tol"}
 """Keys that tell about a case and state nothing to be checked."""
 
 

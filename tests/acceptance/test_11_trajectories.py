@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mafsil as mf
 from mafsil.geometry import rotation
+from mafsil.model import Limits
 from mafsil.trajectory import (
     BlendStatus,
     CartesianPath,
@@ -15,8 +18,10 @@ from mafsil.trajectory import (
     cubic_through,
     first_leg,
     last_leg,
+    line_path,
     linear_blends,
     quintic,
+    reachability,
     time_law,
     trapezoid,
     via_rates,
@@ -25,8 +30,6 @@ from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("11-trajectories.json", "11-more.json")
 NOT_YET = {
-    "cartesian_unreachable_middle",
-    "cartesian_branch_change",
     "orientation_interpolation",
     "orientation_short_and_long_turn",
     "orientation_three_readings",
@@ -294,6 +297,53 @@ def test_orientation_turns_about_one_axis():
         agree(case, np.degrees(path.angle), expected["angle_deg"])
         agree(case, path.twists(0.0)[0][:3] / path.angle, expected["axis"])
         agree(case, path.poses(case["input"]["s"])[:3, :3], expected["R_mid_axis"])
+
+
+def bounded(robot, lower, upper):
+    """The same arm with limits of its joints."""
+    ends = iter(zip(lower, upper, strict=True))
+    joints = [replace(joint, limits=Limits(*next(ends))) if joint.moves else joint for joint in robot.mechanism.joints]
+    return mf.Robot(replace(robot.mechanism, joints=tuple(joints)))
+
+
+def planar_line(a, b):
+    ends = np.eye(4)[None].repeat(2, axis=0)
+    ends[:, :2, 3] = a, b
+    return line_path(*ends)
+
+
+@pytest.mark.capability("11-10")
+def test_cartesian_unreachable_middle():
+    case = CASES["cartesian_unreachable_middle"]
+    assert case["input"]["robot"] == "2R L1=1 L2=0.5"
+    path = planar_line(case["input"]["A"], case["input"]["B"])
+    answer = reachability(planar_arm(1.0, 0.5), path, task="position")
+    assert not answer
+    assert answer.unreachable
+    agree(case, answer.unreachable, [case["expected"]["unreachable_s_open_interval"]])
+
+
+@pytest.mark.capability("11-12")
+def test_cartesian_branch_change():
+    case, expected = CASES["cartesian_branch_change"], CASES["cartesian_branch_change"]["expected"]
+    assert case["input"]["robot"] == "2R L1=L2=1, |theta1|<=70 deg"
+    limit = np.radians(70)
+    robot = bounded(planar_arm(1.0, 1.0), [-limit, -np.pi], [limit, np.pi])
+    path = planar_line(case["input"]["A"], case["input"]["B"])
+    ends = mf.ik.inverse_kinematics(robot, path.poses([0.0, 1.0]), task="position").q
+    rows = {"theta2>0": int(ends[0, :, 1].argmax()), "theta2<0": int(ends[0, :, 1].argmin())}
+    for name, row in rows.items():
+        agree(case, np.degrees(ends[0, row, 0]), expected["theta1_deg_at_A"][name])
+        agree(case, np.degrees(ends[1, row, 0]), expected["theta1_deg_at_B"][name])
+    answer = reachability(robot, path, task="position")
+    ((first, last),) = answer.branches[rows["theta2>0"]]
+    agree(case, path.poses(first)[1, 3], expected["theta2_positive_feasible_for_y_at_least"])
+    assert last == 1.0
+    ((first, last),) = answer.branches[rows["theta2<0"]]
+    agree(case, path.poses(last)[1, 3], expected["theta2_negative_feasible_for_y_at_most"])
+    assert first == 0.0
+    assert bool(answer.covering) is expected["single_branch_whole_line"]
+    assert bool(answer) is expected["every_point_reachable"]
 
 
 def test_every_key_of_every_case_is_read(capsys):

@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "docs" / "site"))
 formulas = importlib.import_module("formulas")
+pytestmark = pytest.mark.timeout(1200)  # the whole site is built: two minutes of a processor
 
 
 @pytest.fixture(scope="module")

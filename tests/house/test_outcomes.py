@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil import derivation, grasp, ik, performance
+from mafsil import derivation, grasp, ik, mobility, performance
 from mafsil.answer import Answer
 from mafsil.grasp.closure_methods import closure_by_all_methods
 
 FACES = (
     "mafsil", "mafsil.control", "mafsil.derivation", "mafsil.geometry", "mafsil.grasp", "mafsil.identification",
-    "mafsil.ik", "mafsil.model", "mafsil.model.lint", "mafsil.performance", "mafsil.simulation", "mafsil.solvers",
+    "mafsil.ik", "mafsil.mobility", "mafsil.model", "mafsil.model.lint", "mafsil.performance", "mafsil.simulation",
+    "mafsil.solvers",
     "mafsil.trajectory", "mafsil.verification", "mafsil.job",
 )  # fmt: skip
 """Packages whose names are public."""
@@ -142,6 +143,16 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "solutions": (lambda: mf.inverse_kinematics(ARM, T), True),
     "no solutions": (lambda: mf.inverse_kinematics(ARM, FAR), False),
     "all solutions": (lambda: mf.inverse_kinematics(ARM, np.stack([T] * 40)), True),
+    "mobility": (lambda: mf.mobility("delta"), True),
+    "mobility of loops": (lambda: mf.mobility("peaucellier"), True),
+    "structure of bars": (lambda: mf.mobility("truss"), False),
+    "redundancy": (lambda: mobility.redundancy(mobility.library.peaucellier()), True),
+    "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
+    "curve": (lambda: mobility.trace(mobility.library.four_bar()), True),
+    "four-bar": (lambda: mobility.FourBar(2, 4, 3.5, 4.5).positions([0.1, 0.2]), True),
+    "integrability": (lambda: mobility.Coin(0.1).constraints.integrability, False),
+    "points": (lambda: mobility.count_points([[0, 0], [1, 0], [0, 1]]), True),
+    "polygon": (lambda: mobility.polygon_space([1, 1, 5]), False),
     "seven joints": (lambda: mf.inverse_kinematics(IIWA, IIWA.forward_kinematics(Q7)), True),
 }  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -212,7 +213,7 @@ def test_numbers_that_are_shown_are_those_of_python(browser: Browser, pages: Pat
 def test_a_typed_pose_is_reached(browser: Browser, pages: Path) -> None:
     browser.load(pages / "ur5e.html")
     browser.click("#view-pose summary")
-    settle(browser)
+    browser.wait("document.querySelectorAll('#view-pose input')[2].value")
     z = float(browser.ask("document.querySelectorAll('#view-pose input')[2].value"))
     enter(browser, "#view-pose input", 2, z - 0.05)
     assert state(browser)["status"] == "solved"
@@ -342,3 +343,98 @@ def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
     assert shown == pytest.approx(mf.load("panda").forward_kinematics(state(browser)["q"])[2, 3], abs=6e-5)
     browser.click("#language")
     assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"
+
+
+def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
+    """Joints over time are kept while the loop is closed and the card is open, and drawn in their colours."""
+    browser.load(pages / "ur5e.html")
+    browser.ask("document.getElementById('view-plot').open = true")
+    browser.ask("document.getElementById('loop').click(); mafsil.store.do('push', {wrench: [0, 0, 0, 0, 30, 10]})")
+    browser.wait("mafsil.history.length > 12")
+    browser.ask("document.getElementById('plot-values').click()")
+    settle(browser)
+    seen = browser.ask(
+        "(() => { const c = document.querySelector('.plot');"
+        " const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        " return new Set(new Uint32Array(pixels.buffer)).size; })()"
+    )
+    assert seen > 20
+    kept = browser.ask("[mafsil.history.at(0, 0), mafsil.history.at(mafsil.history.length - 1, 0)]")
+    assert kept[1] > kept[0]
+    browser.ask("document.getElementById('loop').click()")
+    settle(browser)
+    assert browser.ask("mafsil.history.length") == 0
+
+
+def test_names_of_ghosts_stay_in_the_picture_of_a_phone(browser: Browser, pages: Path) -> None:
+    """Where names would hide the arm, numbers stand; those of the list, with the name as label."""
+    browser.resize(390, 800, phone=True)
+    browser.load(pages / "ur5e.html")
+    for _ in range(2):
+        settle(browser)
+        labels = browser.ask(
+            "[...document.querySelectorAll('#labels button:not([hidden])')].map(e => {"
+            " const b = e.getBoundingClientRect(),"
+            " s = document.getElementById('stage').getBoundingClientRect(); return [e.textContent, e.ariaLabel,"
+            " b.left >= s.left && b.right <= s.right && b.top >= s.top && b.bottom <= s.bottom]; })"
+        )
+        assert labels
+        assert all(text.isdigit() and len(name) > 3 and inside for text, name, inside in labels), labels
+        browser.click("#language")
+
+
+def opened(browser: Browser, text: str) -> str:
+    """Choose a file with this text; what the page says then."""
+    browser.ask(
+        "(text => { const carried = new DataTransfer(), input = document.getElementById('script');"
+        " carried.items.add(new File([text], 'script.py')); input.files = carried.files;"
+        " document.querySelector('#view-code [role=status]').textContent = '';"
+        f" input.dispatchEvent(new Event('change')); }})({json.dumps(text)})"
+    )
+    said = "document.querySelector('#view-code [role=status]').textContent"
+    browser.wait(said)
+    return browser.ask(said)
+
+
+def test_a_script_opens_in_the_page(browser: Browser, pages: Path) -> None:
+    """What Python did the page does again, to the last bit; what it does not understand leaves all as it was."""
+    lines = [
+        "arm.set_joint(joint=3, value=-1.2)", "arm.choose(branch=2)",
+        "arm.search(position=[0.4, 0.2, 0.5], quaternion=[0, 1, 0, 0])", "arm.loop(closed=True)",
+        "arm.push(wrench=[0, 0, 0, 0, 20, 0])", "arm.simulate(ticks=250)",
+    ]  # fmt: skip
+    text = "from mafsil.page import Session\n\narm = Session('panda')\n" + "\n".join(lines)
+    scope: dict[str, Any] = {}
+    exec(text, scope)
+    browser.load(pages / "panda.html")
+    slide(browser, 1, 0.1)
+    assert opened(browser, text).startswith("opened: 6")
+    end = state(browser)
+    assert np.array(end["q"], dtype=np.float64).tobytes() == scope["arm"].q.tobytes()
+    settle(browser)
+    shown = browser.ask("document.getElementById('journal').textContent").splitlines()
+    assert [line.split("(")[0] for line in shown[3:]] == [line.split("(")[0] for line in lines]
+    for bad in ("arm.set_joint(joint=9, value=0)", "arm.push(wrench=[1])", "arm.set_joint(-1, 0)", "import os"):
+        assert opened(browser, text + "\n" + bad).startswith("line 10 ")
+        assert state(browser) == end
+    assert "'ur5e'" in opened(browser, text.replace("panda", "ur5e"))
+
+
+def test_a_changed_table_draws_its_arm(browser: Browser, pages: Path) -> None:
+    """An edited row: the new arm's skeleton, its distance, its Python; back to the arm that is."""
+    browser.load(pages / "panda.html")
+    browser.ask("document.getElementById('view-dh').open = true")
+    browser.wait("document.querySelector('#view-dh input').value")
+    before = browser.ask("mafsil.stage.items().length")
+    enter(browser, "#view-dh input", 4 * 2 + 2, 0.5)
+    browser.wait("document.getElementById('dh-code').textContent")
+    assert browser.ask("mafsil.stage.items().length") > before + 20
+    scope: dict[str, Any] = {}
+    exec(browser.ask("document.getElementById('dh-code').textContent"), scope)
+    q = state(browser)["q"]
+    tips = [robot.forward_kinematics(q)[:3, 3] for robot in (mf.load("panda"), scope["robot"])]
+    shown = float(browser.ask("document.querySelector('#view-dh p bdi').textContent").split()[0])
+    assert shown == pytest.approx(np.linalg.norm(tips[0] - tips[1]), abs=6e-5)
+    assert shown > 0.1
+    browser.click("#dh-back")
+    assert browser.ask("mafsil.stage.items().length") == before

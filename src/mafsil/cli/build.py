@@ -55,6 +55,8 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     path = mf.trajectory.JointPath.through([q, q + 0.1])
     slow = mf.trajectory.MotionLimits.of(7, velocity=1.0, acceleration=1.0)
     yield "time_optimal", lambda: mf.trajectory.time_optimal(path, slow)
+    linkage = mf.mobility.library.four_bar()
+    yield "mobilities", lambda: mf.mobility.mobilities(linkage, np.zeros(4))
     weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)
     yield "time_optimal_effort", lambda: mf.trajectory.time_optimal(path, weak, robot=panda)
 

@@ -72,6 +72,7 @@ def _run(words: list[str]) -> int:
     _choose_language(words)
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
+    from mafsil.cli.robot_name import known_name
     from mafsil.cli.standard_input import as_files
     from mafsil.cli.words import ordered
 
@@ -88,7 +89,7 @@ def _run(words: list[str]) -> int:
         grammar.print_help()
         return DONE
     if "robot" in given:
-        given["robot"] = _known_name(given["robot"])
+        given["robot"] = known_name(given["robot"])
     with as_files(operation(name), given) as arguments:
         if "robot" in arguments:
             from mafsil.cli.equipment import equipped
@@ -97,14 +98,6 @@ def _run(words: list[str]) -> int:
         answer = operation(name)(**arguments)
     _print(answer, as_json=bool(as_json))
     return DONE if answer.refusal is None else FAILED
-
-
-def _known_name(robot: str) -> str:
-    """The name of the library in its own letters: PANDA is the panda, unless there is a file of that name."""
-    from mafsil.model import library
-
-    small = robot.lower()
-    return small if small in library.names() and not os.path.lexists(robot) else robot
 
 
 def _notices(words: list[str]) -> AbstractContextManager[None]:

@@ -27,6 +27,8 @@ UNEQUIPPED = ("lint",)
 """Commands that look at the file of a robot as it is."""
 _Q = Parameter("q", "angle", positional=True, many=True, metavar="Q")
 
+_TRAJECTORY_ACTIONS = ("check", "doctor", "compare", "export")
+
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "run",
@@ -34,6 +36,11 @@ OPERATIONS: tuple[Operation, ...] = (
         (Parameter("job", "path", positional=True, required=True, reads=True), *_RUNS, Parameter("dry_run", "flag")),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
+    Operation(
+        "studio",
+        "mafsil.cli.studio:studio",
+        (Parameter("what", "text", positional=True, many=True), Parameter("port", "count"), Parameter("open", "flag")),
+    ),
     Operation("list", "mafsil.cli.library_list:robots"),
     Operation(
         "show",
@@ -163,6 +170,19 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "mobility",
+        "mafsil.cli.mobility:mobility_of",
+        (
+            Parameter("mechanism", "path", positional=True, required=True, reads=True),
+            Parameter("q", "angle", many=True, metavar="Q"),
+            Parameter("rule", "text", choices=("planar", "spherical", "spatial")),
+            Parameter("locked_joints", "text", many=True, metavar="JOINT"),
+            Parameter("actuated", "text", many=True, metavar="JOINT"),
+            Parameter("subsets", "count"),
+            Parameter("picture", "path"),
+        ),
+    ),
+    Operation(
         "grasp",
         "mafsil.cli.grasp:grasp",
         (
@@ -232,11 +252,13 @@ OPERATIONS: tuple[Operation, ...] = (
         "trajectory",
         "mafsil.cli.trajectory:trajectory",
         (
-            Parameter("action", "text", positional=True, required=True, choices=("check", "doctor", "export")),
+            Parameter("action", "text", positional=True, required=True, choices=_TRAJECTORY_ACTIONS),
             _ROBOT,
             Parameter("file", "path", positional=True, required=True, reads=True, endings=(".csv",)),
             Parameter("out", "path"),
             Parameter("rate", "number"),
+            Parameter("acceleration", "number"),
+            Parameter("jerk", "number"),
             Parameter("curve", "text", choices=("spline", "stops")),
             Parameter("remedy", "text", choices=("slower", "slower_leg", "stop", "leave_out")),
             _TIP,

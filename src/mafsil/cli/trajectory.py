@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.numerals import number
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.robot import Robot, load
-from mafsil.trajectory import TrajectoryFile, check, doctor, export, read
+from mafsil.trajectory import MotionLimits, TrajectoryFile, check, compare_profiles, doctor, export, read
 from mafsil.trajectory.files.csv_file import joint_names
 from mafsil.trajectory.overview import overview
 
@@ -27,6 +28,8 @@ def trajectory(
     file: str,
     out: str | None,
     rate: str | None,
+    acceleration: str | None,
+    jerk: str | None,
     curve: str | None,
     remedy: str | None,
     tip: str | None,
@@ -34,18 +37,25 @@ def trajectory(
     """One of the actions of the command.
 
     Args:
-        action: `check`, `doctor` or `export`.
+        action: `check`, `doctor`, `compare` or `export`.
         robot: name or file, whose limits count.
         file: CSV with a column of times and one for each joint.
-        out: file to be written; of `export` its ending says the format.
+        out: file to be written; of `export` its ending says the format, of `compare` it is a picture.
         rate: points per second, as typed [Hz].
+        acceleration, jerk: of `compare`, limits of joints that have none, as typed [rad/s^2 | m/s^2, rad/s^3 | m/s^3].
         curve, remedy: of `doctor`: the curve through the points, and the kind of change that is applied.
         tip: another tip link.
 
     Raises:
         MafsilError: no such robot or file, a column for another joint, an option that the action does not have.
     """
-    for name, value, owner in (("--curve", curve, "doctor"), ("--remedy", remedy, "doctor")):
+    owners = (
+        ("--curve", curve, "doctor"),
+        ("--remedy", remedy, "doctor"),
+        ("--acceleration", acceleration, "compare"),
+        ("--jerk", jerk, "compare"),
+    )
+    for name, value, owner in owners:
         if value is not None and action != owner:
             raise InputError("cli.trajectory_option", option=name, action=action, owner=owner)
     arm = load(robot, tip=tip)
@@ -53,6 +63,7 @@ def trajectory(
     actions: dict[str, Callable[[], Answer]] = {
         "check": lambda: _check(arm, file),
         "doctor": lambda: _doctor(arm, file, curve, remedy, out, points),
+        "compare": lambda: _compare(arm, file, acceleration, jerk, out),
         "export": lambda: _export(arm, file, out, points),
     }
     return actions[action]()
@@ -67,6 +78,36 @@ def _check(arm: Robot, file: str) -> Answer:
     if verdict:
         return Answer(data, (*lines, verdict.explain()))
     return Answer(data, lines, verdict.explain())
+
+
+def _compare(arm: Robot, file: str, acceleration: str | None, jerk: str | None, out: str | None) -> Answer:
+    """Every profile through the points of a file; a picture of them."""
+    table = read_csv_table(file, fewest=2)
+    columns = table.joint_columns("q", _joints(arm, file), required=True) or []
+    own = MotionLimits.of_joints(arm.limits)
+    given = {
+        "acceleration": own.acceleration if acceleration is None else number("--acceleration", acceleration),
+        "jerk": own.jerk if jerk is None else number("--jerk", jerk),
+    }
+    bounds = {name: _where_known(getattr(own, name), value) for name, value in given.items()}
+    limits = MotionLimits.of(arm.n, velocity=tuple(own.velocity), **bounds)
+    found = compare_profiles(table.numbers(columns), limits, robot=arm)
+    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
+    if out is not None:
+        from mafsil.figures import save_profiles
+
+        save_profiles(found, out)
+        data["picture"] = out
+    first, *rows = found.explain().split("\n")
+    lines = tuple(Laid(row) for row in rows)
+    return Answer(data, (first, *lines)) if found else Answer(data, lines, first)
+
+
+def _where_known(own: Floats, other: Floats | float) -> tuple[Floats, Floats]:
+    """Lower and upper limits: a joint's own, or the other where it has none."""
+    both = np.broadcast_to(other, own.shape) if isinstance(other, np.ndarray) else np.array([[-other], [other]])
+    lower, upper = np.where(np.isfinite(own), own, both)
+    return lower, upper
 
 
 def _doctor(arm: Robot, file: str, curve: str | None, remedy: str | None, out: str | None, rate: float) -> Answer:

@@ -18,6 +18,7 @@ from mafsil.figures.moving_body import save_space_velocity as save_space_velocit
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
 from mafsil.figures.pole import save_pole as save_pole
+from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
 from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws

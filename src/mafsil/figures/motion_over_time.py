@@ -51,7 +51,7 @@ def save_trajectory(
     bounds = None if limits is None else motion_limits(limits, trajectory.n)
     figure = sheet(6.4, 7.2)
     panels: Any = figure.subplots(4, 1, sharex=True)
-    t = _times(trajectory)
+    t = sample_times(trajectory)
     for order, (axes, (word, quantity)) in enumerate(zip(panels, ROWS, strict=True)):
         values = derivative(trajectory, t, order)
         for k, label in enumerate(labels):
@@ -67,8 +67,12 @@ def save_trajectory(
     save(figure, file)
 
 
-def _times(trajectory: Trajectory) -> Floats:
-    """Even times, and both sides of every break, where derivatives jump."""
+def sample_times(trajectory: Trajectory) -> Floats:
+    """Even times, and both sides of every break, where derivatives jump.
+
+    Args:
+        trajectory: any.
+    """
     breaks = trajectory.breaks()
     even = np.linspace(0.0, trajectory.duration, SAMPLES)
     return np.unique(np.concatenate([even, breaks, np.nextafter(breaks[1:], 0.0)]))

@@ -31,7 +31,7 @@ def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
         "lang": content["language"],
         "dir": direction(content["language"]),
         "title": attribute(content["robot"]["name"]),
-        "policy": policy(style, script, computes=True),
+        "policy": policy(style, script, computes=True, connects="studio" in content),
         "style": style,
         "script": script,
         "data": embedded(content),

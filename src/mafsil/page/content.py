@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,13 +26,14 @@ CODES = 27
 """Codes of branches: three signs."""
 
 
-def content(arm: Arm, language: str, python: str) -> dict[str, Any]:
+def content(arm: Arm, language: str, python: str, areas: Sequence[str] = ("page",)) -> dict[str, Any]:
     """The data of a page.
 
     Args:
         arm: what it computes with.
         language: in which it opens.
         python: expression of the robot, for the journal's script.
+        areas: of the catalogue whose sentences it carries; no key stands in two of them.
 
     Raises:
         KernelError: LLVM refuses a kernel.
@@ -42,7 +43,9 @@ def content(arm: Arm, language: str, python: str) -> dict[str, Any]:
     joints = robot.mechanism.coordinates
     return {
         "language": language,
-        "languages": {code: {"direction": direction(code), "sentences": dict(_sentences(code))} for code in LANGUAGES},
+        "languages": {
+            code: {"direction": direction(code), "sentences": dict(_sentences(code, areas))} for code in LANGUAGES
+        },
         "robot": {
             "name": visible(robot.name),
             "python": python,
@@ -52,7 +55,7 @@ def content(arm: Arm, language: str, python: str) -> dict[str, Any]:
         "settings": arm.settings,
         "kernels": {"layout": dict(module.layout), "code": _compressed(module.code)},
         "branches": _branches(arm),
-        "dh": _dh_table(arm),
+        "dh": dh_table(arm),
         "scene": _scene(arm),
     }
 
@@ -61,10 +64,10 @@ def _compressed(code: bytes) -> str:
     return base64.b64encode(gzip.compress(code, 9, mtime=0)).decode("ascii")
 
 
-def _sentences(code: str) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     """Every sentence of the page, cut by the package's one function into words and what keeps its own direction."""
-    for name in sorted(keys(code, "page")):
-        text = template(f"page.{name}", code)
+    for area, name in sorted((one, name) for one in areas for name in keys(code, one)):
+        text = template(f"{area}.{name}", code)
         pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
         yield name, [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
 
@@ -78,8 +81,8 @@ def _branches(arm: Arm) -> dict[str, Any] | None:
     return {"rows": pattern.branches, **names}
 
 
-def _dh_table(arm: Arm) -> dict[str, Any] | None:
-    """The table in the modified convention; None for chains that have none."""
+def dh_table(arm: Arm) -> dict[str, Any] | None:
+    """The table of an arm in the modified convention; None for chains that have none."""
     mechanism = arm.robot.mechanism
     try:
         found = dh_from_mechanism(mechanism)
@@ -98,7 +101,7 @@ def _dh_table(arm: Arm) -> dict[str, Any] | None:
         }
         for row, place in zip(found.rows, arm.places, strict=True)
     ]
-    return {"base": found.base.ravel().tolist(), "rows": rows}
+    return {"base": found.base.ravel().tolist(), "tool": found.tool.ravel().tolist(), "rows": rows}
 
 
 def _scene(arm: Arm) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 // The page: kernels are unpacked, views mounted on one store, and drawn at most once a frame.
 
 import { bytes, loadKernels } from "./core/kernels.js";
+import { ServerLink, serverTransport } from "./core/link.js";
 import { Store } from "./core/store.js";
 import { VIEWS } from "./core/views.js";
 import { Words } from "./core/words.js";
@@ -20,6 +21,7 @@ class App {
     this.data = data;
     this.words = new Words(data.languages, data.language);
     this.store = new Store({ settings: data.settings, kernels });
+    this.link = data.studio ? new ServerLink(this.store, data.actions, serverTransport(), crypto.randomUUID().slice(0, 8)) : null;
     this.playing = false;
     this.last = 0;
     this.waiting = false;

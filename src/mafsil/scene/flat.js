@@ -1,6 +1,7 @@
 // Drawing without WebGL: every body is the hull of its projected corners, the far ones first.
 
 const MOST_CORNERS = 90;
+const GRID = 2; // times the scene's size that the floor reaches to each side
 
 export class FlatRenderer {
   constructor(canvas) {
@@ -16,16 +17,18 @@ export class FlatRenderer {
     return { corners };
   }
 
-  /** One picture; items as for `Renderer.render`, the camera in view.camera. */
-  render(items, { camera }) {
+  /** One picture; items and view as for `Renderer.render`, the camera in view.camera. Ghosts lie behind the others. */
+  render(items, view) {
+    const { camera } = view;
     const { canvas, context } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
     const { width, height } = this.shown ?? { width: canvas.clientWidth, height: canvas.clientHeight };
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.lineJoin = "round";
+    if (view.ground) this.grid(view, width, height);
     const drawn = items.filter((item) => !item.floor).map((item) => outline(item, camera, width, height));
-    drawn.sort((a, b) => b.depth - a.depth);
+    drawn.sort((a, b) => Number(b.ghost) - Number(a.ghost) || b.depth - a.depth);
     for (const { points, colour } of drawn) {
       context.beginPath();
       points.forEach(({ x, y }, k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
@@ -37,11 +40,32 @@ export class FlatRenderer {
       context.stroke();
     }
   }
+
+  /** Lines of the floor about the scene, in front of the eye. */
+  grid({ camera, ground, pitch, lines, centre, size, eye, target }, width, height) {
+    const { context } = this, z = ground.model[14], reach = Math.ceil((GRID * size) / pitch);
+    const near = 0.05 * size, ahead = target.map((x, k) => x - eye[k]), long = Math.hypot(...ahead);
+    const depth = (p) => p.reduce((sum, x, k) => sum + (x - eye[k]) * ahead[k], 0) / long;
+    const [x0, y0] = centre.slice(0, 2).map((x) => Math.round(x / pitch) * pitch);
+    context.strokeStyle = `rgb(${lines.slice(0, 3).map((part) => Math.round(255 * part)).join(" ")})`;
+    context.lineWidth = 1;
+    context.beginPath();
+    for (let k = -reach; k <= reach; k++) for (const across of [false, true]) {
+      const ends = [-reach, reach].map((s) => (across ? [x0 + s * pitch, y0 + k * pitch, z] : [x0 + k * pitch, y0 + s * pitch, z]));
+      const [a, b] = ends.map(depth);
+      if (Math.max(a, b) < near) continue;
+      const cut = (from, to, d, e) => (d >= near ? from : from.map((x, i) => x + ((to[i] - x) * (near - d)) / (e - d)));
+      const [p, q] = [cut(ends[0], ends[1], a, b), cut(ends[1], ends[0], b, a)].map((point) => camera.project(point, width, height));
+      context.moveTo(p.x, p.y);
+      context.lineTo(q.x, q.y);
+    }
+    context.stroke();
+  }
 }
 
-function outline({ mesh, model: m, colour }, camera, width, height) {
+function outline({ mesh, model: m, colour, ghost = false }, camera, width, height) {
   const points = mesh.corners.map(([x, y, z]) => camera.project([0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r]), width, height));
-  return { points: hull(points), colour, depth: points.reduce((sum, point) => sum + point.depth, 0) / points.length };
+  return { points: hull(points), colour, ghost, depth: points.reduce((sum, point) => sum + point.depth, 0) / points.length };
 }
 
 /** Convex hull of points in the plane. Reference: Andrew, Another efficient algorithm for convex hulls, 1979. */

@@ -17,15 +17,17 @@ def embedded(data: Mapping[str, Any]) -> str:
     )
 
 
-def policy(style: str, script: str, *, computes: bool = False) -> str:
+def policy(style: str, script: str, *, computes: bool = False, connects: bool = False) -> str:
     """Content security policy: only this very style and script, nothing from anywhere.
 
     Args:
         style, script: the texts that stand in the page.
         computes: the script compiles WebAssembly that it carries.
+        connects: the script may speak with the server that the page came from.
     """
     compiling = " 'wasm-unsafe-eval'" if computes else ""
     allowed = f"style-src '{_digest(style)}'; script-src '{_digest(script)}'{compiling}"
+    allowed += "; connect-src 'self'" if connects else ""
     return f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'"
 
 

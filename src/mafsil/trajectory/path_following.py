@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, frozen
+from mafsil.arrays import Floats, JointVector
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.path_task import PathTask, path_error, path_rates
@@ -21,6 +21,9 @@ FEWEST_PIECES, MOST_PIECES = 16, 1024
 
 PLACING_PIECES = 256
 """Knots that place the end of a path that cannot be followed to its end."""
+
+Knot = tuple[JointVector, Floats, Floats]
+"""Coordinates, q' and q'' at an end of a piece."""
 
 Followed = Outcome[PiecewisePolynomial | None]
 
@@ -39,13 +42,12 @@ def follow(
     """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
 
     q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
-    between the knots. The knots are doubled until the frame keeps to the path between them. Where the path's curvature
-    or direction jumps there is a knot, and the joints' jump with it.
+    between the knots. Breaks of the path are knots, others are doubled until the frame keeps to the path between them.
 
     Args:
         robot: whose tip or `frame` moves.
-        path: of the frame, such as `line_path`, `arc_path`, `spline_path` and `joined_path` make; its start is the
-            frame's pose at q_start.
+        path: of the frame: a line, an arc, a screw motion, a spline, or several joined; its start is the frame's pose
+            at q_start. At corners the rates jump.
         q_start: (n,) [rad | m].
         frame: name of a link; the tip if None.
         tolerance: largest deviation from the path [m, rad].
@@ -87,35 +89,42 @@ class _Tracker:
     slack: float
 
     def march(self, q_start: JointVector, pieces: int) -> Followed:
-        """Knot by knot from the start, at about so many places and at the path's breaks."""
+        """Knot by knot from the start."""
         q = np.array(q_start, dtype=np.float64)
-        knots: list[float] = [0.0]
-        coefficients: list[Floats] = []
-        breaks: list[float] = self.path.breaks.tolist()
-        for low, high in pairwise(breaks):
-            # A break belongs to both of its sides, whose slopes differ: it is looked at from inside.
-            first, last = low and float(np.nextafter(low, 1.0)), high if high == 1.0 else float(np.nextafter(high, 0.0))
-            places: list[float] = np.linspace(low, high, max(1, round(pieces * (high - low))) + 1).tolist()
-            before = (q, *self._slopes(first, q))
-            for begin, end in pairwise(places):
-                here, then = max(begin, first), min(end, last)
-                margin = self._margin(here, q)
-                if margin < SINGULAR_VALUE:
-                    return _ended(PlanStatus.SINGULAR, begin, margin=margin)
-                q = self._corrected(self._predicted(here, q, then - here), then)
-                if np.isnan(q).any():
-                    return self._why_not(before[0], here, then)
-                outside = self._outside(q)
-                if outside is not None:
-                    joint, limit = outside
-                    name, value = self.robot.joint_names[joint], float(q[joint])
-                    return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
-                after = (q, *self._slopes(then, q))
-                ends = before[0], q, before[1], after[1], before[2], after[2]
-                coefficients.append(quintic_coefficients(*ends, end - begin))
-                knots.append(end)
-                before = after
-        return Outcome(PiecewisePolynomial(frozen(knots), frozen(coefficients)), PlanStatus.FOLLOWED)
+        ends: list[tuple[Knot, Knot]] = []
+        places = self._places(pieces)
+        inner = set(self.path.breaks[1:-1].tolist())
+        for begin, end in pairwise(places):
+            # At a break the path has two twists: that of the piece counts.
+            first = float(np.nextafter(begin, 1.0)) if begin in inner else begin
+            last = float(np.nextafter(end, 0.0)) if end in inner else end
+            margin = self._margin(first, q)
+            if margin < SINGULAR_VALUE:
+                return _ended(PlanStatus.SINGULAR, begin, margin=margin)
+            before = ends[-1][1] if ends and first == begin else (q, *self._slopes(first, q))
+            q = self._corrected(self._predicted(first, q, last - first), end)
+            if np.isnan(q).any():
+                return self._why_not(before[0], begin, end)
+            outside = self._outside(q)
+            if outside is not None:
+                joint, limit = outside
+                name, value = self.robot.joint_names[joint], float(q[joint])
+                return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
+            ends.append((before, (q, *self._slopes(last, q))))
+        steps = np.diff(places).tolist()
+        coefficients = [
+            quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for h, (a, b) in zip(steps, ends, strict=True)
+        ]
+        return Outcome(PiecewisePolynomial.from_pieces(steps, coefficients), PlanStatus.FOLLOWED)
+
+    def _places(self, pieces: int) -> list[float]:
+        """Knots: evenly spaced places, and the breaks of the path, where its twist may jump."""
+        even = np.linspace(0.0, 1.0, pieces + 1)
+        breaks = self.path.breaks[1:-1]
+        # Where a break is, no even place is needed beside it.
+        apart = np.abs(even[:, None] - breaks).min(axis=1, initial=np.inf) > 1.0 / (8 * pieces)
+        apart[[0, -1]] = True
+        return np.union1d(even[apart], breaks).tolist()
 
     def deviation(self, joints: PiecewisePolynomial) -> float:
         """Largest pose error in the middle of the pieces, where it is greatest."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.geometry import pose
@@ -72,3 +73,27 @@ def path_rates(
         np.concatenate([J_rate[:2], A_rate]),
         np.concatenate([slope[:2], b_slope]),
     )
+
+
+def path_equations(T: PoseMatrix, J: Floats, path: TipPath, s: ArrayLike, task: PathTask) -> tuple[Floats, Floats]:
+    """The equations A q' = b of moving along a path, at many places: those of `path_rates` without derivatives.
+
+    Args:
+        T: (*batch, 4, 4) of the frame in {s}; its turn is free where it does not count.
+        J: (*batch, 6, n) body Jacobian.
+        path: of the frame.
+        s: (*batch,) places on it.
+        task: what counts.
+
+    Returns:
+        A (*batch, m, n) and b (*batch, m).
+    """
+    V = path.twists(s)[0]
+    if task == "pose":
+        return J, V
+    R, R_path = T[..., :3, :3], path.poses(s)[..., :3, :3]
+    A, b = R @ J[..., 3:, :], (R_path @ V[..., 3:, None])[..., 0]
+    if task == "position":
+        return A, b
+    across = (np.swapaxes(R, -1, -2) @ (R_path @ V[..., :3, None]))[..., :2, 0]
+    return np.concatenate([J[..., :2, :], A], axis=-2), np.concatenate([across, b], axis=-1)

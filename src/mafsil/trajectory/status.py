@@ -20,6 +20,13 @@ class PlanStatus(Status):
     VELOCITY_JUMPS = ("trajectory.velocity_jumps", False)
 
 
+class ComparisonStatus(Status):
+    """Whether one of the profiles that are compared keeps all limits."""
+
+    COMPARED = ("trajectory.compared", True)
+    TOO_WEAK = ("trajectory.compared_weak", False)
+
+
 class LimitStatus(Status):
     """Whether a trajectory keeps the limits of its joints."""
 

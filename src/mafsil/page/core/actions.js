@@ -14,15 +14,27 @@ import { simulated } from "../loops/simulate.js";
 
 /** @type {Object<string, (state: State, given: any, arm: Arm) => State>} */
 export const ACTIONS = {
-  set_joint: (state, { joint, value }) => placed(state, (state.loop ? state.goal : state.q).with(joint, value)),
-  set_joints: (state, { values }) => placed(state, values.slice()),
+  set_joint: (state, { joint, value }) => placed(state, (state.loop ? state.goal : state.q).with(index(joint, state.q.length), value)),
+  set_joints: (state, { values }) => placed(state, numbers(values, state.q.length)),
   reach: (state, { position, quaternion, branch }, arm) => taken(state, poseFrom(position, quaternion), branch, arm),
   choose: (state, { branch }, arm) => taken(state, tipPose(state, arm), branch, arm),
   search: (state, { position, quaternion }, arm) => searched(state, poseFrom(position, quaternion), arm),
   loop: (state, { closed }) => looped(state, closed),
-  push: (state, { wrench }) => ({ ...state, push: wrench.slice() }),
+  push: (state, { wrench }) => ({ ...state, push: numbers(wrench, 6) }),
   simulate: (state, { ticks }, arm) => simulated(state, ticks, arm),
 };
+
+/** A place in a list, as it is. */
+function index(k, count) {
+  if (!Number.isInteger(k) || k < 0 || k >= count) throw new RangeError(`places are 0 to ${count - 1}, not ${k}`);
+  return k;
+}
+
+/** A copy of so many numbers. */
+function numbers(values, count) {
+  if (values.length !== count) throw new RangeError(`${count} numbers, not ${values.length}`);
+  return Array.from(values);
+}
 
 /**
  * How a later action of the same gesture joins the one before: it is done again from where the gesture began, or its

@@ -9,9 +9,14 @@ function times(A, B) {
 }
 
 /**
+ * @typedef {{a: number, alpha: number, d: number, theta: number, prismatic: boolean, place: number}} Row
+ * @typedef {{base: number[], tool: number[], rows: Row[]}} Table
+ */
+
+/**
  * Poses of all frames in {s}.
  *
- * @param {{base: number[], rows: {a: number, alpha: number, d: number, theta: number, prismatic: boolean, place: number}[]}} table
+ * @param {Table} table
  * @param {number[]} q
  * @returns {number[][]}
  */
@@ -23,4 +28,17 @@ export function dhFrames({ base, rows }, q) {
     T = times(T, [c, -s, 0, a, s * ca, c * ca, -sa, -sa * length, s * sa, c * sa, ca, ca * length, 0, 0, 0, 1]);
     return T;
   });
+}
+
+/** Poses of {s}, {0}, {1} to {n} and of the tip. @param {Table} table @param {number[]} q @returns {number[][]} */
+export function dhChain(table, q) {
+  const frames = dhFrames(table, q), identity = Array.from({ length: 16 }, (_, k) => Number(k % 5 === 0));
+  return [identity, table.base, ...frames, times(frames.at(-1), table.tool)];
+}
+
+/** The arm of a table as Python. @param {Table} table */
+export function dhPython({ base, tool, rows }) {
+  const list = (T) => `[${[0, 4, 8, 12].map((k) => `[${T.slice(k, k + 4).join(", ")}]`).join(", ")}]`;
+  const lines = rows.map(({ a, alpha, d, theta, prismatic }) => `    (${[a, alpha, d, theta].join(", ")}, "${prismatic ? "P" : "R"}"),`);
+  return ["import mafsil as mf", "", "robot = mf.Robot.from_dh([", ...lines, `], "modified", base=${list(base)}, tool=${list(tool)})`, ""].join("\n");
 }

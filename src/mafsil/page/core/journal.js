@@ -30,8 +30,9 @@ export function line(action, args) {
  * @param {Action[]} actions
  * @param {Object<string, string[]>} args
  * @param {string} robot  the Python expression that names the robot
+ * @param {string[]} imports  what that expression needs
  */
-export function script(actions, args, robot) {
-  const head = ["from mafsil.page import Session", "", `arm = Session(${robot})`];
+export function script(actions, args, robot, imports = []) {
+  const head = ["from mafsil.page import Session", ...imports, "", `arm = Session(${robot})`];
   return [...head, ...actions.map((action) => line(action, args)), "print(arm.status, arm.q.tolist())", ""].join("\n");
 }

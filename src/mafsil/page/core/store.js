@@ -1,6 +1,8 @@
 // One state, changed by actions alone; views listen.
 
 import { ACTIONS, JOINS, joins } from "./actions.js";
+import { NO_LINK } from "./link.js";
+import { ScriptError } from "./script.js";
 import { firstState } from "./state.js";
 
 /**
@@ -15,11 +17,12 @@ export class Store {
     this.arm = arm;
     /** @type {State} */
     this.state = firstState(arm.settings);
-    /** @type {{action: Action, before: State}[]} */
+    /** @type {{id: string, action: Action, before: State}[]} */
     this.entries = [];
+    this.link = NO_LINK;
     this.open = false; // a gesture is going on
-    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, wish: null, refusal: null, frame: -1 };
+    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for, a table that was edited. */
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, table: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
@@ -40,16 +43,42 @@ export class Store {
     const last = this.entries.at(-1), action = { do: name, with: given };
     const known = ACTIONS[name];
     if (!known) throw new RangeError(`no action is called ${name}`);
-    if (gesture && this.open && last && joins(last.action, action)) {
+    if (gesture && this.open && last && this.link.owns(last.id) && joins(last.action, action)) {
       const added = JOINS[name] === "added";
       this.state = known(added ? this.state : last.before, given, this.arm);
       last.action = added ? { do: name, with: { ticks: last.action.with.ticks + given.ticks } } : action;
     } else {
       const before = this.state;
       this.state = known(before, given, this.arm);
-      this.entries.push({ action, before });
+      this.entries.push({ id: this.link.name(), action, before });
     }
     this.open = gesture;
+    this.shown.replay = null;
+    this.link.put(this.entries.at(-1));
+    this.changed("state");
+  }
+
+  /**
+   * Begin anew and do all of this; where something cannot be done all is as before.
+   *
+   * @param {{action: Action, line: number}[]} script
+   */
+  replay(script) {
+    const { state, entries } = this;
+    Object.assign(this, { state: firstState(this.arm.settings), entries: [], open: false });
+    for (const { action, line } of script) {
+      const before = this.state;
+      try {
+        this.state = ACTIONS[action.do](before, action.with, this.arm);
+      } catch {
+        Object.assign(this, { state, entries });
+        throw new ScriptError("script_line", { line });
+      }
+      this.entries.push({ id: this.link.name(), action, before });
+    }
+    for (const { id } of entries) this.link.drop(id);
+    for (const entry of this.entries) this.link.put(entry);
+    this.shown.replay = null;
     this.changed("state");
   }
 
@@ -64,7 +93,43 @@ export class Store {
     if (!last) return;
     this.state = last.before;
     this.open = false;
+    this.link.drop(last.id);
     this.changed("state");
+  }
+
+  /**
+   * The journal becomes another: what both begin with stays, the rest is done anew.
+   *
+   * @param {{id: string, action: Action}[]} journal
+   * @param {(a: Action, b: Action) => boolean} same
+   */
+  adopt(journal, same) {
+    let k = 0;
+    while (k < journal.length && k < this.entries.length && this.entries[k].id === journal[k].id && same(this.entries[k].action, journal[k].action)) {
+      this.entries[k].action = journal[k++].action; // the very same, so that the next comparison costs nothing
+    }
+    if (k === journal.length && k === this.entries.length) return;
+    const mine = this.entries.at(-1)?.id;
+    if (!this.lengthened(journal, k)) {
+      if (k < this.entries.length) this.state = this.entries[k].before;
+      this.entries.length = k;
+      for (const { id, action } of journal.slice(k)) {
+        this.entries.push({ id, action, before: this.state });
+        this.state = ACTIONS[action.do](this.state, action.with, this.arm);
+      }
+    }
+    this.open = this.open && this.entries.at(-1)?.id === mine;
+    this.changed("state");
+  }
+
+  /** Whether only more time has passed at the end of the journal: then it is let pass, and the rest stays. */
+  lengthened(journal, k) {
+    const last = this.entries.at(-1), next = journal[k]?.action;
+    if (k !== journal.length - 1 || k !== this.entries.length - 1 || last.id !== journal[k].id) return false;
+    if (next.do !== "simulate" || last.action.do !== "simulate" || next.with.ticks < last.action.with.ticks) return false;
+    this.state = ACTIONS.simulate(this.state, { ticks: next.with.ticks - last.action.with.ticks }, this.arm);
+    last.action = next;
+    return true;
   }
 
   /** The state before the gesture that is going on, or now. */

@@ -35,6 +35,12 @@ export class Words {
     return this.runs(key, values).map((run) => (run.foreign ? this.isolate(run.text) : run.text)).join("");
   }
 
+  /** The words of this language among those of all, as when the server says something. @param {Object<string, string>} all */
+  isolated(all) {
+    const text = all[this.chosen] ?? all.code ?? "";
+    return this.direction === "rtl" ? `\u2067${text}\u2069` : text;
+  }
+
   /** A number, name or formula that keeps its direction in a text of this language. @param {string} text */
   isolate(text) {
     return this.direction === "rtl" ? `\u2066${text}\u2069` : text;

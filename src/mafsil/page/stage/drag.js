@@ -23,7 +23,9 @@ export class ToolDrag {
     return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
+  /** Whether the pointer is at the tool; in a replay nothing is there to be led. */
   near({ clientX, clientY }) {
+    if (this.stage.app.store.shown.replay) return false;
     const box = this.stage.canvas.getBoundingClientRect(), { x, y } = this.place();
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }

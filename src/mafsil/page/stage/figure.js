@@ -1,6 +1,6 @@
 // The robot as things to draw: its solids in a configuration, other branches as ghosts, frames, an ellipsoid.
 
-import { Matrix } from "../../scene/matrix.js";
+import { Matrix, Vector } from "../../scene/matrix.js";
 import { Shapes } from "../../scene/shapes.js";
 
 const AXES = [[0.83, 0.24, 0.22], [0.25, 0.62, 0.32], [0.22, 0.44, 0.84]];
@@ -31,6 +31,7 @@ export class Figure {
     })));
     this.shaft = renderer.mesh(Shapes.cylinder(this.size * 0.0042, this.size * 0.085));
     this.head = renderer.mesh(Shapes.cone(this.size * 0.0105, this.size * 0.03));
+    this.stick = renderer.mesh(Shapes.cylinder(this.size * 0.01, 1));
     this.ball = renderer.mesh(Shapes.of("sphere", [1]));
     const wide = this.size * 9, corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
     const vertices = corners.flatMap(([x, y]) => [x * wide, y * wide, 0, 0, 0, 1]);
@@ -59,6 +60,21 @@ export class Figure {
         { mesh: this.head, model: Matrix.multiply(along, shift(0.085)), colour },
       ];
     });
+  }
+
+  /** A rod from one place to another. */
+  rod(from, to, colour) {
+    const along = Vector.minus(to, from), long = Math.hypot(...along);
+    const across = Vector.unit(Vector.cross(along, Math.abs(along[2]) < 0.9 * long ? [0, 0, 1] : [1, 0, 0])), third = Vector.unit(Vector.cross(along, across));
+    const middle = from.map((x, k) => (x + to[k]) / 2);
+    return { mesh: this.stick, colour, model: Float32Array.of(...across, 0, ...third, 0, ...along, 0, ...middle, 1) };
+  }
+
+  /** Rods between the origins of frames, which are drawn at them. @param {number[][]} chain  poses, row after row */
+  skeleton(chain, colour) {
+    const places = chain.map((T) => [T[3], T[7], T[11]]), thick = this.size * 0.016;
+    const rods = places.slice(1).flatMap((to, k) => (Math.hypot(...Vector.minus(to, places[k])) > thick ? [this.rod(places[k], to, colour)] : []));
+    return [...rods, ...places.map((place) => this.dot(place, thick, colour)), ...chain.slice(1).flatMap((T) => this.triad(T, { scale: 0.7 }))];
   }
 
   /** A ball about a place. */

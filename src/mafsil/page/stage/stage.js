@@ -4,13 +4,15 @@ import { Camera } from "../../scene/camera.js";
 import { FlatRenderer } from "../../scene/flat.js";
 import { Renderer, drawsBySoftware } from "../../scene/renderer.js";
 import { Shapes } from "../../scene/shapes.js";
-import { symmetricEigen } from "../core/linear.js";
+import { tipEllipsoids } from "../core/ellipsoids.js";
 import { hereOf, lifted } from "../core/state.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
-import { dhFrames } from "../core/dh.js";
+import { dhChain, dhFrames } from "../core/dh.js";
 import { ToolDrag } from "./drag.js";
 import { Figure } from "./figure.js";
 
+const FORCES = 0.25; // share of the scene that the largest force is drawn with
+const NARROW = 520; // pixels: names of ghosts would hide them
 const WORLD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 export class Stage {
@@ -69,15 +71,17 @@ export class Stage {
 
   /** Everything to draw. */
   items() {
-    const { store } = this.app, { state, shown, arm } = store, { figure } = this;
+    const { store } = this.app, { shown, arm } = store, { figure } = this, state = shown.replay?.q ? { ...store.state, q: shown.replay.q, loop: false } : store.state;
     const poses = arm.kernels.link_poses(state.q)[0].slice(), tip = arm.kernels.forward_kinematics(state.q)[0].slice();
     const list = [...figure.robot(poses), ...figure.triad(tip), ...figure.triad(WORLD, { scale: 1.15 })];
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
-    if (shown.frame >= 0) list.push(...figure.triad(dhFrames(this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
+    if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
+    if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
+    if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }));
-    if (shown.ellipsoid) list.push(this.ellipsoid(tip));
+    if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
     return list.concat(this.ghosts());
   }
 
@@ -85,7 +89,7 @@ export class Stage {
   ghosts() {
     const { store, words, data } = this.app, { state, shown, arm } = store;
     this.named = [];
-    if (!shown.ghosts || !arm.kernels.branches || state.loop) return [];
+    if (!shown.ghosts || shown.replay || !arm.kernels.branches || state.loop) return [];
     const T = shown.wish ?? tipPose(state, arm), here = hereOf(state);
     return branchesAt(store.base, T, arm).filter((branch) => branch.within).flatMap((branch) => {
       const q = lifted(arm.settings, here, branch.q);
@@ -96,16 +100,19 @@ export class Stage {
     });
   }
 
-  /** Velocities of the tip's origin that joint rates of norm one make: axes of J_v J_v', a fifth of their length. */
-  ellipsoid(tip) {
-    const { state, arm } = this.app.store, n = arm.settings.n, J = arm.kernels.jacobian_body(state.q)[0];
-    const A = [0, 1, 2].map((i) => [0, 1, 2].map((j) => { let sum = 0; for (let k = 0; k < n; k++) sum += J[(3 + i) * n + k] * J[(3 + j) * n + k]; return sum; }));
-    const { values, vectors } = symmetricEigen(A);
-    const axes = values.map((value, k) => {
-      const length = Math.max(0.2 * Math.sqrt(Math.max(value, 0)), this.figure.size * 0.002), v = vectors[k];
-      return [0, 1, 2].map((i) => length * (tip[4 * i] * v[0] + tip[4 * i + 1] * v[1] + tip[4 * i + 2] * v[2]));
-    });
-    return this.figure.ellipsoid([tip[3], tip[7], tip[11]], axes, [...this.colours.s0.slice(0, 3), 0.35]);
+  /**
+   * Ellipsoids about the tip: velocities at a fifth of their length for joint rates of norm one; forces as long as fits,
+   * for only their ratios are seen.
+   */
+  ellipsoids(tip) {
+    const { state, shown, arm } = this.app.store, { figure, colours } = this, n = arm.settings.n;
+    const { directions, velocities, forces } = tipEllipsoids(arm.kernels.jacobian_body(state.q)[0], n, tip);
+    const thin = figure.size * 0.002, most = Math.max(...forces.map((force) => force ?? 0)) || 1;
+    const drawn = (lengths, colour) => figure.ellipsoid([tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]);
+    const list = [];
+    if (shown.ellipsoid) list.push(drawn(velocities.map((velocity) => 0.2 * velocity), colours.s0));
+    if (shown.forces) list.push(drawn(forces.map((force) => FORCES * figure.size * ((force ?? 0) / most)), colours.s1));
+    return list;
   }
 
   paint() {
@@ -121,12 +128,17 @@ export class Stage {
     while (this.labels.children.length > this.named.length) this.labels.lastChild.remove();
     this.named.forEach(({ row, place, colour, text }, k) => {
       const label = this.labels.children[k] ?? this.labels.appendChild(document.createElement("button"));
+      const shown = width < NARROW ? String(row + 1) : text, half = width < NARROW ? 14 : Math.min(150, width / 2 - 4);
       let { x, y } = this.camera.project(place, width, height);
-      while (taken.some(([a, b]) => Math.abs(a - x) < 150 && Math.abs(b - y) < 24)) y += 25;
+      x = Math.min(Math.max(x, half), width - half);
+      while (taken.some(([a, b]) => Math.abs(a - x) < half && Math.abs(b - y) < 24)) y += 25;
+      label.hidden = y > height - 14;
       taken.push([x, y]);
       label.type = "button";
       label.dir = "auto";
-      if (label.textContent !== text) label.textContent = text;
+      if (label.textContent !== shown) label.textContent = shown;
+      label.setAttribute("aria-label", text);
+      label.title = text;
       label.dataset.row = row;
       label.style.left = `${x}px`;
       label.style.top = `${y}px`;

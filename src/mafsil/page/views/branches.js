@@ -37,7 +37,7 @@ view({
         const same = branch.within && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6;
         button.disabled = !branch.within;
         button.setAttribute("aria-pressed", String(same));
-        written(name, branch.solves ? data.branches[words.chosen][branch.code] : words.text("no_solution"));
+        written(name, `${row + 1} · ` + (branch.solves ? data.branches[words.chosen][branch.code] : words.text("no_solution")));
         const text = branch.within ? words.isolate(`(${branch.q.map((value) => number(value, 2)).join(", ")})`) : words.text("beyond", { excess: number(branch.excess, 3) });
         written(state, branch.solves ? text : "");
       });

@@ -1,6 +1,7 @@
 // The body Jacobian, its singular values and manipulability.
 
 import { view } from "../core/views.js";
+import { tipEllipsoids } from "../core/ellipsoids.js";
 import { singularValues } from "../core/linear.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
@@ -10,15 +11,24 @@ view({
   mount(place, { store, words }) {
     const n = store.arm.settings.n, J_b = matrix(6, n, [symbol("J", "b", "=")]), values = isolated(""), measure = isolated("");
     const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));
-    const choice = element("input", { type: "checkbox", onchange: (event) => store.show({ ellipsoid: event.target.checked }) });
-    choice.checked = store.shown.ellipsoid;
-    place.append(list, element("label", { class: "choice" }, choice, sentence(words, "ellipsoid")), element("div", { class: "wide small", dir: "ltr" }, J_b.math));
+    const choices = element("div", { class: "buttons" });
+    for (const name of ["ellipsoid", "forces"]) {
+      const choice = element("input", { type: "checkbox", id: `show-${name}`, onchange: (event) => store.show({ [name]: event.target.checked }) });
+      choice.checked = store.shown[name];
+      choices.append(element("label", { class: "choice" }, choice, sentence(words, name)));
+    }
+    const axes = [isolated(""), isolated("")];
+    for (const [k, name] of ["ellipsoid", "forces"].entries()) list.append(element("dt", {}, sentence(words, `${name}_axes`)), element("dd", {}, axes[k]));
+    place.append(list, choices, element("div", { class: "wide small", dir: "ltr" }, J_b.math));
     return () => {
-      const J = store.arm.kernels.jacobian_body(store.state.q)[0];
+      const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), J = store.arm.kernels.jacobian_body(store.state.q)[0];
       const rows = Array.from({ length: 6 }, (_, i) => Array.from(J.subarray(n * i, n * i + n)));
       J_b.write(rows);
       const found = singularValues(rows).slice(0, Math.min(6, n));
       written(values, found.map((x) => number(x, 3)).join("  "));
+      const { velocities, forces } = tipEllipsoids(J, n, T);
+      written(axes[0], velocities.map((x) => number(x, 3)).join("  "));
+      written(axes[1], forces.map((x) => number(x ?? Infinity, 3)).join("  "));
       written(measure, number(found.reduce((a, b) => a * b, 1)));
     };
   },

@@ -1,0 +1,78 @@
+"""How quick is mobility by rank, beside Pinocchio's constraint Jacobian with NumPy's SVD, in the same run?
+
+python benchmarks/mobility_rank.py [--batch 2000] [--random 2000] [--json FILE]
+
+Single: `mo.mobilities(linkage, theta)` of one configuration beside `computeJointJacobians`, `getConstraintJacobian` of
+each loop and the rank. Batch: many configurations in one call beside a loop over them. Last, random mechanisms with
+loops: the mobility must be the same in both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from functools import partial
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+os.environ.setdefault("MAFSIL_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np  # noqa: E402
+
+from benchmarks.comparison import Comparisons  # noqa: E402
+from benchmarks.stopwatch import machine, race  # noqa: E402
+from mafsil import mobility as mo  # noqa: E402
+from mafsil.arrays import Floats  # noqa: E402
+from tests.mobility.pinocchio_rank import PinocchioLinkage  # noqa: E402
+from tests.mobility.test_against_peers import random_linkage  # noqa: E402
+
+NAMES = ("four_bar", "watt", "bennett", "three_rpr", "delta", "six_ups", "six_sps")
+
+
+def each_alone(peer: PinocchioLinkage, rows: Floats) -> list[int]:
+    """Mobility by Pinocchio, one configuration after the other."""
+    return [peer.mobility(q) for q in rows]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--batch", type=int, default=2000)
+    parser.add_argument("--random", type=int, default=2000)
+    parser.add_argument("--json")
+    given = parser.parse_args()
+    print(machine("numpy", "pin"))
+    found = Comparisons()
+    for name in NAMES:
+        linkage = mo.library.linkage(name)
+        peer, n = PinocchioLinkage(linkage), linkage.coordinates
+        theta = np.random.default_rng(0).normal(size=(given.batch, n)) * 1e-3
+        rows = theta[:50]
+        tasks = {
+            "one": partial(mo.mobilities, linkage, theta[0]),
+            "pinocchio": partial(each_alone, peer, rows),
+            "batch": partial(mo.mobilities, linkage, theta),
+        }
+        times = race(tasks, repeats=7)
+        theirs = times["pinocchio"].least * 1e6 / len(rows)
+        one, batch = times["one"].least * 1e6, times["batch"].least * 1e6 / given.batch
+        found.add("mo.mobilities(linkage, theta)", f"{name}, one", one, "Pinocchio", theirs)
+        found.add("mo.mobilities(linkage, theta)", f"{name}, {given.batch}", batch, "Pinocchio", theirs)
+        print(f"{name:12} F={n:3} Pinocchio {theirs:8.1f} us   one {one:8.1f} us ({theirs / one:5.2f}x)   ", end="")
+        print(f"batch {batch:8.2f} us ({theirs / batch:5.1f}x)")
+    different = 0
+    for seed in range(given.random):
+        rng = np.random.default_rng(seed)
+        linkage = random_linkage(rng, int(rng.integers(0, 4)), int(rng.integers(3, 9)))
+        different += mo.instantaneous(linkage).mobility != PinocchioLinkage(linkage).mobility()
+    print(f"random mechanisms: {different} of {given.random} differ from Pinocchio")
+    if given.json:
+        Path(given.json).write_text(json.dumps(found.plain(), indent=1), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

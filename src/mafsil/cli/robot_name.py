@@ -1,0 +1,13 @@
+"""Names of robots as people type them."""
+
+from __future__ import annotations
+
+import os
+
+from mafsil.model import library
+
+
+def known_name(robot: str) -> str:
+    """The name of the library in its own letters: PANDA is the panda, unless there is a file of that name."""
+    small = robot.lower()
+    return small if small in library.names() and not os.path.lexists(robot) else robot

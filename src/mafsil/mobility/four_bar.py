@@ -1,0 +1,288 @@
+"""The planar four-bar: Grashof's classes, all positions, closure and its rates, dead points, coupler curves.
+
+Links: crank L1 at the origin, coupler L2, rocker L3, ground L4 from the origin to (L4, 0). Relative angles theta_1 ...
+theta_4 as a chain that returns to the origin along the ground, so that their sum is pi modulo 2 pi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats, as_batch, positive, single
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkage_joint import joint
+from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
+from mafsil.mobility.tolerances import TYPED
+
+INSET = 1e-9
+"""Share of an interval of the crank by which curves stay off its ends, where rounding decides whether links reach."""
+
+
+class GrashofClass(Enum):
+    """What goes round; the value is the key of its sentence."""
+
+    CRANK_ROCKER = "grashof_crank_rocker"
+    ROCKER_CRANK = "grashof_rocker_crank"
+    DOUBLE_CRANK = "grashof_double_crank"
+    DOUBLE_ROCKER = "grashof_double_rocker"
+    TRIPLE_ROCKER = "grashof_triple_rocker"
+    CHANGE_POINT = "grashof_change_point"
+    STRETCHED = "grashof_stretched"
+    IMPOSSIBLE = "grashof_impossible"
+
+    def sentence(self, language: str | None = None) -> str:
+        """What the class means."""
+        return say(f"mobility.{self.value}", language=language)
+
+
+class PositionStatus(Status):
+    """Whether the linkage closes at the given inputs."""
+
+    ALL = ("mobility.positions_all", True)
+    SOME = ("mobility.positions_some", True)
+    NONE = ("mobility.positions_none", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FourBarPositions(Answer):
+    """Both assembly modes at angles of the crank; true if some input can be reached, iterable over the modes.
+
+    Attributes:
+        theta: (*batch, 2, 4) relative angles in (-pi, pi], mode with C left of B -> D first; NaN where it cannot close.
+        C: (*batch, 2, 2) joint of coupler and rocker [m].
+        turns: (*batch, 2) the sum of the angles over pi: an odd number.
+        residual: largest closure error [m, rad].
+    """
+
+    theta: Floats
+    C: Floats
+    turns: Floats
+    residual: float
+
+    @property
+    def reachable(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """(*batch,) whether the linkage closes there."""
+        return np.asarray(np.isfinite(self.theta).all(axis=(-1, -2)), dtype=np.bool_)
+
+    @property
+    def status(self) -> PositionStatus:
+        """By how many inputs close."""
+        if self.reachable.all() and self.reachable.size:
+            return PositionStatus.ALL
+        return PositionStatus.SOME if self.reachable.any() else PositionStatus.NONE
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return 2
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter((self.theta[..., 0, :], self.theta[..., 1, :]))
+
+    def __repr__(self) -> str:
+        head = (say("mobility.mode_head"), *(f"theta_{k + 1} [rad]" for k in range(4)), "C_x [m]", "C_y [m]")
+        flat, places = self.theta.reshape(-1, 2, 4), self.C.reshape(-1, 2, 2)
+        rows = [
+            (str(mode + 1), *map(number, flat[k, mode].tolist()), *map(number, places[k, mode].tolist()))
+            for k in range(len(flat))
+            for mode in range(2)
+        ]
+        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+
+    def explain(self, language: str | None = None) -> str:
+        """How many inputs close, and how exactly."""
+        return self.status.sentence(
+            language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "theta": self.theta, "C": self.C, "turns": self.turns,
+            "residual": self.residual,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """A planar four-bar by its lengths [m].
+
+    Attributes:
+        crank, coupler, rocker, ground: L1, L2, L3, L4.
+    """
+
+    crank: float
+    coupler: float
+    rocker: float
+    ground: float
+
+    def __post_init__(self) -> None:
+        for name in ("crank", "coupler", "rocker", "ground"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+
+    @property
+    def lengths(self) -> Floats:
+        """(4,) L1 ... L4."""
+        return np.array([self.crank, self.coupler, self.rocker, self.ground])
+
+    @cached_property
+    def space(self) -> PolygonSpace:
+        """All configurations together: how many closed curves they are."""
+        return polygon_space(self.lengths)
+
+    @cached_property
+    def grashof(self) -> GrashofClass:
+        """What goes round: by shortest + longest < sum of the other two, and by which link is shortest."""
+        L = self.lengths
+        if not self.space:
+            return GrashofClass.IMPOSSIBLE
+        if self.space.excess >= -TYPED * L.max():
+            return GrashofClass.STRETCHED
+        margin = 2 * (L.min() + L.max()) - L.sum()
+        if abs(margin) <= TYPED * L.max():
+            return GrashofClass.CHANGE_POINT
+        if margin > 0:
+            return GrashofClass.TRIPLE_ROCKER
+        return (
+            GrashofClass.CRANK_ROCKER, GrashofClass.DOUBLE_ROCKER, GrashofClass.ROCKER_CRANK, GrashofClass.DOUBLE_CRANK,
+        )[int(L.argmin())]  # fmt: skip
+
+    @property
+    def input_range(self) -> tuple[float, float] | None:
+        """Least and greatest |theta_1| at which the linkage closes [rad]; None if it never does.
+
+        From |L2 - L3| <= |BD| <= L2 + L3 with |BD|^2 = L1^2 + L4^2 - 2 L1 L4 cos theta_1.
+        """
+        if not self.space:
+            return None
+        L1, L2, L3, L4 = self.lengths.tolist()
+        cosines = [(L1**2 + L4**2 - reach**2) / (2 * L1 * L4) for reach in (abs(L2 - L3), L2 + L3)]
+        low, high = (float(np.arccos(np.clip(c, -1.0, 1.0))) for c in cosines)
+        return low, high
+
+    def positions(self, theta_1: ArrayLike) -> FourBarPositions:
+        """Both assembly modes at angles of the crank (*batch,) [rad]."""
+        angle = numbers_or_nan("theta_1", theta_1)
+        L1, L2, L3, L4 = self.lengths.tolist()
+        B = L1 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        D = np.broadcast_to(np.array([L4, 0.0]), B.shape)
+        C = circle_crossings(B, L2, D, L3)
+        towards = C - B[..., None, :]
+        back = D[..., None, :] - C
+        crank = np.broadcast_to(angle[..., None], C.shape[:-1])
+        absolute = np.stack(
+            [crank, np.arctan2(towards[..., 1], towards[..., 0]), np.arctan2(back[..., 1], back[..., 0]),
+             np.full(crank.shape, np.pi)], axis=-1,
+        )  # fmt: skip
+        before = np.concatenate([np.zeros_like(absolute[..., :1]), absolute[..., :-1]], axis=-1)
+        theta = wrapped(absolute - before)
+        gap: Floats = np.abs(self.closure(theta))
+        residual = max([0.0, *gap[np.isfinite(gap)].tolist()])
+        return FourBarPositions(theta, C, np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64), residual)
+
+    def closure(self, theta: ArrayLike) -> Floats:
+        """(*batch, 3) sum L cos s [m], sum L sin s [m], s_4 - pi in (-pi, pi], with s_j = theta_1 + ... + theta_j."""
+        s = np.cumsum(as_batch("theta", theta, (4,)), axis=-1)
+        with np.errstate(invalid="ignore"):
+            around = wrapped(s[..., 3] - np.pi)
+        return np.stack([np.cos(s) @ self.lengths, np.sin(s) @ self.lengths, around], axis=-1)
+
+    def closure_matrix(self, theta: ArrayLike) -> Floats:
+        """(*batch, 3, 4) derivatives of the closure equations by the angles: A(theta) theta' = 0."""
+        s = np.cumsum(as_batch("theta", theta, (4,)), axis=-1)
+        x, y = self.lengths * np.cos(s), self.lengths * np.sin(s)
+        rows = [
+            -np.cumsum(y[..., ::-1], axis=-1)[..., ::-1],
+            np.cumsum(x[..., ::-1], axis=-1)[..., ::-1],
+            np.ones(s.shape),
+        ]
+        return np.stack(rows, axis=-2)
+
+    def rates(self, theta: ArrayLike) -> Floats:
+        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite or NaN at its dead points."""
+        A = self.closure_matrix(theta)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
+            return minors / minors[..., :1]
+
+    def transmission_angle(self, theta: ArrayLike) -> Floats:
+        """(*batch,) angle between coupler and rocker in [0, pi] [rad]: pi/2 is best, 0 and pi are dead points."""
+        return np.abs(wrapped(as_batch("theta", theta, (4,))[..., 2]))
+
+    def coupler_point(self, theta: ArrayLike, along: float, across: float) -> Floats:
+        """(*batch, 2) a point of the coupler: `along` from B towards C and `across` to the left of it [m]."""
+        s = np.cumsum(as_batch("theta", theta, (4,)), axis=-1)
+        u = np.stack([np.cos(s[..., 1]), np.sin(s[..., 1])], axis=-1)
+        B = self.crank * np.stack([np.cos(s[..., 0]), np.sin(s[..., 0])], axis=-1)
+        return B + along * u + across * np.stack([-u[..., 1], u[..., 0]], axis=-1)
+
+    def coupler_curves(self, along: float, across: float, samples: int = 361) -> tuple[Floats, ...]:
+        """Closed curves (k, 2) that a point of the coupler draws, one for each piece of the configurations [m]."""
+        place = single("along, across", [along, across], (2,)).tolist()
+        return tuple(self.coupler_point(theta, *place) for theta in self.curves(samples))
+
+    def curves(self, samples: int = 361) -> tuple[Floats, ...]:
+        """The configurations as closed curves (k, 4) of angles, sampled along the crank.
+
+        Where the crank goes round each mode is a curve; where it swings the modes join at its ends, in one curve
+        for each interval of theta_1 that is reached.
+        """
+        reach = self.input_range
+        if reach is None:
+            return ()
+        low, high = reach
+        round_trip = low <= TYPED and high >= np.pi - TYPED
+        if round_trip:
+            theta = self.positions(np.linspace(-np.pi, np.pi, samples)).theta
+            return theta[:, 0], theta[:, 1]
+        spread = np.clip((1 - np.cos(np.linspace(0, np.pi, samples))) / 2, INSET, 1 - INSET)
+        if low <= TYPED:
+            intervals = [(-high, high)]
+        elif high >= np.pi - TYPED:
+            intervals = [(low, 2 * np.pi - low)]
+        else:
+            intervals = [(low, high), (-high, -low)]
+        found: list[Floats] = []
+        for start, end in intervals:
+            theta = self.positions(start + (end - start) * spread).theta
+            theta = np.where(np.isfinite(theta), theta, theta[:, ::-1])
+            inside = np.isfinite(theta).all(axis=(1, 2))
+            found.append(np.concatenate([theta[inside, 0], theta[inside][::-1, 1]]))
+        return tuple(found)
+
+    def linkage(self, theta_1: float = 1.0, mode: int = 0) -> Linkage:
+        """The linkage drawn at an angle of the crank [rad], in the first or second assembly mode.
+
+        Raises:
+            InputError: it does not close there.
+        """
+        found = self.positions(theta_1)
+        require_reached(bool(found.reachable), float(theta_1))
+        B = self.crank * np.array([np.cos(theta_1), np.sin(theta_1)])
+        return Linkage.of(
+            [
+                joint("A", "R", ["ground", "crank"], [0, 0], actuated=True),
+                joint("B", "R", ["crank", "coupler"], B),
+                joint("C", "R", ["coupler", "rocker"], found.C[mode]),
+                joint("D", "R", ["rocker", "ground"], [self.ground, 0]),
+            ],
+            name="four-bar", planar=True, output="coupler",
+        )  # fmt: skip
+
+
+def require_reached(reached: bool, angle: float) -> None:
+    """Refuse an input at which a linkage does not close."""
+    if not reached:
+        raise InputError("mobility.not_reached", angle=angle)

@@ -1,0 +1,195 @@
+"""Mobility at one configuration: the rank of what the loops ask, the rates that are left, and what they move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats
+from mafsil.messages import say
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.loop_closure import LoopState, loop_state, reduced_screws, units
+from mafsil.mobility.tolerances import IN_SUPPORT, RANK
+
+
+class InstantStatus(Status):
+    """Whether rates of the joints are possible that the loops allow to first order."""
+
+    MOVES = ("mobility.instant_moves", True)
+    FIXED = ("mobility.instant_fixed", False)
+
+
+@dataclass(frozen=True, eq=False)
+class IdleFreedom:
+    """A motion that leaves the output body at rest.
+
+    Attributes:
+        joints: names of those that move.
+        count: how many independent motions these joints have so.
+    """
+
+    joints: tuple[str, ...]
+    count: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InstantaneousMobility(SingleAnswer):
+    """Mobility by rank at one configuration; true if something can move.
+
+    Attributes:
+        linkage: what was looked at.
+        theta: (F,) where.
+        rank: of the loop matrix.
+        rows: 6 L, what the loops ask, dependent or not.
+        rates: (F, d) orthonormal basis of the possible rates, translations over the size of the linkage.
+        output_twists: (6, d) of the output body, about the middle of the linkage.
+        kept, dropped: smallest singular value that counts and largest that does not, over the largest of all.
+    """
+
+    linkage: Linkage
+    theta: Floats
+    rank: int
+    rows: int
+    rates: Floats
+    output_twists: Floats
+    kept: float
+    dropped: float
+
+    @property
+    def mobility(self) -> int:
+        """d, number of independent rates."""
+        return self.rates.shape[1]
+
+    @property
+    def redundant(self) -> int:
+        """Number of constraints that others imply here."""
+        return self.rows - self.rank
+
+    @property
+    def output_mobility(self) -> int:
+        """Number of independent twists of the output body."""
+        return _rank(self.output_twists)
+
+    @property
+    def output_rotations(self) -> int:
+        """Number of independent angular velocities of the output body."""
+        return _rank(self.output_twists[:3])
+
+    @property
+    def idle(self) -> tuple[IdleFreedom, ...]:
+        """Motions that leave the output body at rest, split into those that share no joint."""
+        return idle_freedoms(self)
+
+    @property
+    def status(self) -> InstantStatus:
+        """By the number of rates."""
+        return InstantStatus.MOVES if self.mobility else InstantStatus.FIXED
+
+    def rates_of(self, joint: str) -> Floats:
+        """(d,) or (f, d) rates of a joint in each basis motion [rad/s, m/s]."""
+        columns = self.linkage.columns_of([joint])
+        rows = self.rates[columns] * units(self.linkage)[columns, None]
+        return rows[0] if len(rows) == 1 else rows
+
+    def explain(self, language: str | None = None) -> str:
+        """Rank, mobility, what the output body does of it, redundant constraints."""
+        own = {"mobility": self.mobility, "freedoms": self.linkage.coordinates, "rank": self.rank}
+        moved = {"mobility": self.output_mobility, "rotations": self.output_rotations, "output": self.linkage.output}
+        lines = [say("mobility.instant", language=language, **own), say("mobility.output", language=language, **moved)]
+        if self.redundant:
+            lines.append(say("mobility.redundant", language=language, count=self.redundant, rows=self.rows))
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "mobility": self.mobility, "rank": self.rank, "rows": self.rows,
+            "redundant": self.redundant, "output_mobility": self.output_mobility,
+            "output_rotations": self.output_rotations, "kept": self.kept, "dropped": self.dropped, "rates": self.rates,
+            "idle": [{"joints": list(one.joints), "count": one.count} for one in self.idle],
+        }  # fmt: skip
+
+
+def instantaneous(
+    linkage: Linkage, theta: ArrayLike | None = None, *, locked: Iterable[str] = ()
+) -> InstantaneousMobility:
+    """Mobility by rank: rates of the joints that all loops allow to first order.
+
+    1. Loop matrix A: each independent loop asks that the twists along it sum to zero.
+    2. Singular values; those below 1e-9 of the largest count as zero.
+    3. The null space of A holds the possible rates; the walk to the output body gives its twists.
+
+    Args:
+        linkage: as drawn.
+        theta: (F,) coordinates that close all loops [rad | m]; as drawn if None.
+        locked: names of joints that do not move.
+    """
+    state = loop_state(linkage, theta)
+    value = np.zeros(linkage.coordinates) if theta is None else np.asarray(theta, dtype=np.float64)
+    moving = np.ones(linkage.coordinates)
+    moving[linkage.columns_of(locked)] = 0.0
+    return at_state(linkage, value, state, moving)
+
+
+def at_state(linkage: Linkage, theta: Floats, state: LoopState, moving: Floats) -> InstantaneousMobility:
+    """The same, of a state that is known; `moving` (F,) is 0 for locked coordinates."""
+    free = np.flatnonzero(moving)
+    rank, basis, kept, dropped = null_space(state.matrix[:, free])
+    rates = np.zeros((linkage.coordinates, basis.shape[1]))
+    rates[free] = basis
+    screws = reduced_screws(linkage, state.screws)
+    path = linkage.paths[linkage.bodies.index(linkage.output)][linkage.joint_of]
+    return InstantaneousMobility(linkage, theta, rank, len(state.matrix), rates, (screws * path) @ rates, kept, dropped)
+
+
+def null_space(A: Floats) -> tuple[int, Floats, float, float]:
+    """Rank, orthonormal null space (n, d), smallest kept and largest dropped singular value over the largest."""
+    m, n = A.shape
+    if not m or not n:
+        return 0, np.eye(n), 1.0, 0.0
+    _, s, Vt = np.linalg.svd(A)
+    largest = max(float(s[0]), 1e-300)
+    rank = int((s > RANK * largest).sum()) if s[0] > 0 else 0
+    dropped = float(s[rank] / largest) if rank < len(s) else 0.0
+    return rank, Vt[rank:].T, float(s[rank - 1] / largest) if rank else 1.0, dropped
+
+
+def idle_freedoms(found: InstantaneousMobility) -> tuple[IdleFreedom, ...]:
+    """Motions without the output body.
+
+    The projector on them is block diagonal where they share no joint: its blocks are the idle freedoms.
+    """
+    _, inner, _, _ = null_space(found.output_twists)
+    quiet = found.rates @ inner
+    if not quiet.shape[1]:
+        return ()
+    linked = np.abs(quiet @ quiet.T) > IN_SUPPORT
+    owners = linkage_blocks(linked, found.linkage)
+    blocks: list[IdleFreedom] = []
+    for block in owners:
+        rows = np.isin(found.linkage.joint_of, list(block))
+        names = tuple(found.linkage.joints[k].name for k in sorted(block))
+        blocks.append(IdleFreedom(names, round(float(np.sum(quiet[rows] ** 2)))))
+    return tuple(blocks)
+
+
+def linkage_blocks(linked: np.ndarray[tuple[int, int], np.dtype[np.bool_]], linkage: Linkage) -> list[set[int]]:
+    """Sets of joints that a symmetric relation (F, F) of their coordinates connects."""
+    sets: list[set[int]] = []
+    for k in range(len(linked)):
+        together = {int(linkage.joint_of[j]) for j in np.flatnonzero(linked[k])}
+        if not together:
+            continue
+        joined = [one for one in sets if one & together]
+        sets = [one for one in sets if not one & together] + [together.union(*joined)]
+    return sorted(sets, key=min)
+
+
+def _rank(A: Floats) -> int:
+    s = np.linalg.svd(A, compute_uv=False) if A.size else np.zeros(0)
+    return int((s > RANK**0.5 * max(1.0, float(s.max(initial=0.0)))).sum())

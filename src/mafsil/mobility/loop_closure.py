@@ -1,0 +1,266 @@
+"""Where bodies of a linkage stand, how far its loops gape, and what the loops ask of the rates of its joints.
+
+Rows of loops are free of units: screws about the middle of the linkage, lengths over its size, coordinates of
+translation over its size. Memory: (6 L + 32 N + 22 F) numbers for each row of a batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, as_batch, single
+from mafsil.errors import ModelError
+from mafsil.geometry import pose
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.tolerances import CLOSED, RANK
+from mafsil.solvers import decompositions
+
+MOST_STEPS = 60
+LONGEST_STEP = 0.5
+"""Of coordinates [rad, sizes] in one Newton step."""
+
+
+def coordinates(linkage: Linkage, theta: ArrayLike | None) -> Floats:
+    """Coordinates of all joints as an array (*batch, F); zero, where the linkage is drawn, if None."""
+    if theta is None:
+        return np.zeros(linkage.coordinates)
+    return as_batch("theta", theta, (linkage.coordinates,), finite=True)
+
+
+def units(linkage: Linkage) -> Floats:
+    """(F,) one for angles, the size of the linkage [m] for translations."""
+    translations = np.abs(linkage.screws[:3]).max(axis=0, initial=0.0) == 0
+    return np.where(translations, linkage.size, 1.0)
+
+
+def _joint_motions(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats]:
+    """Displacement by each joint (*batch, J, 4, 4), and by what stands before each coordinate (*batch, F, 4, 4)."""
+    steps = pose.exp(theta[..., None] * linkage.screws.T)
+    eye = np.broadcast_to(np.eye(4), (*theta.shape[:-1], 4, 4))
+    motions: list[Floats] = []
+    before: list[Floats] = []
+    first = 0
+    for each in linkage.joints:
+        done = eye
+        for k in range(first, first + each.freedoms):
+            before.append(done)
+            done = done @ steps[..., k, :, :]
+        motions.append(done @ linkage.apart[each.name] if each.name in linkage.apart else done)
+        first += each.freedoms
+    empty = np.zeros((*theta.shape[:-1], 0, 4, 4))
+    return np.stack(motions, axis=-3), np.stack(before, axis=-3) if before else empty
+
+
+def body_poses(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
+    """Displacements of the bodies from where they are drawn, along the walk from the ground.
+
+    Args:
+        linkage: as drawn.
+        theta: (*batch, F) coordinates [rad | m].
+
+    Returns:
+        (*batch, N, 4, 4).
+    """
+    value = coordinates(linkage, theta)
+    return _poses(linkage, value, _joint_motions(linkage, value)[0])
+
+
+def _poses(linkage: Linkage, theta: Floats, motions: Floats) -> Floats:
+    T = np.zeros((*theta.shape[:-1], len(linkage.bodies), 4, 4))
+    T[..., 0, :, :] = np.eye(4)
+    for k, forward in linkage.tree:
+        start, end = linkage.ends[k] if forward else linkage.ends[k][::-1]
+        step = motions[..., k, :, :] if forward else pose.inverse(motions[..., k, :, :])
+        T[..., end, :, :] = T[..., start, :, :] @ step
+    return T
+
+
+def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLike | None = None) -> Floats:
+    """(*batch, 3) where a point of a body is: R p + o, for p where it is drawn [m].
+
+    Args:
+        linkage: as drawn.
+        body: its name.
+        point: (3,) place in the drawing [m].
+        theta: (*batch, F) coordinates [rad | m].
+
+    Raises:
+        ModelError: no such body.
+    """
+    if body not in linkage.bodies:
+        raise ModelError("mobility.no_output", output=body, known=", ".join(linkage.bodies))
+    T = body_poses(linkage, theta)[..., linkage.bodies.index(body), :, :]
+    return np.asarray(pose.act(T, single("point", point, (3,))))
+
+
+@dataclass(frozen=True, eq=False)
+class LoopState:
+    """A linkage at coordinates theta, batches first.
+
+    Attributes:
+        poses: (*batch, N, 4, 4) displacements of the bodies.
+        screws: (*batch, 6, F) of the joints where they are now, in the frame of the drawing.
+        gap: (*batch, 6 L + K) twist that would close each loop at the joint that closes it, free of units; then what
+            the K couplings miss.
+        matrix: (*batch, 6 L + K, F) rates of the gaps per rate of coordinates, free of units.
+    """
+
+    poses: Floats
+    screws: Floats
+    gap: Floats
+    matrix: Floats
+
+
+def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
+    """Poses, screws, gaps and loop matrix at coordinates.
+
+    The loop through joint (a, b) closes if G = T_a E T_b^-1 = 1; its rate is V_a + S theta' - Ad(G) V_b.
+
+    Args:
+        linkage: as drawn.
+        theta: (*batch, F) [rad | m].
+    """
+    value = coordinates(linkage, theta)
+    motions, before = _joint_motions(linkage, value)
+    T = _poses(linkage, value, motions)
+    parents = linkage.ends[linkage.joint_of, 0]
+    screws = np.einsum("...kij,jk->...ik", pose.adjoint(T[..., parents, :, :] @ before), linkage.screws)
+    gap, rows = _gaps(linkage, T, motions, screws)
+    if linkage.couplings:
+        ratios = coupling_rows(linkage)
+        gap = np.concatenate([gap, (value / units(linkage)) @ ratios.T], axis=-1)
+        rows = np.concatenate([rows, np.broadcast_to(ratios, (*rows.shape[:-2], *ratios.shape))], axis=-2)
+    return LoopState(T, screws, gap, rows)
+
+
+def coupling_rows(linkage: Linkage) -> Floats:
+    """(K, F) what the couplings ask of coordinates over `units`: u_follower - ratio u_leader = 0, free of units."""
+    scale = units(linkage)
+    rows = np.zeros((len(linkage.couplings), linkage.coordinates))
+    for row, each in zip(rows, linkage.couplings, strict=True):
+        follower, leader = (int(linkage.columns_of([name])[0]) for name in (each.follower, each.leader))
+        row[follower], row[leader] = 1.0, -each.ratio * scale[leader] / scale[follower]
+    return rows
+
+
+def _gaps(linkage: Linkage, T: Floats, motions: Floats, screws: Floats) -> tuple[Floats, Floats]:
+    batch, F = T.shape[:-3], linkage.coordinates
+    closing = list(linkage.closing)
+    a, b = linkage.ends[closing].T
+    G = T[..., a, :, :] @ motions[..., closing, :, :] @ pose.inverse(T[..., b, :, :])
+    hat = _without_units(linkage)
+    gap = np.einsum("ij,...lj->...li", hat, pose.log(G)) if closing else np.zeros((*batch, 0, 6))
+    own = reduced_screws(linkage, screws)
+    to_end = linkage.paths[b][:, linkage.joint_of]
+    to_start = linkage.paths[a][:, linkage.joint_of] + (np.array(closing)[:, None] == linkage.joint_of)
+    over = hat @ pose.adjoint(G) @ np.linalg.inv(hat) if closing else np.zeros((*batch, 0, 6, 6))
+    rows = to_start[:, None, :] * own[..., None, :, :]
+    rows = rows - over @ (to_end[:, None, :] * own[..., None, :, :])
+    return gap.reshape(*batch, 6 * len(closing)), rows.reshape(*batch, 6 * len(closing), F)
+
+
+def _without_units(linkage: Linkage) -> Floats:
+    """(6, 6) from twists of the drawing to twists about the middle with lengths over the size."""
+    D = np.eye(6)
+    x, y, z = linkage.middle
+    D[3:, :3] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+    D[3:] /= linkage.size
+    return D
+
+
+def reduced_screws(linkage: Linkage, screws: Floats | None = None) -> Floats:
+    """(*batch, 6, F) screws free of units, about the middle of the linkage; as drawn if None."""
+    given = linkage.screws if screws is None else screws
+    return _without_units(linkage) @ given * units(linkage)
+
+
+def loop_matrix(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
+    """(*batch, 6 L, F) what the loops ask: loop_matrix @ (rates of coordinates over `units`) = 0."""
+    return loop_state(linkage, theta).matrix
+
+
+def largest_gap(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
+    """(*batch,) largest gap of a loop: angle, or length over the size of the linkage."""
+    gap = np.abs(loop_state(linkage, theta).gap)
+    return gap.max(axis=-1, initial=0.0)
+
+
+class ClosureStatus(Status):
+    """Whether coordinates that close all loops were found."""
+
+    CLOSED = ("mobility.closed", True)
+    NOT_FOUND = ("mobility.not_closed", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Closure(SingleAnswer):
+    """Coordinates that close all loops, if they were found; of a batch, row by row.
+
+    Attributes:
+        status: closed if every row is.
+        theta: (*batch, F) [rad | m]; of rows that did not close the best that was met.
+        gap: (*batch,) largest gap that is left.
+        closed: (*batch,) which rows close.
+    """
+
+    status: ClosureStatus
+    theta: Floats
+    gap: Floats
+    closed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    def explain(self, language: str | None = None) -> str:
+        """The finding in one sentence with the gap."""
+        return self.status.sentence(language, gap=float(np.max(self.gap, initial=0.0)))
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "theta": self.theta, "gap": self.gap, "closed": self.closed}
+
+
+def closed_near(
+    linkage: Linkage, theta: ArrayLike | None = None, *, fixed: Iterable[str] = (), steps: int = MOST_STEPS
+) -> Closure:
+    """Coordinates near given ones that close all loops: Newton's method with least-norm steps, row by row.
+
+    A search: rows that did not close prove nothing.
+
+    Args:
+        linkage: as drawn.
+        theta: (*batch, F) where it starts; as drawn if None.
+        fixed: names of joints whose coordinates stay.
+        steps: at most.
+    """
+    start = coordinates(linkage, theta)
+    moving = np.ones(linkage.coordinates)
+    moving[linkage.columns_of(fixed)] = 0.0
+    found, gap = _newton(linkage, start.reshape(-1, linkage.coordinates).copy(), moving, steps)
+    shape = start.shape[:-1]
+    closed = (gap <= CLOSED).reshape(shape)
+    status = ClosureStatus.CLOSED if bool(closed.all()) else ClosureStatus.NOT_FOUND
+    return Closure(status, found.reshape(start.shape), gap.reshape(shape), closed)
+
+
+def _newton(linkage: Linkage, theta: Floats, moving: Floats, steps: int) -> tuple[Floats, Floats]:
+    """Damped where a full step would be long; keeps the best of each row."""
+    scale = units(linkage)
+    best, least = theta.copy(), np.full(len(theta), np.inf)
+    live = np.arange(len(theta))
+    for _ in range(steps + 1):
+        if not len(live):
+            break
+        state = loop_state(linkage, theta[live])
+        gap = np.abs(state.gap).max(axis=-1, initial=0.0)
+        better = gap < least[live]
+        least[live[better]], best[live[better]] = gap[better], theta[live[better]]
+        going = gap > CLOSED / 100
+        live, A, g = live[going], state.matrix[going] * moving, state.gap[going]
+        step = -np.einsum("...ij,...j->...i", decompositions.pinv(A, RANK**0.5), g) * moving
+        length = np.abs(step).max(axis=-1, keepdims=True, initial=0.0)
+        step = step * np.minimum(1.0, LONGEST_STEP / np.maximum(length, LONGEST_STEP))
+        theta[live] += step * scale
+    return best, least

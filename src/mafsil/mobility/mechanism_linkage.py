@@ -1,0 +1,187 @@
+"""Between mechanisms (trees of joints of one freedom, loops closed by further joints) and linkages."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, as_batch, frozen, single
+from mafsil.errors import ModelError
+from mafsil.geometry import pose
+from mafsil.mobility.drawing import drawn_at, split, without
+from mafsil.mobility.joint_kind import Kind
+from mafsil.mobility.library import MECHANISMS
+from mafsil.mobility.linkage import Coupling, Linkage
+from mafsil.mobility.linkage_file import is_linkage, read_linkage
+from mafsil.mobility.linkage_joint import LinkageJoint
+from mafsil.mobility.loop_closure import closed_near, largest_gap
+from mafsil.mobility.tolerances import CLOSED
+from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
+from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.toml_source import parsed_toml
+
+LinkageLike: TypeAlias = Linkage | RobotLike
+"""A Linkage, the name of one of the library, whatever names a robot, a TOML file of bodies and joints."""
+
+_KINDS = {
+    JointKind.REVOLUTE: Kind.REVOLUTE,
+    JointKind.PRISMATIC: Kind.PRISMATIC,
+    JointKind.HELICAL: Kind.HELICAL,
+    JointKind.FIXED: Kind.FIXED,
+}
+_BACK = {kind: joint_kind for joint_kind, kind in _KINDS.items()}
+
+
+def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
+    """The linkage behind whatever names one.
+
+    Args:
+        source: see LinkageLike.
+        q: (n,) coordinates of a mechanism at which it is drawn; zero if None. Linkages are taken as drawn.
+
+    Raises:
+        FileError, ModelError: no such name or file, a malformed one, loops that Newton's method could not close.
+    """
+    if isinstance(source, Linkage):
+        return source if q is None else drawn_at(source, q)
+    if isinstance(source, str) and source in MECHANISMS:
+        drawn = MECHANISMS[source]()
+        return drawn if q is None else drawn_at(drawn, q)
+    if isinstance(source, str | PathLike):
+        path = Path(source)
+        if path.suffix.lower() == ".toml" and path.is_file() and _describes_linkage(path):
+            return read_linkage(path)
+    return linkage_of(as_mechanism(source), q)
+
+
+def _describes_linkage(path: Path) -> bool:
+    try:
+        return is_linkage(parsed_toml(path.read_text("utf-8")))
+    except (OSError, ValueError):
+        return False
+
+
+def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
+    """A mechanism as a linkage drawn at coordinates; links that are fixed to each other become one body.
+
+    Loops that gape there are closed by Newton's method first, the other coordinates giving way as little as possible.
+
+    Args:
+        mechanism: open or with loops.
+        q: (n,) coordinates of its tree [rad | m]; zero if None.
+
+    Raises:
+        ModelError: nothing moves, or the loops could not be closed.
+    """
+    value = np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,))
+    given = {each.name: float(v) for each, v in zip(mechanism.coordinates, value, strict=True)}
+    T = {mechanism.links[0].name: np.asarray(mechanism.T_sb)}
+    given |= {
+        each.name: each.mimic.multiplier * given[each.mimic.leader] + each.mimic.offset
+        for each in mechanism.joints
+        if each.mimic is not None
+    }
+    for each in mechanism.joints:
+        T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * given.get(each.name, 0.0))
+    if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
+        raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
+    couplings = tuple(
+        Coupling(each.name, each.mimic.leader, each.mimic.multiplier)
+        for each in mechanism.joints
+        if each.mimic is not None and each.mimic.multiplier
+    )
+    joints = [
+        _drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0))
+        for each in (*mechanism.joints, *mechanism.loops)
+    ]
+    apart = {each.name: T[each.parent] @ each.T_pj @ pose.inverse(T[each.child]) for each in mechanism.loops}
+    base = mechanism.links[0].name
+    whole = Linkage(
+        mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings,
+        apart={name: frozen(gap) for name, gap in apart.items() if np.abs(gap - np.eye(4)).max() > CLOSED / 100},
+    )  # fmt: skip
+    assert whole.ground == base, "assemble puts the base first"
+    if float(largest_gap(whole)) > CLOSED:
+        found = closed_near(whole)
+        if not found:
+            raise ModelError("mobility.cannot_close", name=mechanism.name, gap=float(found.gap))
+        whole = drawn_at(whole, found.theta)
+    elif whole.apart:
+        whole = drawn_at(whole, np.zeros(whole.coordinates))
+    fixed = {k for k, each in enumerate(whole.joints) if each.kind is Kind.FIXED}
+    return without(whole, fixed)
+
+
+def _drawn(each: Joint, T: Floats, at: float) -> LinkageJoint:
+    axis = T[:3, :3] @ each.axis
+    point = T[:3, 3] + (axis * at if each.kind is JointKind.PRISMATIC else 0.0)
+    still = each.mimic is not None and not each.mimic.multiplier
+    kind = Kind.FIXED if still else _KINDS[each.kind]
+    return LinkageJoint(
+        each.name, kind, each.parent, each.child, frozen(point), frozen(axis / np.linalg.norm(axis)),
+        pitch=each.pitch, actuated=each.actuated and each.mimic is None, lower=each.limits.lower - at,
+        upper=each.limits.upper - at,
+    )  # fmt: skip
+
+
+def mechanism_of(linkage: Linkage) -> Mechanism:
+    """A linkage as a mechanism: a tree of joints of one freedom, and loops closed by the joints left over.
+
+    The home configuration is the drawing. Frames of links stand in the joint that carries them; a loop ends in a
+    massless link fixed to its child, in the joint that closes it. Coordinates are those of the tree.
+
+    Args:
+        linkage: closed where it is drawn.
+
+    Raises:
+        ModelError: it gapes there, is drawn apart, or couples a joint that closes a loop.
+    """
+    gap = float(largest_gap(linkage))
+    if gap > CLOSED:
+        raise ModelError("mobility.gapes", name=linkage.name or "-", gap=gap)
+    fine = split(linkage)
+    closing = {fine.joints[k].name for k in fine.closing}
+    for each in fine.couplings:
+        if {each.follower, each.leader} & closing:
+            raise ModelError("mobility.coupled_closing", follower=each.follower, leader=each.leader)
+    mimics = {each.follower: Mimic(each.leader, each.ratio) for each in fine.couplings}
+    origins = {fine.ground: np.zeros(3)}
+    joints: list[Joint] = []
+    for k, forward in fine.tree:
+        each = fine.joints[k]
+        parent, child = (each.parent, each.child) if forward else (each.child, each.parent)
+        origins[child] = np.asarray(each.point)
+        drawn = _model_joint(each, parent, child, origins[parent], 1.0 if forward else -1.0)
+        joints.append(replace(drawn, mimic=mimics.get(each.name)))
+    links = [Link(body) for body in fine.bodies]
+    loops: list[Joint] = []
+    for k in fine.closing:
+        each, end = fine.joints[k], f"{fine.joints[k].name}.end"
+        links.append(Link(end))
+        T = pose.from_translation(each.point - origins[each.child])
+        joints.append(Joint(f"{end}.fixed", JointKind.FIXED, each.child, end, T))
+        loops.append(_model_joint(each, each.parent, end, origins[each.parent], 1.0))
+    return Mechanism.assemble(fine.name or "linkage", links, joints, loops=loops, tip=fine.output)
+
+
+def _model_joint(each: LinkageJoint, parent: str, child: str, origin: Floats, sense: float) -> Joint:
+    return Joint(
+        each.name, _BACK[each.kind], parent, child, pose.from_translation(each.point - origin), sense * each.axis,
+        pitch=each.pitch, limits=Limits(each.lower, each.upper), actuated=each.actuated,
+    )  # fmt: skip
+
+
+def theta_of_tree(linkage: Linkage, theta: ArrayLike) -> Floats:
+    """(*batch, n) coordinates of `mechanism_of(linkage)`, of coordinates (*batch, F) of the linkage."""
+    value = as_batch("theta", theta, (linkage.coordinates,))
+    fine = split(linkage)
+    order = [k for k, _ in fine.tree]
+    first = np.concatenate([[0], np.cumsum([each.freedoms for each in fine.joints])])
+    mechanism = mechanism_of(linkage)
+    where = {fine.joints[k].name: int(first[k]) for k in order}
+    return value[..., [where[name] for name in mechanism.joint_names]]

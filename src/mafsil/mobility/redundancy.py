@@ -1,0 +1,160 @@
+"""Constraints that others imply: how many, where they come from, which joints are loaded against each other by them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats
+from mafsil.messages import say
+from mafsil.messages.tables import on_screen
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.loop_closure import loop_state, reduced_screws
+from mafsil.mobility.motion_group import MotionGroup, motion_group
+from mafsil.mobility.tolerances import IN_SUPPORT, RANK
+
+
+class RedundancyStatus(Status):
+    """Whether constraints imply others; true where they do."""
+
+    REDUNDANT = ("mobility.redundancy_some", True)
+    INDEPENDENT = ("mobility.redundancy_none", False)
+
+
+@dataclass(frozen=True, eq=False)
+class LoopCause:
+    """What the joints of one loop say about its six conditions.
+
+    Attributes:
+        joints: names, of one independent loop.
+        group: what they generate; a loop within a group of dimension m asks m conditions, 6 - m hold by themselves.
+    """
+
+    joints: tuple[str, ...]
+    group: MotionGroup
+
+    @property
+    def implied(self) -> int:
+        """6 - m."""
+        return 6 - self.group.dimension
+
+    def explain(self, language: str | None = None) -> str:
+        """The cause in one sentence."""
+        return say(
+            "mobility.cause_group", language=language, joints=", ".join(self.joints), group=self.group,
+            count=self.implied, m=self.group.dimension,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Redundancy(Answer):
+    """Redundant constraints at a configuration; true if there are some, iterable over the loops that cause them.
+
+    Attributes:
+        count: 6 L - rank.
+        causes: loops whose joints generate less than all motions.
+        special: how many constraints are implied beyond that: by lengths and angles of this very linkage or
+            configuration.
+        stresses: (6 L + K, count) orthonormal wrenches (moment, force) through the joints that close the loops,
+            which balance without any load: what imprecise parts are clamped by.
+        loaded: names of the joints that these wrenches go through.
+    """
+
+    count: int
+    causes: tuple[LoopCause, ...]
+    special: int
+    stresses: Floats
+    loaded: tuple[str, ...]
+
+    @property
+    def status(self) -> RedundancyStatus:
+        """By their number."""
+        return RedundancyStatus.REDUNDANT if self.count else RedundancyStatus.INDEPENDENT
+
+    def __bool__(self) -> bool:
+        return self.count > 0
+
+    def __len__(self) -> int:
+        return len(self.causes)
+
+    def __iter__(self) -> Iterator[LoopCause]:
+        return iter(self.causes)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def explain(self, language: str | None = None) -> str:
+        """Number, causes, and which joints may be clamped."""
+        lines = [self.status.sentence(language, count=self.count)]
+        lines += [cause.explain(language) for cause in self.causes]
+        if self.special > 0:
+            lines.append(say("mobility.cause_special", language=language, count=self.special))
+        if self.count:
+            lines.append(say("mobility.stressed", language=language, joints=", ".join(self.loaded)))
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "count": self.count, "special": self.special,
+            "causes": [
+                {"joints": list(c.joints), "group": c.group.kind.name.lower(), "dimension": c.group.dimension}
+                for c in self.causes
+            ],
+            "loaded": list(self.loaded), "stresses": self.stresses,
+        }  # fmt: skip
+
+
+def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...], MotionGroup], ...]:
+    """Joints of each independent loop, and what they generate; screws (6, F) free of units."""
+    found: list[tuple[tuple[str, ...], MotionGroup]] = []
+    for row in linkage.cycles:
+        inside = np.flatnonzero(row)
+        columns = np.isin(linkage.joint_of, inside)
+        found.append((tuple(linkage.joints[k].name for k in inside), motion_group(screws[:, columns])))
+    return tuple(found)
+
+
+def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
+    """Redundant constraints at a configuration, and why they are.
+
+    Left null vectors of the loop matrix are states of stress without load. Each loop whose joints generate a group of
+    dimension m < 6 has 6 - m of them always; the rest comes from special lengths, angles or places.
+
+    Args:
+        linkage: as drawn.
+        theta: (F,) [rad | m].
+    """
+    state = loop_state(linkage, theta)
+    screws = reduced_screws(linkage, state.screws)
+    causes = tuple(LoopCause(joints, g) for joints, g in loop_groups(linkage, screws) if g.dimension < 6)
+    A = state.matrix
+    stresses = left_null_space(A)
+    always = sum(cause.implied for cause in causes)
+    carried = _wrenches_through(linkage, stresses)
+    loaded = tuple(each.name for each, on in zip(linkage.joints, carried, strict=True) if on > IN_SUPPORT)
+    return Redundancy(stresses.shape[1], causes, stresses.shape[1] - always, stresses, loaded)
+
+
+def left_null_space(A: Floats) -> Floats:
+    """(m, m - rank) orthonormal y with y A = 0."""
+    if not A.shape[1]:
+        return np.eye(len(A))
+    if not len(A):
+        return np.zeros((0, 0))
+    U, s, _ = np.linalg.svd(A)
+    return U[:, int((s > RANK * max(float(s[0]), 1e-300)).sum()) :]
+
+
+def _wrenches_through(linkage: Linkage, stresses: Floats) -> Floats:
+    """(J,) largest wrench through each joint: of the loops that pass it, with their senses."""
+    if not stresses.shape[1]:
+        return np.zeros(len(linkage.joints))
+    by_loop = stresses[: 6 * linkage.loops].reshape(linkage.loops, 6, -1)
+    through = np.einsum("lj,lik->jik", linkage.cycles, by_loop)
+    return np.abs(through).max(axis=(1, 2))

@@ -1,0 +1,189 @@
+"""Everything about the mobility of a linkage in one answer: counted, by rank, finite, and why they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
+from mafsil.mobility.existence import assembled
+from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, generic_mobility
+from mafsil.mobility.gruebler import GrueblerCount, gruebler
+from mafsil.mobility.instantaneous import InstantaneousMobility, instantaneous
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
+from mafsil.mobility.redundancy import Redundancy, redundancy
+from mafsil.mobility.structure import Structure, structure
+from mafsil.mobility.tolerances import CLOSED
+
+
+class MobilityStatus(Status):
+    """What a linkage can do; true if it moves."""
+
+    MOVES = ("mobility.moves", True)
+    MOVES_DEPENDENT = ("mobility.moves_dependent", True)
+    BRANCH_POINT = ("mobility.at_branch_point", True)
+    SHAKY = ("mobility.at_shaky", True)
+    ONLY_INSTANTANEOUS = ("mobility.only_instantaneous", False)
+    RIGID = ("mobility.is_rigid", False)
+    NO_MOTION_FOUND = ("mobility.no_motion_found", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mobility(SingleAnswer):
+    """The mobility of a linkage at a configuration; true if it moves.
+
+    Attributes:
+        linkage: drawn at that configuration.
+        structure: chain, tree or loops.
+        count: Gruebler's.
+        instantaneous: by rank, with idle freedoms.
+        finite: of real motions.
+        generic: mobility by rank at configurations around; None if none was found.
+        redundancy: dependent constraints and their causes.
+        actuation: of the driven joints.
+    """
+
+    linkage: Linkage
+    structure: Structure
+    count: GrueblerCount
+    instantaneous: InstantaneousMobility
+    finite: FiniteMobility
+    generic: int | None
+    redundancy: Redundancy
+    actuation: Actuation
+
+    @property
+    def mobility(self) -> int:
+        """Dimension of the set of configurations through this one, as far as it was found."""
+        return self.finite.mobility
+
+    @property
+    def status(self) -> MobilityStatus:
+        """By finite mobility, and by the reason why the count differs."""
+        match self.finite.status:
+            case FiniteStatus.RIGID:
+                return MobilityStatus.RIGID
+            case FiniteStatus.RIGID_SECOND_ORDER:
+                return MobilityStatus.ONLY_INSTANTANEOUS
+            case FiniteStatus.NOT_FOUND:
+                return MobilityStatus.NO_MOTION_FOUND
+            case FiniteStatus.BRANCH_POINT:
+                return MobilityStatus.BRANCH_POINT
+            case FiniteStatus.SHAKY:
+                return MobilityStatus.SHAKY
+            case _:
+                right = self.count.mobility == self.finite.mobility
+                return MobilityStatus.MOVES if right else MobilityStatus.MOVES_DEPENDENT
+
+    def explain(self, language: str | None = None) -> str:
+        """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
+        verdict = self.status.sentence(
+            language, name=self.linkage.name or "-", mobility=self.mobility, counted=self.count.mobility,
+            instantaneous=self.instantaneous.mobility,
+        )  # fmt: skip
+        lines = [verdict, self.structure.explain(language), *self.count.explain(language).split("\n")[:1]]
+        lines += [
+            say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
+        ]
+        lines += self.instantaneous.explain(language).split("\n")[:2]
+        lines.append(self.finite.explain(language))
+        if self.generic is not None and self.generic != self.instantaneous.mobility:
+            lines.append(
+                say("mobility.generic", language=language, generic=self.generic, here=self.instantaneous.mobility)
+            )
+        if self.redundancy:
+            lines += self.redundancy.explain(language).split("\n")
+        for one in self.instantaneous.idle:
+            lines.append(
+                say(
+                    "mobility.idle",
+                    language=language,
+                    count=one.count,
+                    joints=", ".join(one.joints),
+                    output=self.linkage.output,
+                )
+            )
+        if self.actuation.status is not ActuationStatus.NONE:
+            lines.append(self.actuation.explain(language))
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of all parts."""
+        return {
+            "status": self.status.name.lower(), "name": self.linkage.name, "mobility": self.mobility,
+            "structure": self.structure.to_dict(), "count": self.count.to_dict(),
+            "instantaneous": self.instantaneous.to_dict(), "finite": self.finite.to_dict(), "generic": self.generic,
+            "redundancy": self.redundancy.to_dict(), "actuation": self.actuation.to_dict(),
+        }  # fmt: skip
+
+
+def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | None = None, seed: int = 0) -> Mobility:
+    """How a mechanism can move: counted, by rank at a configuration, finite; with the reasons where they differ.
+
+    Args:
+        source: a Linkage, a Mechanism, a Robot, a library name, a file of a robot or of bodies and joints.
+        q: coordinates [rad | m]: of a mechanism those of its tree (n,), of a linkage all (F,); as drawn if None.
+        rule: of the count: planar, spherical or spatial; the one that fits if None.
+        seed: of the directions in which motions are looked for.
+
+    Raises:
+        InputError: loops that gape at these coordinates.
+    """
+    linkage = as_linkage(source, q)
+    if linkage.apart:
+        linkage = assembled(linkage)
+    gap = float(largest_gap(linkage))
+    if gap > CLOSED:
+        raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
+    return Mobility(
+        linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
+        finite_mobility(linkage, seed=seed), generic_mobility(linkage, seed=seed), redundancy(linkage),
+        actuation(linkage),
+    )  # fmt: skip
+
+
+def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict[str, float]:
+    """Rates of all joints of one freedom for unit rate of one of them, of a linkage of mobility 1.
+
+    Args:
+        linkage: as drawn.
+        driven: name of the joint that moves with rate 1.
+        theta: (F,) configuration [rad | m].
+
+    Raises:
+        InputError: the mobility is not 1, or that joint stands still in the motion.
+    """
+    found = instantaneous(linkage, theta)
+    if found.mobility != 1:
+        raise InputError("mobility.not_one", mobility=found.mobility)
+    column = int(linkage.columns_of([driven])[0])
+    values = found.rates[:, 0] * np.where(np.abs(linkage.screws[:3]).max(axis=0) > 0, 1.0, linkage.size)
+    if abs(values[column]) < 1e-9 * np.abs(values).max():
+        raise InputError("mobility.stands_still", joint=driven)
+    return dict(zip(linkage.coordinate_names, (values / values[column]).tolist(), strict=True))
+
+
+def body_rates(linkage: Linkage, driven: str, bodies: Iterable[str], theta: ArrayLike | None = None) -> Floats:
+    """(len(bodies),) angular velocities of bodies of a planar linkage for unit rate of one joint, at mobility 1.
+
+    Args:
+        linkage: of the plane, as drawn.
+        driven: name of the joint that moves with rate 1.
+        bodies: names.
+        theta: (F,) configuration [rad | m].
+    """
+    rate = rates(linkage, driven, theta)
+    values = np.array([rate[name] for name in linkage.coordinate_names])
+    spins = (np.abs(linkage.screws[:3]).max(axis=0) > 0) * np.sign(linkage.screws[2]) * values
+    rows = [linkage.paths[linkage.bodies.index(body)][linkage.joint_of] for body in bodies]
+    return np.array([float(row @ spins) for row in rows])

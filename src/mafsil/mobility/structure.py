@@ -1,0 +1,64 @@
+"""What kind of chain a linkage is: serial, tree, one loop, several loops, with branches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.mobility.linkage import Linkage
+
+
+class StructureStatus(Status):
+    """Kinds of chains; true for all of them."""
+
+    SERIAL = ("mobility.serial", True)
+    TREE = ("mobility.tree", True)
+    SINGLE_LOOP = ("mobility.single_loop", True)
+    MANY_LOOPS = ("mobility.many_loops", True)
+    HYBRID = ("mobility.hybrid", True)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Structure(SingleAnswer):
+    """Links, joints and loops of a linkage.
+
+    Attributes:
+        links: N, with the ground.
+        joints: J.
+        loops: L = J - N + 1, independent ones.
+        degrees: number of joints at each body, in order.
+        status: serial; tree (branched, no loop); one loop; several; loops with open branches.
+    """
+
+    links: int
+    joints: int
+    loops: int
+    degrees: tuple[int, ...]
+    status: StructureStatus
+
+    def explain(self, language: str | None = None) -> str:
+        """The kind with its numbers."""
+        return self.status.sentence(language, links=self.links, joints=self.joints, loops=self.loops)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "links": self.links, "joints": self.joints, "loops": self.loops,
+            "degrees": list(self.degrees),
+        }  # fmt: skip
+
+
+def structure(linkage: Linkage) -> Structure:
+    """The kind of chain: a tree has no loop, a serial chain no body with more than two joints besides."""
+    degrees = np.bincount(linkage.ends.ravel(), minlength=len(linkage.bodies))
+    if not linkage.loops:
+        serial = int(degrees.max()) <= 2 and degrees[0] == 1
+        status = StructureStatus.SERIAL if serial else StructureStatus.TREE
+    elif bool((np.abs(linkage.cycles).sum(axis=0) == 0).any()):
+        status = StructureStatus.HYBRID
+    else:
+        status = StructureStatus.SINGLE_LOOP if linkage.loops == 1 else StructureStatus.MANY_LOOPS
+    return Structure(len(linkage.bodies), len(linkage.joints), linkage.loops, tuple(int(d) for d in degrees), status)

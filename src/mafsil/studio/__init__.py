@@ -1,0 +1,3 @@
+"""The page on a server of one's own machine: several windows share one robot, heavy work is done in Python."""
+
+from mafsil.studio.studio import Studio as Studio

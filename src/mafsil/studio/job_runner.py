@@ -1,0 +1,191 @@
+"""The job of a studio: its text, which every window can edit, and the run that is going on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from mafsil.errors import FileError, InputError, MafsilError
+from mafsil.job import Refusal, Run, parse, solve
+from mafsil.messages import LANGUAGES, say
+from mafsil.report.results import require_replaceable, write_results
+from mafsil.studio.broadcast import Broadcast
+from mafsil.whole_file import write_whole
+
+PAUSE = 0.1
+"""Between two messages about progress [s]."""
+MOST_FINDINGS = 40
+STEM = "job"
+
+
+class Stopped(Exception):
+    """Somebody stopped the run."""
+
+
+class JobRunner:
+    """Runs one job at a time in a thread of its own, and tells all windows how it goes.
+
+    Args:
+        broadcast: to the windows.
+        path: file of the job, or None.
+        text: of the job.
+        results: folder into which each run gets a folder of its own.
+        finished: is called with every run and the path of its report; says the number under which it is kept.
+    """
+
+    def __init__(
+        self,
+        broadcast: Broadcast,
+        path: Path | None,
+        text: str,
+        results: Path,
+        finished: Callable[[Run, Path], int],
+    ) -> None:
+        self._broadcast, self._path, self.results, self._finished = broadcast, path, results, finished
+        self._source = "job.toml" if path is None else path.name
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._sent_at = 0.0
+        self.job: Mapping[str, Any] = self._job(text, "")
+        self.run: Mapping[str, Any] = {"kind": "run", "status": "none"}
+
+    @property
+    def running(self) -> bool:
+        """Whether a run is going on."""
+        return self._thread is not None and self._thread.is_alive()
+
+    def edit(self, text: str, window: str) -> None:
+        """Take another text, and say what is wrong with it.
+
+        Args:
+            text: TOML.
+            window: in which it was written.
+        """
+        job = self._job(text, window)
+        with self._broadcast.lock:
+            self.job = job
+            self._broadcast.send(job)
+
+    def save(self) -> Path:
+        """Write the text into the file that it came from.
+
+        Raises:
+            InputError: it came from none.
+            FileError: the file cannot be written.
+        """
+        if self._path is None:
+            raise InputError("studio.no_job_file")
+        write_whole(self._path, str(self.job["text"]).encode())
+        return self._path
+
+    def start(self) -> None:
+        """Run the job as it is written now.
+
+        Raises:
+            InputError: a run is going on.
+        """
+        with self._broadcast.lock:
+            if self.running:
+                raise InputError("studio.running")
+            self._stop.clear()
+            self._tell(status="running", stage="stage_robot", share=0.0)
+            self._thread = threading.Thread(target=self._work, args=(str(self.job["text"]),), daemon=True)
+            self._thread.start()
+
+    def stop(self, patience: float = 0.0) -> None:
+        """End the run that is going on, if there is one.
+
+        Args:
+            patience: how long to wait for its end [s].
+        """
+        self._stop.set()
+        if self._thread is not None and patience > 0.0:
+            self._thread.join(patience)
+
+    def enter(self, stage: str) -> None:
+        """A stage of the run begins."""
+        self._progress(stage, 0.0)
+
+    def update(self, share: float) -> None:
+        """Share of the stage that is done.
+
+        Raises:
+            Stopped: somebody stopped the run.
+        """
+        if self._stop.is_set():
+            raise Stopped
+        if time.monotonic() - self._sent_at > PAUSE:
+            self._progress(str(self.run.get("stage")), share)
+
+    def _work(self, text: str) -> None:
+        try:
+            self._finish(self._solved(text))
+        except Stopped:
+            self._tell(status="stopped")
+        except MafsilError as error:
+            self._tell(status="wrong", **complaint(error))
+        except Exception as error:
+            failure = {
+                code: say("cli.internal", language=code, kind=type(error).__name__, reason=str(error))
+                for code in LANGUAGES
+            }
+            self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
+
+    def _solved(self, text: str) -> Run | Refusal:
+        folder = Path() if self._path is None else self._path.parent
+        return solve(parse(text, self._source), text, folder, self, self._source)
+
+    def _finish(self, outcome: Run | Refusal) -> None:
+        sentence = {code: outcome.explain(code).split("\n")[0] for code in LANGUAGES}
+        if isinstance(outcome, Refusal):
+            self._tell(status="refused", sentence=sentence, findings=[])
+            return
+        self._progress("stage_writing", 0.0)
+        number = self._finished(outcome, self._written(outcome))
+        findings = [{"level": one.level, **{code: one.sentence(code) for code in LANGUAGES}} for one in outcome.remarks]
+        self._tell(
+            status=outcome.status.name.lower(),
+            sentence=sentence,
+            findings=findings[:MOST_FINDINGS],
+            more=max(0, len(findings) - MOST_FINDINGS),
+            recording=number,
+        )
+
+    def _written(self, run: Run) -> Path:
+        """The report, in the first folder of a number that is not there yet."""
+        stem, k = STEM if self._path is None else self._path.stem, 1
+        while (self.results / f"{stem}-{k}").exists():
+            k += 1
+        target = self.results / f"{stem}-{k}"
+        require_replaceable(target)
+        try:
+            return write_results(run, target)
+        except OSError as error:
+            raise FileError("file.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
+
+    def _job(self, text: str, window: str) -> Mapping[str, Any]:
+        job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
+        try:
+            parse(text, self._source)
+        except MafsilError as error:
+            job["wrong"] = complaint(error)
+        return job
+
+    def _progress(self, stage: str, share: float) -> None:
+        self._sent_at = time.monotonic()
+        self._tell(status="running", stage=stage, share=share)
+
+    def _tell(self, **details: Any) -> None:
+        with self._broadcast.lock:
+            self.run = {"kind": "run", **details}
+            self._broadcast.send(self.run)
+
+
+def complaint(error: MafsilError) -> dict[str, Any]:
+    """An error for windows: its code, the line if it knows one, and its sentence in all languages."""
+    line = error.details.get("line")
+    sentence = {code: error.message(code) for code in LANGUAGES}
+    return {"code": error.key, "line": line if isinstance(line, int) else None, "sentence": sentence}

@@ -1,0 +1,265 @@
+"""Changes that make a path followable: another branch, the tool turned, the base moved, a detour in joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats, JointVector, Vector3, require_kind
+from mafsil.errors import InputError
+from mafsil.mechanics.arm_size import arm_length
+from mafsil.messages import say
+from mafsil.messages.quantities import quantity
+from mafsil.messages.tables import on_screen
+from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, TurnedToolPath
+from mafsil.trajectory.difficulties.detours import Detour, detours
+from mafsil.trajectory.difficulties.diagnosis import PathDiagnosis, diagnose_path
+from mafsil.trajectory.difficulties.ladder import best_chain, solution_ladder
+from mafsil.trajectory.difficulties.rates import redundant
+from mafsil.trajectory.paths import TipPath
+
+RemedyName = Literal["branch", "tool", "base", "detour"]
+
+QUICK = 41
+"""Samples of the first look at a changed path; one that passes is looked at again in full."""
+
+TURN_STEP = np.radians(5.0)
+TURN_FINEST = np.radians(0.25)
+
+SHIFTS = 0.02 * 2.0 ** np.arange(6)
+"""Distances by which the base is moved, in lengths of the arm."""
+
+SHIFT_HALVINGS = 6
+"""How often the distance of a shift that mends is halved towards one that does not: to 1/64 of it."""
+
+DIRECTIONS = 3
+"""Directions of the base, of those that mend at the same distance, whose distance is reduced."""
+
+
+class MendStatus(Status):
+    """Whether a remedy was found."""
+
+    NOT_NEEDED = ("trajectory.mend_not_needed", True)
+    MENDED = ("trajectory.mended", True)
+    NOT_MENDED = ("trajectory.not_mended", False)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PathRemedy:
+    """One change after which the path can be followed.
+
+    Attributes:
+        kind: `branch`, `tool`, `base` or `detour`.
+        path: of the tip after the change.
+        q_start: (n,) where the arm begins then [rad | m].
+        turn: of the tool about its z axis [rad].
+        shift: (3,) of the base in {s} [m].
+        detours: motions in joints between the parts of the path.
+        diagnoses: of the changed path, or of the parts between detours; each true.
+    """
+
+    kind: RemedyName
+    path: TipPath
+    q_start: JointVector
+    diagnoses: tuple[PathDiagnosis, ...]
+    turn: float = 0.0
+    shift: Vector3 | None = None
+    detours: tuple[Detour, ...] = ()
+
+    def explain(self, language: str | None = None) -> str:
+        """What to change, in a sentence."""
+        if self.kind == "detour":
+            return "; ".join(each.explain(language) for each in self.detours)
+        shift = ", ".join(f"{x:.4g}" for x in (np.zeros(3) if self.shift is None else self.shift))
+        start = ", ".join(f"{x:.4g}" for x in self.q_start)
+        return say(
+            f"trajectory.mend_{self.kind}",
+            language=language,
+            angle=f"{np.degrees(self.turn):.4g}",
+            shift=f"({shift})",
+            distance=quantity(float(np.linalg.norm(0.0 if self.shift is None else self.shift)), "m"),
+            q=f"({start})",
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PathRemedies(Answer):
+    """True if the path can be followed as it is or after one of the changes; iterable over them.
+
+    Attributes:
+        diagnosis: of the path as it is.
+        remedies: each checked by a diagnosis of the changed path.
+    """
+
+    diagnosis: PathDiagnosis
+    remedies: tuple[PathRemedy, ...]
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return len(self.remedies)
+
+    def __iter__(self) -> Iterator[PathRemedy]:
+        return iter(self.remedies)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    @property
+    def status(self) -> MendStatus:
+        """Not needed, found, or not found among what was tried."""
+        if self.diagnosis:
+            return MendStatus.NOT_NEEDED
+        return MendStatus.MENDED if self.remedies else MendStatus.NOT_MENDED
+
+    def explain(self, language: str | None = None) -> str:
+        """The difficulties, then every change that mends them."""
+        found = [each.explain(language) for each in self.diagnosis.difficulties]
+        return "\n".join([*found, self.status.sentence(language), *(each.explain(language) for each in self)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        rows = [
+            {
+                "kind": each.kind,
+                "turn": each.turn,
+                "shift": None if each.shift is None else each.shift.tolist(),
+                "q_start": each.q_start,
+                "detours": [(one.begin, one.end) for one in each.detours],
+                "text": each.explain("en"),
+            }
+            for each in self
+        ]
+        return {"status": self.status.name, "remedies": rows}
+
+
+def mend_path(
+    diagnosis: PathDiagnosis, *, kinds: Sequence[RemedyName] = ("branch", "tool", "base", "detour")
+) -> PathRemedies:
+    """Changes after which a path can be followed, each checked by diagnosing the changed path and leading joints along.
+
+    branch: another configuration at the beginning. tool: the smallest turn about the tool's z axis that mends, tried in
+    steps of 5 degrees both ways and then halved to a quarter of a degree. base: the smallest shift found, in 26
+    directions at distances that double from 2 % of the arm's length, then halved. detour: parts of the path are left
+    and passed in joints, straight from one configuration to the other.
+
+    What was not found may exist: other directions, two changes at once. Collisions are not looked at.
+
+    Args:
+        diagnosis: of a path, by `diagnose_path`.
+        kinds: which changes to try.
+
+    Raises:
+        InputError: no diagnosis, an unknown kind.
+    """
+    require_kind("diagnosis", diagnosis, "PathDiagnosis", "difficulties", "reach", "path")
+    for kind in kinds:
+        if kind not in get_args(RemedyName):
+            raise InputError("input.choice", name="kinds", value=kind, known=", ".join(get_args(RemedyName)))
+    tried = {"branch": _branch, "tool": _tool, "base": _base, "detour": _detour}
+    found = () if diagnosis else tuple(remedy for kind in kinds if (remedy := tried[kind](diagnosis)) is not None)
+    return PathRemedies(diagnosis, found)
+
+
+def _branch(old: PathDiagnosis) -> PathRemedy | None:
+    """Any configuration at the beginning, where one was asked for."""
+    if old.q_start is None:
+        return None
+    new = _followable(old, old.path)
+    return None if new is None else PathRemedy("branch", old.path, new.q[0], (new,))
+
+
+def _tool(old: PathDiagnosis) -> PathRemedy | None:
+    """The smallest turn of the tool about its axis."""
+    if old.task != "pose":
+        return None
+    for k in range(1, round(np.pi / TURN_STEP) + 1):
+        for sign in (1.0, -1.0):
+            if (found := _turned(old, sign * k * TURN_STEP)) is None:
+                continue
+            fails, mends = sign * (k - 1) * TURN_STEP, sign * k * TURN_STEP
+            while abs(mends - fails) > TURN_FINEST:
+                middle = (fails + mends) / 2
+                less = _turned(old, middle)
+                fails, mends = (middle, mends) if less is None else (fails, middle)
+                found = found if less is None else less
+            return found
+    return None
+
+
+def _turned(old: PathDiagnosis, turn: float) -> PathRemedy | None:
+    path = TurnedToolPath(old.path, turn)
+    new = _followable(old, path)
+    return None if new is None else PathRemedy("tool", path, new.q[0], (new,), turn=turn)
+
+
+def _base(old: PathDiagnosis) -> PathRemedy | None:
+    """The smallest shift of the base that is found."""
+    length = arm_length(old.robot.mechanism)
+    directions = np.array([v for v in product((-1.0, 0.0, 1.0), repeat=3) if any(v)])
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for distance in length * SHIFTS:
+        found: list[PathRemedy] = []
+        for direction in directions:
+            if len(found) < DIRECTIONS and _shifted(old, distance * direction) is not None:
+                found.append(_least_shift(old, direction, float(distance)))
+        if found:
+            return min(found, key=_distance)
+    return None
+
+
+def _least_shift(old: PathDiagnosis, direction: Vector3, mends: float) -> PathRemedy:
+    """A shift that mends, made smaller as long as it does."""
+    found, fails = _shifted(old, mends * direction), 0.0
+    assert found is not None
+    for _ in range(SHIFT_HALVINGS):
+        middle = (fails + mends) / 2
+        less = _shifted(old, middle * direction)
+        fails, mends = (middle, mends) if less is None else (fails, middle)
+        found = found if less is None else less
+    return found
+
+
+def _distance(remedy: PathRemedy) -> float:
+    return float(np.linalg.norm(0.0 if remedy.shift is None else remedy.shift))
+
+
+def _shifted(old: PathDiagnosis, shift: Vector3) -> PathRemedy | None:
+    path = MovedBasePath(old.path, shift)
+    new = _followable(old, path)
+    return None if new is None else PathRemedy("base", path, new.q[0], (new,), shift=shift)
+
+
+def _detour(old: PathDiagnosis) -> PathRemedy | None:
+    """Parts of the path passed in joints."""
+    found = detours(old)
+    if found is None:
+        return None
+    ways, diagnoses, q_start = found
+    return PathRemedy("detour", old.path, q_start, diagnoses, detours=ways)
+
+
+def _followable(old: PathDiagnosis, path: TipPath) -> PathDiagnosis | None:
+    """The diagnosis of a changed path if it can be followed from some configuration; first a look at few samples."""
+    if not redundant(old.robot, old.task) and not _promising(old, path):
+        return None
+    new = diagnose_path(old.robot, path, task=old.task, duration=old.duration)
+    return new if new else None
+
+
+def _promising(old: PathDiagnosis, path: TipPath) -> bool:
+    """Whether few samples show no difficulty."""
+    ladder = solution_ladder(old.robot, path, old.task, np.union1d(np.linspace(0.0, 1.0, QUICK), path.breaks))
+    if not ladder.within.any(axis=1).all():
+        return False
+    chain = best_chain(ladder, 0, len(ladder.s))
+    if chain.jumps or old.duration is None:
+        return not chain.jumps
+    rates: Floats = np.abs(ladder.after[np.arange(len(ladder.s)), chain.rows]) / old.duration
+    return bool((rates <= old.robot.limits.velocity).all())

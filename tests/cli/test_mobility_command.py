@@ -1,0 +1,69 @@
+"""`mafsil mobility`: files of bodies and joints, names of mechanisms, robots; yes, no, and errors."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mafsil.cli.main import main
+
+EXAMPLE = str(Path(__file__).parents[2] / "examples" / "linkages" / "four_bar.toml")
+
+
+def test_a_file_of_bodies_and_joints(capsys):
+    assert main(["mobility", EXAMPLE]) == 0
+    out = capsys.readouterr().out
+    assert "four-bar moves with mobility 1, as Gruebler counts" in out
+    assert "3 (4 - 1 - 4) + 4 = 1" in out
+
+
+@pytest.mark.parametrize(("name", "mobility"), [("delta", 9), ("bennett", 1), ("ur5e", 6), ("puma560", 6)])
+def test_names_and_json(name, mobility, capsys):
+    assert main(["mobility", name, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["mobility"] == mobility
+    assert (
+        data["count"]["m"] * (data["count"]["links"] - 1 - data["count"]["joints"]) + sum(data["count"]["freedoms"])
+        == (data["count"]["mobility"])
+    )
+
+
+def test_joints_locked_driven_and_in_all_choices(capsys):
+    assert main(["mobility", "five_bar", "--locked-joints", "O", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["mobility"] == 1
+    assert main(["mobility", "five_bar", "--actuated", "O", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["actuation"]["status"] == "underactuated"
+    assert main(["mobility", "five_bar", "--subsets", "2", "--json"]) == 0
+    subsets = json.loads(capsys.readouterr().out)["locked_subsets"]
+    assert len(subsets) == 10
+    assert {one["mobility"] for one in subsets} == {0}
+
+
+def test_what_does_not_move_ends_with_a_no(capsys):
+    assert main(["mobility", "stretched_four_bar"]) == 1
+    assert "stopped at second order" in capsys.readouterr().err
+    assert main(["mobility", "ur5e", "--q", "0", "0", "0", "0", "0", "0"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["no_such_thing"], "no_such_thing"),
+        (["five_bar", "--locked-joints", "Q"], "there is no joint Q"),
+        (["five_bar", "--subsets", "x"], "subsets"),
+        (["four_bar", "--rule", "spatial"], ""),
+        (["ur5e", "--q", "0"], "q"),
+        (["four_bar", "--picture", "here.txt"], "here.txt"),
+    ],
+)
+def test_errors_are_one_sentence(words, said, capsys):
+    code = main(["mobility", *words])
+    err = capsys.readouterr().err
+    assert (code == 0) == (said == "")
+    assert said in err
+    assert "Traceback" not in err
+
+
+def test_in_arabic(capsys, monkeypatch):
+    assert main(["mobility", "bennett", "--lang", "ar"]) == 0
+    assert "غروبلر" in capsys.readouterr().out

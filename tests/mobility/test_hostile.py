@@ -1,0 +1,75 @@
+"""Wrong input is our own error with a remedy, NaN stays in its row, and nothing else is raised."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil import mobility as mo
+from mafsil.mobility import library
+
+FOUR = mo.FourBar(2, 4, 3.5, 4.5)
+REFUSED = {
+    "text for an angle": lambda: FOUR.positions("a"),
+    "negative length": lambda: mo.FourBar(-1, 2, 3, 4),
+    "length NaN": lambda: mo.FourBar(np.nan, 2, 3, 4),
+    "wrong shape": lambda: mo.Coin(0.1).moved([0, 0, 0], 1, 1, 1),
+    "NaN coordinates": lambda: mo.mobilities(library.four_bar(), [np.nan] * 4),
+    "no linkage": lambda: mf.mobility(5),
+    "nothing": lambda: mf.mobility(None),
+    "no file": lambda: mf.mobility("nowhere.toml"),
+    "wrong number of coordinates": lambda: mf.mobility("four_bar", [0, 0]),
+    "NaN place": lambda: mo.joint("A", "R", ["a", "b"], [np.nan, 0]),
+    "bodies as a word": lambda: mo.joint("A", "R", "ab", [0, 0]),
+    "kind as a number": lambda: mo.joint("A", 3, ["a", "b"], [0, 0]),
+    "limits NaN": lambda: mo.joint("A", "R", ["a", "b"], limits=(np.nan, 1)),
+    "limits as a number": lambda: mo.joint("A", "R", ["a", "b"], limits=3),
+    "no joints": lambda: mo.Linkage.of([]),
+    "all locked": lambda: mo.locked(library.four_bar(), list("ABCD")),
+    "no links": lambda: mo.count(0, []),
+    "half a freedom": lambda: mo.count(4, [1.5]),
+    "points that coincide": lambda: mo.count_points([[0, 0], [0, 0]]),
+    "no points": lambda: mo.count_points(np.zeros((0, 2))),
+    "points on a line": lambda: mo.body_of_points([0, 0, 0], [1, 0, 0], [2, 0, 0]),
+    "infinite length": lambda: mo.polygon_space([1, np.inf, 1]),
+    "no length at all": lambda: mo.polygon_space([0, 0, 0]),
+    "no lengths": lambda: mo.annulus([]),
+    "angle NaN": lambda: mo.spatial_2r(np.nan, 1),
+    "row too long": lambda: mo.Pfaffian(("x", "y"), lambda q: [[1, 2, 3]]).rank([0, 0]),
+    "curve of a structure": lambda: mo.trace(library.truss()),
+    "curve of mobility 2": lambda: mo.trace(library.five_bar()),
+    "step zero": lambda: mo.trace(library.four_bar(), step=0),
+    "unknown joint": lambda: mo.assembly_modes(library.four_bar(), {"Z": 1}),
+    "joint of three freedoms": lambda: mo.assembly_modes(library.six_sps(), {"A0": 1}),
+    "too many joints": lambda: mo.locked_subsets(library.four_bar(), 9),
+    "one input of two": lambda: mo.Car(1.0).driven([0, 0, 0, 0], lambda t: (1.0,), 1.0),
+    "unknown rule": lambda: mo.gruebler(library.four_bar(), "curved"),
+    "planar rule for six freedoms": lambda: mo.gruebler(mo.Linkage.of([mo.joint("F", "F", ["ground", "b"])]), "planar"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_wrong_input_is_refused_in_both_languages(case):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(mf.MafsilError) as caught:
+            REFUSED[case]()
+    assert caught.value.message("en")
+    assert caught.value.message("ar") != caught.value.message("en")
+
+
+def test_nan_and_infinity_stay_in_their_rows():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert FOUR.positions([np.nan, np.inf, 1.0]).reachable.tolist() == [False, False, True]
+        assert np.isnan(mo.SliderCrank(1, 3).positions([np.inf, 0.1])).tolist() == [[True, True], [False, False]]
+        assert np.isnan(mo.torus.difference([np.inf, 0], [0, 1])).tolist() == [True, False]
+        assert np.isnan(mo.Coin(0.1).moved(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [True, False]
+        assert mo.SliderCrank(3, 1).positions([1.5, 0.0]).shape == (2, 2)
+        assert len(FOUR.positions(np.zeros(0)).theta) == 0
+
+
+def test_trivial_constraints():
+    assert mo.Pfaffian(("x", "y"), lambda q: [[1, 0], [0, 1]]).integrability.first_integrals == 2
+    assert mo.Pfaffian(("x", "y"), lambda q: [[0, 0]]).integrability.first_integrals == 0

@@ -1,0 +1,213 @@
+"""The studio in headless Chromium: windows that share a robot, jobs run by Python, no request to anywhere else."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.simulation import Recording
+from mafsil.studio import Studio
+from mafsil.studio.recordings import at
+from tests.page.browser import Browser
+from tests.page.test_page_browser import slide, state
+
+JOB = """\
+robot = "panda"
+
+[simulation]
+mass_error = 0.0
+
+[[move]]
+joints = [0.1, 0.2, 0.3, -1.5, 0.2, 1.5, 0.4]
+"""
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
+    results = tmp_path_factory.mktemp("results")
+    with Studio("panda", language="en", job=(JOB, None), results=results) as served:
+        threading.Thread(target=served.serve, daemon=True).start()
+        yield served
+        served.server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def windows(studio: Studio, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Browser, Browser]]:
+    """Two windows of one studio, which ask nothing of anybody else and meet no error."""
+    with Browser(tmp_path_factory.mktemp("first")) as first, Browser(tmp_path_factory.mktemp("second")) as second:
+        for window in (first, second):
+            window.requests.clear()
+            window.load(studio.address)
+            window.wait("mafsil.link.connected")
+        yield first, second
+        for window in (first, second):
+            assert not window.errors
+            assert window.requests
+            assert all(url.startswith((studio.address, "blob:")) for url in window.requests), window.requests
+
+
+def settled(studio: Studio, *windows: Browser) -> list[float]:
+    """The coordinates that all windows and Python agree on, to the last bit, when nothing is on its way."""
+    for window in windows:
+        window.wait("!mafsil.link.pending.size")
+    lines = [[one["do"], one["with"]] for one in studio.journal.lines()]
+    for window in windows:
+        window.wait(f"mafsil.store.journal.length === {len(lines)}")
+        assert [[one["do"], one["with"]] for one in window.ask("mafsil.store.journal")] == lines
+    q = studio.journal.replayed().q.tolist()
+    for window in windows:
+        assert state(window)["q"] == q
+    return q
+
+
+def act(window: Browser, joint: int, value: float, *, gesture: bool) -> None:
+    """Move a joint as its slider does."""
+    how = json.dumps({"gesture": gesture})
+    window.ask(f"mafsil.store.do('set_joint', {{joint: {joint}, value: {value}}}, {how})")
+
+
+def test_a_second_window_follows(studio: Studio, windows: tuple[Browser, Browser]) -> None:
+    first, second = windows
+    before = state(second)["q"]
+    slide(first, 1, -0.12)
+    q = settled(studio, first, second)
+    assert q[1] < before[1] - 0.2
+    assert len(studio.journal.lines()) == 1
+
+
+def test_both_windows_at_once(studio: Studio, windows: tuple[Browser, Browser]) -> None:
+    """What is done in both at the same time is in the journal once each, in one order for all."""
+    first, second = windows
+    count = len(studio.journal.lines())
+    for k in range(20):
+        act(first, 0, 0.01 * k, gesture=True)
+        act(second, 3, -1 - 0.02 * k, gesture=k % 2 == 1)
+    q = settled(studio, first, second)
+    assert q[0] == 0.01 * 19
+    assert q[3] == -1 - 0.02 * 19
+    assert len(studio.journal.lines()) > count + 2
+    first.ask("mafsil.store.release()")
+    second.ask("mafsil.store.undo()")
+    settled(studio, first, second)
+
+
+def write(window: Browser, old: str, new: str) -> None:
+    """Replace words of the job, as somebody who types."""
+    change = f"f.value = f.value.replace({json.dumps(old)}, {json.dumps(new)}); f.dispatchEvent(new Event('input'));"
+    window.ask(f"(f => {{ {change} }})(document.getElementById('job'))")
+
+
+def unfold(window: Browser, *views: str) -> None:
+    for view in views:
+        window.ask(f"document.getElementById('view-{view}').open = true")
+    window.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def run_job(window: Browser, recordings: int) -> None:
+    """Press run, and wait until the recording is there."""
+    window.wait("!document.getElementById('job-run').disabled")
+    window.click("#job-run")
+    window.wait(f"mafsil.link.heard.get('recordings').list.length === {recordings}")
+    window.wait("mafsil.link.heard.get('run').status !== 'running'")
+
+
+def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tuple[Browser, Browser]) -> None:
+    first, second = windows
+    for window in windows:
+        unfold(window, "job", "recordings")
+    # 1. What is wrong is said with its line, in both windows, and cannot be run.
+    write(first, "robot =", "robt =")
+    for window in windows:
+        window.wait("document.querySelector('#job-wrong [data-line]')?.dataset.line === '1'")
+        window.wait("document.getElementById('job-run').disabled")
+    assert "robt" in second.ask("document.getElementById('job').value")
+    second.click("#job-wrong button")
+    assert second.ask("(f => f.value.slice(f.selectionStart, f.selectionEnd))(document.getElementById('job'))") == (
+        'robt = "panda"'
+    )
+    # 2. The other window mends it and runs it; both see how it ends.
+    write(second, "robt =", "robot =")
+    run_job(second, 1)
+    first.wait("mafsil.link.heard.get('run').status === 'done'")
+    first.wait("document.querySelector('#job-outcome a')")
+    # 3. Another run with other masses.
+    write(first, "mass_error = 0.0", "mass_error = 0.2")
+    run_job(first, 2)
+    tapes = [Recording.load(studio.jobs.results / f"job-{k}" / "recording") for k in (1, 2)]
+    # 4. The last one is replayed from its card; then both, the second as a ghost: the arm is where the recording says.
+    first.ask("document.getElementById('view-recordings').open = false")
+    first.ask("document.querySelector('#job-outcome button').click()")
+    first.wait("mafsil.store.shown.replay?.first.number === 2")
+    first.ask("mafsil.store.show({ chosen: [1, 2] })")
+    first.wait("mafsil.store.shown.replay?.second && document.querySelector('#comparison p')")
+    time = float(tapes[0].t[len(tapes[0].t) // 2])
+    first.ask(f"mafsil.store.show({{ replay: {{ ...mafsil.store.shown.replay, time: {time} }} }})")
+    unfold(first)
+    replay = first.ask("mafsil.store.shown.replay")
+    for shown, tape in ((replay["q"], tapes[0]), (replay["ghost"], tapes[1])):
+        exact = at(tape, np.array([time]))[0]
+        assert np.abs(np.subtract(shown, exact)).max() < 1e-5
+    first.click("#replay")
+    first.wait(f"mafsil.store.shown.replay.time > {time} + 0.1")
+    # 5. Whoever moves the arm leaves the replay; the other window never was in it.
+    act(first, 0, 0.5, gesture=False)
+    assert first.ask("mafsil.store.shown.replay") is None
+    settled(studio, first, second)
+    # 6. The report and its data come from the same server.
+    report = first.ask("fetch(document.querySelector('#report').href).then(answer => answer.text())")
+    assert report.startswith("<!doctype html>")
+    assert first.ask("fetch('reports/1/results.json').then(answer => answer.json())")["status"] == "done"
+
+
+def test_python_finds_configurations(studio: Studio, windows: tuple[Browser, Browser]) -> None:
+    first, second = windows
+    unfold(first, "configurations")
+    T = first.ask("Array.from(mafsil.store.arm.kernels.forward_kinematics(mafsil.store.state.q)[0])")
+    first.click("#find")
+    first.wait("document.querySelector('#configurations button')")
+    first.click("#language")
+    first.click("#language")
+    rows = "document.querySelectorAll('#configurations button:not(:disabled)')"
+    assert first.ask(f"{rows}.length") >= 1
+    first.ask(f"{rows}[0].click()")
+    q = settled(studio, first, second)
+    assert first.ask("mafsil.store.journal.at(-1).do") == "set_joints"
+    assert np.abs(studio.arm.robot.forward_kinematics(q).ravel() - T).max() < 1e-8
+
+
+def test_both_languages(windows: tuple[Browser, Browser]) -> None:
+    """Every card of the studio in Arabic, right to left, and back."""
+    first, _ = windows
+    unfold(first, "job", "recordings", "configurations", "server")
+    first.click("#language")
+    assert first.ask("document.documentElement.dir") == "rtl"
+    words = first.ask("document.getElementById('views').innerText")
+    assert all(word in words for word in ("المهمة", "التسجيلات", "الخادم"))
+    first.click("#language")
+    assert "Recordings" in first.ask("document.getElementById('views').innerText")
+
+
+def test_what_is_done_without_the_server_is_sent_later(tmp_path: Path) -> None:
+    """The server goes and comes back at the same place: nothing that was done meanwhile is lost."""
+    with Studio("planar2r", language="en") as served, Browser(tmp_path) as window:
+        thread = threading.Thread(target=served.serve, daemon=True)
+        thread.start()
+        window.load(served.address)
+        window.wait("mafsil.link.connected")
+        token, port = served.server.access.token, served.server.server_port
+        served.server.shutdown()
+        served.server.close()
+        window.wait("!mafsil.link.connected")
+        act(window, 1, 0.75, gesture=False)
+        with Studio("planar2r", language="en", port=port) as again:
+            again.server.access = replace(again.server.access, token=token)
+            threading.Thread(target=again.serve, daemon=True).start()
+            window.wait("mafsil.link.connected && !mafsil.link.pending.size")
+            assert again.journal.replayed().q[1] == 0.75
+            again.server.shutdown()
