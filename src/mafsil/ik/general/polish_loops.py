@@ -65,7 +65,7 @@ def polished(
                 i = max(item[l], 0)
                 for r in range(3):
                     for c in range(4):
-                        put(X, 4 * r + c, l, P[rows[i], r, c])
+                        put(X, 4 * r + c, l, P[int(rows[i]), r, c])
                 for k in range(12):
                     put(Q, k, l, turns[i, k])
                 put(errors, 0, l, 1e300)
