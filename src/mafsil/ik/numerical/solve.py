@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 from time import perf_counter
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
@@ -154,10 +154,13 @@ def _array_seed(seed: object) -> ArrayLike | None:
     Warns:
         RenamedArgument: it is one.
     """
-    if type(seed) is int or not isinstance(seed, list | tuple | np.ndarray) or not np.ndim(seed):
+    if type(seed) is int or not isinstance(seed, list | tuple | np.ndarray):
+        return None
+    given: NDArray[Any] = np.asarray(cast("ArrayLike", seed))
+    if not given.ndim:
         return None
     warn(RenamedArgument("ik.array_seed"))
-    return np.asarray(seed)
+    return given
 
 
 def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
