@@ -52,7 +52,7 @@ class Program(NamedTuple):
 
 @compiled
 def plain(op: int, a: float, b: float) -> float:
-    """One operation on numbers.
+    """One operation on numbers: a table, in the order of the codes.
 
     Args:
         op: which.
