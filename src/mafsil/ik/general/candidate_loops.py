@@ -6,7 +6,7 @@ Imported only where poses are solved: numba is loaded with it.
 from __future__ import annotations
 
 from math import cos, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.general.closed_chain_loops import advanced, unit
@@ -19,24 +19,53 @@ if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Buffer, Lanes
 
 
+class Loop(NamedTuple):
+    """The closed chain of an arm and the order in which its joints are eliminated.
+
+    Attributes:
+        frames: (7, 3, 4) constants of the loop, see `closed`.
+        prismatic: (6,) which joints are prismatic.
+        order: (6,) coordinates a, b, c, d, e, f.
+        left: (14, 27) constants of that order.
+        twist: where the half angle of joint d is zero.
+    """
+
+    frames: Floats
+    prismatic: Booleans
+    order: Integers
+    left: Floats
+    twist: float
+
+
+class Systems(NamedTuple):
+    """What `eliminated` leaves of k poses: six equations, and the maps to a and b.
+
+    Attributes:
+        A: (k, 6, 27) the equations.
+        Q, R: (k, 8, 15) and (k, 36) orthogonal and triangular factors.
+    """
+
+    A: Floats
+    Q: Floats
+    R: Floats
+
+
+class Zeros(NamedTuple):
+    """Zeros of the determinant.
+
+    Attributes:
+        c: (m,) values of joint c.
+        rows, poses: (m,) which of the systems, and which of the displacements, each belongs to.
+    """
+
+    c: Floats
+    rows: Integers
+    poses: Integers
+
+
 @reordered
 def candidates(
-    order: Integers,
-    zeros: Floats,
-    rows: Integers,
-    poses: Integers,
-    P: Floats,
-    A: Floats,
-    Q: Floats,
-    R: Floats,
-    left: Floats,
-    frames: Floats,
-    prismatic: Booleans,
-    twist: float,
-    turn: float,
-    pick: int,
-    turns: Floats,
-    rank: Floats,
+    loop: Loop, P: Floats, systems: Systems, zeros: Zeros, turn: float, pick: int, turns: Floats, rank: Floats
 ) -> None:
     """All joints that go with zeros of the determinant, and how well each zero determines them.
 
@@ -48,15 +77,10 @@ def candidates(
     5. The joint f is what is left of the loop.
 
     Args:
-        order: (6,) coordinates a, b, c, d, e, f of the elimination order.
-        zeros: (m,) values of joint c.
-        rows, poses: (m,) rows of A, Q and R, and of P.
+        loop: of the arm.
         P: (k, 4, 4) displacements of the loop.
-        A, Q, R: as `eliminated` leaves them.
-        left: (14, 27) of the elimination order.
-        frames: (7, 3, 4) constants of the loop, see `closed`.
-        prismatic: (6,) which joints are prismatic.
-        twist: where the half angle of joint d is zero.
+        systems: of the poses.
+        zeros: m of them.
         turn: angle by which that half angle is turned before; at 0 and 90 degrees beyond it nothing can be found.
         pick: which null vector, see `_null_vector`.
         turns: (m', 12) cosine and sine of each joint, or length and zero; m' the next multiple of eight.
@@ -64,11 +88,12 @@ def candidates(
     """
     E, S, N, X, q = buffer(54), buffer(36), buffer(6), buffer(12), buffer(12)
     forward, triangle, middle = buffer(120), buffer(36), buffer(5)
-    for begin in range(0, len(zeros), 8):
+    A, Q, R, order = systems.A, systems.Q, systems.R, loop.order
+    for begin in range(0, len(zeros.c), 8):
         # 1.
         for l in range(8):
-            i = min(begin + l, len(zeros) - 1)
-            b, x, y = rows[i], cos(zeros[i]), sin(zeros[i])
+            i = min(begin + l, len(zeros.c) - 1)
+            b, x, y = zeros.rows[i], cos(zeros.c[i]), sin(zeros.c[i])
             for r in range(6):
                 for j in range(9):
                     put(E, 9 * r + j, l, A[b, r, j] + x * A[b, r, 9 + j] + y * A[b, r, 18 + j])
@@ -79,18 +104,18 @@ def candidates(
                 put(triangle, r, l, R[b, r])
             for r in range(3):
                 for j in range(4):
-                    put(X, 4 * r + j, l, P[poses[i], r, j])
+                    put(X, 4 * r + j, l, P[zeros.poses[i], r, j])
             put(q, 2 * order[2], l, x)
             put(q, 2 * order[2] + 1, l, y)
         # 2.
         _triangulated(E, cos(turn), sin(turn), S)
         # 3.
         spread(rank, begin, 1, _null_vector(S, pick, N))
-        _middle_joints(N, order, prismatic, twist, turn, q, middle)
+        _middle_joints(N, order, loop.prismatic, loop.twist, turn, q, middle)
         # 4.
-        _outer_joints(forward, triangle, left, middle, order, prismatic, q)
+        _outer_joints(forward, triangle, loop.left, middle, order, loop.prismatic, q)
         # 5.
-        _last_joint(X, frames, order, prismatic, q)
+        _last_joint(X, loop.frames, order, loop.prismatic, q)
         for k in range(12):
             spread(turns, 12 * begin + k, 12, q[k])
 
