@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mafsil import grasp as grasp
     from mafsil import ik as ik
     from mafsil import mobility as mobility
+    from mafsil import one_joint as one_joint
     from mafsil import performance as performance
     from mafsil import trajectory as trajectory
     from mafsil.errors import FileError as FileError
@@ -83,6 +84,7 @@ _HOME_OF = {
     "ik": "mafsil.ik",
     "library": "mafsil.model.library",
     "mobility": "mafsil.mobility",
+    "one_joint": "mafsil.one_joint",
     "performance": "mafsil.performance",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",

@@ -1,0 +1,37 @@
+"""One controlled joint in closed form: error dynamics, stability, responses, gains, drives, friction, sampled loops."""
+
+from mafsil.one_joint.discrete_loop import Desired as Desired
+from mafsil.one_joint.discrete_loop import DiscreteLoop as DiscreteLoop
+from mafsil.one_joint.discrete_loop import run_loop as run_loop
+from mafsil.one_joint.dry_friction import Holding as Holding
+from mafsil.one_joint.dry_friction import HoldingStatus as HoldingStatus
+from mafsil.one_joint.dry_friction import SpeedFriction as SpeedFriction
+from mafsil.one_joint.dry_friction import StickSlip as StickSlip
+from mafsil.one_joint.dry_friction import dithered_friction as dithered_friction
+from mafsil.one_joint.dry_friction import stick_slip as stick_slip
+from mafsil.one_joint.error_dynamics import ErrorDynamics as ErrorDynamics
+from mafsil.one_joint.gain_design import DesignedGains as DesignedGains
+from mafsil.one_joint.gain_design import DesignStatus as DesignStatus
+from mafsil.one_joint.gain_design import gains_from_roots as gains_from_roots
+from mafsil.one_joint.gain_design import ki_limit as ki_limit
+from mafsil.one_joint.gain_design import kp_for_damping_ratio as kp_for_damping_ratio
+from mafsil.one_joint.gain_design import kp_for_rest_error as kp_for_rest_error
+from mafsil.one_joint.gain_design import pd_for_settling as pd_for_settling
+from mafsil.one_joint.joint_arm import JointArm as JointArm
+from mafsil.one_joint.joint_law import JointLaw as JointLaw
+from mafsil.one_joint.joint_law import LawKind as LawKind
+from mafsil.one_joint.joint_run import JointRun as JointRun
+from mafsil.one_joint.joint_run import LoopConditions as LoopConditions
+from mafsil.one_joint.joint_run import run as run
+from mafsil.one_joint.joint_run import run_sampled as run_sampled
+from mafsil.one_joint.polynomial import roots as roots
+from mafsil.one_joint.routh import Stability as Stability
+from mafsil.one_joint.routh import StabilityStatus as StabilityStatus
+from mafsil.one_joint.routh import routh_hurwitz as routh_hurwitz
+from mafsil.one_joint.second_order import Damping as Damping
+from mafsil.one_joint.second_order import SecondOrder as SecondOrder
+from mafsil.one_joint.steady_error import RestError as RestError
+from mafsil.one_joint.steady_error import RestStatus as RestStatus
+from mafsil.one_joint.steady_error import TrackingError as TrackingError
+from mafsil.one_joint.steady_error import rest_of_joints as rest_of_joints
+from mafsil.one_joint.steady_error import rest_under_gravity as rest_under_gravity

@@ -1,0 +1,79 @@
+"""The gate of this package: finite numbers, magnitudes and shares in, float64 arrays out, batches as they come."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.errors import InputError
+
+
+def finite(name: str, value: ArrayLike) -> Floats:
+    """(*batch) finite numbers.
+
+    Raises:
+        InputError: not real numbers, or a NaN or infinity.
+    """
+    return require_finite(name, real_array(name, value))
+
+
+def magnitude(name: str, value: ArrayLike) -> Floats:
+    """(*batch) finite numbers of at least zero.
+
+    Raises:
+        InputError: one is negative or not finite.
+    """
+    array = finite(name, value)
+    if (array < 0.0).any():
+        raise InputError("input.range", name=name, value=float(array.min()), low=0.0, high=np.inf)
+    return array
+
+
+def above_zero(name: str, value: ArrayLike) -> Floats:
+    """(*batch) finite positive numbers.
+
+    Raises:
+        InputError: one is zero, negative or not finite.
+    """
+    array = finite(name, value)
+    if (array <= 0.0).any():
+        raise InputError("input.positive", name=name, value=float(array.min()))
+    return array
+
+
+def share(name: str, value: ArrayLike) -> Floats:
+    """(*batch) numbers above 0 and at most 1.
+
+    Raises:
+        InputError: one lies outside.
+    """
+    array = above_zero(name, value)
+    if (array > 1.0).any():
+        raise InputError("input.range", name=name, value=float(array.max()), low=0.0, high=1.0)
+    return array
+
+
+def row(name: str, value: ArrayLike, least: int = 1) -> Floats:
+    """(*batch, k) finite numbers, k at least `least`.
+
+    Raises:
+        InputError: no last dimension, or a short one; a NaN or infinity.
+    """
+    array = finite(name, value)
+    if array.ndim == 0 or array.shape[-1] < least:
+        raise InputError("input.shape", name=name, expected=f"(*batch, k), k >= {least}", got=array.shape, hint="")
+    return array
+
+
+def together(**values: Floats) -> tuple[Floats, ...]:
+    """All arrays of one shape.
+
+    Raises:
+        InputError: their shapes do not go together.
+    """
+    try:
+        return tuple(np.broadcast_arrays(*values.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in values.items())
+        raise InputError("one_joint.shapes", shapes=shapes) from None

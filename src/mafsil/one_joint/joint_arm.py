@@ -1,0 +1,95 @@
+"""The one-joint arm: inertia, gravity and friction of a single link; its torques, accelerations and energy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats
+from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.one_joint.dry_friction import SpeedFriction
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointArm:
+    """tau = M theta'' + m g r cos(theta) + friction(theta'), theta from the horizontal, in batches.
+
+    Attributes:
+        inertia: M (*batch) about the axis [kg m^2].
+        gravity_moment: m g r (*batch) [N m]; zero in a horizontal plane.
+        friction: law of the speed, set-valued at rest.
+    """
+
+    inertia: Floats
+    gravity_moment: Floats
+    friction: SpeedFriction
+
+    @classmethod
+    def of(
+        cls,
+        inertia: ArrayLike,
+        mass: ArrayLike = 0.0,
+        radius: ArrayLike = 0.0,
+        friction: SpeedFriction | ArrayLike = 0.0,
+        gravity: ArrayLike = 9.81,
+    ) -> JointArm:
+        """From the link.
+
+        Args:
+            inertia: M (*batch) about the axis [kg m^2].
+            mass: m (*batch) [kg].
+            radius: r (*batch), distance of the centre of mass from the axis [m].
+            friction: a law, or a viscous coefficient (*batch) [N m s/rad].
+            gravity: g (*batch) [m/s^2]; 0 for a horizontal plane.
+
+        Raises:
+            InputError: a number out of its range, shapes that do not go together.
+        """
+        law = friction if isinstance(friction, SpeedFriction) else SpeedFriction.viscous_only(friction)
+        M, m, r, g, _ = together(
+            inertia=above_zero("inertia", inertia),
+            mass=magnitude("mass", mass),
+            radius=finite("radius", radius),
+            gravity=finite("gravity", gravity),
+            friction=law.static,
+        )
+        return cls(M, m * g * r, law)
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Leading dimensions."""
+        return self.inertia.shape
+
+    def bias(self, theta: ArrayLike, speed: ArrayLike, applied: ArrayLike = 0.0) -> Floats:
+        """h(theta, theta') = m g r cos(theta) + friction (*batch) [N m]: what torque does besides accelerating.
+
+        Args:
+            theta: (*batch) [rad].
+            speed: (*batch) [rad/s].
+            applied: motor torque (*batch) [N m], which friction holds at rest as far as it can.
+        """
+        weight = self.gravity_moment * np.cos(finite("theta", theta))
+        return weight + self.friction.torque(speed, finite("applied", applied) - weight)
+
+    def torque(self, theta: ArrayLike, speed: ArrayLike, acceleration: ArrayLike) -> Floats:
+        """Inverse dynamics (*batch) [N m]; at rest without acceleration friction is taken as zero."""
+        return self.inertia * finite("acceleration", acceleration) + self.bias(
+            theta, speed, self.gravity_moment * np.cos(finite("theta", theta))
+        )
+
+    def acceleration(self, theta: ArrayLike, speed: ArrayLike, torque: ArrayLike) -> Floats:
+        """Forward dynamics (*batch) [rad/s^2]: zero at rest as long as friction holds."""
+        applied = finite("torque", torque)
+        return (applied - self.bias(theta, speed, applied)) / self.inertia
+
+    def energy(self, theta: ArrayLike, speed: ArrayLike) -> Floats:
+        """Kinetic and potential energy (*batch) [J], constant without friction and torque."""
+        w = finite("speed", speed)
+        return 0.5 * self.inertia * w * w + self.gravity_moment * np.sin(finite("theta", theta))
+
+    def moves_from_rest(self, theta: ArrayLike, torque: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """(*batch) whether motor torque and weight overcome stiction."""
+        load = finite("torque", torque) - self.gravity_moment * np.cos(finite("theta", theta))
+        return np.asarray(self.friction.holds(load).verdict == 1)

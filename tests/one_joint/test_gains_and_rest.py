@@ -1,0 +1,108 @@
+"""Gains do what they were designed for; errors at rest and behind references against the loop itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import mafsil as mf
+from mafsil import one_joint
+from mafsil.errors import InputError
+from mafsil.one_joint import DesignStatus, ErrorDynamics, RestStatus, SecondOrder, routh_hurwitz
+
+POSITIVE = st.floats(0.05, 20.0)
+
+
+@pytest.mark.capability("10-28")
+@given(POSITIVE, st.floats(0.2, 3.0), st.floats(0.05, 5.0), st.floats(0.0, 0.5))
+def test_gains_for_damping_and_settling(M, zeta, T, b):
+    gains = one_joint.pd_for_settling(M, b, zeta, T)
+    loop = SecondOrder.of_joint(M, b + gains.kd, gains.kp)
+    assert float(loop.damping_ratio) == pytest.approx(zeta, rel=1e-9)
+    assert float(loop.settling_time()) == pytest.approx(T, rel=1e-7)
+    assert bool(gains) == (float(gains.kd) >= 0)
+
+
+@pytest.mark.capability("10-100")
+@given(POSITIVE, st.floats(0.0, 2.0), st.floats(-9, -0.1), st.floats(-5, -0.1), st.floats(0, 6))
+def test_gains_from_roots(M, b, real, sigma, w):
+    wanted = np.array([real, sigma + 1j * w, sigma - 1j * w])
+    gains = one_joint.gains_from_roots(M, b, wanted)
+    closed = ErrorDynamics.of(M, b + gains.kd, gains.kp, gains.ki)
+    np.testing.assert_allclose(np.poly(wanted).real, closed.coefficients / M, rtol=1e-9, atol=1e-12)
+    assert (gains.status is DesignStatus.DESIGNED) == (float(gains.kd) >= 0)
+
+
+@pytest.mark.capability("10-100")
+def test_refused_designs_say_why():
+    slow = one_joint.gains_from_roots(0.5, 3.0, [-0.1, -0.2])
+    assert slow.status is DesignStatus.TOO_MUCH_FRICTION
+    assert "-2.85" in slow.explain()
+    growing = one_joint.gains_from_roots(0.5, 0.0, [[0.5, -1.0], [-1.0, -1.0]])
+    assert [bool(each) for each in growing] == [False, True]
+    with pytest.raises(InputError, match="conjugate"):
+        one_joint.gains_from_roots(0.5, 0.0, [1j, 2.0])
+    with pytest.raises(InputError):
+        one_joint.gains_from_roots(0.5, 0.0, [1.0])
+
+
+@pytest.mark.capability("10-33")
+@given(POSITIVE, POSITIVE, POSITIVE)
+def test_limit_of_the_integral_gain(M, d, kp):
+    limit = float(one_joint.ki_limit(M, d, kp))
+    assert bool(routh_hurwitz([M, d, kp, 0.999 * limit]))
+    assert not routh_hurwitz([M, d, kp, 1.001 * limit])
+
+
+@pytest.mark.capability("10-31", "10-110")
+@given(POSITIVE, st.floats(-5, 5), st.floats(-4, 4))
+def test_rest_under_gravity_balances(kp, load, goal):
+    rest = one_joint.rest_under_gravity(kp, load, goal)
+    e = float(rest.error)
+    assert abs(kp * e - load * np.cos(goal - e)) < 1e-9 * max(1.0, abs(load))
+    assert (rest.status is RestStatus.UNIQUE) == (kp > abs(load))
+    enough = one_joint.kp_for_rest_error(abs(load), 0.01)
+    if load:
+        assert abs(float(one_joint.rest_under_gravity(enough, load, goal).error)) <= 0.01 * (1 + 1e-12)
+
+
+@pytest.mark.capability("10-31")
+def test_rest_of_an_arm():
+    panda = mf.load("panda")
+    kp, goal = np.full(7, 400.0), np.array([0.1, 0.4, -0.3, -1.5, 0.2, 1.4, 0.3])
+    rest = one_joint.rest_of_joints(kp, panda.gravity_torque, goal)
+    assert rest
+    np.testing.assert_allclose(kp * rest.error, panda.gravity_torque(goal - rest.error), atol=1e-9)
+
+
+@pytest.mark.capability("10-109", "10-36")
+@pytest.mark.parametrize("ki", [0.0, 1.0])
+def test_tracking_errors_against_integration(ki):
+    tracking = one_joint.TrackingError.of(0.5, 0.1, 2.205, ki, 2.0)
+    phasor = tracking.sine([2.0])[0]
+
+    def loop(t, y):
+        error, rate = np.sin(2 * t) - y[0], 2 * np.cos(2 * t) - y[1]
+        return [y[1], (2.205 * error + 2.0 * rate + ki * y[2] - 0.1 * y[1]) / 0.5, error]
+
+    t = np.linspace(60.0, 64.0, 9)
+    y = solve_ivp(loop, (0, 64), [0, 0, 0], "DOP853", t, rtol=1e-11, atol=1e-12).y
+    np.testing.assert_allclose(np.sin(2 * t) - y[0], (phasor * np.exp(2j * t)).imag, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: one_joint.kp_for_damping_ratio(0.5, 2.0, 0.0),
+        lambda: one_joint.ki_limit(0.5, -1.0, 2.0),
+        lambda: one_joint.rest_under_gravity(0.0, 1.0, 0.0),
+        lambda: one_joint.rest_of_joints(1.0, 3.0, [0.0]),
+        lambda: one_joint.TrackingError.of(0.5, 0.1, np.nan),
+        lambda: one_joint.TrackingError.of(0.5, 0.1, 1.0).sine([0.0]),
+        lambda: one_joint.pd_for_settling(0.5, 0.1, 1.0, 1.0, band=2.0),
+    ],
+)
+def test_wrong_input(wrong):
+    with pytest.raises(InputError):
+        wrong()
